@@ -1,0 +1,209 @@
+"""What is said to the rover and heard from it, behind one lock."""
+
+from __future__ import annotations
+
+import math
+import threading
+from typing import TYPE_CHECKING, Final
+
+import structlog
+
+from wax.driver.interface import STANDSTILL, RobotState
+from wax.robot.mavlink.codec import Codec
+from wax.robot.mavlink.failsafe import warnings
+from wax.robot.mavlink.mapping import sticks, velocity
+from wax.robot.mavlink.questions import Questions
+from wax.robot.mavlink.schedule import Schedule
+from wax.robot.mavlink.vehicle import Vehicle
+from wax.robot.serial.setpoints import SetPoints
+
+if TYPE_CHECKING:
+    from wax.clock import Clock
+    from wax.driver.interface import Limits, Twist
+    from wax.robot.mavlink.settings import MavlinkSettings
+    from wax.sentence import Sentence
+
+_LOG = structlog.get_logger(__name__)
+
+SETPOINT_TTL_S: Final = 0.2
+"""The driver's process repeats the set-point 50 times a second."""
+HEARTBEAT_EVERY_S: Final = 1.0
+FAREWELL_S: Final = 0.4
+"""How long standstill is said before the line is closed, which may take a second at most."""
+
+
+class Conversation:
+    """Set-points in, MAVLink out; MAVLink in, the robot's state out. All methods are thread-safe.
+
+    It is connected while the rover is heard and its failsafe is known, and *ready* while it is also
+    in the right mode, armed and obeys us. Only then set-points are sent, and each time it becomes
+    ready, nothing moves until there was one of standstill.
+    """
+
+    def __init__(
+        self, settings: MavlinkSettings, limits: Limits, clock: Clock, key: bytes | None
+    ) -> None:
+        self._lock = threading.Lock()
+        self._settings = settings
+        self._limits = limits
+        self._codec = Codec(settings.own_system, settings.system, key, clock.wall_ms())
+        self._setpoints = SetPoints(limits, SETPOINT_TTL_S)
+        self._vehicle = Vehicle(settings)
+        self._questions = Questions(settings.telemetry_hz)
+        self._schedule = Schedule(1.0 / settings.command_hz)
+        self._beat_s = -math.inf
+        self._refused_before = 0
+        self._connected = self._ready = self._has_driven = self._is_leaving = False
+        self._problem: Sentence | None = None
+        self._epoch = 0
+
+    # --- from the driver --------------------------------------------------------------------
+
+    def apply(self, twist: Twist, turn: int, now_s: float) -> None:
+        with self._lock:
+            self._setpoints.apply(twist, turn, now_s)
+
+    def stop(self, turn: int, now_s: float) -> None:
+        with self._lock:
+            self._setpoints.stop(turn)
+            self._schedule.stopped(now_s)
+
+    def state(self) -> RobotState:
+        with self._lock:
+            vehicle, battery = self._vehicle, self._vehicle.battery
+            counts = {
+                "line_errors": float(self._codec.damaged),
+                "line_refused": float(self._codec.refused),
+            }
+            return RobotState(
+                connected=self._connected,
+                problem=self._problem,
+                epoch=self._epoch,
+                moving=vehicle.moving if self._connected else None,
+                pose=vehicle.pose if self._connected else None,
+                battery_v=battery.volts if self._connected else None,
+                battery_fraction=battery.fraction if self._connected else None,
+                extra=vehicle.known() | counts,
+            )
+
+    # --- from the link ----------------------------------------------------------------------
+
+    def opened(self, now_s: float) -> None:
+        """Begin, the line is open."""
+        with self._lock:
+            self._codec.forget()
+            self._refused_before = self._codec.refused
+            self._beat_s = -math.inf
+            self._has_driven = self._is_leaving = False
+            self._schedule.begin()
+            self._begin(now_s)
+            self._look(now_s)
+
+    def next(self, now_s: float) -> tuple[bytes, float]:
+        """Return what to send now, and when to call again at the latest."""
+        with self._lock:
+            self._look(now_s)
+            words = b""
+            if now_s >= self._beat_s:
+                words, self._beat_s = self._codec.heartbeat(), now_s + HEARTBEAT_EVERY_S
+            for name in self._questions.parameters(self._vehicle, now_s):
+                words += self._codec.ask_parameter(name)
+            for number, rate_hz in self._questions.telemetry(self._vehicle, now_s):
+                words += self._codec.ask_telemetry(number, rate_hz)
+            told, due_s = self._tell(now_s)
+            changes_s = (self._vehicle.silent_at_s, self._vehicle.asks_end_s)
+            return words + told, min(
+                due_s,
+                self._beat_s,
+                self._questions.next_s(self._vehicle, now_s),
+                *(at_s for at_s in changes_s if at_s > now_s),
+            )
+
+    def received(self, data: bytes, now_s: float) -> bool:
+        """Take what has come; returns whether it is from the rover."""
+        with self._lock:
+            was_there = self._vehicle.answers(now_s)
+            heard = [self._vehicle.hear(heard, now_s) for heard in self._codec.feed(data)]
+            if self._vehicle.restarted:
+                self._disconnect(None)
+                self._begin(now_s)
+            if not was_there and self._vehicle.answers(now_s):
+                self._beat_s = -math.inf  # it should know of us at once
+            self._look(now_s)
+            return any(heard)
+
+    def lost(self, problem: Sentence | None) -> None:
+        """Begin anew: the line is lost, or closed where there is no problem."""
+        with self._lock:
+            self._disconnect(problem)
+            self._vehicle.begin(math.inf)
+
+    def farewell(self, now_s: float) -> float:
+        """Say only standstill from now on; returns for how long before the line is closed."""
+        with self._lock:
+            self._is_leaving = True
+            self._retire()
+            self._schedule.stopped(now_s)
+            return FAREWELL_S if self._has_driven else 0.0
+
+    # --- with the lock held -----------------------------------------------------------------
+
+    def _begin(self, now_s: float) -> None:
+        self._vehicle.begin(now_s)
+        self._questions.begin()
+
+    def _look(self, now_s: float) -> None:
+        """Update whether the rover is connected, and ready."""
+        vehicle = self._vehicle
+        absent = vehicle.absent(now_s, self._codec.refused - self._refused_before)
+        if absent is not None:
+            if self._connected:
+                self._schedule.stopped(now_s)  # the other way may still be open
+                self._disconnect(absent)
+                self._begin(now_s - math.inf)
+            self._problem = absent
+            return
+        if not self._connected:
+            self._connected = True
+            self._epoch += 1
+            for line in warnings(vehicle.promise):
+                _LOG.warning(line, system=self._settings.system)
+        self._problem = vehicle.unfit()
+        if self._problem is not None:
+            if self._ready:
+                self._schedule.stopped(now_s)
+            self._retire()
+        elif not self._ready and not self._is_leaving:
+            self._ready = self._has_driven = True
+            self._epoch += 1
+            self._setpoints.connected()
+            self._schedule.stopped(now_s)
+
+    def _tell(self, now_s: float) -> tuple[bytes, float]:
+        """Return the set-point if it is due, and when the next one is."""
+        schedule = self._schedule
+        wanted, changes_s = STANDSTILL, math.inf
+        if self._ready:
+            order, changes_s = self._setpoints.order(now_s)
+            wanted = order.twist
+        elif not self._has_driven or (self._connected and not schedule.is_steady(now_s)):
+            # In another mode a person's transmitter may have it: they are not disturbed.
+            return b"", math.inf
+        words = b""
+        if schedule.next_s(wanted, now_s) <= now_s:
+            schedule.said(wanted, now_s)
+            words = self._words(wanted, now_s)
+        return words, min(changes_s, schedule.next_s(wanted, now_s))
+
+    def _words(self, wanted: Twist, now_s: float) -> bytes:
+        if self._settings.mode == "guided":
+            return self._codec.velocity(velocity(wanted, self._limits), now_s)
+        return self._codec.sticks(sticks(wanted, self._limits))
+
+    def _disconnect(self, problem: Sentence | None) -> None:
+        self._retire()
+        self._connected, self._problem = False, problem
+
+    def _retire(self) -> None:
+        self._ready = False
+        self._setpoints.lost()

@@ -1,0 +1,168 @@
+"""A line to the rover: a serial port, or a socket.
+
+pymavlink has connections of its own, but they swallow what goes wrong, print to the standard output
+(which in the driver's process belongs to the server), and let two programs listen on one port.
+"""
+
+from __future__ import annotations
+
+import errno
+import socket
+from typing import TYPE_CHECKING, Any, Final, Protocol
+
+import serial
+
+from wax.robot.mavlink.address import parse
+from wax.robot.serial.reconnecting_port import why_not_open
+from wax.sentence import Sentence
+
+if TYPE_CHECKING:
+    from wax.robot.mavlink.address import Address
+    from wax.robot.mavlink.settings import MavlinkSettings
+
+READ_TIMEOUT_S: Final = 0.1
+WRITE_TIMEOUT_S: Final = 0.25
+CONNECT_TIMEOUT_S: Final = 0.5
+MAX_READ_BYTES: Final = 65_536
+
+
+class Line(Protocol):
+    """An open line. One thread reads, another writes; both raise `OSError` when it is lost."""
+
+    def read(self) -> bytes:
+        """Wait a moment for data; empty if none has come."""
+        ...
+
+    def answer(self) -> None:
+        """Write from now on to whoever sent what was read last."""
+        ...
+
+    def write(self, data: bytes) -> None: ...
+
+    def close(self) -> None: ...
+
+
+def open_line(settings: MavlinkSettings) -> Line:
+    """Open the line; raises `OSError` (`serial.SerialException` is one) or `ValueError`."""
+    address = parse(settings.url)
+    match address.kind:
+        case "serial":
+            return _SerialLine(address, settings.baud)
+        case "tcp":
+            return _TcpLine(address)
+        case _:
+            return _UdpLine(address)
+
+
+def why_closed(settings: MavlinkSettings, error: Exception) -> Sentence:
+    """Say why the line did not open, and what to do."""
+    address = parse(settings.url)
+    if address.kind == "serial":
+        return why_not_open(settings.url, error, "robot.mavlink.url")
+    if getattr(error, "errno", None) == errno.EADDRINUSE:
+        return Sentence("mavlink.in_use", {"link": settings.url})
+    return Sentence("mavlink.not_open", _told(settings, error))
+
+
+def why_lost(settings: MavlinkSettings, error: Exception) -> Sentence:
+    """Say why the line was lost."""
+    code = "port.lost" if parse(settings.url).kind == "serial" else "mavlink.lost"
+    values = _told(settings, error)
+    return Sentence(code, values | {"port": settings.url} if code == "port.lost" else values)
+
+
+def _told(settings: MavlinkSettings, error: Exception) -> dict[str, str | float]:
+    why = getattr(error, "strerror", None) or str(error) or type(error).__name__
+    return {"link": settings.url, "why": why, "seconds": settings.reopen_s}
+
+
+class _SerialLine:
+    def __init__(self, address: Address, baud: int) -> None:
+        self._port = serial.Serial(
+            address.where,
+            baud,
+            timeout=READ_TIMEOUT_S,
+            write_timeout=WRITE_TIMEOUT_S,
+            exclusive=True,
+        )
+
+    def read(self) -> bytes:
+        data: bytes = self._port.read(max(1, min(self._port.in_waiting, MAX_READ_BYTES)))
+        return data
+
+    def answer(self) -> None:
+        """There is only one at the other end."""
+
+    def write(self, data: bytes) -> None:
+        self._port.write(data)
+
+    def close(self) -> None:
+        self._port.close()
+
+
+class _TcpLine:
+    def __init__(self, address: Address) -> None:
+        self._socket = socket.create_connection((address.where, address.port), CONNECT_TIMEOUT_S)
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._socket.settimeout(READ_TIMEOUT_S)
+
+    def read(self) -> bytes:
+        try:
+            data = self._socket.recv(MAX_READ_BYTES)
+        except TimeoutError:
+            return b""
+        if not data:
+            raise ConnectionResetError(errno.ECONNRESET, "the other end has closed it")
+        return data
+
+    def answer(self) -> None:
+        """There is only one at the other end."""
+
+    def write(self, data: bytes) -> None:
+        self._socket.sendall(data)
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+class _UdpLine:
+    """Goes to an address, or listens and answers the one from which the rover was heard last."""
+
+    def __init__(self, address: Address) -> None:
+        found = socket.getaddrinfo(address.where, address.port, type=socket.SOCK_DGRAM)
+        family, _, _, _, where = found[0]
+        self._to: Any = None if address.kind == "udpin" else where
+        self._sender: Any = None
+        self._socket = socket.socket(family, socket.SOCK_DGRAM)
+        try:
+            if address.kind == "udpin":
+                self._socket.bind(where)
+        except OSError:
+            self._socket.close()
+            raise
+        self._socket.settimeout(READ_TIMEOUT_S)
+
+    def read(self) -> bytes:
+        try:
+            data, self._sender = self._socket.recvfrom(MAX_READ_BYTES)
+        except (TimeoutError, ConnectionRefusedError):
+            return b""  # nobody listens there yet
+        return data
+
+    def answer(self) -> None:
+        self._to = self._sender
+
+    def write(self, data: bytes) -> None:
+        if self._to is None:
+            return
+        try:
+            self._socket.sendto(data, self._to)
+        except ConnectionRefusedError:
+            return
+        except OSError as error:
+            # The network may come back; what was not sent is said again anyway.
+            if error.errno not in (errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENOBUFS):
+                raise
+
+    def close(self) -> None:
+        self._socket.close()

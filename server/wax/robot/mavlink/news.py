@@ -1,0 +1,62 @@
+"""What a rover tells, in our units and directions: x forward or north, y to the left of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Heartbeat:
+    """`kind` is MAV_TYPE, `autopilot` MAV_AUTOPILOT, `mode` the autopilot's own number."""
+
+    kind: int
+    autopilot: int
+    mode: int
+    is_armed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    name: str
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class Speed:
+    mps: float
+
+
+@dataclass(frozen=True, slots=True)
+class Attitude:
+    """The heading, how fast it changes, and how long ago the rover was switched on."""
+
+    heading_rad: float
+    turn_rps: float
+    boot_ms: int
+
+
+@dataclass(frozen=True, slots=True)
+class Position:
+    x_m: float
+    y_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Battery:
+    """What is None is not measured."""
+
+    volts: float | None
+    fraction: float | None
+
+
+News = Heartbeat | Parameter | Speed | Attitude | Position | Battery
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """A message with its sender; `news` is None for one that does not matter to us."""
+
+    system: int
+    component: int
+    news: News | None
+    is_signed: bool = False

@@ -1,0 +1,36 @@
+"""Read the key for signed messages, which nobody else may read."""
+
+from __future__ import annotations
+
+import stat
+from pathlib import Path
+from typing import Final
+
+from wax.errors import ConfigError
+
+KEY_BYTES: Final = 32
+_KEY: Final = "robot.mavlink.signing_key"
+
+
+def read_key(name: str) -> bytes:
+    """Return the key in the file; raises `ConfigError`."""
+    path = Path(name).expanduser()
+    try:
+        mode = path.stat().st_mode
+        data = path.read_bytes()
+    except OSError as error:
+        raise ConfigError(f"{_KEY}: {path} cannot be read: {error.strerror or error}") from error
+    if mode & (stat.S_IRWXG | stat.S_IRWXO):
+        raise ConfigError(f"{_KEY}: others may read {path}; type: chmod 600 {path}")
+    if len(data) == KEY_BYTES:
+        return data
+    try:
+        key = bytes.fromhex(data.decode("ascii").strip())
+    except ValueError:
+        key = b""
+    if len(key) != KEY_BYTES:
+        raise ConfigError(
+            f"{_KEY}: {path} has no key; write {KEY_BYTES} bytes or {2 * KEY_BYTES} hexadecimal"
+            f" digits into it, for example by: openssl rand -hex {KEY_BYTES} > {path}"
+        )
+    return key

@@ -1,0 +1,256 @@
+"""What is known of the rover, and why it may not be driven now (pure)."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from wax.driver.interface import Pose
+from wax.robot.mavlink.failsafe import QUESTIONS, broken, obeys_another, promise
+from wax.robot.mavlink.news import (
+    Attitude,
+    Battery,
+    Heard,
+    Heartbeat,
+    News,
+    Parameter,
+    Position,
+    Speed,
+)
+from wax.sentence import Sentence
+
+if TYPE_CHECKING:
+    from wax.robot.mavlink.failsafe import Promise
+    from wax.robot.mavlink.settings import MavlinkSettings
+
+SILENT_S: Final = 2.5
+"""Heartbeats come once a second, and one may be lost."""
+TELEMETRY_SILENT_S: Final = 1.0
+"""The same at least for one that tells its speed and attitude, of which a few may be lost, too."""
+MAY_LOSE: Final = 4
+ASK_FOR_S: Final = 2.0
+"""How long parameters are asked for that are not answered: older firmware has not all of them."""
+TURNING_RPS: Final = 0.05
+REBOOT_MS: Final = 1000
+"""A time since power-on that went back by more than this is another power-on."""
+
+_ARDUPILOT: Final = 3
+_GROUND_STATION: Final = 6
+_ROVER_KINDS: Final = (10, 11)
+"""Ground rover and boat; both run the same program."""
+
+MODES: Final = {
+    0: "MANUAL",
+    1: "ACRO",
+    3: "STEERING",
+    4: "HOLD",
+    5: "LOITER",
+    6: "FOLLOW",
+    7: "SIMPLE",
+    8: "DOCK",
+    9: "CIRCLE",
+    10: "AUTO",
+    11: "RTL",
+    12: "SMART_RTL",
+    15: "GUIDED",
+    16: "INITIALISING",
+}
+"""The modes of ArduPilot's rovers."""
+
+NUMBERS: Final = {name.lower(): number for number, name in MODES.items()}
+
+
+class Vehicle:
+    """Takes what is heard on the line; `restarted` is whether the rover was switched on anew."""
+
+    def __init__(self, settings: MavlinkSettings) -> None:
+        self._settings = settings
+        self.begin(-math.inf)
+
+    def begin(self, now_s: float) -> None:
+        """Forget everything: the line was opened, the rover was lost, or it has restarted."""
+        self._heard_s = -math.inf
+        self._telemetry_s = -math.inf
+        self._began_s = now_s
+        self._beat: Heartbeat | None = None
+        self._parameters: dict[str, float] = {}
+        self._asks_end_s = math.inf
+        self._told_s: dict[type[News], float] = {}
+        self._speed_mps: float | None = None
+        self._attitude: Attitude | None = None
+        self._position: Position | None = None
+        self._battery = Battery(None, None)
+        self._other: int | None = None
+        self._has_twin = False
+        self._signs = False
+        self.restarted = False
+
+    def hear(self, heard: Heard, now_s: float) -> bool:
+        """Take a message; returns whether it is the rover's."""
+        news = heard.news
+        if heard.system == self._settings.own_system:
+            self._has_twin = self._has_twin or isinstance(news, Heartbeat)
+            return False
+        if heard.system != self._settings.system:
+            if isinstance(news, Heartbeat) and news.kind != _GROUND_STATION:
+                self._other = heard.system
+            return False
+        self._signs = heard.is_signed
+        self._heard_s = now_s
+        if news is not None:
+            self._told_s[type(news)] = now_s
+            self._take(news, now_s)
+        return True
+
+    def _take(self, news: News, now_s: float) -> None:
+        match news:
+            case Heartbeat():
+                if self._beat is None:
+                    self._asks_end_s = now_s + ASK_FOR_S
+                self._beat = news
+            case Parameter():
+                self._parameters[news.name] = news.value
+            case Speed():
+                self._speed_mps, self._telemetry_s = news.mps, now_s
+            case Attitude():
+                last = self._attitude
+                if last is not None and news.boot_ms < last.boot_ms - REBOOT_MS:
+                    self.restarted = True
+                self._attitude, self._telemetry_s = news, now_s
+            case Position():
+                self._position = news
+            case Battery():
+                self._battery = Battery(
+                    self._battery.volts if news.volts is None else news.volts,
+                    self._battery.fraction if news.fraction is None else news.fraction,
+                )
+
+    # --- is it there ------------------------------------------------------------------------
+
+    @property
+    def silent_at_s(self) -> float:
+        """When it counts as lost if nothing more comes; minus infinity before it was heard."""
+        if self._beat is None:
+            return -math.inf
+        if self._telemetry_s == -math.inf:
+            return self._heard_s + SILENT_S
+        steady_s = MAY_LOSE / self._settings.telemetry_hz
+        return self._heard_s + min(SILENT_S, max(TELEMETRY_SILENT_S, steady_s))
+
+    def answers(self, now_s: float) -> bool:
+        """Whether it is heard."""
+        return now_s < self.silent_at_s
+
+    def unasked(self, now_s: float) -> tuple[str, ...]:
+        """Return the parameters that are still to be asked for; none once it has had its time."""
+        if self._beat is None or now_s >= self._asks_end_s:
+            return ()
+        return tuple(
+            name
+            for names in QUESTIONS
+            if not any(name in self._parameters for name in names)
+            for name in names
+        )
+
+    def told_since(self, kind: type[News], since_s: float) -> bool:
+        """Whether such news has come since then."""
+        return self._told_s.get(kind, -math.inf) >= since_s
+
+    @property
+    def asks_end_s(self) -> float:
+        """When the unanswered questions are given up; infinite before the first heartbeat."""
+        return self._asks_end_s
+
+    # --- may it be driven -------------------------------------------------------------------
+
+    @property
+    def promise(self) -> Promise:
+        """What it promises for the time without us."""
+        return promise(self._parameters, is_guided=self._settings.mode == "guided")
+
+    def absent(self, now_s: float, refused: int) -> Sentence | None:
+        """Return why it is not connected; `refused` counts messages without a valid signature."""
+        settings = self._settings
+        if not self.answers(now_s):
+            if self._beat is None and now_s < self._began_s + SILENT_S:
+                return Sentence("mavlink.listening", {"link": settings.url})
+            if refused:
+                return Sentence("mavlink.unsigned", {"link": settings.url})
+            if self._other is not None:
+                return Sentence(
+                    "mavlink.other_system",
+                    {
+                        "heard": str(self._other),
+                        "system": str(settings.system),
+                        "link": settings.url,
+                    },
+                )
+            return Sentence(
+                "mavlink.silent", {"system": str(settings.system), "link": settings.url}
+            )
+        if self.unasked(now_s):
+            return Sentence("mavlink.asking")
+        return None
+
+    def unfit(self) -> Sentence | None:
+        """Return why a rover that is connected is not driven, and what to do."""
+        settings, beat = self._settings, self._beat
+        if beat is None:
+            return Sentence("mavlink.asking")
+        if self._has_twin:
+            return Sentence("mavlink.twin", {"own": str(settings.own_system), "link": settings.url})
+        if self._signs and not settings.signing_key:
+            return Sentence("mavlink.signed")
+        if beat.autopilot != _ARDUPILOT or beat.kind not in _ROVER_KINDS:
+            return Sentence("mavlink.no_rover", {"system": str(settings.system)})
+        return (
+            obeys_another(self._parameters, settings.own_system)
+            or broken(self.promise, settings.failsafe_s)
+            or self._wrong_state(beat)
+        )
+
+    def _wrong_state(self, beat: Heartbeat) -> Sentence | None:
+        wanted = NUMBERS[self._settings.mode]
+        if beat.mode != wanted:
+            mode = MODES.get(beat.mode, str(beat.mode))
+            return Sentence("mavlink.wrong_mode", {"mode": mode, "wanted": MODES[wanted]})
+        if not beat.is_armed:
+            return Sentence("mavlink.disarmed")
+        return None
+
+    # --- what it tells ----------------------------------------------------------------------
+
+    @property
+    def moving(self) -> bool | None:
+        """Whether it moves or turns, by its own sensors; None if it does not tell its speed."""
+        if self._speed_mps is None:
+            return None
+        turns = self._attitude is not None and abs(self._attitude.turn_rps) > TURNING_RPS
+        return turns or self._speed_mps >= self._settings.moving_mps
+
+    @property
+    def pose(self) -> Pose | None:
+        """Where it is, from where its position began; the heading is from north to the left."""
+        if self._position is None or self._attitude is None:
+            return None
+        return Pose(self._position.x_m, self._position.y_m, self._attitude.heading_rad)
+
+    @property
+    def battery(self) -> Battery:
+        """Its main battery."""
+        return self._battery
+
+    def known(self) -> dict[str, float]:
+        """Return numbers for the status page."""
+        known = {}
+        if self._beat is not None:
+            known = {"mode": float(self._beat.mode), "armed": float(self._beat.is_armed)}
+        if self._speed_mps is not None:
+            known["speed_mps"] = self._speed_mps
+        if self._parameters and (stops_s := self.promise.stops_s) is not None:
+            known["failsafe_s"] = stops_s
+        return known | {
+            name.lower(): value
+            for name, value in self._parameters.items()
+            if name.startswith(("FS_", "GUID_"))
+        }

@@ -1,0 +1,94 @@
+"""A driver for MAVLink and rovers to drive."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from tests.robot.mavlink.counterpart import Rover, free_port
+
+from wax.clock import SystemClock
+from wax.config.settings import RobotSettings
+from wax.driver.interface import STANDSTILL, Twist
+from wax.robot.find_driver import make_driver
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from wax.driver.interface import Driver, RobotState
+
+
+def settings(**mavlink: Any) -> RobotSettings:
+    return RobotSettings.model_validate(
+        {"driver": "mavlink", "mavlink": {"reopen_s": 0.05} | mavlink}
+    )
+
+
+class Rig:
+    """Both ends of a line: makes drivers and rovers, and closes them after the test."""
+
+    def __init__(self) -> None:
+        self.port = free_port()
+        self.here, self.there = f"udpin:127.0.0.1:{self.port}", f"udpout:127.0.0.1:{self.port}"
+        self._all: list[Driver | Rover] = []
+
+    def rover(self, **options: Any) -> Rover:
+        """Start one that may be driven in GUIDED, unless it is to be otherwise."""
+        usual: dict[str, Any] = {"address": self.there, "mode": "guided", "armed": True}
+        rover = Rover(**usual | options)
+        self._all.append(rover)
+        return rover
+
+    def driver(self, **mavlink: Any) -> Driver:
+        """Make and open one."""
+        driver = make_driver(settings(**({"url": self.here} | mavlink)), SystemClock())
+        self._all.append(driver)
+        driver.open()
+        return driver
+
+    def close(self) -> None:
+        for one in self._all:
+            one.close()
+
+
+@pytest.fixture
+def rig() -> Iterator[Rig]:
+    rig = Rig()
+    yield rig
+    rig.close()
+
+
+def until(driver: Driver, so: Callable[[RobotState], bool], within_s: float = 10.0) -> RobotState:
+    end_s = time.monotonic() + within_s
+    while not so(state := driver.state()):
+        assert time.monotonic() < end_s, state
+        time.sleep(0.002)
+    return state
+
+
+def problem(driver: Driver, code: str) -> str:
+    """Wait for this problem; return its sentence."""
+    state = until(driver, lambda state: getattr(state.problem, "code", "") == code)
+    return str(state.problem)
+
+
+def ready(driver: Driver) -> None:
+    until(driver, lambda state: state.connected and state.problem is None)
+
+
+def feed(driver: Driver, twist: Twist, for_s: float, turn: int = 1) -> None:
+    """Ask for this fifty times a second."""
+    end_s = time.monotonic() + for_s
+    while time.monotonic() < end_s:
+        driver.apply(twist, turn)
+        time.sleep(0.02)
+
+
+def drive(driver: Driver, rover: Rover, turn: int = 1) -> None:
+    """Want standstill, then motion, until the rover drives."""
+    driver.apply(STANDSTILL, turn)
+    end_s = time.monotonic() + 5.0
+    while not rover.drives:
+        assert time.monotonic() < end_s, (driver.state(), rover.events()[-9:])
+        feed(driver, Twist(0.3, 0.5), 0.02, turn)

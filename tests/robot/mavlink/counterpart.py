@@ -1,0 +1,163 @@
+"""The rover at the other end: a program in Rust, by a MAVLink library that is not pymavlink."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import socket
+import subprocess
+import threading
+import time
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import pytest
+
+from wax.driver.interface import STANDSTILL, Twist
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+ROOT: Final = Path(__file__).resolve().parents[3]
+SOURCE: Final = Path(__file__).with_name("counterpart")
+TARGET: Final = ROOT / ".cache" / "mavlink-rover"
+OLDEST_CARGO: Final = (1, 88)
+NAMES: Final = {"guided": 15, "manual": 0, "acro": 1, "hold": 4}
+PARAMETERS: Final = {
+    "FS_GCS_ENABLE": 1.0,
+    "FS_GCS_TIMEOUT": 1.0,
+    "FS_TIMEOUT": 0.5,
+    "FS_ACTION": 2.0,
+    "FS_THR_ENABLE": 1.0,
+    "GUID_TIMEOUT": 1.0,
+    "SYSID_MYGCS": 255.0,
+}
+LIMITS: Final = (0.6, 1.5)
+"""Those of the robot's settings, which are the ends of the sticks."""
+
+
+@cache
+def build() -> Path:
+    """Build the program; skips where there is no Rust that is new enough."""
+    cargo = shutil.which("cargo")
+    told = "" if cargo is None else subprocess.check_output([cargo, "--version"], text=True)
+    version = re.search(r"(\d+)\.(\d+)", told)
+    if cargo is None or version is None or (int(version[1]), int(version[2])) < OLDEST_CARGO:
+        pytest.skip("the rover at the other end is built by cargo 1.88 or newer, which is not here")
+    subprocess.run(
+        [cargo, "build", "--quiet", "--locked"],
+        cwd=SOURCE,
+        env=os.environ | {"CARGO_TARGET_DIR": str(TARGET)},
+        check=True,
+    )
+    return TARGET / "debug" / "rover"
+
+
+def free_port(kind: socket.SocketKind = socket.SOCK_DGRAM) -> int:
+    with socket.socket(socket.AF_INET, kind) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+        return port
+
+
+def wall_s() -> float:
+    """Return the time of day as the rover's log has it."""
+    return time.time_ns() / 1e9
+
+
+class Rover:
+    """One rover, as a process; what it says is collected as it comes."""
+
+    def __init__(
+        self,
+        address: str,
+        *,
+        system: int = 1,
+        key: str = "none",
+        mode: str = "hold",
+        armed: bool = False,
+        **parameters: float | None,
+    ) -> None:
+        told = {
+            name: value for name, value in (PARAMETERS | parameters).items() if value is not None
+        }
+        self._process = subprocess.Popen(
+            [
+                build(),
+                address,
+                str(system),
+                key,
+                *(f"{name}={value}" for name, value in told.items()),
+            ],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        self._lock = threading.Lock()
+        self._events: list[dict[str, Any]] = []
+        self._taken = 0
+        self._thread = threading.Thread(target=self._collect, name="rover", daemon=True)
+        self._thread.start()
+        self.tell(f"mode {NAMES[mode]}", *(("arm",) if armed else ()))
+
+    def tell(self, *lines: str) -> None:
+        """Change it by hand, as somebody beside it could."""
+        assert self._process.stdin is not None
+        for line in lines:
+            self._process.stdin.write(f"{line}\n")
+        self._process.stdin.flush()
+
+    def events(self, *kinds: str) -> list[dict[str, Any]]:
+        """Return what it has said so far, or only this."""
+        with self._lock:
+            return [event for event in self._events if not kinds or event["event"] in kinds]
+
+    def take(self) -> list[Twist]:
+        """Return the set-points that have reached it since the last call."""
+        with self._lock:
+            new, self._taken = self._events[self._taken :], len(self._events)
+        return [twist for event in new if (twist := as_twist(event)) is not None]
+
+    def until(self, so: Callable[[], bool], what: str, within_s: float = 5.0) -> None:
+        """Wait until it is so."""
+        end_s = time.monotonic() + within_s
+        while not so():
+            assert time.monotonic() < end_s, (
+                f"not within {within_s} s it {what}: {self.events()[-9:]}"
+            )
+            time.sleep(0.002)
+
+    @property
+    def drives(self) -> bool:
+        """Whether it drives by the newest that it has said."""
+        moves = self.events("moves")
+        return bool(moves) and (moves[-1]["mps"], moves[-1]["rps"]) != (0.0, 0.0)
+
+    def close(self) -> None:
+        self._process.kill()
+        self._process.wait()
+        self._thread.join()
+        for pipe in (self._process.stdin, self._process.stdout):
+            assert pipe is not None
+            pipe.close()
+
+    def _collect(self) -> None:
+        assert self._process.stdout is not None
+        for line in self._process.stdout:
+            event = json.loads(line)
+            with self._lock:
+                self._events.append(event)
+
+
+def as_twist(event: dict[str, Any]) -> Twist | None:
+    """Return the set-point that the rover was told, in our directions; None if it was none."""
+    match event["event"]:
+        case "velocity":
+            return Twist(event["vx"], -event["yaw_rate"]) if event["frame"] == 8 else STANDSTILL
+        case "manual":
+            linear_mps, angular_rps = LIMITS
+            return Twist(event["z"] / 1000 * linear_mps, -event["y"] / 1000 * angular_rps)
+    return None

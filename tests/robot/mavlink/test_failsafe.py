@@ -1,0 +1,63 @@
+"""What a rover's parameters promise."""
+
+from __future__ import annotations
+
+import pytest
+
+from wax.robot.mavlink.failsafe import Promise, broken, obeys_another, promise, warnings
+
+GOOD = {"FS_GCS_ENABLE": 1.0, "FS_GCS_TIMEOUT": 5.0, "FS_TIMEOUT": 1.5, "FS_ACTION": 2.0}
+
+
+@pytest.mark.parametrize(
+    ("known", "is_guided", "expected"),
+    [
+        (GOOD, False, Promise(6.5, goes_home=False)),
+        (GOOD, True, Promise(3.0, goes_home=False)),
+        (GOOD | {"GUID_TIMEOUT": 0.5}, True, Promise(0.5, goes_home=False)),
+        (GOOD | {"GUID_TIMEOUT": 0.0}, True, Promise(0.1, goes_home=False)),
+        (GOOD | {"GUID_TIMEOUT": 30.0}, True, Promise(6.5, goes_home=False)),
+        (GOOD | {"GUID_TIMEOUT": 0.5}, False, Promise(6.5, goes_home=False)),
+        (GOOD | {"FS_GCS_ENABLE": 0.0}, False, Promise(None, goes_home=False)),
+        (GOOD | {"FS_GCS_ENABLE": 0.0, "FS_ACTION": 1.0}, False, Promise(None, goes_home=False)),
+        (GOOD | {"FS_ACTION": 0.0}, False, Promise(None, goes_home=False)),
+        (GOOD | {"FS_ACTION": 1.0}, False, Promise(None, goes_home=True)),
+        (GOOD | {"FS_ACTION": 4.0}, True, Promise(3.0, goes_home=True)),
+        (GOOD | {"FS_ACTION": 5.0}, False, Promise(None, goes_home=False)),
+        ({"FS_GCS_ENABLE": 1.0, "FS_ACTION": 2.0}, False, Promise(None, goes_home=False)),
+        ({}, True, Promise(None, goes_home=False)),
+        ({}, False, Promise(None, goes_home=False)),
+    ],
+)
+def test_only_what_is_known_to_stop_it_counts(
+    known: dict[str, float], is_guided: bool, expected: Promise
+) -> None:
+    """A failsafe that is off, that drives home, or of which a part is unknown is no promise."""
+    assert promise(known, is_guided=is_guided) == expected
+
+
+def test_a_demand_is_kept_or_named() -> None:
+    """None is demanded by 0; else what is missing or too slow is a sentence."""
+    kept = Promise(2.0, goes_home=False)
+    assert broken(Promise(None, goes_home=False), 0.0) is None
+    assert broken(kept, 2.0) is None
+    assert "does not promise to stop 2 s" in str(broken(Promise(None, goes_home=False), 2.0))
+    assert "only 2 s" in str(broken(kept, 1.5))
+
+
+def test_warnings_name_the_parameters() -> None:
+    """One for each of what the host should know, none for a rover that stops."""
+    assert warnings(Promise(2.0, goes_home=False)) == []
+    one, two = warnings(Promise(None, goes_home=True))
+    assert "FS_GCS_ENABLE" in one
+    assert "drives home" in two
+
+
+@pytest.mark.parametrize("name", ["MAV_GCS_SYSID", "SYSID_MYGCS"])
+def test_whom_it_obeys(name: str) -> None:
+    """Its own firmware's name for that is in the sentence; unknown is not another."""
+    assert obeys_another({name: 255.0}, 255) is None
+    assert obeys_another({}, 255) is None
+    sentence = str(obeys_another({name: 250.0}, 255))
+    assert name in sentence
+    assert "250" in sentence

@@ -1,0 +1,131 @@
+"""What is known of a rover, and why it is not driven."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from wax.driver.interface import Pose
+from wax.robot.mavlink.failsafe import QUESTIONS
+from wax.robot.mavlink.news import (
+    Attitude,
+    Battery,
+    Heard,
+    Heartbeat,
+    News,
+    Parameter,
+    Position,
+    Speed,
+)
+from wax.robot.mavlink.settings import MavlinkSettings
+from wax.robot.mavlink.vehicle import ASK_FOR_S, SILENT_S, TELEMETRY_SILENT_S, Vehicle
+
+BEAT = Heartbeat(10, 3, 15, is_armed=True)
+
+
+def vehicle(*news: News, now_s: float = 100.0, **settings: Any) -> Vehicle:
+    one = Vehicle(MavlinkSettings(url="udpin:a:1", **settings))
+    one.begin(now_s)
+    tell(one, *news, now_s=now_s)
+    return one
+
+
+def tell(
+    one: Vehicle, *news: News, now_s: float = 100.0, system: int = 1, signed: bool = False
+) -> None:
+    for piece in news:
+        one.hear(Heard(system, 1, piece, is_signed=signed), now_s)
+
+
+def code(sentence: Any) -> str:
+    return "" if sentence is None else str(sentence.code)
+
+
+def test_it_is_heard_as_long_as_heartbeats_come() -> None:
+    """One lost heartbeat is no loss; a rover that tells its speed is missed sooner."""
+    one = vehicle(BEAT)
+    assert one.answers(100.0 + SILENT_S - 0.01)
+    assert not one.answers(100.0 + SILENT_S)
+    tell(one, Speed(0.0))
+    assert not one.answers(100.0 + TELEMETRY_SILENT_S)
+
+
+def test_a_slow_radio_is_not_missed_too_soon() -> None:
+    """Where little telemetry is asked for, some of it may be lost."""
+    assert vehicle(BEAT, Speed(0.0), telemetry_hz=2.0).answers(101.9)
+
+
+def test_before_it_was_heard_somebody_listens_and_then_complains() -> None:
+    """The sentence changes after a while, and names another system that is there."""
+    one = vehicle()
+    assert code(one.absent(100.0, 0)) == "mavlink.listening"
+    assert code(one.absent(100.0 + SILENT_S, 0)) == "mavlink.silent"
+    assert code(one.absent(100.0 + SILENT_S, 3)) == "mavlink.unsigned"
+    tell(one, BEAT, system=7)
+    assert code(one.absent(100.0 + SILENT_S, 0)) == "mavlink.other_system"
+
+
+def test_parameters_are_asked_for_until_they_come_or_never_will() -> None:
+    """Of two names for one, either answers; older firmware does not have all."""
+    one = vehicle(BEAT)
+    assert set(one.unasked(100.0)) == {name for names in QUESTIONS for name in names}
+    assert code(one.absent(100.0, 0)) == "mavlink.asking"
+    tell(one, *(Parameter(names[-1], 255.0) for names in QUESTIONS))
+    assert one.unasked(100.0) == ()
+    assert one.absent(100.0, 0) is None
+    older = vehicle(BEAT)
+    assert older.unasked(100.0 + ASK_FOR_S) == ()
+
+
+@pytest.mark.parametrize(
+    ("beat", "expected"),
+    [
+        (BEAT, ""),
+        (Heartbeat(11, 3, 15, is_armed=True), ""),
+        (Heartbeat(2, 3, 15, is_armed=True), "mavlink.no_rover"),
+        (Heartbeat(10, 12, 15, is_armed=True), "mavlink.no_rover"),
+        (Heartbeat(10, 3, 0, is_armed=True), "mavlink.wrong_mode"),
+        (Heartbeat(10, 3, 99, is_armed=True), "mavlink.wrong_mode"),
+        (Heartbeat(10, 3, 15, is_armed=False), "mavlink.disarmed"),
+    ],
+)
+def test_only_an_armed_rover_in_the_right_mode_is_driven(beat: Heartbeat, expected: str) -> None:
+    """A boat is one, too; a copter, or another autopilot, whose neutral is elsewhere, is none."""
+    assert code(vehicle(beat).unfit()) == expected
+
+
+def test_a_companion_of_the_same_number_is_noticed() -> None:
+    """Another ground station with our number, a rover that signs, or that obeys another."""
+    one = vehicle(BEAT)
+    tell(one, Heartbeat(6, 8, 0, is_armed=False), system=255)
+    assert code(one.unfit()) == "mavlink.twin"
+    signed = vehicle()
+    tell(signed, BEAT, signed=True)
+    assert code(signed.unfit()) == "mavlink.signed"
+    assert code(vehicle(BEAT, Parameter("SYSID_MYGCS", 1.0)).unfit()) == "mavlink.not_ours"
+
+
+def test_a_restart_is_noticed_by_the_time_since_power_on() -> None:
+    """Only by one that goes back far; messages may overtake each other."""
+    one = vehicle(BEAT, Attitude(0.0, 0.0, 60_000), Attitude(0.0, 0.0, 59_900))
+    assert not one.restarted
+    tell(one, Attitude(0.0, 0.0, 500))
+    assert one.restarted
+
+
+def test_it_moves_when_it_drives_or_turns() -> None:
+    """Below the threshold it is noise; without a speed nobody knows."""
+    assert vehicle(BEAT).moving is None
+    assert vehicle(BEAT, Speed(0.09)).moving is False
+    assert vehicle(BEAT, Speed(0.1)).moving is True
+    assert vehicle(BEAT, Speed(0.0), Attitude(0.0, -0.06, 1)).moving is True
+
+
+def test_pose_and_battery_are_what_it_told_last() -> None:
+    """A message without a value does not undo one that had it."""
+    one = vehicle(BEAT, Battery(8.1, None), Battery(None, 0.5), Position(1.0, 2.0))
+    assert one.pose is None
+    tell(one, Attitude(0.5, 0.0, 1))
+    assert one.pose == Pose(1.0, 2.0, 0.5)
+    assert one.battery == Battery(8.1, 0.5)
