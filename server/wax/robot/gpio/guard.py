@@ -1,0 +1,83 @@
+"""Clear the motors' pins when the driver's process has died.
+
+A pin has no watchdog: whoever drove it may be gone, and it keeps its last level, which may be that
+of a running motor. So the driver starts this program beforehand, as
+``python -m wax.robot.gpio.guard PIN…``, with a pipe for its input. While the pipe is open it holds
+no pin. When it ends without the line ``bye``, the driver has died: then it takes the pins and
+switches them off.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import subprocess
+import sys
+import time
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+BYE: Final = b"bye\n"
+TRY_FOR_S: Final = 2.0
+TRY_EVERY_S: Final = 0.005
+END_S: Final = 0.2
+
+
+class Guard:
+    """The program as the driver has it."""
+
+    def __init__(self, pins: Sequence[int]) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "wax.robot.gpio.guard", *map(str, pins)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,  # the driver's own belongs to the server
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(path or "." for path in sys.path)},
+            # A signal to the driver's group must not take its guard along.
+            start_new_session=True,
+        )
+
+    def dismiss(self) -> None:
+        """End it; the pins are off."""
+        assert self._process.stdin is not None
+        with contextlib.suppress(OSError):
+            self._process.stdin.write(BYE)
+            self._process.stdin.close()
+        try:
+            self._process.wait(END_S)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+
+def clear(pins: Sequence[int]) -> list[int]:
+    """Take the pins as soon as they are free and switch them off; return those that are off."""
+    import gpiozero  # noqa: PLC0415 - loaded beforehand by `main`
+
+    ends_s = time.monotonic() + TRY_FOR_S
+    cleared: dict[int, object] = {}
+    while len(cleared) < len(pins) and time.monotonic() < ends_s:
+        for pin in pins:
+            if pin not in cleared:
+                with contextlib.suppress(Exception):  # the kernel has not freed it yet
+                    cleared[pin] = gpiozero.DigitalOutputDevice(pin, initial_value=False)
+        if len(cleared) < len(pins):
+            time.sleep(TRY_EVERY_S)
+    return list(cleared)
+
+
+def main() -> None:
+    """Wait for the end of the driver."""
+    import gpiozero  # noqa: PLC0415
+
+    gpiozero.Device.ensure_pin_factory()  # so that nothing is left to load
+    pins = [int(pin) for pin in sys.argv[1:]]
+    if sys.stdin.buffer.read() == BYE:
+        return
+    cleared = clear(pins)
+    print(f"the robot's driver has died; pins off: {cleared}", file=sys.stderr)  # noqa: T201
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,194 @@
+"""The pins, by gpiozero: two motors, servos, encoders and bumpers."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from typing import TYPE_CHECKING, Any, Final
+
+import gpiozero
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.robot.gpio.settings import Bridge, GpioSettings
+    from wax.robot.gpio.shares import Shares
+
+Steps = tuple[int, int]
+
+_SERVO_FRAME_S: Final = 0.02
+
+
+class Motor:
+    """One motor; gpiozero's own have no pins for both direction and speed, or no frequency."""
+
+    def __init__(self, bridge: Bridge, pins: list[int], pwm_hz: float) -> None:
+        self._parts: list[Any] = []
+        self._share = 0.0
+        self._ahead = self._back = None
+        try:
+            if bridge == "in_in":
+                self._ahead = self._pwm(pins[0], pwm_hz)
+                self._back = self._pwm(pins[1], pwm_hz)
+            elif bridge == "phase_enable":
+                self._directions = (None, self._level(pins[0]))
+                self._speed = self._pwm(pins[1], pwm_hz)
+            else:
+                self._directions = (self._level(pins[0]), self._level(pins[1]))
+                self._speed = self._pwm(pins[2], pwm_hz)
+        except Exception:
+            self.close()
+            raise
+
+    def set(self, share: float) -> None:
+        """Open it so far; it is off for a moment where its direction changes."""
+        if share == self._share:
+            return  # to begin the same PWM again would be felt
+        if share * self._share <= 0.0:
+            self.off()
+        if self._ahead is not None and self._back is not None:
+            (self._ahead if share > 0.0 else self._back).value = abs(share)
+        elif share != 0.0:
+            ahead, back = self._directions
+            for part, is_on in ((ahead, share > 0.0), (back, share < 0.0)):
+                if part is not None:
+                    part.value = is_on
+            self._speed.value = abs(share)
+        self._share = share
+
+    def off(self) -> None:
+        """Switch everything of it off, the speed first."""
+        for part in reversed(self._parts):
+            part.off()
+        self._share = 0.0
+
+    def close(self) -> None:
+        for part in reversed(self._parts):
+            part.close()
+
+    def _level(self, pin: int) -> Any:
+        self._parts.append(gpiozero.DigitalOutputDevice(pin))
+        return self._parts[-1]
+
+    def _pwm(self, pin: int, pwm_hz: float) -> Any:
+        self._parts.append(gpiozero.PWMOutputDevice(pin, frequency=pwm_hz))
+        return self._parts[-1]
+
+
+class Encoder:
+    """Counts a wheel's steps: with two pins either way, with one in the direction `towards`."""
+
+    def __init__(self, pins: list[int]) -> None:
+        self.towards = 1
+        self._counted = 0
+        self._both: Any = None
+        if len(pins) == 2:
+            self._both = self._device = gpiozero.RotaryEncoder(*pins, max_steps=0)
+        else:
+            self._device = gpiozero.DigitalInputDevice(pins[0], pull_up=True)
+            self._device.when_activated = self._count
+
+    @property
+    def steps(self) -> int:
+        return self._counted if self._both is None else int(self._both.steps)
+
+    def close(self) -> None:
+        self._device.close()
+
+    def _count(self) -> None:
+        self._counted += self.towards
+
+
+class Pins:
+    """All that hangs on the pins, from construction to `close`; raises what gpiozero raises."""
+
+    def __init__(self, settings: GpioSettings, on_bump: Callable[[], None]) -> None:
+        # lgpio makes a pipe in its working directory, by default ours, which may not be writable.
+        os.environ.setdefault("LG_WD", tempfile.gettempdir())
+        self._closers: list[Callable[[], None]] = []
+        try:
+            self._claim(settings, on_bump)
+        except Exception:
+            self.close()
+            raise
+
+    def _claim(self, settings: GpioSettings, on_bump: Callable[[], None]) -> None:
+        bridge, left, right = settings.motors
+        self._motors = tuple(
+            self._keep(Motor(bridge, pins, settings.pwm_hz)) for pins in (left, right)
+        )
+        self._servos = {
+            name: self._keep(
+                gpiozero.Servo(
+                    pin,
+                    initial_value=None,  # it stays where it is until somebody turns it
+                    min_pulse_width=settings.servo_min_ms / 1000.0,
+                    max_pulse_width=settings.servo_max_ms / 1000.0,
+                    frame_width=_SERVO_FRAME_S,
+                )
+            )
+            for name, pin in settings.servos.items()
+        }
+        self._encoders = tuple(
+            self._keep(Encoder(pins))
+            for pins in (settings.left_encoder, settings.right_encoder)
+            if pins
+        )
+        # gpiozero's Button waits up to a second for its release before it closes.
+        self._front, self._back = (
+            tuple(self._keep(gpiozero.DigitalInputDevice(pin, pull_up=True)) for pin in pins)
+            for pins in (settings.front_bumpers, settings.back_bumpers)
+        )
+        for button in (*self._front, *self._back):
+            button.when_activated = button.when_deactivated = on_bump
+
+    def drive(self, shares: Shares) -> None:
+        """Open the motors so far."""
+        for motor, share in zip(self._motors, (shares.left, shares.right), strict=True):
+            motor.set(share)
+
+    def follow(self, left: int, right: int) -> None:
+        """Tell encoders with one pin in which direction the wheels roll."""
+        for encoder, towards in zip(self._encoders, (left, right), strict=False):
+            encoder.towards = towards or encoder.towards
+
+    def turn(self, name: str, position: float) -> None:
+        """Turn an axis."""
+        self._servos[name].value = position
+
+    @property
+    def steps(self) -> Steps | None:
+        """The counts of the left and the right wheel; None without encoders."""
+        if not self._encoders:
+            return None
+        left, right = self._encoders
+        return left.steps, right.steps
+
+    @property
+    def bumped(self) -> tuple[bool, bool]:
+        """Whether a bumper is pressed, in front and behind."""
+        return (
+            any(button.is_active for button in self._front),
+            any(button.is_active for button in self._back),
+        )
+
+    @property
+    def bumpers(self) -> int:
+        """A bit for each pressed bumper, those in front first."""
+        buttons = (*self._front, *self._back)
+        return sum(1 << number for number, button in enumerate(buttons) if button.is_active)
+
+    def close(self) -> None:
+        """Switch the motors off, then let go of all pins; never raises."""
+        for motor in getattr(self, "_motors", ()):
+            with contextlib.suppress(Exception):
+                motor.off()
+        for close in reversed(self._closers):
+            with contextlib.suppress(Exception):
+                close()
+        self._closers.clear()
+
+    def _keep(self, part: Any) -> Any:
+        self._closers.append(part.close)
+        return part

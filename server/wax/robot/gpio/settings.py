@@ -1,0 +1,133 @@
+"""The table `[robot.gpio]`."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Final, Literal, Self
+
+from pydantic import Field, model_validator
+
+from wax.config.driver_settings import DriverSettings
+from wax.config.settings import AxisName  # noqa: TC001 - pydantic looks it up
+
+Pin = Annotated[int, Field(ge=0, le=27)]
+Pins = Annotated[list[Pin], Field(max_length=3)]
+Bridge = Literal["in_in_pwm", "in_in", "phase_enable"]
+
+PINS_OF: Final[dict[Bridge, int]] = {"in_in_pwm": 3, "in_in": 2, "phase_enable": 2}
+
+BOARDS: Final[dict[str, tuple[Bridge, list[int], list[int]]]] = {
+    "camjam": ("in_in", [9, 10], [7, 8]),
+    "ryanteck": ("in_in", [17, 18], [22, 23]),
+    "drv8835": ("phase_enable", [5, 12], [6, 13]),
+}
+"""Boards whose pins gpiozero knows: the bridge, the left and the right motor."""
+
+
+class GpioSettings(DriverSettings):
+    """Two motors on H-bridges, and what else hangs on the pins; all numbers are BCM's."""
+
+    TABLE: ClassVar[str] = "gpio"
+
+    board: Literal["own", "camjam", "ryanteck", "drv8835"] = Field(
+        "own",
+        description="A motor board whose pins are known (CamJam EduKit 3, Ryanteck, Pololu"
+        ' DRV8835), or "own" with bridge, left and right below.',
+    )
+    bridge: Bridge = Field(
+        "in_in_pwm",
+        description="What a motor's pins are: in_in_pwm (IN1, IN2, PWM: TB6612, L298N), in_in (both"
+        " IN with PWM: DRV8833, L9110) or phase_enable (direction, then PWM).",
+    )
+    left: Pins = Field(
+        [17, 27, 12],
+        description="The left motor's pins, as bridge says. Take some from 9 on: those below are"
+        " pulled up while nobody drives them.",
+    )
+    right: Pins = Field([23, 24, 13], description="The right motor's pins.")
+    pwm_hz: Annotated[float, Field(ge=20.0, le=10_000.0)] = Field(
+        500.0,
+        description="The frequency of the motors' PWM, which gpiozero's pins make in software.",
+    )
+    full_speed_mps: Annotated[float, Field(ge=0.0, le=10.0)] = Field(
+        0.0,
+        description="How fast a wheel turns at full voltage, measured. 0: as fast as the limits of"
+        " [robot] ask for.",
+    )
+    dead_share: Annotated[float, Field(ge=0.0, le=0.9)] = Field(
+        0.0, description="The share of the voltage below which the motors only hum."
+    )
+    servos: Annotated[dict[AxisName, Pin], Field(max_length=4)] = Field(
+        {}, description="The axes that servos turn, each with its pin: { pan = 18, tilt = 19 }."
+    )
+    servo_min_ms: Annotated[float, Field(ge=0.4, le=1.5)] = Field(
+        1.0, description="The pulse for an axis at -1."
+    )
+    servo_max_ms: Annotated[float, Field(ge=1.5, le=2.6)] = Field(
+        2.0, description="The pulse for an axis at 1."
+    )
+    left_encoder: Annotated[list[Pin], Field(max_length=2)] = Field(
+        [],
+        description="The left wheel's encoder: A and B, or only A, which counts in the direction"
+        " that the motor is told. Empty: none.",
+    )
+    right_encoder: Annotated[list[Pin], Field(max_length=2)] = Field(
+        [], description="The right wheel's encoder; both wheels have one or none has."
+    )
+    steps_per_m: Annotated[float, Field(gt=0.0, le=100_000.0)] = Field(
+        1000.0, description="How many steps an encoder counts while its wheel rolls a metre."
+    )
+    front_bumpers: Annotated[list[Pin], Field(max_length=4)] = Field(
+        [], description="The buttons in front, each between its pin and ground."
+    )
+    back_bumpers: Annotated[list[Pin], Field(max_length=4)] = Field(
+        [], description="The buttons behind."
+    )
+    bumpers_stop: bool = Field(
+        True,
+        description="Whether a pressed bumper stops the robot here, in the driver: towards it"
+        " nothing moves then, away from it and on the spot it may.",
+    )
+    guard: bool = Field(
+        True,
+        description="Whether a second process waits to clear the motors' pins when the driver's own"
+        " has died: pins have no watchdog, and keep their last level.",
+    )
+    reopen_s: Annotated[float, Field(ge=0.05, le=60.0)] = Field(
+        1.0, description="How long to wait before pins that failed are tried again."
+    )
+
+    @property
+    def motors(self) -> tuple[Bridge, list[int], list[int]]:
+        """The bridge, and the pins of the left and the right motor."""
+        return BOARDS.get(self.board, (self.bridge, self.left, self.right))
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> Self:
+        bridge, left, right = self.motors
+        for name, pins in (("left", left), ("right", right)):
+            if len(pins) != PINS_OF[bridge]:
+                raise ValueError(
+                    f"{name} has {len(pins)} pins; a motor on {bridge} has {PINS_OF[bridge]}"
+                )
+        if bool(self.left_encoder) != bool(self.right_encoder):
+            raise ValueError("left_encoder and right_encoder belong together; one is missing")
+        self._no_pin_twice(left, right)
+        return self
+
+    def _no_pin_twice(self, left: list[int], right: list[int]) -> None:
+        users: dict[int, str] = {}
+        for name, pins in {
+            "left": left,
+            "right": right,
+            "servos": list(self.servos.values()),
+            "left_encoder": self.left_encoder,
+            "right_encoder": self.right_encoder,
+            "front_bumpers": self.front_bumpers,
+            "back_bumpers": self.back_bumpers,
+        }.items():
+            for pin in pins:
+                if pin in users:
+                    raise ValueError(
+                        f"pin {pin} is used twice, for {users[pin]} and {name}; give each its own"
+                    )
+                users[pin] = name

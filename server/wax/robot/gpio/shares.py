@@ -1,0 +1,63 @@
+"""From the speeds of two wheels to how far each motor is opened (pure)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from wax.driver.interface import STANDSTILL
+from wax.robot.serial.wheels import WheelMixer
+
+if TYPE_CHECKING:
+    from wax.config.settings import RobotSettings
+    from wax.driver.interface import Twist
+    from wax.robot.gpio.settings import GpioSettings
+
+
+@dataclass(frozen=True, slots=True)
+class Shares:
+    """Of the full voltage, -1 to 1, as the motors are wired."""
+
+    left: float = 0.0
+    right: float = 0.0
+
+
+OFF = Shares()
+
+
+class Opening:
+    """Opens the motors for a twist, by the robot's geometry, trims and inversions."""
+
+    def __init__(self, robot: RobotSettings, gpio: GpioSettings) -> None:
+        self._mixer = WheelMixer(robot)
+        self._inverted = (robot.invert_left, robot.invert_right)
+        on_the_spot_mps = robot.max_angular_rps * robot.wheel_base_m / 2.0
+        self._full_mps = gpio.full_speed_mps or max(robot.max_linear_mps, on_the_spot_mps)
+        self._dead = gpio.dead_share
+
+    def shares(self, twist: Twist) -> Shares:
+        """Return how far the motors are opened; nothing is opened further than it can be."""
+        wheels = self._mixer.mix(twist)
+        return Shares(self._share(wheels.left_mps), self._share(wheels.right_mps))
+
+    def directions(self, twist: Twist) -> tuple[int, int]:
+        """Return in which direction each wheel rolls: 1 is forward, 0 not at all."""
+        wheels = self._mixer.mix(twist)
+        left, right = (
+            (speed_mps > 0.0) - (speed_mps < 0.0)
+            for speed_mps in (wheels.left_mps, wheels.right_mps)
+        )
+        return -left if self._inverted[0] else left, -right if self._inverted[1] else right
+
+    def _share(self, speed_mps: float) -> float:
+        if speed_mps == 0.0:
+            return 0.0
+        share = min(1.0, abs(speed_mps) / self._full_mps)
+        opened = self._dead + (1.0 - self._dead) * share
+        return opened if speed_mps > 0.0 else -opened
+
+
+def unless_bumped(twist: Twist, *, front: bool, back: bool) -> Twist:
+    """Return standstill for motion towards a pressed bumper, else the twist."""
+    towards = (front and twist.linear_mps > 0.0) or (back and twist.linear_mps < 0.0)
+    return STANDSTILL if towards else twist

@@ -1,0 +1,326 @@
+"""What the driver puts on the pins and reads from them; the pins are gpiozero's mock ones."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+import time
+from typing import TYPE_CHECKING, Any
+
+import gpiozero
+import pytest
+from tests.robot.gpio.conftest import LEFT, RIGHT, Board, settings
+
+from wax.clock import SystemClock
+from wax.driver.interface import STANDSTILL, Twist
+from wax.robot.find_driver import make_driver
+from wax.robot.gpio.guard import BYE, clear
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from wax.driver.interface import Driver, RobotState
+
+
+@pytest.fixture
+def make(pins: Board) -> Iterator[Callable[..., Driver]]:
+    made: list[Driver] = []
+
+    def opened(robot: dict[str, Any] | None = None, **gpio: Any) -> Driver:
+        driver = make_driver(settings(robot, **gpio), SystemClock())
+        made.append(driver)
+        driver.open()
+        until(driver, lambda state: state.connected)
+        return driver
+
+    yield opened
+    for driver in made:
+        driver.close()
+
+
+def until(driver: Driver, so: Callable[[RobotState], bool]) -> RobotState:
+    end_s = time.monotonic() + 5.0
+    while not so(state := driver.state()):
+        assert time.monotonic() < end_s, state
+        time.sleep(0.002)
+    return state
+
+
+def feed(driver: Driver, twist: Twist, for_s: float = 0.15) -> None:
+    driver.apply(STANDSTILL, 1)
+    end_s = time.monotonic() + for_s
+    while time.monotonic() < end_s:
+        driver.apply(twist, 1)
+        time.sleep(0.01)
+
+
+@pytest.mark.parametrize(
+    ("twist", "left", "right"),
+    [
+        (Twist(0.6, 0.0), 1.0, 1.0),
+        (Twist(-0.3, 0.0), -0.5, -0.5),
+        (Twist(0.0, 1.5), -0.375, 0.375),
+        (Twist(0.3, 1.0), 0.25, 0.75),
+    ],
+)
+def test_the_motors_follow_the_twist(
+    pins: Board, make: Callable[..., Driver], twist: Twist, left: float, right: float
+) -> None:
+    """Each motor is opened as far as its wheel's speed asks for."""
+    feed(make(), twist)
+    assert pins.motor(LEFT) == pytest.approx(left)
+    assert pins.motor(RIGHT) == pytest.approx(right)
+
+
+def test_a_robot_that_drifts_is_trimmed_and_turned_around(
+    pins: Board, make: Callable[..., Driver]
+) -> None:
+    """The robot's trims and inversions, the measured full speed and the dead share count."""
+    driver = make({"right_trim": 0.5, "invert_left": True}, full_speed_mps=1.2, dead_share=0.2)
+    feed(driver, Twist(0.6, 0.0))
+    assert pins.motor(LEFT) == pytest.approx(-(0.2 + 0.8 * 0.5))
+    assert pins.motor(RIGHT) == pytest.approx(0.2 + 0.8 * 0.25)
+
+
+def test_bridges_with_two_inputs(pins: Board, make: Callable[..., Driver]) -> None:
+    """Both inputs have PWM: the one of the direction is opened, the other one is off."""
+    driver = make(board="camjam")
+    feed(driver, Twist(0.3, 0.0))
+    assert [pins.level(pin) for pin in (9, 10, 7, 8)] == [0.5, 0.0, 0.5, 0.0]
+    feed(driver, Twist(-0.3, 0.0))
+    assert [pins.level(pin) for pin in (9, 10, 7, 8)] == [0.0, 0.5, 0.0, 0.5]
+
+
+def test_bridges_with_phase_and_enable(pins: Board, make: Callable[..., Driver]) -> None:
+    """The phase is the direction, backward is high; enable is the speed."""
+    driver = make(board="drv8835")
+    feed(driver, Twist(0.3, 0.0))
+    assert [pins.level(pin) for pin in (5, 12, 6, 13)] == [0.0, 0.5, 0.0, 0.5]
+    feed(driver, Twist(-0.6, 0.0))
+    assert [pins.level(pin) for pin in (5, 12, 6, 13)] == [1.0, 1.0, 1.0, 1.0]
+
+
+def test_a_motor_is_off_before_it_turns_the_other_way(
+    pins: Board, make: Callable[..., Driver]
+) -> None:
+    """A bridge never sees both directions, and the speed is 0 between them."""
+    driver = make()
+    feed(driver, Twist(0.6, 0.0))
+    pins.pin(LEFT[2]).clear_states()
+    driver.apply(Twist(-0.6, 0.0), 1)
+    time.sleep(0.1)
+    assert [state for _, state in pins.pin(LEFT[2]).states] == [1.0, 0.0, 1.0]
+
+
+def test_the_same_again_is_not_put_on_the_pins_again(
+    pins: Board, make: Callable[..., Driver]
+) -> None:
+    """What is repeated fifty times a second changes no pin, or one would hear it."""
+    driver = make()
+    feed(driver, Twist(0.3, 0.0), 0.05)
+    pins.pin(LEFT[2]).clear_states()
+    end_s = time.monotonic() + 0.3
+    while time.monotonic() < end_s:
+        driver.apply(Twist(0.3, 0.0), 1)
+        time.sleep(0.01)
+    assert len(pins.pin(LEFT[2]).states) == 1
+
+
+def test_servos_turn_the_axes(pins: Board, make: Callable[..., Driver]) -> None:
+    """A pulse of 1 to 2 ms in a frame of 20, and none before somebody has turned the axis."""
+    driver = make(servos={"pan": 18, "tilt": 19})
+    assert driver.limits.axes == ("pan", "tilt")
+    assert pins.level(18) == 0.0
+    driver.set_axis("pan", -1.0, 1)
+    driver.set_axis("tilt", 0.5, 1)
+    time.sleep(0.1)
+    assert pins.level(18) == pytest.approx(0.05)
+    assert pins.level(19) == pytest.approx(0.0875)
+
+
+def test_encoders_tell_speed_and_place(pins: Board, make: Callable[..., Driver]) -> None:
+    """Steps of both wheels make the pose; a wheel that turns, either way, is motion."""
+    driver = make(left_encoder=[5, 6], right_encoder=[20, 21], steps_per_m=100.0)
+    assert driver.state().moving is False
+    for _ in range(10):
+        pins.roll((5, 6), 1)
+        pins.roll((20, 21), 1)
+    state = until(driver, lambda state: state.moving is True)
+    assert state.pose is not None
+    assert state.pose.x_m == pytest.approx(0.1)
+    assert state.extra["speed_mps"] > 0.0
+    pins.roll((20, 21), -5)
+    state = until(driver, lambda state: state.extra["right_steps"] == 5.0)
+    assert state.pose is not None
+    assert state.pose.heading_rad < 0.0
+    until(driver, lambda state: state.moving is False)
+
+
+def test_an_encoder_with_one_pin_counts_the_way_the_motor_goes(
+    pins: Board, make: Callable[..., Driver]
+) -> None:
+    """Backward it counts down, also where the motor is wired the other way."""
+    driver = make({"invert_left": True}, left_encoder=[5], right_encoder=[20])
+    feed(driver, Twist(-0.3, 0.0), 0.05)
+    pins.roll((5,), 3)
+    pins.roll((20,), 2)
+    state = until(driver, lambda state: state.extra["right_steps"] == -2.0)
+    assert state.extra["left_steps"] == -3.0
+
+
+def test_without_encoders_nobody_knows_whether_it_moves(make: Callable[..., Driver]) -> None:
+    """Neither motion nor a place is made up."""
+    state = make().state()
+    assert (state.moving, state.pose) == (None, None)
+
+
+def test_a_bumper_stops_it(pins: Board, make: Callable[..., Driver]) -> None:
+    """Pressed in motion it switches off in milliseconds; away from it the robot may go."""
+    driver = make(front_bumpers=[20, 21], back_bumpers=[26])
+    feed(driver, Twist(0.6, 0.0))
+    pins.press(21)
+    end_s = time.monotonic() + 0.05
+    while pins.motor(LEFT) != 0.0:
+        assert time.monotonic() < end_s
+    until(driver, lambda state: state.bumpers == 0b010)
+    feed(driver, Twist(0.6, 0.0))
+    assert pins.motor(LEFT) == 0.0
+    feed(driver, Twist(-0.3, 0.0))
+    assert pins.motor(LEFT) == -0.5
+    pins.press(26)
+    until(driver, lambda state: state.bumpers == 0b110)
+    feed(driver, Twist(-0.3, 0.0))
+    assert pins.motor(LEFT) == 0.0
+    feed(driver, Twist(0.0, 1.5))
+    assert pins.motor(LEFT) == pytest.approx(-0.375)
+    start_s = time.monotonic()
+    driver.close()
+    assert time.monotonic() - start_s < 0.5
+
+
+def test_a_bumper_may_only_be_told(pins: Board, make: Callable[..., Driver]) -> None:
+    """With bumpers_stop = false the page shows it, and the operator decides."""
+    driver = make(front_bumpers=[20], bumpers_stop=False)
+    pins.press(20)
+    until(driver, lambda state: state.bumpers == 1)
+    feed(driver, Twist(0.6, 0.0))
+    assert pins.motor(LEFT) == 1.0
+
+
+def test_pins_that_somebody_else_has_are_tried_again(pins: Board) -> None:
+    """One sentence while another program has one of them; nothing moves when they are free."""
+    other = gpiozero.DigitalOutputDevice(LEFT[2])
+    driver = make_driver(settings(), SystemClock())
+    driver.open()
+    try:
+        state = until(driver, lambda state: state.problem is not None)
+        assert "GPIO12" in str(state.problem)
+        assert str(state.problem).endswith("Retrying every 0.05 s.")
+        driver.apply(STANDSTILL, 1)
+        driver.apply(Twist(0.6, 0.0), 1)
+        other.close()
+        state = until(driver, lambda state: state.connected)
+        assert state.epoch == 1
+        for _ in range(10):
+            driver.apply(Twist(0.6, 0.0), 1)
+            time.sleep(0.01)
+        assert pins.motor(LEFT) == 0.0
+    finally:
+        driver.close()
+
+
+def test_pins_that_fail_are_let_go_and_opened_again(
+    pins: Board, make: Callable[..., Driver], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A failing library stops the robot, is a sentence, and a later epoch begins at standstill."""
+    driver = make()
+    feed(driver, Twist(0.3, 0.0))
+    pin = pins.pin(RIGHT[2])
+    real = pin._set_state
+
+    def fails(value: float) -> None:
+        if value > 0.6:
+            raise OSError(5, "Input/output error")
+        real(value)
+
+    monkeypatch.setattr(pin, "_set_state", fails)
+    driver.apply(Twist(0.6, 0.0), 1)
+    state = until(driver, lambda state: state.problem is not None)
+    assert "Input/output error" in str(state.problem)
+    assert pins.motor(LEFT) == 0.0
+    state = until(driver, lambda state: state.connected)
+    assert state.epoch == 2
+    driver.apply(Twist(0.3, 0.0), 1)
+    time.sleep(0.05)
+    assert pins.motor(LEFT) == 0.0
+
+
+def test_a_place_without_pins_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a computer without pins the server runs on, and the sentence says what is missing."""
+    monkeypatch.setattr(gpiozero.Device, "pin_factory", None)
+    monkeypatch.setenv("GPIOZERO_PIN_FACTORY", "native")
+    driver = make_driver(settings(), SystemClock())
+    driver.open()
+    try:
+        state = until(driver, lambda state: state.problem is not None)
+        assert str(state.problem).startswith("The pins cannot be used")
+    finally:
+        driver.close()
+
+
+# --- the guard ----------------------------------------------------------------------------------
+
+
+def test_the_guard_clears_the_pins(pins: Board) -> None:
+    """Also one that takes a while to become free."""
+    held = gpiozero.DigitalOutputDevice(13, initial_value=True)
+    pins.pin(12).function = "output"
+    pins.pin(12).state = 1.0
+    timer = threading.Timer(0.1, held.close)
+    timer.start()
+    assert sorted(clear([12, 13])) == [12, 13]
+    timer.join()
+    assert [pins.level(12), pins.level(13)] == [0.0, 0.0]
+
+
+@pytest.mark.system
+@pytest.mark.parametrize(("last_words", "acts"), [(b"", True), (BYE, False)])
+def test_the_guard_acts_only_when_the_driver_died(last_words: bytes, acts: bool) -> None:
+    """The end of its pipe without a goodbye is the driver's death; it acts in a moment."""
+    guard = subprocess.Popen(
+        [sys.executable, "-m", "wax.robot.gpio.guard", "12", "13"],
+        stdin=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=os.environ | {"GPIOZERO_PIN_FACTORY": "mock", "GPIOZERO_MOCK_PIN_CLASS": "mockpwmpin"},
+    )
+    _, said = guard.communicate(last_words, timeout=30)
+    assert guard.returncode == 0
+    assert (b"pins off: [12, 13]" in said) == acts
+
+
+@pytest.mark.system
+def test_a_driver_has_its_guard_and_dismisses_it(
+    pins: Board, make: Callable[..., Driver], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Opening starts it, closing ends it within the second that a close may take."""
+    monkeypatch.setenv("GPIOZERO_PIN_FACTORY", "mock")
+    driver = make(guard=True)
+    guards = children()
+    assert len(guards) == 1
+    start_s = time.monotonic()
+    driver.close()
+    assert time.monotonic() - start_s < 1.0
+    assert children() == []
+
+
+def children() -> list[int]:
+    """Return this process's children that are guards."""
+    import psutil  # noqa: PLC0415
+
+    return [
+        child.pid
+        for child in psutil.Process().children()
+        if "wax.robot.gpio.guard" in child.cmdline()
+    ]
