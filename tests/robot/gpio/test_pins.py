@@ -317,7 +317,7 @@ def test_a_driver_has_its_guard_and_dismisses_it(
 
 def children() -> list[int]:
     """Return this process's children that are guards."""
-    import psutil  # noqa: PLC0415
+    import psutil  # type: ignore[import-untyped]  # noqa: PLC0415
 
     return [
         child.pid
