@@ -103,6 +103,14 @@ want_relay() {
         _missing "the relay cannot be tested; type: sudo apt-get install -y coturn"
 }
 
+# The other implementation of DDS behind the driver for ROS 2; 3 MB.
+want_fastdds() {
+    [ "$(uname)" = Linux ] || return 0
+    [ -d /usr/include/fastdds ] || apt_install libfastrtps-dev || apt_install libfastdds-dev ||
+        _missing "the driver for ROS 2 cannot be tested against Fast DDS;" \
+            "type: sudo apt-get install -y libfastrtps-dev"
+}
+
 # What the benchmarks compare a viewer's cost with; without it that column stays empty.
 want_janus() {
     [ "$(uname)" = Linux ] || return 0
@@ -126,4 +134,5 @@ want_all() {
     want_voice
     want_ear
     want_relay
+    want_fastdds
 }

@@ -1,0 +1,106 @@
+"""What a robot on ROS 2 is told, and what it tells: all but the threads and the wire."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, Any
+
+from wax.driver.interface import RobotState
+from wax.robot.ros2.pace import Pace
+from wax.robot.ros2.senses import Senses
+from wax.robot.serial.setpoints import SetPoints
+from wax.sentence import Sentence
+
+if TYPE_CHECKING:
+    from wax.driver.interface import Limits, Twist
+    from wax.robot.ros2.settings import Ros2Settings
+
+
+class Ros2Conversation:
+    """Set-points in, messages out, what was heard in, the state out; any thread may call it.
+
+    While there is a `verdict` why the robot cannot be driven, it is not connected and only
+    standstill is sent. A new connection begins at standstill and with a new epoch.
+    """
+
+    def __init__(self, settings: Ros2Settings, limits: Limits) -> None:
+        self._lock = threading.Lock()
+        self._setpoints = SetPoints(limits, settings.ttl_ms / 1000.0)
+        self._pace = Pace(
+            rate_hz=settings.rate_hz, zeros_s=settings.zeros_s, idle_hz=settings.idle_hz
+        )
+        self._senses = Senses()
+        self._connected = False
+        self._verdict: Sentence | None = None
+        self._is_alone = True
+        self._epoch = 0
+        self.extra: dict[str, float] = {}
+        """What is shown on the status page beside; replaced, never changed."""
+
+    def apply(self, twist: Twist, turn: int, now_s: float) -> None:
+        with self._lock:
+            self._setpoints.apply(twist, turn, now_s)
+
+    def stop(self, turn: int) -> None:
+        with self._lock:
+            self._setpoints.stop(turn)
+
+    def opened(self) -> None:
+        """Begin: standstill is sent first, for all of its time."""
+        with self._lock:
+            self._pace.begin()
+
+    def next(self, now_s: float) -> tuple[Twist | None, float]:
+        """Return what to send now, None for nothing, and when to ask again at the latest."""
+        with self._lock:
+            order, changes_s = self._setpoints.order(now_s)
+            is_due, again_s = self._pace.next(order.twist, now_s, alone=self._is_alone)
+            return order.twist if is_due else None, min(again_s, changes_s)
+
+    def owes(self, now_s: float) -> bool:
+        """Whether the robot moves, or was not told long enough to stand."""
+        with self._lock:
+            return self._pace.owes(now_s)
+
+    def hear(self, kind: str, message: Any, now_s: float) -> None:
+        with self._lock:
+            self._senses.hear(kind, message, now_s)
+
+    def judged(self, verdict: Sentence | None, *, alone: bool) -> None:
+        """Take why the robot cannot be driven, None if it can, and whether nobody else speaks."""
+        with self._lock:
+            self._is_alone = alone
+            if verdict is not None:
+                self._disconnect(verdict)
+            elif not self._connected:
+                self._setpoints.connected()
+                self._connected, self._verdict = True, None
+                self._epoch += 1
+
+    def lost(self, why: Sentence | None) -> None:
+        """Take that the connection is gone, None if we closed it."""
+        with self._lock:
+            self._disconnect(why)
+
+    def state(self, now_s: float) -> RobotState:
+        with self._lock:
+            senses, connected = self._senses, self._connected
+            fault = senses.fault(now_s)
+            problem = self._verdict
+            if problem is None and fault is not None and connected:
+                problem = Sentence("ros2.fault", {"fault": fault})
+            return RobotState(
+                connected=connected,
+                problem=problem,
+                epoch=self._epoch,
+                moving=senses.moving(now_s) if connected else None,
+                pose=senses.pose(now_s) if connected else None,
+                bumpers=senses.bumpers if connected else 0,
+                battery_v=senses.battery_v if connected else None,
+                battery_fraction=senses.battery_fraction if connected else None,
+                extra=self.extra | {"ros2_invalid": float(senses.invalid)},
+            )
+
+    def _disconnect(self, why: Sentence | None) -> None:
+        self._setpoints.lost()
+        self._connected, self._verdict = False, why

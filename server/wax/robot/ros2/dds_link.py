@@ -1,0 +1,164 @@
+"""The connection straight into DDS, by CycloneDDS."""
+
+from __future__ import annotations
+
+import struct
+from contextlib import ExitStack, suppress
+from typing import TYPE_CHECKING, Any, Final
+
+from cyclonedds.core import (
+    DDSException,
+    InstanceState,
+    ReadCondition,
+    SampleState,
+    ViewState,
+    WaitSet,
+)
+from cyclonedds.pub import DataWriter
+from cyclonedds.qos import Policy, Qos
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+
+from wax.robot.ros2 import idl
+from wax.robot.ros2.dds_domain import participant, told
+from wax.robot.ros2.dds_endpoints import Endpoints
+from wax.robot.ros2.link import command_type
+from wax.robot.ros2.names import dds_topic
+from wax.robot.ros2.neighbours import Traffic
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wax.driver.interface import Twist
+    from wax.robot.ros2.link import Wanted
+    from wax.robot.ros2.settings import Ros2Settings
+
+BLOCK_S: Final = 0.02
+"""How long a write may wait; with one sample kept it replaces that and does not wait."""
+ACKNOWLEDGED_S: Final = 0.2
+_TAKEN: Final = 16
+_DAMAGED: Final = (ValueError, AssertionError, IndexError, struct.error)
+"""What cyclonedds raises for bytes that are no such message."""
+_ANY: Final = SampleState.Any | ViewState.Any | InstanceState.Any
+
+
+class DdsLink:
+    """A `Link` of one participant, with a writer if it has a `mark`."""
+
+    def __init__(
+        self, settings: Ros2Settings, *, mark: str = "", wanted: Sequence[Wanted] = ()
+    ) -> None:
+        self._settings = settings
+        self._is_closed = False
+        self.invalid = 0
+        self._held = ExitStack()
+        try:
+            self._open(mark, wanted)
+        except BaseException:
+            self._held.close()
+            raise
+
+    def _open(self, mark: str, wanted: Sequence[Wanted]) -> None:
+        member = self._held.enter_context(participant(self._settings))
+        with told(self._settings):
+            self._writer = self._commands(member, mark) if mark else None
+            self._guid = str(self._writer.guid) if self._writer is not None else ""
+            name = dds_topic(self._settings.topic)
+            self._takers = Endpoints(member, name, publishers=False)
+            self._givers = Endpoints(member, name, publishers=True)
+            self._readers = {want.kind: _reader(member, want) for want in wanted}
+            self._news = WaitSet(member)
+            self._conditions = [ReadCondition(reader, _ANY) for reader in self._readers.values()]
+            for condition in self._conditions:
+                self._news.attach(condition)
+
+    @property
+    def guid(self) -> str:
+        return self._guid
+
+    def send(self, twist: Twist, wall_ns: int) -> None:
+        if self._writer is None:
+            return
+        said = idl.Twist(
+            linear=idl.Vector3(x=twist.linear_mps), angular=idl.Vector3(z=twist.angular_rps)
+        )
+        with told(self._settings):
+            self._writer.write(self._stamped(said, wall_ns) if self._settings.stamped else said)
+
+    def take(self, timeout_s: float) -> list[tuple[str, Any]]:
+        with told(self._settings):
+            self._news.wait(duration(seconds=timeout_s))
+            return [
+                (kind, message)
+                for kind, reader in self._readers.items()
+                for message in self._messages(reader)
+            ]
+
+    def traffic(self) -> Traffic:
+        with told(self._settings):
+            writer = self._writer
+            matched = None if writer is None else len(writer.get_matched_subscriptions())
+            return Traffic(self._takers.look(), self._givers.look(), matched)
+
+    def close(self) -> None:
+        if self._is_closed:
+            return
+        self._is_closed = True
+        if self._writer is not None:
+            with suppress(DDSException):  # it is over either way
+                self._writer.wait_for_acks(duration(seconds=ACKNOWLEDGED_S))
+        # CycloneDDS deletes what nothing refers to any more.
+        self._writer = None
+        self._conditions.clear()
+        self._readers.clear()
+        del self._takers, self._givers, self._news
+        self._held.close()
+
+    def _commands(self, member: Any, mark: str) -> DataWriter[Any]:
+        offered = (
+            Policy.Reliability.Reliable(duration(seconds=BLOCK_S))
+            if self._settings.reliability == "reliable"
+            else Policy.Reliability.BestEffort
+        )
+        qos = Qos(
+            offered,
+            Policy.History.KeepLast(1),
+            Policy.Durability.Volatile,
+            Policy.Userdata(mark.encode()),
+            _XCDR1,
+        )
+        kind = idl.TYPES[command_type(self._settings)]
+        return DataWriter(member, Topic(member, dds_topic(self._settings.topic), kind), qos)
+
+    def _stamped(self, said: idl.Twist, wall_ns: int) -> idl.TwistStamped:
+        sec, nanosec = divmod(wall_ns, 1_000_000_000)
+        return idl.TwistStamped(idl.Header(idl.Time(sec, nanosec), self._settings.frame_id), said)
+
+    def _messages(self, reader: DataReader[Any]) -> list[Any]:
+        """Take what the reader keeps; what cannot be decoded is counted."""
+        try:
+            messages = reader.take(_TAKEN)
+        except _DAMAGED:
+            self.invalid += 1
+            return []
+        return [message for message in messages if message.sample_info.valid_data]
+
+
+_XCDR1: Final = Policy.DataRepresentation(use_cdrv0_representation=True)
+"""All of ROS 2 speaks it."""
+
+
+def _reader(member: Any, want: Wanted) -> DataReader[Any]:
+    """Subscribe as a robot's telemetry asks: best effort matches every publisher."""
+    qos = Qos(
+        Policy.Reliability.BestEffort,
+        Policy.History.KeepLast(_DEPTHS.get(want.kind, 1)),
+        Policy.Durability.Volatile,
+        _XCDR1,
+    )
+    return DataReader(member, Topic(member, dds_topic(want.topic), idl.TYPES[want.type_name]), qos)
+
+
+_DEPTHS: Final = {"bumper": 8, "diagnostics": 8}
+"""How many of a kind are kept, where each says something that the next one does not repeat."""

@@ -1,0 +1,77 @@
+"""Who else is on the topic of the commands, and what that means for driving (pure)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from wax.robot.ros2.names import ros_type, same_type
+from wax.sentence import Sentence
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+OURS: Final = "wax"
+"""How WAX marks the publisher of a driver, so that two servers know each other."""
+STANDBY: Final = "wax-standby"
+"""How it marks the publisher of a standby."""
+
+
+@dataclass(frozen=True, slots=True)
+class Endpoint:
+    """A publisher or subscriber of the topic; `mark` says which of WAX's it is, if it is."""
+
+    guid: str
+    type_name: str
+    mark: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Traffic:
+    """All that is known of the topic; `matched` counts the subscribers that get what we send.
+
+    None is unknown: a rosbridge server that has no `rosapi` beside it does not tell.
+    """
+
+    takers: tuple[Endpoint, ...] | None = None
+    givers: tuple[Endpoint, ...] | None = None
+    matched: int | None = None
+
+
+def judge(traffic: Traffic, topic: str, type_name: str, ours: Collection[str]) -> Sentence | None:
+    """Return why the robot cannot be driven, None if it can.
+
+    `type_name` is what we send, as ROS 2 writes it; `ours` are the guids of our own publishers.
+    """
+    return _others(traffic, topic, ours) or _taken(traffic, topic, type_name)
+
+
+def strangers(traffic: Traffic, ours: Collection[str]) -> list[Endpoint]:
+    """Return who else publishes on the topic."""
+    return [giver for giver in traffic.givers or () if giver.guid not in ours]
+
+
+def _others(traffic: Traffic, topic: str, ours: Collection[str]) -> Sentence | None:
+    others = strangers(traffic, ours)
+    if not others:
+        return None
+    marks = {other.mark for other in others}
+    if marks == {STANDBY}:
+        return Sentence("ros2.standby_stops", {"topic": topic})
+    if OURS in marks:
+        return Sentence("ros2.other_wax", {"topic": topic})
+    return Sentence("ros2.other_publisher", {"topic": topic, "n": len(others)})
+
+
+def _taken(traffic: Traffic, topic: str, type_name: str) -> Sentence | None:
+    if traffic.takers is None:
+        return None
+    right = [taker for taker in traffic.takers if same_type(ros_type(taker.type_name), type_name)]
+    if not traffic.takers:
+        return Sentence("ros2.nobody_listens", {"topic": topic})
+    if not right:
+        theirs = ros_type(traffic.takers[0].type_name)
+        return Sentence("ros2.wrong_type", {"topic": topic, "theirs": theirs, "ours": type_name})
+    if traffic.matched == 0:
+        return Sentence("ros2.wrong_qos", {"topic": topic})
+    return None

@@ -1,0 +1,175 @@
+"""Keeps the connection to a robot on ROS 2: one thread sends, another listens."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from typing import TYPE_CHECKING, Final
+
+import structlog
+
+from wax.errors import DriverError
+from wax.robot.ros2 import names
+from wax.robot.ros2.link import Wanted, command_type, open_link
+from wax.robot.ros2.neighbours import OURS, judge, strangers
+from wax.robot.ros2.standby_process import StandbyProcess
+
+if TYPE_CHECKING:
+    from wax.clock import Clock
+    from wax.robot.ros2.conversation import Ros2Conversation
+    from wax.robot.ros2.link import Link
+    from wax.robot.ros2.settings import Ros2Settings
+    from wax.sentence import Sentence
+
+_LOG = structlog.get_logger(__name__)
+
+LISTEN_S: Final = 0.05
+LOOK_S: Final = 0.1
+FAREWELL_S: Final = 0.2
+"""How long closing says standstill where a standby goes on saying it."""
+ALONE_FAREWELL_S: Final = 0.6
+"""As long as it may where there is none."""
+
+
+class Session:
+    """From `run` to `close`: opens the link, and again when it is lost."""
+
+    def __init__(self, settings: Ros2Settings, clock: Clock, talk: Ros2Conversation) -> None:
+        self._settings = settings
+        self._clock = clock
+        self._talk = talk
+        self._standby = StandbyProcess(settings, clock) if settings.standby else None
+        self._changed = threading.Condition()
+        self._news = False
+        self._closing = False
+        self._owed = False
+        self._is_open = False
+        self._error: DriverError | None = None
+
+    def wake(self) -> None:
+        """Send what is new now."""
+        with self._changed:
+            self._news = True
+            self._changed.notify()
+
+    def close(self) -> None:
+        """Make `run` tell the robot to stand and return."""
+        with self._changed:
+            self._closing = True
+            self._changed.notify()
+
+    def run(self) -> None:
+        """Connect and stay so until `close`."""
+        try:
+            while not self._closing:
+                try:
+                    self._connect()
+                except DriverError as error:
+                    self._lost(error.sentence)
+                    self._pause(self._settings.reopen_s)
+        finally:
+            if self._standby is not None:
+                self._standby.leave()
+
+    def _connect(self) -> None:
+        self._error = None
+        link = open_link(self._settings, self._clock, mark=OURS, wanted=wanted(self._settings))
+        listener = threading.Thread(
+            target=self._listen, args=(link,), name="ros2 listener", daemon=True
+        )
+        self._is_open = True
+        try:
+            self._talk.opened()
+            listener.start()
+            self._send(link)
+        finally:
+            self._is_open = False
+            if listener.ident is not None:
+                listener.join()
+            with contextlib.suppress(DriverError):
+                link.close()
+
+    # --- what is sent ------------------------------------------------------------------------
+
+    def _send(self, link: Link) -> None:
+        look_s = self._clock.now_s()
+        while not self._closing:
+            self._news = False
+            now_s = self._clock.now_s()
+            again_s = self._say(link)
+            if now_s >= look_s:
+                look_s = now_s + LOOK_S
+                self._judge(link)
+                continue
+            self._pause(min(again_s, look_s) - self._clock.now_s())
+            if self._error is not None:
+                raise self._error
+        self._farewell(link)
+
+    def _say(self, link: Link) -> float:
+        """Send what is due; return when to ask again."""
+        now_s = self._clock.now_s()
+        twist, again_s = self._talk.next(now_s)
+        if twist is not None:
+            link.send(twist, time.time_ns())
+        owes = self._talk.owes(now_s)
+        if self._standby is not None and (twist is not None or owes != self._owed):
+            self._standby.tell(owes=owes)
+            self._owed = owes
+        return again_s
+
+    def _judge(self, link: Link) -> None:
+        """Look around: whether the robot can be driven, and who else is there."""
+        waits = None if self._standby is None else self._standby.look()
+        ours = {link.guid, "" if self._standby is None else self._standby.guid}
+        traffic = link.traffic()
+        kind = command_type(self._settings)
+        verdict = judge(traffic, self._settings.topic, kind, ours) or waits
+        self._talk.judged(verdict, alone=not strangers(traffic, ours))
+
+    def _farewell(self, link: Link) -> None:
+        """Say standstill as long as closing allows; a standby says it for longer."""
+        self._talk.lost(None)
+        for_s = ALONE_FAREWELL_S
+        if self._standby is not None and self._standby.guid:
+            self._standby.leave()
+            for_s = FAREWELL_S
+        self._talk.opened()
+        end_s = self._clock.now_s() + for_s
+        while (now_s := self._clock.now_s()) < end_s:
+            time.sleep(max(0.0, min(self._say(link), end_s) - now_s))
+
+    def _lost(self, why: Sentence) -> None:
+        _LOG.warning("the robot's link is lost", problem=str(why))
+        self._talk.lost(why)
+
+    def _pause(self, pause_s: float) -> None:
+        with self._changed:
+            self._changed.wait_for(self._must_act, min(max(0.0, pause_s), threading.TIMEOUT_MAX))
+
+    def _must_act(self) -> bool:
+        return self._news or self._closing or self._error is not None
+
+    # --- what is heard -----------------------------------------------------------------------
+
+    def _listen(self, link: Link) -> None:
+        try:
+            while self._is_open:
+                for kind, message in link.take(LISTEN_S):
+                    self._talk.hear(kind, message, self._clock.now_s())
+        except DriverError as error:
+            with self._changed:
+                self._error = error
+                self._changed.notify()
+
+
+def wanted(settings: Ros2Settings) -> list[Wanted]:
+    """Return the configured topics of what the robot tells."""
+    offers = (
+        Wanted("odometry", settings.odometry, names.ODOMETRY),
+        Wanted("battery", settings.battery, names.BATTERY),
+        Wanted("bumper", settings.bumper, settings.bumper_type),
+        Wanted("diagnostics", settings.diagnostics, names.DIAGNOSTICS),
+    )
+    return [offer for offer in offers if offer.topic]

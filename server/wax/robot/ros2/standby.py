@@ -1,0 +1,112 @@
+"""The standby: `python -m wax.robot.ros2.standby`, started only by `StandbyProcess`.
+
+It has a publisher of its own on the topic of the commands, known to the robot beforehand, and is
+silent while the driver speaks. It sends standstill when the driver is frozen or has ended, however
+it ended, and then ends itself: so the robot is told to stand for longer than closing may take.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import signal
+import sys
+import time
+from typing import TYPE_CHECKING, Final
+
+from wax.clock import SystemClock
+from wax.driver.interface import STANDSTILL
+from wax.errors import DriverError
+from wax.robot.ros2.link import open_link
+from wax.robot.ros2.neighbours import STANDBY
+from wax.robot.ros2.settings import Ros2Settings
+from wax.robot.ros2.standby_rules import StandbyRules
+
+if TYPE_CHECKING:
+    from wax.clock import Clock
+    from wax.robot.ros2.link import Link
+
+READ_BYTES: Final = 4096
+LOOK_S: Final = 0.1
+NICENESS: Final = -10
+
+
+class Standby:
+    """Listens to the driver on `reader`, tells it on `writer` how many subscribers it reaches."""
+
+    def __init__(self, settings: Ros2Settings, clock: Clock, reader: int, writer: int) -> None:
+        self._settings = settings
+        self._clock = clock
+        self._reader = reader
+        self._writer = writer
+        self._rules = StandbyRules(rate_hz=settings.rate_hz, zeros_s=settings.zeros_s)
+        self._is_over = False
+        self._said = ""
+
+    def run(self) -> None:
+        """Stand by until the driver has ended and the robot was told long enough."""
+        while not self._is_done():
+            try:
+                link = open_link(self._settings, self._clock, mark=STANDBY)
+            except DriverError:
+                self._listen(self._settings.reopen_s)
+                continue
+            try:
+                self._stand(link)
+            except DriverError:
+                self._listen(self._settings.reopen_s)
+            finally:
+                with contextlib.suppress(DriverError):
+                    link.close()
+
+    def _is_done(self) -> bool:
+        return self._rules.is_over(self._clock.now_s())
+
+    def _stand(self, link: Link) -> None:
+        look_s = self._clock.now_s()
+        while not self._is_done():
+            now_s = self._clock.now_s()
+            if now_s >= look_s:
+                look_s = now_s + LOOK_S
+                self._tell(link)
+            is_due, again_s = self._rules.next(now_s)
+            if is_due:
+                link.send(STANDSTILL, time.time_ns())
+            self._listen(min(again_s, look_s) - self._clock.now_s())
+
+    def _listen(self, pause_s: float) -> None:
+        """Wait so long for the driver's word; its end is one, too."""
+        if self._is_over:
+            time.sleep(max(0.0, pause_s))
+            return
+        if not select.select([self._reader], [], [], max(0.0, pause_s))[0]:
+            return
+        words = os.read(self._reader, READ_BYTES)
+        if words:
+            self._rules.hear(words, self._clock.now_s())
+        else:
+            self._is_over = True
+            self._rules.ended(self._clock.now_s())
+
+    def _tell(self, link: Link) -> None:
+        matched = link.traffic().matched
+        said = f"{link.guid or '-'} {'-' if matched is None else matched}\n"
+        if said != self._said and not self._is_over:
+            self._said = said
+            with contextlib.suppress(OSError):  # the driver ended just now
+                os.write(self._writer, said.encode())
+
+
+def main() -> None:
+    """Run until the driver has ended."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+    with contextlib.suppress(OSError):  # as of the driver process: most users may not
+        os.setpriority(os.PRIO_PROCESS, 0, NICENESS)
+    settings = Ros2Settings.model_validate_json(sys.stdin.buffer.readline())
+    Standby(settings, SystemClock(), sys.stdin.fileno(), sys.stdout.fileno()).run()
+
+
+if __name__ == "__main__":
+    main()

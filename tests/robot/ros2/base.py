@@ -1,0 +1,148 @@
+"""Robots' bases in processes of their own, and what they were told."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import shutil
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import pytest
+
+from wax.driver.interface import Twist
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_ROOT: Final = Path(__file__).parents[3]
+_SOURCE: Final = Path(__file__).with_name("fastdds_base.cpp")
+_BUILT: Final = _ROOT / ".cache" / "fastdds_base"
+_COUNT: Final = itertools.count()
+
+
+def own_domain() -> int:
+    """Return a DDS domain that no other test uses now."""
+    return 1 + (os.getpid() * 7 + next(_COUNT)) % 199
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """A command, when it arrived (`time.monotonic`), its stamp and what must be zero in it."""
+
+    at_s: float
+    stamp_ns: int
+    twist: Twist
+    others: float
+
+
+class Base:
+    """A base that takes commands, by CycloneDDS or Fast DDS; it starts and ends often."""
+
+    def __init__(
+        self,
+        domain: int,
+        *,
+        topic: str = "/cmd_vel",
+        kind: str = "twist",
+        reliability: str = "reliable",
+        fast: bool = False,
+    ) -> None:
+        program = (
+            [str(fastdds_base())] if fast else [sys.executable, "-m", f"{__package__}.cyclone_base"]
+        )
+        self._command = [*program, str(domain), topic, kind, reliability]
+        self._process: subprocess.Popen[str] | None = None
+        self._lock = threading.Lock()
+        self._told: list[Told] = []
+        self._lines: list[str] = []
+
+    def start(self) -> Base:
+        self._lines = []
+        self._process = subprocess.Popen(
+            self._command,
+            cwd=_ROOT,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join((str(_ROOT), str(_ROOT / "server")))},
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        threading.Thread(target=self._read, args=(self._process,), daemon=True).start()
+        self.until(lambda: "ready" in self._lines, 20.0)
+        return self
+
+    def end(self) -> None:
+        """End it, as a node that is shut down; safe to call twice."""
+        process, self._process = self._process, None
+        if process is not None:
+            assert process.stdin is not None
+            process.stdin.close()
+            process.wait(10)
+
+    def say(self, *message: Any) -> None:
+        """Publish ``TYPE, TOPIC, {…}``."""
+        self._write(json.dumps(message))
+
+    def say_odometry(self, *numbers: float) -> None:
+        """Publish x, y, the quaternion's z and w, v and ω, as the base on Fast DDS takes them."""
+        self._write("odometry " + " ".join(map(str, numbers)))
+
+    def told(self) -> list[Told]:
+        """Return what arrived so far."""
+        with self._lock:
+            return list(self._told)
+
+    def forget(self) -> list[Told]:
+        with self._lock:
+            told, self._told = self._told, []
+            return told
+
+    def until(self, enough: Callable[[], object], within_s: float = 5.0) -> None:
+        end_s = time.monotonic() + within_s
+        while not enough():
+            assert time.monotonic() < end_s, (self._lines[-5:], self.told()[-5:])
+            time.sleep(0.002)
+
+    def _write(self, line: str) -> None:
+        assert self._process is not None
+        assert self._process.stdin is not None
+        self._process.stdin.write(line + "\n")
+        self._process.stdin.flush()
+
+    def _read(self, process: subprocess.Popen[str]) -> None:
+        assert process.stdout is not None
+        with process.stdout:
+            for line in process.stdout:
+                word, *numbers = line.split()
+                with self._lock:
+                    if word != "twist":
+                        self._lines.append(line.strip())
+                        continue
+                    at_ns, stamp_ns, linear, angular, others = numbers
+                    twist = Twist(float(linear), float(angular))
+                    self._told.append(Told(int(at_ns) / 1e9, int(stamp_ns), twist, float(others)))
+
+
+def fastdds_base() -> Path:
+    """Build the base on Fast DDS; without its library the test is skipped, but not in CI."""
+    compiler = shutil.which("g++")
+    if compiler is None or not Path("/usr/include/fastdds/dds").is_dir():
+        sentence = "Fast DDS is missing; type: sudo apt-get install -y g++ libfastrtps-dev"
+        if os.environ.get("CI"):
+            pytest.fail(sentence)
+        pytest.skip(sentence)
+    if not _BUILT.exists() or _BUILT.stat().st_mtime < _SOURCE.stat().st_mtime:
+        _BUILT.parent.mkdir(exist_ok=True)
+        half = _BUILT.with_suffix(f".{os.getpid()}")
+        libraries = ["-lfastrtps", "-lfastcdr"]
+        subprocess.run(
+            [compiler, "-std=c++17", "-O1", "-o", str(half), str(_SOURCE), *libraries], check=True
+        )
+        half.replace(_BUILT)
+    return _BUILT

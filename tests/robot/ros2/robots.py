@@ -1,0 +1,72 @@
+"""Drives a robot on ROS 2 as the control loop does."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any, Protocol
+
+from wax.config.settings import RobotSettings
+from wax.driver.interface import STANDSTILL, Twist
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from tests.robot.ros2.base import Told
+
+    from wax.driver.interface import Driver, RobotState
+
+
+class Hears(Protocol):
+    """The robot's end, whatever is between."""
+
+    def told(self) -> list[Told]:
+        """Return what arrived so far."""
+        ...
+
+
+def ros2_settings(domain: int, **own: Any) -> RobotSettings:
+    """Return a robot on this machine alone."""
+    ros2 = {"domain": domain, "interface": "127.0.0.1", "zeros_s": 1.5, "reopen_s": 0.05}
+    return RobotSettings.model_validate(
+        {"driver": "ros2", "ros2": ros2 | {"odometry": "/odom"} | own}
+    )
+
+
+def until(driver: Driver, so: Callable[[RobotState], bool], within_s: float = 20.0) -> None:
+    end_s = time.monotonic() + within_s
+    while not so(driver.state()):
+        assert time.monotonic() < end_s, driver.state()
+        time.sleep(0.005)
+
+
+def opened(driver: Driver) -> Driver:
+    driver.open()
+    until(driver, lambda state: state.connected)
+    driver.apply(STANDSTILL, 1)
+    return driver
+
+
+def feed(driver: Driver, twist: Twist, *, for_s: float, every_s: float = 0.02) -> None:
+    end_s = time.monotonic() + for_s
+    while time.monotonic() < end_s:
+        driver.apply(twist, 1)
+        time.sleep(every_s)
+
+
+def driven(base: Hears, driver: Driver, twist: Twist) -> None:
+    """Drive until the base has heard it."""
+    end_s = time.monotonic() + 5.0
+    driver.apply(STANDSTILL, 1)
+    while not any(told.twist == twist for told in base.told()):
+        assert time.monotonic() < end_s, (base.told()[-5:], driver.state())
+        feed(driver, twist, for_s=0.04)
+
+
+def told(driver: Driver, tell: Callable[[], None], so: Callable[[RobotState], bool]) -> RobotState:
+    """Let the robot tell it, again and again as robots do, until the driver knows."""
+    end_s = time.monotonic() + 20.0
+    while not so(state := driver.state()):
+        assert time.monotonic() < end_s, state
+        tell()
+        time.sleep(0.05)
+    return state

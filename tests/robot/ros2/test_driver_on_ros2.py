@@ -1,0 +1,62 @@
+"""The driver for ROS 2 against a base on CycloneDDS in another process."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import pytest
+from tests.robot.ros2.base import Base, own_domain
+from tests.robot.ros2.robots import ros2_settings
+
+from wax.robot.find_driver import make_driver, make_robot
+from wax.testing import DriverSafety
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from wax.clock import Clock
+    from wax.driver.interface import Driver, Twist
+
+pytest.importorskip("cyclonedds", reason='type: pip install "wax-teleop[ros2]"')
+pytestmark = [pytest.mark.system, pytest.mark.timeout(120)]
+
+
+class TestByDds(DriverSafety):
+    """Seen by what the base was told."""
+
+    own: ClassVar[dict[str, Any]] = {}
+    make = staticmethod(make_driver)
+
+    @pytest.fixture(autouse=True)
+    def _robot(self) -> Iterator[None]:
+        self.domain = own_domain()
+        self.base = Base(self.domain).start()
+        yield
+        self.base.end()
+
+    def make_driver(self, clock: Clock) -> Driver:
+        return self.make(ros2_settings(self.domain, **self.own), clock)
+
+    def commanded(self) -> Sequence[Twist]:
+        return [told.twist for told in self.base.forget()]
+
+    def cut(self) -> None:
+        self.base.end()
+
+    def mend(self) -> None:
+        self.base.start()
+
+    def test_it_is_what_was_configured(self, driver: Driver) -> None:
+        """Kind and limits are known before it is opened; no time-out is claimed that none gave."""
+        assert driver.kind == "ros2"
+        assert (driver.limits.linear_mps, driver.limits.angular_rps) == (0.6, 1.5)
+        assert driver.limits.ttl_s is None
+
+
+class TestByDdsInItsProcess(TestByDds):
+    make = staticmethod(make_robot)
+
+
+@pytest.mark.full
+class TestByDdsWithoutStandby(TestByDds):
+    own: ClassVar[dict[str, Any]] = {"standby": False}

@@ -1,0 +1,102 @@
+"""Names as ROS 2 writes them, who is on the topic, and CycloneDDS's configuration."""
+
+from __future__ import annotations
+
+import struct
+import xml.etree.ElementTree as ET
+
+import pytest
+
+from wax.robot.ros2.cdr import CdrReader
+from wax.robot.ros2.cyclone_config import cyclone_config
+from wax.robot.ros2.names import TWIST, TWIST_STAMPED, dds_topic, dds_type, ros_type, same_type
+from wax.robot.ros2.neighbours import OURS, STANDBY, Endpoint, Traffic, judge
+
+TAKER = Endpoint("t", dds_type(TWIST))
+ME = Endpoint("me", dds_type(TWIST), OURS)
+OTHER = Endpoint("other", dds_type(TWIST))
+
+
+def code(traffic: Traffic) -> str | None:
+    said = judge(traffic, "/cmd_vel", TWIST, {"me"})
+    return None if said is None else said.code
+
+
+def test_names_are_those_of_ros_2() -> None:
+    """Topics begin with rt, types are in a module dds_ and end in an underscore."""
+    assert dds_topic("/robot/cmd_vel") == "rt/robot/cmd_vel"
+    assert dds_type(TWIST_STAMPED) == "geometry_msgs::msg::dds_::TwistStamped_"
+    assert ros_type(dds_type(TWIST)) == TWIST
+    assert ros_type("Some::Other") == "Some::Other"
+    assert same_type("geometry_msgs/Twist", TWIST)
+    assert not same_type(TWIST, TWIST_STAMPED)
+
+
+@pytest.mark.parametrize(
+    ("traffic", "expected"),
+    [
+        (Traffic((TAKER,), (ME,), 1), None),
+        (Traffic((), (ME,), 0), "ros2.nobody_listens"),
+        (Traffic((TAKER,), (ME, OTHER), 1), "ros2.other_publisher"),
+        (Traffic((TAKER,), (ME, Endpoint("s", TAKER.type_name, STANDBY)), 1), "ros2.standby_stops"),
+        (Traffic((TAKER,), (Endpoint("w", TAKER.type_name, OURS), ME), 1), "ros2.other_wax"),
+        (Traffic((Endpoint("t", dds_type(TWIST_STAMPED)),), (ME,), 0), "ros2.wrong_type"),
+        (Traffic((TAKER,), (ME,), 0), "ros2.wrong_qos"),
+        (Traffic((TAKER, Endpoint("u", "x")), (ME,), 1), None),
+        (Traffic((Endpoint("t", "geometry_msgs/Twist"),), None, None), None),
+        (Traffic(None, None, None), None),
+    ],
+)
+def test_who_is_on_the_topic(traffic: Traffic, expected: str | None) -> None:
+    """A robot that takes our commands alone can be driven; what is not known holds nobody."""
+    assert code(traffic) == expected
+
+
+def test_a_standby_and_a_stranger_are_a_stranger() -> None:
+    """Only a standby alone is waited for."""
+    both = (OTHER, Endpoint("s", TAKER.type_name, STANDBY))
+    assert code(Traffic((TAKER,), both, 1)) == "ros2.other_publisher"
+
+
+def test_the_loopback_interface_has_no_multicast() -> None:
+    """There, the other side is looked for at its address."""
+    for name in ("127.0.0.1", "lo", "localhost"):
+        tree = ET.fromstring(cyclone_config(name, []))
+        assert tree.findtext("Domain/General/AllowMulticast") == "false"
+        assert [peer.get("address") for peer in tree.iter("Peer")] == ["127.0.0.1"]
+
+
+def test_an_interface_is_named_or_addressed() -> None:
+    """CycloneDDS has two attributes for it; without one it chooses itself."""
+    interface = "Domain/General/Interfaces/NetworkInterface"
+    named = ET.fromstring(cyclone_config("wlan0", [])).find(interface)
+    addressed = ET.fromstring(cyclone_config("192.168.1.7", ["192.168.1.9"])).find(interface)
+    assert named is not None
+    assert named.attrib == {"name": "wlan0"}
+    assert addressed is not None
+    assert addressed.attrib == {"address": "192.168.1.7"}
+    assert ET.fromstring(cyclone_config("", [])).find(interface) is None
+
+
+def test_what_the_environment_says_comes_first() -> None:
+    """CYCLONEDDS_URI stays in force where ours says nothing else."""
+    assert cyclone_config("", [], "file:///etc/dds.xml").startswith("file:///etc/dds.xml,<")
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_cdr_is_read_in_either_order(order: str) -> None:
+    """Numbers are aligned from after the head, and strings end in a zero."""
+    head = bytes([0, int(order == "<"), 0, 0])
+    five, two = struct.pack(order + "I", 5), struct.pack(order + "I", 2)
+    data = head + b"\x07\0\0\0" + five + b"abcd\0" + b"\0\0\0" + two + b"xy"
+    cdr = CdrReader(data)
+    assert (cdr.uint8(), cdr.string(), bytes(cdr.octets())) == (7, "abcd", b"xy")
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"\0\1", b"\0\7\0\0", b"\0\1\0\0\xff\xff\xff\xff", b"\0\1\0\0\5\0\0\0ab"]
+)
+def test_cdr_that_is_cut_off_is_refused(data: bytes) -> None:
+    """A length beyond the message's end is an error, not a wait or a guess."""
+    with pytest.raises(ValueError, match=r"CDR|cut off"):
+        CdrReader(data).string()

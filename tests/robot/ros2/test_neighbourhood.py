@@ -1,0 +1,206 @@
+"""What the driver says of a robot that cannot be driven, and what the robot tells of itself."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from tests.robot.ros2.base import Base, own_domain
+from tests.robot.ros2.robots import driven, feed, opened, ros2_settings, told, until
+
+from wax.clock import SystemClock
+from wax.driver.interface import Twist
+from wax.robot.find_driver import make_driver
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from wax.driver.interface import Driver, RobotState
+
+pytest.importorskip("cyclonedds", reason='type: pip install "wax-teleop[ros2]"')
+pytestmark = [pytest.mark.system, pytest.mark.timeout(120)]
+
+AHEAD = Twist(0.3, 0.0)
+
+
+@pytest.fixture
+def domain() -> int:
+    return own_domain()
+
+
+@pytest.fixture
+def base(domain: int) -> Iterator[Base]:
+    base = Base(domain)
+    yield base
+    base.end()
+
+
+@pytest.fixture
+def make(domain: int) -> Iterator[Callable[..., Driver]]:
+    made: list[Driver] = []
+
+    def make(**own: Any) -> Driver:
+        made.append(make_driver(ros2_settings(domain, **own), SystemClock()))
+        return made[-1]
+
+    yield make
+    for driver in made:
+        driver.close()
+
+
+def says(code: str) -> Callable[[RobotState], bool]:
+    return lambda state: state.said is not None and state.said.code == code
+
+
+def test_nobody_listens(make: Callable[..., Driver]) -> None:
+    """Without a subscriber there is no robot, and a sentence says so."""
+    driver = make()
+    driver.open()
+    until(driver, says("ros2.nobody_listens"))
+    assert not driver.state().connected
+
+
+def test_a_second_publisher_stops_the_robot(
+    make: Callable[..., Driver], base: Base, domain: int
+) -> None:
+    """While somebody else gives commands, too, the robot is told to stand, and nothing moves it."""
+    driver = opened_on(base, make())
+    driven(base, driver, AHEAD)
+    other = Base(domain, topic="/elsewhere").start()
+    try:
+        epoch = driver.state().epoch
+        other.say("geometry_msgs/msg/Twist", "/cmd_vel")
+        until(driver, says("ros2.other_publisher"))
+        assert not driver.state().connected
+        time.sleep(0.1)
+        base.forget()
+        feed(driver, AHEAD, for_s=0.5)
+        assert base.told()
+        assert all(told.twist.is_zero for told in base.told())
+    finally:
+        other.end()
+    until(driver, lambda state: state.connected)
+    assert driver.state().epoch == epoch + 1
+    base.forget()
+    feed(driver, AHEAD, for_s=0.3)
+    assert all(told.twist.is_zero for told in base.told())
+
+
+def test_while_another_speaks_standstill_is_not_repeated_for_ever(
+    make: Callable[..., Driver], base: Base, domain: int
+) -> None:
+    """Once the robot was told long enough to stand, the topic is the other publisher's."""
+    driver = opened_on(base, make())
+    other = Base(domain, topic="/elsewhere").start()
+    try:
+        other.say("geometry_msgs/msg/Twist", "/cmd_vel")
+        until(driver, says("ros2.other_publisher"))
+        time.sleep(2.0)
+        base.forget()
+        time.sleep(1.2)
+        assert base.told() == []
+    finally:
+        other.end()
+
+
+def test_another_server_is_named(make: Callable[..., Driver], base: Base) -> None:
+    """Two servers on one topic: both say so, and neither drives."""
+    first = opened_on(base, make())
+    second = make()
+    second.open()
+    until(first, says("ros2.other_wax"))
+    until(second, says("ros2.other_wax"))
+
+
+@pytest.mark.parametrize(("theirs", "ours"), [("stamped", False), ("twist", True)])
+def test_a_wrong_type_is_named(
+    make: Callable[..., Driver], domain: int, theirs: str, ours: bool
+) -> None:
+    """A robot that takes the other kind of Twist hears nothing; the sentence names both types."""
+    base = Base(domain, kind=theirs).start()
+    try:
+        driver = make(stamped=ours)
+        driver.open()
+        until(driver, says("ros2.wrong_type"))
+        types = {"geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"}
+        said = driver.state().said
+        assert said is not None
+        assert types == {said.values["theirs"], said.values["ours"]}
+        assert ("Stamped" in str(said.values["ours"])) == ours
+        assert base.told() == []
+    finally:
+        base.end()
+
+
+def test_commands_that_the_robot_refuses_are_named(make: Callable[..., Driver], base: Base) -> None:
+    """A robot that asks for reliable commands is not reached by best effort."""
+    base.start()
+    driver = make(reliability="best_effort")
+    driver.open()
+    until(driver, says("ros2.wrong_qos"))
+    assert not driver.state().connected
+
+
+def test_an_interface_that_is_not_there_is_named(make: Callable[..., Driver]) -> None:
+    """DDS that cannot start is one sentence, and tried again."""
+    driver = make(interface="10.254.254.1")
+    driver.open()
+    until(driver, says("ros2.no_dds"))
+    assert "10.254.254.1" in str(driver.state().said)
+
+
+def test_the_battery_is_read(make: Callable[..., Driver], base: Base) -> None:
+    """Volts and charge come from the battery's topic."""
+    driver = opened_on(base, make(battery="/battery_state"))
+    message = {"voltage": 11.5, "percentage": 0.75, "cell_voltage": [3.5, 4.0], "location": "rear"}
+    state = told(
+        driver,
+        lambda: base.say("sensor_msgs/msg/BatteryState", "/battery_state", message),
+        lambda state: state.battery_v is not None,
+    )
+    assert (state.battery_v, state.battery_fraction) == (11.5, 0.75)
+
+
+@pytest.mark.parametrize(
+    ("type_name", "pressed", "released"),
+    [
+        ("std_msgs/msg/Bool", {"data": True}, {"data": False}),
+        (
+            "kobuki_ros_interfaces/msg/BumperEvent",
+            {"bumper": 1, "state": 1},
+            {"bumper": 1, "state": 0},
+        ),
+        (
+            "irobot_create_msgs/msg/HazardDetectionVector",
+            {"detections": [{"type": 1}]},
+            {"detections": [{"type": 3}]},
+        ),
+    ],
+)
+def test_the_bumper_is_read(
+    make: Callable[..., Driver], base: Base, type_name: str, pressed: Any, released: Any
+) -> None:
+    """A collision is seen while it lasts, in each form that robots have."""
+    driver = opened_on(base, make(bumper="/bumper", bumper_type=type_name))
+    told(driver, lambda: base.say(type_name, "/bumper", pressed), lambda state: state.bumpers > 0)
+    told(driver, lambda: base.say(type_name, "/bumper", released), lambda state: not state.bumpers)
+
+
+def test_a_fault_is_a_problem(make: Callable[..., Driver], base: Base) -> None:
+    """An ERROR in the diagnostics is the robot's problem, in its own words, until it is over."""
+    driver = opened_on(base, make(diagnostics="/diagnostics"))
+
+    def tell(level: int) -> Callable[[], None]:
+        status = {"level": level, "name": "motors", "message": "too hot", "values": [{"key": "t"}]}
+        message = {"status": [status]}
+        return lambda: base.say("diagnostic_msgs/msg/DiagnosticArray", "/diagnostics", message)
+
+    state = told(driver, tell(2), lambda state: state.problem is not None)
+    assert str(state.said) == "The robot reports a fault: motors: too hot."
+    told(driver, tell(1), lambda state: state.problem is None)
+
+
+def opened_on(base: Base, driver: Driver) -> Driver:
+    base.start()
+    return opened(driver)

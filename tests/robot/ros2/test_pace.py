@@ -1,0 +1,145 @@
+"""When set-points are sent, and when a standby sends standstill instead."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.examples import examples
+
+from wax.driver.interface import STANDSTILL, Twist
+from wax.robot.ros2.pace import Pace
+from wax.robot.ros2.standby_rules import OWES, RESTS, SILENCE_S, StandbyRules
+
+AHEAD = Twist(0.3, 0.1)
+STEP_S = 0.001
+
+
+def sent(
+    pace: Pace, twist: Twist, start_s: float, for_s: float, *, alone: bool = True
+) -> list[float]:
+    """Ask as often as one may; return when something is sent."""
+    steps = range(round(for_s / STEP_S))
+    return [
+        start_s + step * STEP_S
+        for step in steps
+        if pace.next(twist, start_s + step * STEP_S, alone=alone)[0]
+    ]
+
+
+def pace(*, idle_hz: float = 2.0) -> Pace:
+    return Pace(rate_hz=50, zeros_s=1.5, idle_hz=idle_hz)
+
+
+def test_motion_is_repeated_for_ever() -> None:
+    """Motion is sent at its rate for as long as it is wanted."""
+    assert len(sent(pace(), AHEAD, 0.0, 10.0)) in range(498, 502)
+
+
+def test_a_change_is_sent_at_once() -> None:
+    """What is new does not wait for the next beat."""
+    it = pace()
+    assert it.next(AHEAD, 0.0)[0]
+    assert not it.next(AHEAD, 0.005)[0]
+    assert it.next(Twist(0.2), 0.006)[0]
+    assert it.next(STANDSTILL, 0.007)[0]
+
+
+def test_standstill_is_sent_for_long_then_now_and_then() -> None:
+    """After motion standstill has the full rate for its time, and the slow one after."""
+    it = pace()
+    it.next(AHEAD, 0.0)
+    zeros = sent(it, STANDSTILL, 0.02, 5.0)
+    fast = [at_s for at_s in zeros if at_s < 1.52]
+    assert len(fast) in range(74, 77)
+    gaps_s = [later - at for at, later in itertools.pairwise(zeros[len(fast) :])]
+    assert all(0.499 < gap_s < 0.502 for gap_s in gaps_s)
+
+
+def test_without_a_slow_rate_the_topic_is_left_to_others() -> None:
+    """With idle_hz = 0 nothing follows standstill, and no time is named to ask again."""
+    it = pace(idle_hz=0.0)
+    it.next(AHEAD, 0.0)
+    assert max(sent(it, STANDSTILL, 0.02, 5.0)) < 1.53
+    assert it.next(STANDSTILL, 6.0) == (False, math.inf)
+
+
+def test_beside_others_only_the_stop_is_said() -> None:
+    """While somebody else publishes, standstill is said for its time and no longer."""
+    it = pace()
+    it.next(AHEAD, 0.0)
+    zeros = sent(it, STANDSTILL, 0.02, 5.0, alone=False)
+    assert 1.45 < max(zeros) < 1.53
+
+
+def test_a_new_connection_says_standstill_anew() -> None:
+    """Who connects again has not heard what was said before."""
+    it = pace()
+    it.next(STANDSTILL, 0.0)
+    assert not it.next(STANDSTILL, 0.001)[0]
+    it.begin()
+    assert len(sent(it, STANDSTILL, 0.002, 1.0)) in range(49, 52)
+
+
+@given(
+    st.lists(st.tuples(st.sampled_from([AHEAD, STANDSTILL]), st.floats(0.001, 0.3)), max_size=40)
+)
+@examples(200)
+def test_the_time_to_ask_again_is_never_late(wants: list[tuple[Twist, float]]) -> None:
+    """Whatever is wanted when, asking at the named times keeps both rates."""
+    it = pace()
+    now_s, last_s = 0.0, 0.0
+    for twist, for_s in wants:
+        end_s = now_s + for_s
+        while now_s < end_s:
+            is_due, again_s = it.next(twist, now_s)
+            if is_due:
+                assert now_s - last_s <= 0.02 + 1e-6 or last_s == 0.0 or not it.owes(last_s)
+                last_s = now_s
+            assert again_s > now_s
+            now_s = min(end_s, again_s)
+
+
+def rules() -> StandbyRules:
+    return StandbyRules(rate_hz=50, zeros_s=1.5)
+
+
+def test_a_standby_is_silent_while_the_driver_speaks() -> None:
+    """A driver that says it owes standstill, and goes on saying so, is not spoken for."""
+    it = rules()
+    for step in range(100):
+        it.hear(OWES, step * 0.05)
+        assert not it.next(step * 0.05 + 0.049)[0]
+
+
+def test_a_standby_speaks_for_a_silent_driver_until_it_is_back() -> None:
+    """Silence of a driver that owes standstill is taken as its death; its word ends that."""
+    it = rules()
+    it.hear(OWES, 1.0)
+    assert it.next(1.05) == (False, 1.0 + SILENCE_S)
+    said = [step for step in range(1000) if it.next(1.0 + SILENCE_S + step * STEP_S)[0]]
+    assert said[0] == 0
+    assert len(said) in range(49, 52)
+    it.hear(OWES, 2.2)
+    assert not it.next(2.21)[0]
+
+
+def test_a_standby_rests_while_the_robot_stands() -> None:
+    """A driver that owes nothing may be silent; only its end is answered."""
+    it = rules()
+    it.hear(OWES + RESTS, 1.0)
+    assert it.next(50.0) == (False, math.inf)
+    it.ended(60.0)
+    assert it.next(60.0)[0]
+    assert not it.is_over(61.49)
+    assert it.is_over(61.5)
+
+
+def test_a_drivers_end_is_counted_once() -> None:
+    """However often the end is seen, standstill goes on for its time from the first."""
+    it = rules()
+    it.ended(1.0)
+    it.ended(2.0)
+    assert it.is_over(2.5)

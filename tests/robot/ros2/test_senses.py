@@ -1,0 +1,174 @@
+"""What the robot tells becomes a state, and what is no message changes nothing."""
+
+from __future__ import annotations
+
+import json
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.examples import examples
+
+from wax.driver.interface import Pose
+from wax.robot.ros2.senses import FAULT_S, ODOMETRY_S, Senses
+
+
+def message(values: object) -> Any:
+    return json.loads(json.dumps(values), object_hook=lambda found: SimpleNamespace(**found))
+
+
+def odometry(*, z: object = 0.0, w: object = 1.0, v: float = 0.0, turning: float = 0.0) -> Any:
+    return message(
+        {
+            "pose": {
+                "pose": {
+                    "position": {"x": 1, "y": 2, "z": 0},
+                    "orientation": {"x": 0, "y": 0, "z": z, "w": w},
+                }
+            },
+            "twist": {
+                "twist": {
+                    "linear": {"x": v, "y": 0, "z": 0},
+                    "angular": {"x": 0, "y": 0, "z": turning},
+                }
+            },
+        }
+    )
+
+
+def status(level: object, name: str = "motors", words: str = "hot") -> Any:
+    return message({"status": [{"level": level, "name": name, "message": words}]})
+
+
+@pytest.mark.parametrize(
+    ("degrees", "heading"), [(0, 0.0), (90, math.pi / 2), (-90, -math.pi / 2), (45, math.pi / 4)]
+)
+def test_a_heading_is_read_off_the_quaternion(degrees: float, heading: float) -> None:
+    """Turned to the left is positive, from the x axis."""
+    senses = Senses()
+    half = math.radians(degrees) / 2
+    senses.hear("odometry", odometry(z=math.sin(half), w=math.cos(half)), 1.0)
+    pose = senses.pose(1.0)
+    assert isinstance(pose, Pose)
+    assert pose.heading_rad == pytest.approx(heading)
+
+
+@pytest.mark.parametrize(
+    ("v", "turning", "moves"),
+    [(0.0, 0.0, False), (0.005, 0.01, False), (-0.05, 0, True), (0, 0.1, True)],
+)
+def test_motion_is_more_than_noise(v: float, turning: float, moves: bool) -> None:
+    """A standing robot's odometry is never quite zero."""
+    senses = Senses()
+    senses.hear("odometry", odometry(v=v, turning=turning), 1.0)
+    assert senses.moving(1.0) is moves
+
+
+def test_old_odometry_says_nothing() -> None:
+    """A robot that has gone silent is neither moving nor standing."""
+    senses = Senses()
+    senses.hear("odometry", odometry(v=1.0), 1.0)
+    assert senses.moving(1.0 + ODOMETRY_S) is None
+    assert senses.pose(1.0 + ODOMETRY_S) is None
+
+
+@pytest.mark.parametrize(
+    ("voltage", "percentage", "volts", "share"),
+    [
+        (12.1, 0.5, 12.1, 0.5),
+        (12.1, 55.0, 12.1, 0.55),
+        (float("nan"), float("nan"), None, None),
+        (12.1, -1.0, 12.1, None),
+    ],
+)
+def test_a_battery_may_not_know(
+    voltage: float, percentage: float, volts: float | None, share: float | None
+) -> None:
+    """NaN is not known; percents are taken as the share that the message asks for."""
+    senses = Senses()
+    senses.hear("battery", message({"voltage": voltage, "percentage": percentage}), 1.0)
+    assert (senses.battery_v, senses.battery_fraction) == (volts, share)
+
+
+def test_each_bumper_has_its_bit() -> None:
+    """Where bumpers are told apart, one that is released leaves the other pressed."""
+    senses = Senses()
+    senses.hear("bumper", message({"bumper": 0, "state": 1}), 1.0)
+    senses.hear("bumper", message({"bumper": 2, "state": 1}), 1.0)
+    assert senses.bumpers == 0b101
+    senses.hear("bumper", message({"bumper": 0, "state": 0}), 1.0)
+    assert senses.bumpers == 0b100
+
+
+@pytest.mark.parametrize("level", [2, "\x02", "Ag=="])
+def test_an_error_is_a_fault(level: object) -> None:
+    """An ERROR is a fault however the octet is written, until its part says something else."""
+    senses = Senses()
+    senses.hear("diagnostics", status(level), 1.0)
+    assert senses.fault(1.0) == "motors: hot"
+    senses.hear("diagnostics", status(0, "other"), 1.0)
+    assert senses.fault(1.0) == "motors: hot"
+    senses.hear("diagnostics", status(1), 1.0)
+    assert senses.fault(1.0) is None
+
+
+def test_a_fault_that_nobody_repeats_is_over() -> None:
+    """Whoever told of a fault and has ended keeps nobody from driving."""
+    senses = Senses()
+    senses.hear("diagnostics", status(2), 1.0)
+    assert senses.fault(1.0 + FAULT_S - 0.1)
+    assert senses.fault(1.0 + FAULT_S) is None
+
+
+def test_faults_do_not_pile_up() -> None:
+    """A thousand parts that fail are not all remembered."""
+    senses = Senses()
+    for number in range(1000):
+        senses.hear("diagnostics", status(2, f"part {number}", "x" * 10_000), 1.0)
+    fault = senses.fault(1.0)
+    assert fault is not None
+    assert len(fault) <= 200
+    assert len(senses._faults) <= 256
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=4),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(
+            st.sampled_from(
+                (
+                    *("pose", "position", "orientation", "twist", "linear", "angular", "x", "w"),
+                    *("status", "level", "name", "message", "data", "state", "bumper"),
+                    *("detections", "voltage", "percentage", "z"),
+                )
+            ),
+            inner,
+            max_size=4,
+        )
+    ),
+    max_leaves=12,
+)
+
+
+@given(st.sampled_from(["odometry", "battery", "bumper", "diagnostics"]), JSON)
+@examples(400)
+def test_what_is_no_message_never_raises(kind: str, values: object) -> None:
+    """Whatever comes as JSON, the state stays whole."""
+    senses = Senses()
+    senses.hear(kind, message(values), 1.0)
+    assert senses.pose(1.0) is None or senses.moving(1.0) is not None
+    assert 0 <= senses.bumpers <= 255
+    assert senses.battery_fraction is None or 0.0 <= senses.battery_fraction <= 1.0
+    assert senses.fault(1.0) is None or isinstance(senses.fault(1.0), str)
+
+
+def test_what_is_no_message_is_counted() -> None:
+    """Odometry of infinite places changes nothing, and is counted."""
+    senses = Senses()
+    senses.hear("odometry", odometry(z=float("inf")), 1.0)
+    assert senses.pose(1.0) is None
+    assert senses.invalid == 1
