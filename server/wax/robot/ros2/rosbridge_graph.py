@@ -1,0 +1,64 @@
+"""Who is on the topic of the commands, as rosapi tells it beside a rosbridge server (pure)."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+from wax.robot.ros2.neighbours import Endpoint, Traffic
+from wax.robot.ros2.rosbridge_protocol import call
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from wax.robot.ros2.rosbridge_protocol import Answer
+
+ASK_S: Final = 1.0
+OLD_S: Final = 3.5
+"""An answer that old is none."""
+_QUESTIONS: Final = ("subscribers", "publishers", "topic_type")
+
+
+class RosbridgeGraph:
+    """Asks rosapi once a second. Without it nothing is known, and that holds nobody.
+
+    It names nodes. What all clients of one rosbridge server publish has that server's name, so
+    others who publish by the same server cannot be told from us.
+    """
+
+    def __init__(self, topic: str, node: str) -> None:
+        self._topic = topic
+        self._node = node
+        self._asked_s = -math.inf
+        self._answers: dict[str, tuple[Any, float]] = {}
+
+    def questions(self, now_s: float) -> Iterator[str]:
+        """Return what to ask now."""
+        if now_s - self._asked_s >= ASK_S:
+            self._asked_s = now_s
+            for name in _QUESTIONS:
+                yield call(f"wax:{name}", f"/rosapi/{name}", topic=self._topic)
+
+    def hear(self, answer: Answer, now_s: float) -> None:
+        """Take an answer; none, as of a server without rosapi, is not kept."""
+        name = answer.call.removeprefix("wax:")
+        if name in _QUESTIONS and answer.values is not None:
+            self._answers[name] = answer.values, now_s
+
+    def traffic(self, now_s: float) -> Traffic:
+        kind = str(getattr(self._newest("topic_type", now_s), "type", ""))
+        takers = self._nodes("subscribers", kind, now_s)
+        givers = self._nodes("publishers", kind, now_s)
+        if givers is not None:
+            givers = tuple(giver for giver in givers if giver.guid != self._node)
+        return Traffic(takers, givers, None)
+
+    def _nodes(self, name: str, kind: str, now_s: float) -> tuple[Endpoint, ...] | None:
+        nodes = getattr(self._newest(name, now_s), name, None)
+        if not isinstance(nodes, list):
+            return None
+        return tuple(Endpoint(node, kind) for node in nodes if isinstance(node, str))
+
+    def _newest(self, name: str, now_s: float) -> Any:
+        values, at_s = self._answers.get(name, (None, -math.inf))
+        return values if now_s - at_s < OLD_S else None

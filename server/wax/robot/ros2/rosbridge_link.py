@@ -1,0 +1,220 @@
+"""The connection by a rosbridge server, with an event loop in a thread of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import fcntl
+import socket
+import struct
+import termios
+import threading
+from collections import deque
+from typing import TYPE_CHECKING, Any, Final
+
+import aiohttp
+
+from wax.errors import DriverError
+from wax.robot.ros2 import rosbridge_protocol as protocol
+from wax.robot.ros2.link import command_type
+from wax.robot.ros2.rosbridge_graph import RosbridgeGraph
+from wax.sentence import Sentence
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wax.clock import Clock
+    from wax.driver.interface import Twist
+    from wax.robot.ros2.link import Wanted
+    from wax.robot.ros2.neighbours import Traffic
+    from wax.robot.ros2.settings import Ros2Settings
+
+CONNECT_S: Final = 3.0
+BEAT_S: Final = 2.0
+"""A server that does not answer a ping within half of that is gone."""
+TICK_S: Final = 0.1
+CLOSE_S: Final = 0.3
+MAX_WAITING_BYTES: Final = 8192
+"""Under a second of set-points: more must not wait in this machine for a network to return."""
+MAX_MESSAGE_BYTES: Final = 8_000_000
+THROTTLE_MS: Final = {"odometry": 50}
+_KEPT: Final = 8
+
+
+class RosbridgeLink:
+    """A `Link` to one rosbridge server; it advertises if it has a `mark`."""
+
+    def __init__(
+        self,
+        settings: Ros2Settings,
+        clock: Clock,
+        *,
+        mark: str = "",
+        wanted: Sequence[Wanted] = (),
+    ) -> None:
+        self._settings = settings
+        self._clock = clock
+        self._is_giver = bool(mark)
+        self._wanted = {want.topic: want for want in wanted}
+        self._graph = RosbridgeGraph(settings.topic, settings.rosbridge_node)
+        self._news = threading.Condition()
+        self._heard: dict[str, deque[Any]] = {}
+        self._error: Sentence | None = None
+        self._connected = threading.Event()
+        self._loop = asyncio.new_event_loop()
+        self._wake = asyncio.Event()
+        self._closing = False
+        self._words: deque[str] = deque()
+        self._command = ""
+        self._thread = threading.Thread(target=self._run, name="rosbridge", daemon=True)
+        self._thread.start()
+        self._connected.wait()
+        if self._error is not None:
+            self._thread.join()
+            raise DriverError(self._error)
+
+    @property
+    def guid(self) -> str:
+        return ""
+
+    def send(self, twist: Twist, wall_ns: int) -> None:
+        self._check()
+        if self._is_giver:
+            stamp = (wall_ns, self._settings.frame_id) if self._settings.stamped else None
+            # One that was not sent yet is replaced: only the newest counts.
+            self._command = protocol.publish(self._settings.topic, twist, stamp=stamp)
+            self._call(self._wake.set)
+
+    def take(self, timeout_s: float) -> list[tuple[str, Any]]:
+        with self._news:
+            self._news.wait_for(lambda: self._heard or self._error, timeout_s)
+            heard, self._heard = self._heard, {}
+        self._check()
+        return [(kind, message) for kind, messages in heard.items() for message in messages]
+
+    def traffic(self) -> Traffic:
+        self._check()
+        with self._news:
+            return self._graph.traffic(self._clock.now_s())
+
+    def close(self) -> None:
+        self._closing = True
+        self._call(self._wake.set)
+        self._thread.join(CLOSE_S + 0.1)
+
+    def _check(self) -> None:
+        if self._error is not None:
+            raise DriverError(self._error)
+
+    def _call(self, what: Any) -> None:
+        with contextlib.suppress(RuntimeError):  # the loop has ended
+            self._loop.call_soon_threadsafe(what)
+
+    # --- in the thread -----------------------------------------------------------------------
+
+    def _run(self) -> None:
+        try:
+            self._loop.run_until_complete(self._live())
+        except (aiohttp.ClientError, OSError, TimeoutError, ValueError) as error:
+            self._fail(str(error) or type(error).__name__)
+        finally:
+            self._loop.close()
+            self._connected.set()
+
+    async def _live(self) -> None:
+        async with aiohttp.ClientSession(read_bufsize=MAX_MESSAGE_BYTES) as session:
+            async with asyncio.timeout(CONNECT_S):
+                line = await session.ws_connect(
+                    self._settings.rosbridge_url,
+                    heartbeat=BEAT_S,
+                    max_msg_size=MAX_MESSAGE_BYTES,
+                    timeout=aiohttp.ClientWSTimeout(ws_close=CLOSE_S),
+                )
+            self._introduce()
+            listener = asyncio.ensure_future(self._listen(line))
+            try:
+                self._connected.set()
+                await self._speak(line, listener)
+            finally:
+                listener.cancel()
+                await asyncio.wait([listener])
+                with contextlib.suppress(aiohttp.ClientError, TimeoutError):
+                    await line.close()
+
+    def _introduce(self) -> None:
+        if self._is_giver:
+            self._words.append(
+                protocol.advertise(self._settings.topic, command_type(self._settings))
+            )
+        for want in self._wanted.values():
+            throttle_ms = THROTTLE_MS.get(want.kind, 0)
+            self._words.append(
+                protocol.subscribe(want.topic, want.type_name, throttle_ms=throttle_ms)
+            )
+
+    async def _speak(
+        self, line: aiohttp.ClientWebSocketResponse, listener: asyncio.Future[None]
+    ) -> None:
+        while not listener.done():
+            self._words += self._graph.questions(self._clock.now_s()) if self._is_giver else ()
+            while self._words:
+                await line.send_str(self._words.popleft())
+            command, self._command = self._command, ""
+            if command:
+                _refuse_to_pile_up(line)
+                await line.send_str(command)
+            if self._closing:
+                return
+            if not self._command:
+                self._wake.clear()
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(self._wake.wait(), TICK_S)
+        self._fail("it hung up")
+
+    async def _listen(self, line: aiohttp.ClientWebSocketResponse) -> None:
+        async for frame in line:
+            if frame.type is not aiohttp.WSMsgType.TEXT:
+                continue
+            try:
+                heard = protocol.read(frame.data)
+            except ValueError:
+                continue  # what cannot be read says nothing
+            with self._news:
+                self._take(heard)
+                self._news.notify_all()
+        self._wake.set()
+
+    def _take(self, heard: protocol.Heard | None) -> None:
+        match heard:
+            case protocol.Published():
+                want = self._wanted.get(heard.topic)
+                if want is not None:
+                    self._heard.setdefault(want.kind, deque(maxlen=_KEPT)).append(heard.message)
+            case protocol.Answer():
+                self._graph.hear(heard, self._clock.now_s())
+            case protocol.Complaint():
+                self._error = Sentence("ros2.bridge_refuses", {"why": heard.words.rstrip(".")})
+
+    def _fail(self, why: str) -> None:
+        with self._news:
+            url = self._settings.rosbridge_url
+            self._error = self._error or Sentence("ros2.no_bridge", {"url": url, "why": why})
+            self._news.notify_all()
+
+
+def _refuse_to_pile_up(line: aiohttp.ClientWebSocketResponse) -> None:
+    """Give up a line that carries nothing, with what waits for it: it would arrive too late."""
+    sock = line.get_extra_info("socket")
+    if sock is not None and _waiting_bytes(sock) > MAX_WAITING_BYTES:
+        # Closing then throws away what the system keeps for the line.
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        raise TimeoutError("it takes nothing")
+
+
+def _waiting_bytes(sock: socket.socket) -> int:
+    """Return how much was sent and has not arrived, 0 where the system does not tell."""
+    found = struct.pack("i", 0)
+    with contextlib.suppress(OSError):
+        found = fcntl.ioctl(sock.fileno(), termios.TIOCOUTQ, found)
+    (waiting,) = struct.unpack("i", found)
+    return int(waiting)

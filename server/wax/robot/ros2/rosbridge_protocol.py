@@ -1,0 +1,97 @@
+"""Rosbridge's protocol, version 2: JSON messages over a WebSocket (pure).
+
+https://github.com/RobotWebTools/rosbridge_suite/blob/ros2/ROSBRIDGE_PROTOCOL.md
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from wax.driver.interface import Twist
+
+
+@dataclass(frozen=True, slots=True)
+class Published:
+    """A message of a topic; its members are attributes, as those of the ROS 2 message."""
+
+    topic: str
+    message: Any
+
+
+@dataclass(frozen=True, slots=True)
+class Complaint:
+    """What the server could not do."""
+
+    words: str
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What a service answered, None if it refused or is not there."""
+
+    call: str
+    values: Any
+
+
+Heard = Published | Complaint | Answer
+
+_MAX_WORDS: Final = 200
+
+
+def advertise(topic: str, type_name: str) -> str:
+    """Announce that we publish; the server answers only where it cannot be."""
+    return json.dumps({"op": "advertise", "topic": topic, "type": type_name})
+
+
+def subscribe(topic: str, type_name: str, *, throttle_ms: int = 0) -> str:
+    """Ask for the newest message, at most one in `throttle_ms`."""
+    return json.dumps(
+        {
+            "op": "subscribe",
+            "topic": topic,
+            "type": type_name,
+            "throttle_rate": throttle_ms,
+            "queue_length": 1,
+        }
+    )
+
+
+def call(number: str, service: str, **arguments: object) -> str:
+    """Call a service; its answer carries the same `number`."""
+    return json.dumps({"op": "call_service", "id": number, "service": service, "args": arguments})
+
+
+def publish(topic: str, twist: Twist, *, stamp: tuple[int, str] | None = None) -> str:
+    """Say a set-point; `stamp` is the time in nanoseconds and the frame of a TwistStamped."""
+    said: dict[str, Any] = {
+        "linear": {"x": twist.linear_mps, "y": 0.0, "z": 0.0},
+        "angular": {"x": 0.0, "y": 0.0, "z": twist.angular_rps},
+    }
+    if stamp is not None:
+        sec, nanosec = divmod(stamp[0], 1_000_000_000)
+        header = {"stamp": {"sec": sec, "nanosec": nanosec}, "frame_id": stamp[1]}
+        said = {"header": header, "twist": said}
+    return json.dumps({"op": "publish", "topic": topic, "msg": said})
+
+
+def read(text: str) -> Heard | None:
+    """Return what the server says, None for what does not concern us; raises `ValueError`."""
+    try:
+        found = json.loads(text, object_hook=lambda members: SimpleNamespace(**members))
+    except (RecursionError, TypeError) as error:
+        raise ValueError("this is no message of rosbridge") from error
+    match getattr(found, "op", None):
+        case "publish":
+            return Published(str(getattr(found, "topic", "")), getattr(found, "msg", None))
+        case "service_response":
+            done = getattr(found, "result", False) is True
+            return Answer(
+                str(getattr(found, "id", "")), getattr(found, "values", None) if done else None
+            )
+        case "status" if getattr(found, "level", "") == "error":
+            return Complaint(str(getattr(found, "msg", ""))[:_MAX_WORDS])
+    return None

@@ -1,0 +1,162 @@
+"""A rosbridge server for one robot, by the protocol's text: none is to be had here.
+
+It answers what `ROSBRIDGE_PROTOCOL.md` says: `advertise`, `publish`, `subscribe`, `call_service`
+for the three questions of rosapi, and `status` for what cannot be.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import threading
+import time
+from typing import Any
+
+from aiohttp import WSMsgType, web
+from tests.robot.ros2.base import Told
+
+from wax.driver.interface import Twist
+
+NODE = "/rosbridge_websocket"
+
+
+class Bridge:
+    """It starts on a port of its own, and again on the same; `publishers` are the graph's."""
+
+    def __init__(
+        self, *, type_name: str = "geometry_msgs/msg/Twist", has_rosapi: bool = True
+    ) -> None:
+        self.type_name = type_name
+        self.has_rosapi = has_rosapi
+        self.publishers = [NODE]
+        self.subscribers = ["/base"]
+        self.port = 0
+        self.heard: list[dict[str, Any]] = []
+        self._lock = threading.Lock()
+        self._told: list[Told] = []
+        self._lines: set[web.WebSocketResponse] = set()
+        self._topics: set[str] = set()
+        self._thread: threading.Thread | None = None
+
+    @property
+    def url(self) -> str:
+        return f"ws://127.0.0.1:{self.port}"
+
+    def start(self) -> Bridge:
+        ready = threading.Event()
+        self._loop = asyncio.new_event_loop()
+        self._end = asyncio.Event()
+        self._hears = asyncio.Event()
+        self._hears.set()
+        self._thread = threading.Thread(target=self._run, args=(ready,))
+        self._thread.start()
+        assert ready.wait(10)
+        return self
+
+    def end(self) -> None:
+        """Hang up on everybody; safe to call twice."""
+        thread, self._thread = self._thread, None
+        if thread is not None:
+            self._loop.call_soon_threadsafe(self._end.set)
+            thread.join(10)
+
+    def turn_deaf(self, *, deaf: bool) -> None:
+        """Read no more, or again."""
+        change = self._hears.clear if deaf else self._hears.set
+        self._loop.call_soon_threadsafe(change)
+
+    def told(self) -> list[Told]:
+        with self._lock:
+            return list(self._told)
+
+    def forget(self) -> list[Told]:
+        with self._lock:
+            told, self._told = self._told, []
+            return told
+
+    def say(self, topic: str, message: object) -> None:
+        """Publish to whoever has subscribed."""
+        asyncio.run_coroutine_threadsafe(self._publish(topic, message), self._loop).result(5)
+
+    def say_raw(self, text: str) -> None:
+        asyncio.run_coroutine_threadsafe(self._send_all(text), self._loop).result(5)
+
+    def _run(self, ready: threading.Event) -> None:
+        self._loop.run_until_complete(self._serve(ready))
+        self._loop.close()
+
+    async def _serve(self, ready: threading.Event) -> None:
+        app = web.Application()
+        app.router.add_get("/", self._talk)
+        runner = web.AppRunner(app, shutdown_timeout=0.5)
+        await runner.setup()
+        site = web.TCPSite(runner, "127.0.0.1", self.port, reuse_address=True)
+        await site.start()
+        self.port = self.port or runner.addresses[0][1]
+        ready.set()
+        await self._end.wait()
+        for line in list(self._lines):
+            await line.close()
+        await runner.cleanup()
+
+    async def _talk(self, request: web.Request) -> web.WebSocketResponse:
+        line = web.WebSocketResponse()
+        await line.prepare(request)
+        self._lines.add(line)
+        try:
+            async for frame in line:
+                if frame.type is WSMsgType.TEXT:
+                    await self._hear(line, json.loads(frame.data))
+                # While it is deaf it reads no more, as behind a network that carries nothing.
+                await self._hears.wait()
+        finally:
+            self._lines.discard(line)
+        return line
+
+    async def _hear(self, line: web.WebSocketResponse, said: dict[str, Any]) -> None:
+        if said["op"] != "publish":
+            self.heard.append(said)
+        match said["op"]:
+            case "advertise" if said["type"] != self.type_name:
+                words = (
+                    f"advertise: Tried to advertise topic {said['topic']} with type {said['type']}"
+                    f" but topic has been established with type {self.type_name}"
+                )
+                await line.send_json({"op": "status", "level": "error", "msg": words})
+            case "publish":
+                self._note(said["msg"])
+            case "subscribe":
+                self._topics.add(said["topic"])
+            case "call_service":
+                await line.send_json(self._answer(said))
+
+    def _note(self, message: dict[str, Any]) -> None:
+        stamp = message.get("header", {}).get("stamp", {})
+        stamp_ns = stamp.get("sec", 0) * 1_000_000_000 + stamp.get("nanosec", 0)
+        twist = message.get("twist", message)
+        linear, angular = twist["linear"], twist["angular"]
+        others = sum(map(abs, (linear["y"], linear["z"], angular["x"], angular["y"])))
+        told = Told(time.monotonic(), stamp_ns, Twist(linear["x"], angular["z"]), others)
+        with self._lock:
+            self._told.append(told)
+
+    def _answer(self, asked: dict[str, Any]) -> dict[str, Any]:
+        answer = {"op": "service_response", "id": asked["id"], "service": asked["service"]}
+        name = asked["service"].removeprefix("/rosapi/")
+        values: dict[str, Any] = {
+            "publishers": self.publishers,
+            "subscribers": self.subscribers,
+            "type": self.type_name,
+        }
+        name = "type" if name == "topic_type" else name
+        if not self.has_rosapi or name not in values:
+            return answer | {"values": "Service does not exist", "result": False}
+        return answer | {"values": {name: values[name]}, "result": True}
+
+    async def _publish(self, topic: str, message: object) -> None:
+        if topic in self._topics:
+            await self._send_all(json.dumps({"op": "publish", "topic": topic, "msg": message}))
+
+    async def _send_all(self, text: str) -> None:
+        for line in list(self._lines):
+            await line.send_str(text)

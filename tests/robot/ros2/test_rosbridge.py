@@ -1,0 +1,215 @@
+"""The driver for ROS 2 by a rosbridge server of the protocol's text: no real one is here."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import signal
+import time
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from tests.robot.ros2.bridge import Bridge
+from tests.robot.ros2.robots import driven, feed, opened, ros2_settings, told, until
+
+from wax.clock import SystemClock
+from wax.driver.interface import STANDSTILL, Twist
+from wax.robot.find_driver import make_driver, make_robot
+from wax.robot.ros2 import rosbridge_protocol as protocol
+from wax.testing import DriverSafety
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from wax.clock import Clock
+    from wax.driver.interface import Driver
+
+CURVE = Twist(0.25, -0.5)
+
+
+@pytest.fixture
+def bridge() -> Iterator[Bridge]:
+    bridge = Bridge().start()
+    yield bridge
+    bridge.end()
+
+
+def by_bridge(bridge: Bridge, **own: Any) -> Any:
+    return ros2_settings(0, transport="rosbridge", rosbridge_url=bridge.url, **own)
+
+
+@pytest.mark.system
+@pytest.mark.timeout(120)
+class TestByRosbridge(DriverSafety):
+    """Seen by what the server was told."""
+
+    @pytest.fixture(autouse=True)
+    def _robot(self, bridge: Bridge) -> None:
+        self.bridge = bridge
+
+    def make_driver(self, clock: Clock) -> Driver:
+        return make_driver(by_bridge(self.bridge), clock)
+
+    def commanded(self) -> Sequence[Twist]:
+        return [told.twist for told in self.bridge.forget()]
+
+    def cut(self) -> None:
+        self.bridge.end()
+
+    def mend(self) -> None:
+        self.bridge.start()
+
+
+@pytest.mark.system
+class TestOneServer:
+    @pytest.fixture
+    def driver(self, bridge: Bridge) -> Iterator[Driver]:
+        driver = make_driver(by_bridge(bridge), SystemClock())
+        yield driver
+        driver.close()
+
+    def test_it_says_who_it_is_and_what_it_wants(self, bridge: Bridge, driver: Driver) -> None:
+        """It advertises its topic and subscribes to what is configured, at most 20 a second."""
+        opened(driver)
+        said = {(one["op"], one.get("topic")): one for one in bridge.heard}
+        assert said["advertise", "/cmd_vel"]["type"] == "geometry_msgs/msg/Twist"
+        assert said["subscribe", "/odom"]["type"] == "nav_msgs/msg/Odometry"
+        assert said["subscribe", "/odom"]["throttle_rate"] == 50
+
+    def test_a_stop_is_said_long_enough(self, bridge: Bridge, driver: Driver) -> None:
+        """After a stop standstill comes 20 times a second and more, for 1.5 s and more."""
+        driven(bridge, opened(driver), CURVE)
+        at_s = time.monotonic()
+        driver.stop(1)
+        time.sleep(1.7)
+        zeros = [told for told in bridge.told() if told.at_s > at_s + 0.05]
+        assert all(told.twist.is_zero and told.others == 0.0 for told in zeros)
+        assert len(zeros) >= 30
+        assert zeros[-1].at_s - at_s >= 1.45
+
+    def test_odometry_is_read(self, bridge: Bridge, driver: Driver) -> None:
+        """A pose comes from JSON as from DDS; what is no odometry is left aside."""
+        opened(driver)
+        bridge.say_raw("not JSON")
+        bridge.say("/odom", {"pose": 7})
+        message = {
+            "pose": {
+                "pose": {
+                    "position": {"x": 1, "y": 2},
+                    "orientation": {"x": 0, "y": 0, "z": 0, "w": 1},
+                }
+            },
+            "twist": {"twist": {"linear": {"x": 0.2, "y": 0}, "angular": {"z": 0}}},
+        }
+        state = told(
+            driver, lambda: bridge.say("/odom", message), lambda state: state.pose is not None
+        )
+        assert state.pose is not None
+        assert (state.pose.x_m, state.pose.y_m, state.moving) == (1.0, 2.0, True)
+        assert state.extra["ros2_invalid"] == 1.0
+
+    def test_a_second_publisher_stops_the_robot(self, bridge: Bridge, driver: Driver) -> None:
+        """Another node that publishes, as rosapi tells, is named, and the robot told to stand."""
+        driven(bridge, opened(driver), CURVE)
+        bridge.publishers = ["/rosbridge_websocket", "/joystick"]
+        until(
+            driver,
+            lambda state: state.said is not None and state.said.code == "ros2.other_publisher",
+        )
+        bridge.forget()
+        feed(driver, CURVE, for_s=0.3)
+        assert all(told.twist.is_zero for told in bridge.told())
+
+    def test_nobody_listens(self, bridge: Bridge, driver: Driver) -> None:
+        """A server that nobody's base is behind is no robot."""
+        bridge.subscribers = []
+        driver.open()
+        until(
+            driver,
+            lambda state: state.said is not None and state.said.code == "ros2.nobody_listens",
+        )
+
+    def test_a_server_without_rosapi_is_driven_all_the_same(
+        self, bridge: Bridge, driver: Driver
+    ) -> None:
+        """Where the graph is not known, that holds nobody."""
+        bridge.has_rosapi = False
+        driven(bridge, opened(driver), CURVE)
+
+    def test_a_wrong_type_is_the_servers_word(self, bridge: Bridge, driver: Driver) -> None:
+        """What the server refuses is shown in its own words, and tried again."""
+        bridge.type_name = "geometry_msgs/msg/TwistStamped"
+        driver.open()
+        until(driver, lambda state: "has been established with type" in str(state.said))
+        bridge.type_name = "geometry_msgs/msg/Twist"
+        until(driver, lambda state: state.connected)
+
+    def test_a_line_that_carries_nothing_is_given_up(self, bridge: Bridge, driver: Driver) -> None:
+        """Where the other side takes nothing, what waits is thrown away, not delivered later."""
+        driven(bridge, opened(driver), CURVE)
+        bridge.turn_deaf(deaf=True)
+        end_s = time.monotonic() + 20.0
+        while driver.state().connected:
+            assert time.monotonic() < end_s
+            feed(driver, CURVE, for_s=0.02)
+        bridge.turn_deaf(deaf=False)
+        time.sleep(0.3)
+        bridge.forget()
+        until(driver, lambda state: state.connected)
+        feed(driver, CURVE, for_s=0.3)
+        assert all(told.twist.is_zero for told in bridge.told())
+
+
+@pytest.mark.system
+def test_the_standby_speaks_for_a_killed_driver(bridge: Bridge) -> None:
+    """By rosbridge, too, a second process says standstill when the driver's is killed."""
+    driver = opened(make_robot(by_bridge(bridge), SystemClock()))
+    try:
+        driven(bridge, driver, CURVE)
+        at_s = time.monotonic()
+        os.kill(int(driver.state().extra["driver_pid"]), signal.SIGKILL)
+        time.sleep(1.7)
+        zeros = [told for told in bridge.told() if told.at_s > at_s and told.twist.is_zero]
+        assert zeros[0].at_s - at_s < 0.2
+        assert len(zeros) >= 30
+        assert max(b.at_s - a.at_s for a, b in itertools.pairwise(zeros)) < 0.25
+    finally:
+        driver.close()
+
+
+def test_commands_are_as_the_protocol_has_them() -> None:
+    """A publish has its op, topic and the message's members by their names in ROS."""
+    assert json.loads(protocol.publish("/cmd_vel", CURVE)) == {
+        "op": "publish",
+        "topic": "/cmd_vel",
+        "msg": {
+            "linear": {"x": 0.25, "y": 0.0, "z": 0.0},
+            "angular": {"x": 0.0, "y": 0.0, "z": -0.5},
+        },
+    }
+    stamped = json.loads(
+        protocol.publish("/cmd_vel", STANDSTILL, stamp=(1_500_000_000_000_000_007, "base"))
+    )
+    assert stamped["msg"]["header"] == {
+        "stamp": {"sec": 1_500_000_000, "nanosec": 7},
+        "frame_id": "base",
+    }
+    assert json.loads(protocol.call("7", "/rosapi/publishers", topic="/cmd_vel")) == {
+        "op": "call_service",
+        "id": "7",
+        "service": "/rosapi/publishers",
+        "args": {"topic": "/cmd_vel"},
+    }
+
+
+@pytest.mark.parametrize(
+    "text", ["", "7", "[]", "null", '"op"', "{}", '{"op": 7}', '{"op": "publish"}', "[" * 100_000]
+)
+def test_what_is_no_message_says_nothing(text: str) -> None:
+    """What a server says beside the protocol is refused or means nothing."""
+    try:
+        heard = protocol.read(text)
+    except ValueError:
+        return
+    assert heard is None or heard == protocol.Published("", None)
