@@ -149,8 +149,9 @@ class TestOneServer:
         """Where the other side takes nothing, what waits is thrown away, not delivered later."""
         driven(bridge, opened(driver), CURVE)
         bridge.turn_deaf(deaf=True)
+        epoch = driver.state().epoch
         end_s = time.monotonic() + 20.0
-        while driver.state().connected:
+        while driver.state().connected and driver.state().epoch == epoch:
             assert time.monotonic() < end_s
             feed(driver, CURVE, for_s=0.02)
         bridge.turn_deaf(deaf=False)

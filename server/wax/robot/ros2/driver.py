@@ -14,8 +14,9 @@ from wax.robot.ros2.session import Session
 from wax.robot.ros2.settings import Ros2Settings
 
 if TYPE_CHECKING:
+    from wax.capture.source import VideoSource
     from wax.clock import Clock
-    from wax.config.settings import RobotSettings
+    from wax.config.settings import RobotSettings, VideoSettings
     from wax.driver.interface import RobotState, Twist
 
 _LOG = structlog.get_logger(__name__)
@@ -86,6 +87,12 @@ class Ros2Robot:
             self._session.close()
             thread.join(CLOSE_TIMEOUT_S)
         self._conversation.lost(None)
+
+    def camera(self, settings: VideoSettings, clock: Clock) -> VideoSource:
+        """Make a source of the configured topic; it needs no opened robot."""
+        from wax.robot.ros2.camera import Ros2Camera  # noqa: PLC0415 - it loads OpenCV
+
+        return Ros2Camera(self._settings, settings, clock)
 
     def state(self) -> RobotState:
         return self._conversation.state(self._clock.now_s())

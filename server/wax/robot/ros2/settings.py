@@ -55,7 +55,8 @@ class Ros2Settings(DriverSettings):
         False,
         description=(
             "TwistStamped instead of Twist, by this machine's clock: a controller refuses what is"
-            " older than its time-out, standstill too, so both clocks must agree."
+            " older than its time-out, standstill too, so both clocks must agree; pictures are"
+            " dated by their stamps then."
         ),
     )
     frame_id: Annotated[str, Field(max_length=100)] = Field(

@@ -1,0 +1,72 @@
+"""Pictures of ROS 2, raw and compressed, as OpenCV's BGR (pure)."""
+
+from __future__ import annotations
+
+import base64
+from typing import TYPE_CHECKING, Any, Final
+
+import cv2
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+MAX_PIXELS: Final = 4096 * 4096
+_FORMS: Final = {
+    "bgr8": (3, None),
+    "rgb8": (3, cv2.COLOR_RGB2BGR),
+    "bgra8": (4, cv2.COLOR_BGRA2BGR),
+    "rgba8": (4, cv2.COLOR_RGBA2BGR),
+    "mono8": (1, cv2.COLOR_GRAY2BGR),
+    "8UC1": (1, cv2.COLOR_GRAY2BGR),
+    "8UC3": (3, None),
+    "yuv422": (2, cv2.COLOR_YUV2BGR_UYVY),
+    "uyvy": (2, cv2.COLOR_YUV2BGR_UYVY),
+    "yuv422_yuy2": (2, cv2.COLOR_YUV2BGR_YUYV),
+    "yuyv": (2, cv2.COLOR_YUV2BGR_YUYV),
+}
+"""Octets of a pixel, and how OpenCV calls the way to BGR."""
+_MAX_WORDS: Final = 40
+
+
+def to_bgr(message: Any) -> NDArray[np.uint8]:
+    """Return the picture of an Image or CompressedImage; raises `ValueError` with its form."""
+    try:
+        data = _octets(message.data)
+        if hasattr(message, "encoding"):
+            return _raw(message, data)
+        return _compressed(str(message.format), data)
+    except (AttributeError, TypeError, OverflowError, cv2.error) as error:
+        raise ValueError("no picture") from error
+
+
+def _octets(data: Any) -> NDArray[np.uint8]:
+    """JSON has them in base64."""
+    return np.frombuffer(base64.b64decode(data) if isinstance(data, str) else data, np.uint8)
+
+
+def _whole(number: object) -> int:
+    if not isinstance(number, int):
+        raise TypeError("no whole number")
+    return number
+
+
+def _raw(message: Any, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    form = str(message.encoding)[:_MAX_WORDS]
+    height, width, step = (_whole(n) for n in (message.height, message.width, message.step))
+    if form not in _FORMS:
+        raise ValueError(form)
+    size, conversion = _FORMS[form]
+    is_whole = 0 < width * size <= step and height > 0 and data.size >= height * step
+    if not is_whole or width * height > MAX_PIXELS or step > MAX_PIXELS:
+        raise ValueError(f"{form}, {width}×{height}, {data.size} octets")
+    rows = data[: height * step].reshape(height, step)[:, : width * size]
+    pixels = np.ascontiguousarray(rows).reshape(height, width, size)
+    return pixels if conversion is None else np.asarray(cv2.cvtColor(pixels, conversion), np.uint8)
+
+
+def _compressed(form: str, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    bgr = cv2.imdecode(data, cv2.IMREAD_COLOR) if data.size else None
+    if bgr is None:
+        raise ValueError(form[:_MAX_WORDS] or "no picture")
+    return np.asarray(bgr, np.uint8)

@@ -1,0 +1,187 @@
+"""The robot's pictures, from their topic to a `Picture`."""
+
+from __future__ import annotations
+
+import base64
+import threading
+import time
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import cv2
+import numpy as np
+import pytest
+from tests.robot.ros2.base import Base, own_domain
+from tests.robot.ros2.bridge import Bridge
+from tests.robot.ros2.robots import ros2_settings
+
+from wax.clock import SystemClock
+from wax.config.settings import VideoSettings
+from wax.driver.interface import HasCamera
+from wax.errors import SourceError
+from wax.robot.find_driver import make_driver
+from wax.robot.ros2.images import to_bgr
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.capture.source import VideoSource
+
+BGR = np.zeros((6, 8, 3), np.uint8)
+BGR[:, :4] = (200, 30, 10)
+BGR[:, 4:] = (20, 220, 60)
+
+
+def raw(encoding: str, pixels: Any, *, pad: int = 0) -> SimpleNamespace:
+    rows = np.asarray(pixels, np.uint8).reshape(6, -1)
+    rows = np.pad(rows, ((0, 0), (0, pad)))
+    return SimpleNamespace(
+        height=6,
+        width=8,
+        encoding=encoding,
+        is_bigendian=0,
+        step=rows.shape[1],
+        data=rows.tobytes(),
+    )
+
+
+@pytest.mark.parametrize("pad", [0, 5])
+@pytest.mark.parametrize(
+    ("encoding", "pixels"),
+    [
+        ("bgr8", BGR),
+        ("rgb8", BGR[:, :, ::-1]),
+        ("bgra8", cv2.cvtColor(BGR, cv2.COLOR_BGR2BGRA)),
+        ("rgba8", cv2.cvtColor(BGR, cv2.COLOR_BGR2RGBA)),
+    ],
+)
+def test_colours_are_in_their_order(encoding: str, pixels: Any, pad: int) -> None:
+    """Each order of colours becomes OpenCV's, also where rows are longer than their pixels."""
+    assert np.array_equal(to_bgr(raw(encoding, pixels, pad=pad)), BGR)
+
+
+def test_grey_and_half_colour_are_known() -> None:
+    """One octet a pixel is grey; UYVY and YUYV hold the brightness in different places."""
+    grey = np.full((6, 8), 77, np.uint8)
+    assert to_bgr(raw("mono8", grey)).max() == 77
+    uyvy = np.tile(np.array([128, 180], np.uint8), (6, 8))
+    bright = to_bgr(raw("yuv422", uyvy))
+    assert np.array_equal(bright, to_bgr(raw("yuv422_yuy2", uyvy[:, ::-1])))
+    assert abs(int(bright[0, 0, 0]) - 191) < 3
+
+
+def test_compressed_pictures_are_decoded() -> None:
+    """JPEG and PNG come through; base64 is how JSON has them."""
+    done, png = cv2.imencode(".png", BGR)
+    assert done
+    message = SimpleNamespace(format="png", data=png.tobytes())
+    assert np.array_equal(to_bgr(message), BGR)
+    message = SimpleNamespace(format="png", data=base64.b64encode(png.tobytes()).decode())
+    assert np.array_equal(to_bgr(message), BGR)
+
+
+@pytest.mark.parametrize(
+    ("message", "what"),
+    [
+        (raw("32FC1", BGR), "32FC1"),
+        (SimpleNamespace(encoding="bgr8", height=6, width=8, step=24, data=b"short"), "5 octets"),
+        (SimpleNamespace(encoding="bgr8", height=0, width=8, step=24, data=b""), "bgr8"),
+        (SimpleNamespace(encoding="mono8", height=1, width=10**9, step=10**9, data=b""), "mono8"),
+        (SimpleNamespace(encoding="bgr8", height="x", width=8, step=24, data=b""), "no picture"),
+        (SimpleNamespace(format="jpeg", data=b"no jpeg"), "jpeg"),
+        (SimpleNamespace(format="jpeg", data=b""), "jpeg"),
+        (SimpleNamespace(format="jpeg", data=None), "no picture"),
+        (SimpleNamespace(data=b""), "no picture"),
+    ],
+)
+def test_what_is_no_picture_says_its_form(message: Any, what: str) -> None:
+    """What cannot be shown is refused with what it is."""
+    with pytest.raises(ValueError, match=what):
+        to_bgr(message)
+
+
+def camera(settings: Any) -> VideoSource:
+    """Make one as the media process does: of a robot that is never opened."""
+    robot = make_driver(settings, SystemClock())
+    assert isinstance(robot, HasCamera)
+    return robot.camera(VideoSettings(width=64, height=48), SystemClock())
+
+
+def assert_shows(source: VideoSource, tell: Callable[[], None]) -> None:
+    """See pictures for a while; the left half is blue, the right one green."""
+    done = threading.Event()
+
+    def publish() -> None:
+        while not done.wait(0.05):
+            tell()
+
+    thread = threading.Thread(target=publish)
+    thread.start()
+    try:
+        source.open()
+        for _ in range(5):
+            picture = source.read()
+        now_s = SystemClock().now_s()
+    finally:
+        done.set()
+        thread.join()
+        source.close()
+    assert (picture.width, picture.height) == (64, 48)
+    assert 0.0 <= now_s - picture.captured_s < 0.5
+    bgr = cv2.cvtColor(picture.i420, cv2.COLOR_YUV2BGR_I420)
+    assert bgr[24, 8].argmax() == 0
+    assert bgr[24, 56].argmax() == 1
+
+
+def big() -> Any:
+    return cv2.resize(BGR, (640, 480), interpolation=cv2.INTER_NEAREST)
+
+
+def jpeg() -> str:
+    done, data = cv2.imencode(".jpg", big())
+    assert done
+    return base64.b64encode(data.tobytes()).decode()
+
+
+@pytest.mark.system
+@pytest.mark.parametrize("kind", ["Image", "CompressedImage"])
+def test_pictures_come_by_dds(kind: str) -> None:
+    """A camera's topic is shown at the size that is wanted, from a robot that is never opened."""
+    pytest.importorskip("cyclonedds", reason='type: pip install "wax-teleop[ros2]"')
+    domain, type_name = own_domain(), f"sensor_msgs/msg/{kind}"
+    base = Base(domain).start()
+    message: dict[str, Any] = {"format": "jpeg", "data": jpeg()}
+    if kind == "Image":
+        data = base64.b64encode(big().tobytes()).decode()
+        message = {"width": 640, "height": 480, "step": 1920, "encoding": "bgr8", "data": data}
+    try:
+        settings = ros2_settings(domain, camera="/camera/image", camera_type=type_name)
+        assert_shows(camera(settings), lambda: base.say(type_name, "/camera/image", message))
+    finally:
+        base.end()
+
+
+@pytest.mark.system
+def test_pictures_come_by_rosbridge() -> None:
+    """By rosbridge a compressed picture is base64 in JSON."""
+    bridge = Bridge().start()
+    message = {"format": "jpeg", "data": jpeg(), "header": {"stamp": {"sec": 0, "nanosec": 0}}}
+    try:
+        settings = ros2_settings(
+            0, transport="rosbridge", rosbridge_url=bridge.url, camera="/camera/image"
+        )
+        assert_shows(camera(settings), lambda: bridge.say("/camera/image", message))
+    finally:
+        bridge.end()
+
+
+@pytest.mark.system
+def test_a_camera_that_shows_nothing_says_so() -> None:
+    """Without pictures, or a topic of theirs, the source is a sentence, not a wait for ever."""
+    pytest.importorskip("cyclonedds", reason='type: pip install "wax-teleop[ros2]"')
+    with pytest.raises(SourceError, match=r"robot\.ros2\.camera"):
+        camera(ros2_settings(own_domain())).open()
+    begun_s = time.monotonic()
+    with pytest.raises(SourceError, match="No picture comes from /camera"):
+        camera(ros2_settings(own_domain(), camera="/camera")).open()
+    assert time.monotonic() - begun_s < 10.0
