@@ -58,6 +58,7 @@ class Base:
             [str(fastdds_base())] if fast else [sys.executable, "-m", f"{__package__}.cyclone_base"]
         )
         self._command = [*program, str(domain), topic, kind, reliability]
+        self._is_fast = fast
         self._process: subprocess.Popen[str] | None = None
         self._lock = threading.Lock()
         self._told: list[Told] = []
@@ -92,6 +93,13 @@ class Base:
     def say_odometry(self, *numbers: float) -> None:
         """Publish x, y, the quaternion's z and w, v and ω, as the base on Fast DDS takes them."""
         self._write("odometry " + " ".join(map(str, numbers)))
+
+    def promise(self, node: str, name: str, value: float) -> None:
+        """Answer for this parameter of a node from now on."""
+        if self._is_fast:
+            self._write(f"parameter {node} {name} {value}")
+        else:
+            self.say("parameter", node, name, value)
 
     def told(self) -> list[Told]:
         """Return what arrived so far."""

@@ -3,7 +3,8 @@
 usage: DOMAIN TOPIC twist|stamped reliable|best_effort
 
 It writes what `fastdds_base.cpp` writes. A line of JSON on its input, ``[TYPE, TOPIC, {…}]``,
-publishes a message; ``["publish", "TYPE", "TOPIC"]`` only makes a publisher.
+publishes a message, ``[TYPE, TOPIC]`` only makes a publisher. ``["parameter", NODE, NAME, VALUE]``
+makes it answer for a node, as CycloneDDS's layer of ROS 2 does.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
-from wax.robot.ros2 import idl, names
+from wax.robot.ros2 import idl, names, parameters_idl
 from wax.robot.ros2.cyclone_config import cyclone_config
 from wax.robot.ros2.names import dds_topic
 
@@ -53,6 +54,36 @@ class Wheels(Listener):
 
     def on_subscription_matched(self, reader: DataReader[Any], status: Any) -> None:
         say(f"matched {status.current_count}")
+
+
+class Node(Listener):
+    """Answers for one parameter; for any other the answer is empty, as rclcpp's is."""
+
+    def __init__(self, member: DomainParticipant, node: str, name: str, value: float) -> None:
+        super().__init__()
+        self._known = {name: value}
+        qos = Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.History.KeepLast(10))
+        asks: Any = parameters_idl.HeadedRequest
+        answers: Any = parameters_idl.HeadedAnswer
+        self._writer: DataWriter[Any] = DataWriter(
+            member, Topic(member, f"rr{node}/get_parametersReply", answers), qos
+        )
+        self._reader: DataReader[Any] = DataReader(
+            member, Topic(member, f"rq{node}/get_parametersRequest", asks), qos, listener=self
+        )
+
+    def on_data_available(self, reader: DataReader[Any]) -> None:
+        for asked in reader.take(10):
+            if asked.sample_info.valid_data:
+                values = [
+                    parameters_idl.ParameterValue(type=3, double_value=self._known[name])
+                    for name in asked.names
+                    if name in self._known
+                ]
+                # Another client's answer comes first: it must not be taken for ours.
+                other = [parameters_idl.ParameterValue(type=3, double_value=99.0)]
+                self._writer.write(parameters_idl.HeadedAnswer(asked.guid + 1, asked.seq, other))
+                self._writer.write(parameters_idl.HeadedAnswer(asked.guid, asked.seq, values))
 
 
 def build(kind: Any, values: dict[str, Any]) -> Any:
@@ -88,14 +119,18 @@ def main() -> None:
     )
     writers: dict[str, DataWriter[Any]] = {}
     say("ready")
+    nodes = []
     for line in sys.stdin:
         type_name, where, *values = json.loads(line)
+        if type_name == "parameter":
+            nodes.append(Node(member, where, *values))
+            continue
         cls: Any = idl.TYPES[type_name]
         if where not in writers:
             writers[where] = DataWriter(member, Topic(member, dds_topic(where), cls), Qos(reliable))
         if values:
             writers[where].write(build(cls, values[0]))
-    del reader, writers, domain
+    del reader, writers, nodes, domain
 
 
 if __name__ == "__main__":

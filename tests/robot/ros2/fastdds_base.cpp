@@ -6,7 +6,8 @@
 //
 // It writes "matched N" for each change of publishers, and for each message
 // "twist MONOTONIC_NS STAMP_NS LINEAR_X ANGULAR_Z OTHERS", where OTHERS is the sum of what must be
-// zero. A line "odometry X Y QZ QW V W" on its input publishes that. It ends with its input.
+// zero. A line "odometry X Y QZ QW V W" on its input publishes that, "parameter NODE NAME VALUE"
+// makes it answer for a node's parameter, as Fast DDS's layer of ROS 2 does. It ends with its input.
 #include <fastcdr/Cdr.h>
 #include <fastcdr/FastBuffer.h>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
@@ -28,8 +29,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
+#include <memory>
 #include <sstream>
 #include <string>
+#include <utility>
+#include <vector>
 
 using namespace eprosima::fastdds::dds;
 using eprosima::fastcdr::Cdr;
@@ -77,6 +81,24 @@ struct Odometry {
         for (double part : covariance) cdr << part;
     }
     void get(Cdr&) { std::abort(); }  // it only publishes it
+};
+
+struct Asked {
+    std::vector<std::string> names;
+    void put(Cdr& cdr) const { cdr << names; }
+    void get(Cdr& cdr) { cdr >> names; }
+};
+
+struct Answered {
+    std::vector<double> numbers;
+    void put(Cdr& cdr) const {
+        cdr << static_cast<uint32_t>(numbers.size());
+        for (double number : numbers) {
+            cdr << uint8_t{3} << false << int64_t{0} << number << std::string();
+            for (int array = 0; array < 5; ++array) cdr << uint32_t{0};
+        }
+    }
+    void get(Cdr&) { std::abort(); }  // it only answers
 };
 
 template <typename T>
@@ -143,6 +165,46 @@ private:
     Twist blank_;
 };
 
+// Answers for one parameter; for any other the answer is empty, as rclcpp's is.
+class Node : public DataReaderListener {
+public:
+    Node(DomainParticipant* participant, const std::string& node, std::string name, double value)
+        : name_(std::move(name)), value_(value) {
+        TypeSupport asks(new Support<Asked>("rcl_interfaces::srv::dds_::GetParameters_Request_"));
+        TypeSupport answers(new Support<Answered>("rcl_interfaces::srv::dds_::GetParameters_Response_"));
+        asks.register_type(participant);
+        answers.register_type(participant);
+        auto* request = participant->create_topic("rq" + node + "/get_parametersRequest",
+                                                  asks.get_type_name(), TOPIC_QOS_DEFAULT);
+        auto* reply = participant->create_topic("rr" + node + "/get_parametersReply",
+                                                answers.get_type_name(), TOPIC_QOS_DEFAULT);
+        DataWriterQos writing = DATAWRITER_QOS_DEFAULT;
+        writer_ = participant->create_publisher(PUBLISHER_QOS_DEFAULT)->create_datawriter(reply, writing);
+        DataReaderQos reading = DATAREADER_QOS_DEFAULT;
+        reading.reliability().kind = RELIABLE_RELIABILITY_QOS;
+        participant->create_subscriber(SUBSCRIBER_QOS_DEFAULT)->create_datareader(request, reading, this);
+    }
+    void on_data_available(DataReader* reader) override {
+        Asked asked;
+        SampleInfo info;
+        while (reader->take_next_sample(&asked, &info) == ReturnCode_t::RETCODE_OK) {
+            if (!info.valid_data) continue;
+            Answered answered;
+            for (const auto& name : asked.names) {
+                if (name == name_) answered.numbers.push_back(value_);
+            }
+            eprosima::fastrtps::rtps::WriteParams whose;
+            whose.related_sample_identity(info.sample_identity);
+            writer_->write(&answered, whose);
+        }
+    }
+
+private:
+    std::string name_;
+    double value_;
+    DataWriter* writer_ = nullptr;
+};
+
 // Loopback only: nothing of a test leaves the machine.
 DomainParticipantQos loopback(int domain) {
     DomainParticipantQos qos = PARTICIPANT_QOS_DEFAULT;
@@ -193,10 +255,18 @@ int main(int count, char** words) {
     writing.history().depth = 10;
     auto* odometry = participant->create_publisher(PUBLISHER_QOS_DEFAULT)->create_datawriter(told, writing);
     std::printf("ready\n");
+    std::vector<std::unique_ptr<Node>> nodes;
 
     for (std::string line; std::getline(std::cin, line);) {
         std::istringstream in(line);
         std::string what;
+        if (line.rfind("parameter ", 0) == 0) {
+            std::string node, name;
+            double value = 0;
+            in >> what >> node >> name >> value;
+            nodes.push_back(std::make_unique<Node>(participant, node, name, value));
+            continue;
+        }
         Odometry said;
         in >> what >> said.pose[0] >> said.pose[1] >> said.pose[5] >> said.pose[6] >> said.twist[0] >>
             said.twist[5];

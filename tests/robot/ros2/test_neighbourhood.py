@@ -201,6 +201,36 @@ def test_a_fault_is_a_problem(make: Callable[..., Driver], base: Base) -> None:
     told(driver, tell(1), lambda state: state.problem is None)
 
 
+@pytest.mark.parametrize("is_fast", [False, True], ids=["CycloneDDS", "Fast DDS"])
+@pytest.mark.parametrize("name", ["cmd_vel_timeout", "velocity_timeout"])
+def test_the_robots_time_out_is_asked(
+    make: Callable[..., Driver], domain: int, is_fast: bool, name: str
+) -> None:
+    """What the node that takes the commands promises is shown, by whichever DDS it speaks."""
+    base = Base(domain, fast=is_fast).start()
+    try:
+        base.promise("/base", name, 0.5)
+        driver = opened(make(timeout_s=0.5))
+        until(driver, lambda state: state.extra.get("ros2_timeout_s") == 0.5)
+        assert driver.limits.ttl_s == 0.5
+        assert driver.state().connected
+    finally:
+        base.end()
+
+
+@pytest.mark.parametrize("theirs", [0.0, 1.0])
+def test_a_robot_that_promises_less_is_not_driven(
+    make: Callable[..., Driver], base: Base, theirs: float
+) -> None:
+    """A time-out that is off, or longer than the host has written, is a sentence."""
+    base.start()
+    base.promise("/controllers/diff", "cmd_vel_timeout", theirs)
+    driver = make(timeout_s=0.5)
+    driver.open()
+    until(driver, says("ros2.other_timeout"))
+    assert not driver.state().connected
+
+
 def opened_on(base: Base, driver: Driver) -> Driver:
     base.start()
     return opened(driver)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any, Final
 
 from cyclonedds.builtin import (
@@ -16,6 +17,7 @@ from wax.robot.ros2.neighbours import Endpoint
 if TYPE_CHECKING:
     from cyclonedds.domain import DomainParticipant
 
+_SERVICE: Final = re.compile(r"rq(/.+)/get_parametersRequest")
 _AT_ONCE: Final = 256
 _ALIVE: Final = InstanceState.Alive
 
@@ -34,6 +36,7 @@ class Endpoints:
             self._reader, SampleState.NotRead | ViewState.Any | InstanceState.Any
         )
         self._known: dict[str, Endpoint] = {}
+        self._services: dict[str, tuple[str, str]] = {}
 
     def look(self) -> tuple[Endpoint, ...]:
         """Read the news and return who is there."""
@@ -42,12 +45,24 @@ class Endpoints:
                 self._note(found)
         return tuple(self._known.values())
 
+    def parameter_services(self) -> dict[str, str]:
+        """Return the nodes beside the subscribers, with their parameter services' identifiers.
+
+        A node cannot be told from others of its process, which all have one participant.
+        """
+        beside = {known.participant for known in self._known.values()}
+        return {node: guid for guid, (node, process) in self._services.items() if process in beside}
+
     def _note(self, found: Any) -> None:
         guid = str(found.key)
         if found.sample_info.instance_state != _ALIVE:
             self._known.pop(guid, None)
+            self._services.pop(guid, None)
         elif found.topic_name == self._topic:
-            self._known[guid] = Endpoint(guid, found.type_name, _mark(found))
+            process = str(found.participant_key)
+            self._known[guid] = Endpoint(guid, found.type_name, _mark(found), process)
+        elif (service := _SERVICE.fullmatch(found.topic_name)) is not None:
+            self._services[guid] = service[1], str(found.participant_key)
 
 
 def _mark(found: Any) -> str:

@@ -23,6 +23,7 @@ from cyclonedds.util import duration
 from wax.robot.ros2 import idl
 from wax.robot.ros2.dds_domain import participant, told
 from wax.robot.ros2.dds_endpoints import Endpoints
+from wax.robot.ros2.dds_timeouts import ReceiverTimeouts
 from wax.robot.ros2.link import command_type
 from wax.robot.ros2.names import dds_topic
 from wax.robot.ros2.neighbours import Traffic
@@ -30,6 +31,7 @@ from wax.robot.ros2.neighbours import Traffic
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from wax.clock import Clock
     from wax.driver.interface import Twist
     from wax.robot.ros2.link import Wanted
     from wax.robot.ros2.settings import Ros2Settings
@@ -47,9 +49,15 @@ class DdsLink:
     """A `Link` of one participant, with a writer if it has a `mark`."""
 
     def __init__(
-        self, settings: Ros2Settings, *, mark: str = "", wanted: Sequence[Wanted] = ()
+        self,
+        settings: Ros2Settings,
+        clock: Clock,
+        *,
+        mark: str = "",
+        wanted: Sequence[Wanted] = (),
     ) -> None:
         self._settings = settings
+        self._clock = clock
         self._is_closed = False
         self.invalid = 0
         self._held = ExitStack()
@@ -66,6 +74,7 @@ class DdsLink:
             self._guid = str(self._writer.guid) if self._writer is not None else ""
             name = dds_topic(self._settings.topic)
             self._takers = Endpoints(member, name, publishers=False)
+            self._timeouts = ReceiverTimeouts(member)
             self._givers = Endpoints(member, name, publishers=True)
             self._readers = {want.kind: _reader(member, want) for want in wanted}
             self._news = WaitSet(member)
@@ -99,7 +108,13 @@ class DdsLink:
         with told(self._settings):
             writer = self._writer
             matched = None if writer is None else len(writer.get_matched_subscriptions())
-            return Traffic(self._takers.look(), self._givers.look(), matched)
+            takers, givers = self._takers.look(), self._givers.look()
+            return Traffic(takers, givers, matched, self._timeout_s())
+
+    def _timeout_s(self) -> float | None:
+        if self._writer is None:
+            return None
+        return self._timeouts.look(self._takers.parameter_services(), self._clock.now_s())
 
     def close(self) -> None:
         if self._is_closed:
@@ -112,7 +127,7 @@ class DdsLink:
         self._writer = None
         self._conditions.clear()
         self._readers.clear()
-        del self._takers, self._givers, self._news
+        del self._takers, self._givers, self._news, self._timeouts
         self._held.close()
 
     def _commands(self, member: Any, mark: str) -> DataWriter[Any]:

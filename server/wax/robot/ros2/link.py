@@ -77,4 +77,4 @@ def open_link(
         return RosbridgeLink(settings, clock, mark=mark, wanted=wanted)
     from wax.robot.ros2.dds_link import DdsLink  # noqa: PLC0415
 
-    return DdsLink(settings, mark=mark, wanted=wanted)
+    return DdsLink(settings, clock, mark=mark, wanted=wanted)

@@ -24,26 +24,43 @@ class Endpoint:
     guid: str
     type_name: str
     mark: str = ""
+    participant: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Traffic:
     """All that is known of the topic; `matched` counts the subscribers that get what we send.
 
+    `timeout_s` is after how long without a command the receiving side says that it stops; 0: never.
     None is unknown: a rosbridge server that has no `rosapi` beside it does not tell.
     """
 
     takers: tuple[Endpoint, ...] | None = None
     givers: tuple[Endpoint, ...] | None = None
     matched: int | None = None
+    timeout_s: float | None = None
 
 
-def judge(traffic: Traffic, topic: str, type_name: str, ours: Collection[str]) -> Sentence | None:
+def judge(
+    traffic: Traffic, topic: str, type_name: str, ours: Collection[str], promised_s: float = 0.0
+) -> Sentence | None:
     """Return why the robot cannot be driven, None if it can.
 
     `type_name` is what we send, as ROS 2 writes it; `ours` are the guids of our own publishers.
+    `promised_s` is the time-out that the configuration names, 0 for none.
     """
-    return _others(traffic, topic, ours) or _taken(traffic, topic, type_name)
+    return (
+        _others(traffic, topic, ours)
+        or _taken(traffic, topic, type_name)
+        or _keeps(traffic.timeout_s, promised_s)
+    )
+
+
+def _keeps(timeout_s: float | None, promised_s: float) -> Sentence | None:
+    """Say where the robot promises less than the host: the allowed speed is reckoned from that."""
+    if timeout_s is None or promised_s <= 0.0 or 0.0 < timeout_s <= promised_s:
+        return None
+    return Sentence("ros2.other_timeout", {"theirs": timeout_s, "ours": promised_s})
 
 
 def strangers(traffic: Traffic, ours: Collection[str]) -> list[Endpoint]:

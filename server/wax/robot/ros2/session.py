@@ -28,6 +28,14 @@ LISTEN_S: Final = 0.05
 LOOK_S: Final = 0.1
 FAREWELL_S: Final = 0.2
 """How long closing says standstill where a standby goes on saying it."""
+NEVER_STOPS: Final = (
+    "the robot says that it never stops by itself (a time-out of 0): if this machine or the network"
+    " fails, it drives on; set its cmd_vel_timeout or velocity_timeout"
+)
+WRITE_TIMEOUT: Final = (
+    "the robot says after how long without a command it stops by itself; write that as"
+    " robot.ros2.timeout_s, so that the page shows it and the speed is reckoned from it"
+)
 ALONE_FAREWELL_S: Final = 0.6
 """As long as it may where there is none."""
 
@@ -44,6 +52,7 @@ class Session:
         self._news = False
         self._closing = False
         self._owed = False
+        self._learned_s: float | None = None
         self._is_open = False
         self._error: DriverError | None = None
 
@@ -125,8 +134,21 @@ class Session:
         ours = {link.guid, "" if self._standby is None else self._standby.guid}
         traffic = link.traffic()
         kind = command_type(self._settings)
-        verdict = judge(traffic, self._settings.topic, kind, ours) or waits
+        promised_s = self._settings.timeout_s
+        verdict = judge(traffic, self._settings.topic, kind, ours, promised_s) or waits
+        self._learn(traffic.timeout_s)
         self._talk.judged(verdict, alone=not strangers(traffic, ours))
+
+    def _learn(self, timeout_s: float | None) -> None:
+        """Show what the robot promises, and say what to write where the host has not."""
+        if timeout_s is None or timeout_s == self._learned_s:
+            return
+        self._learned_s = timeout_s
+        self._talk.extra = {"ros2_timeout_s": timeout_s}
+        if timeout_s <= 0.0:
+            _LOG.warning(NEVER_STOPS)
+        elif self._settings.timeout_s <= 0.0:
+            _LOG.warning(WRITE_TIMEOUT, timeout_s=timeout_s)
 
     def _farewell(self, link: Link) -> None:
         """Say standstill as long as closing allows; a standby says it for longer."""
