@@ -60,7 +60,7 @@ class Node(Listener):
     """Answers for one parameter; for any other the answer is empty, as rclcpp's is."""
 
     def __init__(self, member: DomainParticipant, node: str, name: str, value: float) -> None:
-        super().__init__()
+        super().__init__()  # type: ignore[no-untyped-call]  # cyclonedds has no type for it
         self._known = {name: value}
         qos = Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.History.KeepLast(10))
         asks: Any = parameters_idl.HeadedRequest
