@@ -144,7 +144,7 @@ def test_a_drivers_table_is_checked_like_ours(table: dict[str, Any], sentence: s
         ),
         ({"serail": {}}, "robot.serail: there is no such key; did you mean serial?"),
         ({"driver": "nowhere:Robot", "tank": {}}, "robot.driver: nowhere:Robot: cannot import no"),
-        ({"driver": "tnak", "tank": {}}, "robot.driver: got 'tnak'; possible are 'gpio'"),
+        ({"driver": "tnak", "tank": {}}, "robot.driver: got 'tnak'; possible are '"),
         ({"driver": "tank_drivers:Odd", "odd": {}}, "robot.driver: tank_drivers:Odd: its Settings"),
         (
             {"driver": "tank_drivers:Greedy", "x": {}},

@@ -61,8 +61,9 @@ class Ros2Camera:
         try:
             bgr = to_bgr(message)
         except ValueError as error:
-            values = {"topic": self._ros2.camera, "what": str(error)}
-            raise SourceError(Sentence("ros2.strange_picture", values)) from error
+            raise SourceError(
+                Sentence("ros2.strange_picture", {"topic": self._ros2.camera, "what": str(error)})
+            ) from error
         fitted = fit_bgr(bgr, self._settings.width, self._settings.height)
         return Picture.from_bgr(fitted, arrived_s - self._age_s(message))
 

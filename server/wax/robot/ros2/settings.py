@@ -100,7 +100,9 @@ class Ros2Settings(DriverSettings):
     odometry: MaybeTopic = Field(
         "", description="nav_msgs/Odometry: where the robot is, and whether it moves."
     )
-    battery: MaybeTopic = Field("", description="sensor_msgs/BatteryState.")
+    battery: MaybeTopic = Field(
+        "", description="sensor_msgs/BatteryState: its volts and its charge."
+    )
     bumper: MaybeTopic = Field("", description="What tells of a collision.")
     bumper_type: BumperType = Field(
         "std_msgs/msg/Bool", description="What is sent on the bumper's topic."
