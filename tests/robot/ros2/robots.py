@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import time
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -70,3 +71,19 @@ def told(driver: Driver, tell: Callable[[], None], so: Callable[[RobotState], bo
         tell()
         time.sleep(0.05)
     return state
+
+
+def key_to_wire_s(base: Hears, driver: Driver, count: int) -> list[float]:
+    """Say so many new set-points, at random phases, and return how long each took to arrive."""
+    driven(base, driver, Twist(0.1, 0.0))
+    said: dict[Twist, float] = {}
+    for number in range(count):
+        twist = Twist(0.1 + 0.001 * (number % 400), 0.25 * (1 + number // 400))
+        said[twist] = time.monotonic()
+        driver.apply(twist, 1)
+        time.sleep(random.uniform(0.02, 0.05))
+    time.sleep(0.3)
+    arrived: dict[Twist, float] = {}
+    for told in base.told():
+        arrived.setdefault(told.twist, told.at_s)
+    return sorted(arrived[twist] - at_s for twist, at_s in said.items())

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from tests.robot.ros2.base import Base, own_domain
-from tests.robot.ros2.robots import driven, feed, opened, ros2_settings, told, until
+from tests.robot.ros2.robots import driven, feed, key_to_wire_s, opened, ros2_settings, told, until
 
 from wax.clock import SystemClock
 from wax.driver.interface import STANDSTILL, Twist
@@ -222,3 +222,14 @@ def test_odometry_is_read(base: Base, driver: Driver, is_fast: bool) -> None:
     assert state.pose.heading_rad == pytest.approx(math.pi / 2)
     assert state.moving is True
     until(driver, lambda state: state.pose is None and state.moving is None)
+
+
+def test_a_set_point_is_on_the_wire_at_once(base: Base, domain: int) -> None:
+    """From the server to the robot, through the driver's process, is a matter of milliseconds."""
+    driver = opened(make_robot(ros2_settings(domain), SystemClock()))
+    try:
+        took_s = key_to_wire_s(base, driver, 100)
+        assert took_s[0] > 0.0
+        assert statistics.median(took_s) < 0.025
+    finally:
+        driver.close()
