@@ -113,6 +113,18 @@ def test_a_serial_port_opens_without_a_word() -> None:
             os.read(control, 1)
 
 
+def test_a_board_without_a_known_watchdog_is_told() -> None:
+    """A port that opens is not all: what its configuration lets happen is worth a warning."""
+    with _terminal() as (_, name):
+        lines = {"drive": "m {left} {right}\r", "per_mps": 1000.0}
+        serial = {"url": name, "dialect": "text", "text": lines}
+        settings = _settings(driver="serial", serial=serial)
+        verdict = devices.serial_port(settings, running=False)
+    assert verdict.level == "warning"
+    assert "a pulled cable leaves the robot moving" in verdict.sentence
+    assert "timeout" in verdict.advice
+
+
 def test_a_serial_port_that_is_used_is_told() -> None:
     """Another program has it: it is bad, and says so."""
     with _terminal() as (_, name), serial.Serial(name, exclusive=True):

@@ -50,6 +50,9 @@ _ROBOT: Final[dict[str, tuple[str, ...]]] = {
     "serial/frames_dialect": ("test_frames_dialect", "test_dialects"),
     "serial/setpoints": ("test_setpoints",),
     "serial/bytes_dialect": ("test_dialects",),
+    "serial/odometry": ("test_odometry",),
+    "serial/text_dialect": ("test_text_dialect",),
+    "serial/text_lines": ("test_text_lines",),
     "serial/wheels": ("test_wheels",),
 }
 _OTHERS: Final[dict[str, tuple[str, ...]]] = {

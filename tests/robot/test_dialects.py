@@ -22,6 +22,7 @@ from wax.robot.serial.frames import (
     encode,
 )
 from wax.robot.serial.frames_dialect import FramesDialect
+from wax.robot.serial.odometry import Odometry
 from wax.robot.serial.setpoints import Order
 from wax.robot.serial.wheels import WheelMixer
 
@@ -35,7 +36,8 @@ def going(ahead: float, left: float, turn: int = 1) -> Order:
 
 
 def framed() -> FramesDialect:
-    return FramesDialect(WheelMixer(RobotSettings()), ttl_ms=200, axes=("pan", "lamp"))
+    settings = RobotSettings()
+    return FramesDialect(WheelMixer(settings), 200, ("pan", "lamp"), Odometry(settings))
 
 
 class Robot:

@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING
 import pytest
 from tests.robot.test_dialects import Robot, connected, framed, going, says
 
+from wax.config.settings import RobotSettings
+from wax.driver.interface import Pose
 from wax.robot.serial.frames import NO_SESSION, DriveBody, HelloBody, StopBody
+from wax.robot.serial.frames_dialect import FramesDialect
+from wax.robot.serial.odometry import Odometry
+from wax.robot.serial.wheels import WheelMixer
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -125,6 +130,25 @@ def test_a_stop_of_its_own_before_the_session_is_no_news() -> None:
     robot.hear(dialect.hello(1.0))
     robot.answer(dialect, 1.1, flags=2)
     assert dialect.answers(1.1)
+
+
+def test_ticks_of_known_length_tell_where_it_is() -> None:
+    """By the robot's own clock, past its end too; a new session begins where the last one ended."""
+    settings = RobotSettings.model_validate({"serial": {"ticks_per_m": 1000.0}})
+    dialect = FramesDialect(WheelMixer(settings), 200, (), Odometry(settings))
+    robot = Robot()
+    robot.hear(dialect.hello(1.0))
+    robot.answer(dialect, 1.0, time_ms=2**32 - 100)
+    assert dialect.pose is None
+    assert "left_mps" not in dialect.known()
+    robot.answer(dialect, 9.0, time_ms=100, left_ticks=100, right_ticks=100)
+    assert dialect.pose == Pose(0.1, 0.0, 0.0)
+    assert dialect.known()["left_mps"] == pytest.approx(0.5)
+    robot.hear(dialect.hello(10.0))
+    assert dialect.pose is None
+    robot.answer(dialect, 10.0, time_ms=5, left_ticks=7, right_ticks=7)
+    robot.answer(dialect, 10.1, time_ms=105, left_ticks=107, right_ticks=107)
+    assert dialect.pose == Pose(0.2, 0.0, 0.0)
 
 
 def test_farewell_before_any_motion() -> None:

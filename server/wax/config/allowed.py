@@ -93,6 +93,8 @@ def _plural(items: Schema) -> str:
         return "hours"
     if "sentence" in described:
         return "sentences"
+    if "line" in described:
+        return "lines"
     return "addresses" if "address" in described else "names"
 
 

@@ -25,6 +25,7 @@ from wax.config.network import HostName, Network, PageUrl
 from wax.config.page import PageSettings
 from wax.config.publish import PublishSettings
 from wax.config.recording import RecordingSettings
+from wax.config.text_dialect import TextDialectSettings
 from wax.config.thesis import ThesisSettings
 from wax.errors import ConfigError
 
@@ -490,11 +491,13 @@ class SerialSettings(_Section):
 
     url: Annotated[str, Field(min_length=1)] = "/dev/ttyACM0"
     baud: Annotated[int, Field(ge=300, le=4_000_000)] = 115_200
-    dialect: Literal["frames", "bytes"] = "frames"
+    dialect: Literal["frames", "bytes", "text"] = "frames"
     axes: Annotated[list[AxisName], Field(max_length=4)] = []
     ttl_ms: Annotated[int, Field(ge=20, le=1000)] = 200
     reopen_s: Annotated[float, Field(ge=0.05, le=60)] = 0.5
+    ticks_per_m: Annotated[float, Field(ge=0, le=1e6)] = 0.0
     bytes: BytesDialectSettings = BytesDialectSettings()
+    text: TextDialectSettings = TextDialectSettings()
 
     @field_validator("axes")
     @classmethod
@@ -503,6 +506,22 @@ class SerialSettings(_Section):
         if twice is not None:
             raise ValueError(f"two axes have the name {twice}; give each its own")
         return axes
+
+    @model_validator(mode="after")
+    def _has_its_lines(self) -> Self:
+        if self.dialect != "text":
+            return self
+        if not self.text.drive:
+            raise ValueError(
+                "text.drive is missing: it is the line by which your sketch or controller drives,"
+                r' such as "m {left} {right}\r"'
+            )
+        if len(self.axes) != len(self.text.axis):
+            raise ValueError(
+                f"axes has {len(self.axes)} names and text.axis {len(self.text.axis)} lines; each"
+                " axis needs its own"
+            )
+        return self
 
 
 OwnT = TypeVar("OwnT", bound="DriverSettings")

@@ -14,6 +14,7 @@ from wax.clock import SystemClock
 from wax.doctor.verdict import Verdict, bad, ok, warning
 from wax.errors import ConfigError, SourceError
 from wax.robot.find_driver import make_driver
+from wax.robot.serial.advice import advised
 from wax.robot.serial.reconnecting_port import why_not_open
 
 if TYPE_CHECKING:
@@ -140,6 +141,9 @@ def serial_port(settings: Settings, *, running: bool) -> Verdict:
         # The handlers of pyserial's URLs raise all sorts of exceptions.
         problem, _, advice = str(why_not_open(robot.serial.url, error)).partition(": ")
         return bad(f"{problem}.", advice[:1].upper() + advice[1:])
+    worst = next(iter(advised(robot.serial)), None)
+    if worst is not None:
+        return warning(f"{worst.problem}.", f"{worst.remedy}.")
     return ok(
         f"The serial port {robot.serial.url} opens. Whether the robot obeys, and how fast it stops,"
         " `wax prove-stop` finds out."

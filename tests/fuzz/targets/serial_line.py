@@ -25,6 +25,7 @@ from wax.robot.serial.frames import (
     encode,
 )
 from wax.robot.serial.frames_dialect import SILENT_AFTER_S, FramesDialect
+from wax.robot.serial.odometry import Odometry
 from wax.robot.serial.setpoints import Order
 from wax.robot.serial.wheels import WheelMixer
 
@@ -43,7 +44,8 @@ def _hear_server(data: bytes) -> None:
     decoder = Decoder(_SESSION)
     whole = Decoder(_SESSION).feed(data)
     assert whole == [frame for piece in _pieces(data) for frame in decoder.feed(piece)]
-    dialect = FramesDialect(WheelMixer(RobotSettings()), ttl_ms=200, axes=("pan",))
+    settings = RobotSettings()
+    dialect = FramesDialect(WheelMixer(settings), 200, ("pan",), Odometry(settings))
     dialect.hello(_BEGAN_S)
     # It draws a session by chance; with that no stored input would be heard again.
     dialect._session, dialect._decoder = _SESSION, Decoder(_SESSION)

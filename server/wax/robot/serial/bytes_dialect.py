@@ -14,9 +14,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
+from wax.sentence import Sentence
+
 if TYPE_CHECKING:
     from wax.config.settings import BytesDialectSettings
-    from wax.driver.interface import Limits, Twist
+    from wax.driver.interface import Limits, Pose, Twist
     from wax.robot.serial.setpoints import Order
 
 STOP_TIMES: Final = 3
@@ -82,6 +84,9 @@ class BytesDialect:
     def overdue(self, _now_s: float, /) -> bool:
         return False
 
+    def complaint(self, port: str) -> Sentence:
+        return Sentence("robot.no_answer_on", {"port": port})
+
     @property
     def moving(self) -> bool | None:
         return None
@@ -92,6 +97,10 @@ class BytesDialect:
 
     @property
     def battery_v(self) -> float | None:
+        return None
+
+    @property
+    def pose(self) -> Pose | None:
         return None
 
     def known(self) -> dict[str, float]:

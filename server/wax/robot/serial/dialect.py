@@ -1,11 +1,13 @@
-"""The interface of the two dialects (pure)."""
+"""The interface of the three dialects (pure)."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
+    from wax.driver.interface import Pose
     from wax.robot.serial.setpoints import Order
+    from wax.sentence import Sentence
 
 
 class Dialect(Protocol):
@@ -35,6 +37,10 @@ class Dialect(Protocol):
         """Whether the robot should have answered by now but has not."""
         ...
 
+    def complaint(self, port: str, /) -> Sentence:
+        """Return what is wrong while the robot does not answer, and what to do."""
+        ...
+
     @property
     def moving(self) -> bool | None:
         """Whether the robot reports that a wheel turns, None if it does not report."""
@@ -48,6 +54,11 @@ class Dialect(Protocol):
     @property
     def battery_v(self) -> float | None:
         """The battery's voltage, None if it is not measured."""
+        ...
+
+    @property
+    def pose(self) -> Pose | None:
+        """Where the robot is by its own wheels, None if unknown."""
         ...
 
     def known(self) -> dict[str, float]:

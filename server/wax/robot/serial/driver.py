@@ -5,50 +5,53 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING
 
+import structlog
+
 from wax.driver.interface import Limits, RobotState
+from wax.robot.serial.advice import advised
 from wax.robot.serial.bytes_dialect import BytesDialect
 from wax.robot.serial.frames_dialect import FramesDialect
+from wax.robot.serial.odometry import Odometry
 from wax.robot.serial.reconnecting_port import Port
 from wax.robot.serial.setpoints import SetPoints
+from wax.robot.serial.text_dialect import TextDialect
 from wax.robot.serial.wheels import WheelMixer
-from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from wax.clock import Clock
-    from wax.config.settings import RobotSettings
+    from wax.config.settings import RobotSettings, SerialSettings
     from wax.driver.interface import Twist
     from wax.errors import DriverError
     from wax.robot.serial.dialect import Dialect
+    from wax.sentence import Sentence
+
+_LOG = structlog.get_logger(__name__)
 
 
 class SerialRobot:
-    """A `Driver` for any URL that pyserial opens, in the dialect ``frames`` or ``bytes``.
+    """A `Driver` for any URL that pyserial opens, in one of three dialects.
 
-    With ``frames`` it is connected while the robot answers, with ``bytes`` while the port is open.
+    With ``frames``, and with ``text`` where the robot is said to answer, it is connected while it
+    does; else while the port is open.
     After connecting, nothing moves until there was a set-point of standstill (`stop`, or `apply` of
     zero). Without a set-point for `ttl_ms` it stops the robot.
     """
 
     def __init__(self, settings: RobotSettings, clock: Clock) -> None:
         serial = settings.serial
-        framed = serial.dialect == "frames"
-        axes = tuple(serial.axes) if framed else ()
         self._limits = Limits(
             settings.max_linear_mps,
             settings.max_angular_rps,
-            axes=axes,
-            ttl_s=serial.ttl_ms / 1000.0 if framed else None,  # a single byte is followed for ever
+            axes=() if serial.dialect == "bytes" else tuple(serial.axes),
+            ttl_s=_own_watchdog_s(serial),
         )
-        dialect: Dialect = (
-            FramesDialect(WheelMixer(settings), serial.ttl_ms, axes)
-            if framed
-            else BytesDialect(serial.bytes, self._limits)
-        )
+        dialect = _dialect(settings, self._limits)
         self._clock = clock
         self._conversation = _SerialConversation(
             dialect, SetPoints(self._limits, serial.ttl_ms / 1000.0), serial.url
         )
         self._port = Port(serial, clock, self._conversation)
+        self._advice = advised(serial)
 
     @property
     def kind(self) -> str:
@@ -60,6 +63,8 @@ class SerialRobot:
 
     def open(self) -> None:
         """Start opening the port; `state` reports whether it is open."""
+        for one in self._advice:
+            _LOG.warning(f"{one.problem}. {one.remedy}.")
         self._port.open()
 
     def apply(self, twist: Twist, turn: int) -> None:
@@ -134,6 +139,7 @@ class _SerialConversation:
                 problem=self._problem,
                 epoch=self._epoch,
                 moving=self._dialect.moving if self._connected else None,
+                pose=self._dialect.pose if self._connected else None,
                 bumpers=self._dialect.bumpers if self._connected else 0,
                 battery_v=self._dialect.battery_v if self._connected else None,
                 extra=self._dialect.known(),
@@ -147,12 +153,26 @@ class _SerialConversation:
                 self._connected, self._problem = True, None
                 self._epoch += 1
         elif self._dialect.overdue(now_s):
-            self._disconnect(_silent(self._url))
+            self._disconnect(self._dialect.complaint(self._url))
 
     def _disconnect(self, problem: Sentence | None) -> None:
         self.setpoints.lost()
         self._connected, self._problem = False, problem
 
 
-def _silent(url: str) -> Sentence:
-    return Sentence("robot.no_answer_on", {"port": url})
+def _own_watchdog_s(serial: SerialSettings) -> float | None:
+    """Return after how long the board stops by itself; None where nobody knows that it does."""
+    if serial.dialect == "frames":
+        return serial.ttl_ms / 1000.0
+    if serial.dialect == "text" and serial.text.ttl_ms:
+        return serial.text.ttl_ms / 1000.0
+    return None  # a single byte is followed for ever
+
+
+def _dialect(settings: RobotSettings, limits: Limits) -> Dialect:
+    mixer, serial = WheelMixer(settings), settings.serial
+    if serial.dialect == "frames":
+        return FramesDialect(mixer, serial.ttl_ms, limits.axes, Odometry(settings))
+    if serial.dialect == "text":
+        return TextDialect(settings, mixer, limits)
+    return BytesDialect(serial.bytes, limits)

@@ -19,8 +19,11 @@ from wax.robot.serial.frames import (
     StopBody,
     encode,
 )
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
+    from wax.driver.interface import Pose
+    from wax.robot.serial.odometry import Odometry
     from wax.robot.serial.setpoints import Order
     from wax.robot.serial.wheels import WheelMixer
 
@@ -30,6 +33,7 @@ STOP_EVERY_S: Final = 0.05
 SILENT_AFTER_S: Final = 0.5
 REMEMBERED: Final = 256
 """Sent frames to remember: more than half a second's worth, axes included."""
+_CLOCK_WRAPS_MS: Final = 2**32
 
 
 class FramesDialect:
@@ -41,8 +45,11 @@ class FramesDialect:
     itself must not start by itself.
     """
 
-    def __init__(self, mixer: WheelMixer, ttl_ms: int, axes: tuple[str, ...]) -> None:
+    def __init__(
+        self, mixer: WheelMixer, ttl_ms: int, axes: tuple[str, ...], odometry: Odometry
+    ) -> None:
         self._mixer = mixer
+        self._odometry = odometry
         self._axes = axes
         self._ttl_ms = ttl_ms
         self._session = NO_SESSION
@@ -55,12 +62,14 @@ class FramesDialect:
         self._decoder = Decoder(NO_SESSION)
         self._report: ReportBody | None = None
         self._robot_time_ms = 0.0
+        self._robot_s = 0.0  # the same, since it was first heard, and without an end
         self._heard_s = 0.0
 
     def hello(self, now_s: float) -> bytes:
         self._session = _draw(self._session)
         self._decoder = Decoder(self._session)
         self._report = None
+        self._odometry.forget()
         self._answers = False
         self._sent.clear()
         self._patience_ends_s = now_s + SILENT_AFTER_S
@@ -100,6 +109,9 @@ class FramesDialect:
     def overdue(self, now_s: float) -> bool:
         return now_s >= self._patience_ends_s
 
+    def complaint(self, port: str) -> Sentence:
+        return Sentence("robot.no_answer_on", {"port": port})
+
     @property
     def moving(self) -> bool | None:
         return None if self._report is None else self._report.moving
@@ -113,9 +125,13 @@ class FramesDialect:
         millivolts = 0 if self._report is None else self._report.battery_mv
         return millivolts / 1000.0 if millivolts else None  # 0: not measured
 
+    @property
+    def pose(self) -> Pose | None:
+        return self._odometry.pose
+
     def known(self) -> dict[str, float]:
         known = {"line_errors": float(self._decoder.errors)}
-        report = self._report
+        report, speeds = self._report, self._odometry.speeds
         if report is not None:
             known |= {
                 "left_ticks": float(report.left_ticks),
@@ -126,11 +142,15 @@ class FramesDialect:
                 "robot_line_errors": float(report.damaged),
                 "robot_refused": float(report.refused),
             }
+        if speeds is not None:
+            known |= {"left_mps": speeds.left_mps, "right_mps": speeds.right_mps}
         return known
 
     def _take(self, report: ReportBody, robot_time_ms: int, now_s: float) -> None:
         stopped_itself = self._answers and report.timed_out
         self._report = report
+        self._robot_s += ((robot_time_ms - round(self._robot_time_ms)) % _CLOCK_WRAPS_MS) / 1000.0
+        self._odometry.take(report.left_ticks, report.right_ticks, self._robot_s)
         self._robot_time_ms, self._heard_s = float(robot_time_ms), now_s
         sent_s = max((at_s for number, at_s in self._sent if number == report.sequence), default=0)
         if now_s - sent_s >= SILENT_AFTER_S:

@@ -1,0 +1,108 @@
+"""Lines in a stream of bytes, and what those of a robot tell (pure)."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Final
+
+from wax.config.line_template import LineTemplate
+from wax.config.text_dialect import REPORTED, TICKS
+from wax.robot.serial.odometry import Odometry
+
+if TYPE_CHECKING:
+    from wax.config.settings import RobotSettings
+    from wax.driver.interface import Pose
+
+MAX_LINE: Final = 128
+STALE_S: Final = 1.0
+"""What was told so long ago is not known any more."""
+
+_ENDS: Final = re.compile(rb"[\r\n]+")
+_MAX_BUMPERS: Final = 0xFF
+
+
+class Lines:
+    """Cuts bytes into lines; one that is too long or empty is none. Keeps at most one."""
+
+    def __init__(self) -> None:
+        self._rest = b""
+        self._is_lost = False
+
+    def feed(self, data: bytes) -> list[str]:
+        *whole, rest = _ENDS.split(self._rest + data)
+        if self._is_lost and whole:
+            whole[0] = b""
+        self._is_lost = (self._is_lost and not whole) or len(rest) > MAX_LINE
+        self._rest = b"" if self._is_lost else rest
+        texts = [line.decode("ascii", "replace").strip() for line in whole if len(line) <= MAX_LINE]
+        return [text for text in texts if text]
+
+
+class Reports:
+    """What the robot has told by lines that one of `[robot.serial.text] reports` describes."""
+
+    def __init__(self, settings: RobotSettings) -> None:
+        self._templates = [LineTemplate(one, REPORTED) for one in settings.serial.text.reports]
+        self._odometry = Odometry(settings)
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin a connection."""
+        self._told: dict[str, tuple[float, float]] = {}
+        self._ticks: tuple[int, int] | None = None
+        self._turned: tuple[bool, float] | None = None
+        self._odometry.forget()
+
+    def hear(self, line: str, now_s: float) -> bool:
+        """Take a line; return whether it is one that was described."""
+        for template in self._templates:
+            found = template.found(line)
+            if found is not None:
+                self._told |= {name: (value, now_s) for name, value in found.items()}
+                self._turn(found, now_s)
+                return True
+        return False
+
+    def moving(self, now_s: float) -> bool | None:
+        """Whether a wheel turns, by what says so or by what they are told to do; None unknown."""
+        said = [self._newest(name, now_s) for name in ("moving", "left", "right")]
+        known = [value != 0.0 for value in said if value is not None]
+        if self._turned is not None and now_s - self._turned[1] < STALE_S:
+            known.append(self._turned[0])
+        return any(known) if known else None
+
+    def battery_v(self, now_s: float) -> float | None:
+        for name, parts in (("battery_v", 1.0), ("battery_dv", 10.0), ("battery_mv", 1000.0)):
+            value = self._newest(name, now_s)
+            if value is not None:
+                return value / parts
+        return None
+
+    def bumpers(self, now_s: float) -> int:
+        return int(self._newest("bumpers", now_s) or 0.0) & _MAX_BUMPERS
+
+    @property
+    def pose(self) -> Pose | None:
+        return self._odometry.pose
+
+    def known(self) -> dict[str, float]:
+        ticks = () if self._ticks is None else zip(TICKS, self._ticks, strict=True)
+        known: dict[str, float] = {name: float(count) for name, count in ticks}
+        speeds = self._odometry.speeds
+        if speeds is not None:
+            known |= {"left_mps": speeds.left_mps, "right_mps": speeds.right_mps}
+        return known
+
+    def _newest(self, name: str, now_s: float) -> float | None:
+        value, at_s = self._told.get(name, (0.0, -STALE_S))
+        return value if name in self._told and now_s - at_s < STALE_S else None
+
+    def _turn(self, found: dict[str, float], now_s: float) -> None:
+        """Compare the ticks, of which a line has both or none, with the last ones."""
+        if TICKS[0] not in found:
+            return
+        left, right = (int(found[name]) for name in TICKS)
+        if self._ticks is not None:
+            self._turned = ((left, right) != self._ticks, now_s)
+        self._ticks = left, right
+        self._odometry.take(left, right, now_s)

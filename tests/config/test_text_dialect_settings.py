@@ -1,0 +1,88 @@
+"""The lines of `[robot.serial.text]`: what is refused, and how it is said."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from wax.config import settings as config
+from wax.errors import ConfigError
+
+GOOD: dict[str, Any] = {"drive": "m {left} {right}\r", "per_mps": 1000.0}
+
+
+def parsed(text: dict[str, Any], **serial: Any) -> config.SerialSettings:
+    tree = {"robot": {"serial": {"dialect": "text", "text": text} | serial}}
+    return config.parse(tree, "x").robot.serial
+
+
+def test_a_line_and_its_scale_are_enough() -> None:
+    """All else has a default, and the board is not taken to have a watchdog."""
+    text = parsed(GOOD).text
+    assert (text.stop, text.answers, text.ttl_ms) == ("", "", 0)
+
+
+def test_every_line_may_be_written() -> None:
+    """With all keys it is as it was written."""
+    text = GOOD | {
+        "stop": "!EX\r",
+        "begin": ["^ECHOF 1\r"],
+        "end": ["!EX\r"],
+        "ask": ["?V 2\r"],
+        "reports": ["V={battery_dv}", "{left_ticks}:{right_ticks}"],
+        "axis": [{"line": "s {position}\r", "least": 180.0, "most": 0.0}],
+    }
+    found = parsed(text, axes=["pan"]).text.model_dump()
+    assert {key: found[key] for key in text} == text
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({"drive": ""}, "robot.serial: text.drive is missing: it is the line"),
+        ({"drive": "go\r"}, "text.drive: 'go\\r' has no place for a speed"),
+        ({"drive": "m {left}\r"}, "text.drive: 'm {left}\\r' has no {right}"),
+        ({"drive": "m {angular}\r"}, "has no {linear}; without it the robot cannot steer"),
+        ({"drive": "m {left.x} {right}\r"}, "text.drive: {left.x} is more than a name"),
+        ({"stop": "{left}"}, "text.stop: there is no {left} here; possible are: none"),
+        ({"answers": "{"}, "text.answers: '{' has a brace without its other half"),
+        ({"begin": ["ok\r", "{a}"]}, "text.begin: there is no {a} here"),
+        ({"end": ["{a}"]}, "text.end: there is no {a} here"),
+        ({"ask": ["é"]}, "text.ask: 'é' has characters that are not ASCII"),
+        ({"reports": ["{volt}"]}, "text.reports: there is no {volt} here"),
+        ({"reports": ["V={_}"]}, "text.reports: 'V={_}' tells nothing"),
+        ({"reports": ["{left_ticks}"]}, "those of both must be in one line"),
+        ({"axis": [{"line": "s\r"}]}, "text.axis[0].line: has no {position}"),
+        ({"axis": [{"line": "s{position}\r"}]}, "axes has 0 names and text.axis 1 lines"),
+        ({"per_mps": 0.0}, "robot.serial.text: per_mps is missing: what number"),
+        (
+            {"drive": "{linear} {angular}\r", "per_mps": 1.0},
+            "robot.serial.text: per_rps is missing: what number",
+        ),
+        ({"ttl_ms": 150}, "keep_alive_ms is 100 and ttl_ms 150; say the line at least twice"),
+        ({"answers": "OK", "answer_ms": 150}, "keep_alive_ms is 100 and answer_ms 150; an answer"),
+        ({"drive": "m" * 81}, "got"),
+        ({"begin": [""]}, "text.begin[0]: got"),
+        ({"ttl_ms": -1}, "text.ttl_ms: got -1; allowed is a whole number from 0 to 10000"),
+    ],
+)
+def test_what_is_wrong_is_one_sentence(change: dict[str, Any], why: str) -> None:
+    """It names the key, says what is wrong and what to write."""
+    with pytest.raises(ConfigError) as refused:
+        parsed(GOOD | change)
+    message = str(refused.value)
+    assert message.count("\n") == 1, message
+    assert why in message
+
+
+def test_lines_of_another_dialect_need_not_be_whole() -> None:
+    """Only the dialect in use must have what it needs."""
+    assert parsed({}, dialect="frames", axes=["pan"]).text.drive == ""
+
+
+@pytest.mark.parametrize(("ttl_ms", "keep_alive_ms"), [(0, 1000), (200, 100), (40, 20)])
+def test_a_watchdog_has_the_time_of_two_lines(ttl_ms: int, keep_alive_ms: int) -> None:
+    """Twice the interval is enough; where there is no watchdog any interval is."""
+    text = GOOD | {"ttl_ms": ttl_ms, "keep_alive_ms": keep_alive_ms}
+    assert parsed(text).text.ttl_ms == ttl_ms

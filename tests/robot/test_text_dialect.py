@@ -1,0 +1,353 @@
+"""When the dialect `text` says what, on a clock turned by hand."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wax.config.settings import RobotSettings
+from wax.driver.interface import STANDSTILL, Limits, Twist
+from wax.robot.serial.setpoints import Order
+from wax.robot.serial.text_dialect import TextDialect
+from wax.robot.serial.wheels import WheelMixer
+
+STAND = Order(STANDSTILL, 1)
+AHEAD = Order(Twist(0.5, 0.0), 1)
+LEFT = Order(Twist(0.0, 1.0), 1)
+STOP = b"m 0 0\r"
+GO = b"m 500 500\r"
+
+
+def dialect(robot: dict[str, Any] | None = None, **text: Any) -> TextDialect:
+    """Give one that is fast enough not to matter, whose board listens at once."""
+    lines = {"drive": "m {left} {right}\r", "per_mps": 1000.0, "boot_ms": 0} | text
+    axes = [f"axis_{number}" for number in range(len(text.get("axis", [])))]
+    serial = {"dialect": "text", "baud": 4_000_000, "text": lines, "axes": axes}
+    settings = RobotSettings.model_validate({"serial": serial, **(robot or {})})
+    limits = Limits(settings.max_linear_mps, settings.max_angular_rps, axes=tuple(axes))
+    return TextDialect(settings, WheelMixer(settings), limits)
+
+
+def begun(**text: Any) -> TextDialect:
+    """Give one whose board has listened since 1, at 1.01."""
+    found = dialect(**text)
+    found.hello(1.0)
+    found.say(STAND, 1.001)
+    if "answers" in text:
+        found.hear(b"OK\r\n", 1.002)
+        found.say(STAND, 1.003)
+        found.hear(b"OK\r\n", 1.004)
+    assert found.answers(1.01)
+    return found
+
+
+def says(one: TextDialect, order: Order, now_s: float) -> tuple[bytes, float]:
+    words, due_s = one.say(order, now_s)
+    return words, round(due_s, 3)
+
+
+# --- the line -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "order", "line"),
+    [
+        ({}, AHEAD, b"m 500 500\r"),
+        ({}, LEFT, b"m -150 150\r"),
+        ({"per_mps": 40.0}, Order(Twist(-0.33, 0.0), 1), b"m -13 -13\r"),
+        ({"drive": "{left:.2f},{right:.2f}\n", "per_mps": 1.0}, AHEAD, b"0.50,0.50\n"),
+        ({"limit": 100.0}, Order(Twist(0.45, 1.0), 1), b"m 50 100\r"),
+        ({"limit": 500.0}, AHEAD, b"m 500 500\r"),
+        (
+            {"drive": "v {linear:.1f} {angular:.1f}\n", "per_mps": 1.0, "per_rps": 57.3},
+            LEFT,
+            b"v 0.0 57.3\n",
+        ),
+        (
+            {"drive": "{linear} {angular}\n", "per_mps": 100.0, "per_rps": 100.0, "limit": 50.0},
+            LEFT,
+            b"0 50\n",
+        ),
+    ],
+)
+def test_a_motion_is_said_to_scale(text: dict[str, Any], order: Order, line: bytes) -> None:
+    """In the units and the format of the template, and never more than its limit."""
+    assert begun(**text).say(order, 1.01)[0] == line
+
+
+def test_limits_trim_and_direction_are_the_robots() -> None:
+    """What any serial robot is told about its wheels counts here as well."""
+    robot = {"left_trim": 0.5, "invert_right": True, "max_linear_mps": 0.4}
+    one = dialect(robot)
+    one.hello(1.0)
+    one.say(STAND, 1.001)
+    assert one.say(AHEAD, 1.01)[0] == b"m 200 -400\r"
+
+
+def test_change_is_said_at_once_and_all_else_again_and_again() -> None:
+    """The newest line is repeated each interval, standstill too: a lost one is followed by one."""
+    one = begun()
+    assert says(one, AHEAD, 1.01) == (GO, 1.11)
+    assert says(one, AHEAD, 1.1) == (b"", 1.11)
+    assert says(one, AHEAD, 1.11) == (GO, 1.21)
+    assert says(one, LEFT, 1.12) == (b"m -150 150\r", 1.22)
+    assert says(one, STAND, 1.13) == (STOP, 1.23)
+    for number in range(1, 100):
+        assert says(one, STAND, 1.131 + number / 9.9)[0] == STOP
+
+
+def test_a_stop_line_of_its_own() -> None:
+    """Where the board has one it is said instead of zeros, at first and at last as well."""
+    one = dialect(stop="x\r")
+    assert one.hello(1.0) == b"\rx\r"
+    assert one.say(STAND, 1.001)[0] == b"x\r"
+    assert one.say(AHEAD, 1.01)[0] == GO
+    assert one.say(STAND, 1.02)[0] == b"x\r"
+    assert one.farewell() == b"\rx\rx\rx\r"
+
+
+def test_a_turn_that_begins_with_motion_begins_with_a_stop() -> None:
+    """Where the stop between two turns was never said it is said first; elsewhere there is one."""
+    one = begun()
+    assert one.say(AHEAD, 1.01)[0] == GO
+    assert one.say(Order(AHEAD.twist, 2), 1.02)[0] == STOP + GO
+    assert one.say(Order(AHEAD.twist, 2), 1.03)[0] == b""
+    assert one.say(Order(LEFT.twist, 3), 1.04)[0] == STOP + b"m -150 150\r"
+    assert one.say(Order(STANDSTILL, 4), 1.05)[0] == STOP
+    assert one.say(Order(AHEAD.twist, 5), 1.06)[0] == GO
+    assert one.say(Order(LEFT.twist, 5), 1.07)[0] == b"m -150 150\r"
+
+
+@given(st.floats(-5, 5), st.floats(-20, 20), st.sampled_from([0.0, 1.0, 255.0]))
+def test_no_number_is_more_than_the_limit(ahead: float, left: float, limit: float) -> None:
+    """For any motion both numbers are whole, and within the limit where there is one."""
+    one = begun(limit=limit)
+    words = one.say(Order(Twist(ahead, left), 1), 1.2)[0]
+    numbers = [int(word) for word in words.decode().split()[1:]]
+    assert len(numbers) == 2
+    assert max(map(abs, numbers)) <= (limit or 1000.0)
+
+
+# --- the line's time ----------------------------------------------------------------------
+
+
+def test_on_a_slow_line_nothing_waits_in_a_buffer() -> None:
+    """At 300 bit/s a line takes a third of a second; until then the newest waits here instead."""
+    settings: dict[str, Any] = {"drive": "m {left} {right}\r", "per_mps": 1000.0, "boot_ms": 0}
+    serial = {"dialect": "text", "baud": 300, "text": settings}
+    robot = RobotSettings.model_validate({"serial": serial})
+    one = TextDialect(robot, WheelMixer(robot), Limits(0.6, 1.5))
+    assert len(one.hello(1.0)) == 7
+    assert says(one, AHEAD, 1.2) == (b"", 1.233)
+    assert one.say(AHEAD, 1.24)[0] == STOP  # it listens from now on
+    assert says(one, AHEAD, 1.25) == (b"", 1.44)
+    assert says(one, AHEAD, 1.45) == (GO, 1.783)
+    assert says(one, LEFT, 1.5) == (b"", 1.783)
+    assert says(one, STAND, 1.784)[0] == STOP
+
+
+# --- the beginning and the end ------------------------------------------------------------
+
+
+def test_a_board_that_starts_is_told_to_stop() -> None:
+    """Until it listens it gets stops only, then its settings and a stop, then what is wanted."""
+    one = dialect(boot_ms=250, begin=["^RWD 500\r", "!MG\r"])
+    assert one.hello(1.0) == b"\r" + STOP
+    assert not one.answers(1.0)
+    assert says(one, AHEAD, 1.05) == (b"", 1.1)
+    assert says(one, AHEAD, 1.1) == (STOP, 1.2)
+    assert says(one, AHEAD, 1.201) == (STOP, 1.25)
+    assert not one.answers(1.249)
+    assert says(one, AHEAD, 1.25) == (b"^RWD 500\r!MG\r" + STOP, 1.35)
+    assert one.answers(1.25)
+    assert not one.overdue(99.0)
+    assert one.say(AHEAD, 1.26)[0] == GO
+
+
+def test_a_new_connection_begins_anew() -> None:
+    """It waits for the board again, and says all again: the board may have restarted."""
+    one = dialect(boot_ms=100, begin=["b\r"], axis=[{"line": "s{position}\r"}])
+    order = Order(STANDSTILL, 1, axes=(("axis_0", 1.0),))
+    for began_s in (1.0, 2.0):
+        assert one.hello(began_s) == b"\r" + STOP
+        assert not one.answers(began_s + 0.05)
+        assert one.say(order, began_s + 0.1)[0] == b"b\r" + STOP
+        assert one.say(order, began_s + 0.15)[0] == b"s1\r"
+
+
+def test_before_the_first_connection_nothing_is_known() -> None:
+    """A line that was never opened is not there."""
+    one = dialect(answers="OK", boot_ms=2000)
+    assert not one.answers(0.0)
+    assert (one.moving, one.bumpers, one.battery_v, one.pose) == (None, 0, None, None)
+    assert one.known() == {"strange_lines": 0.0}
+
+
+def test_the_last_word_is_a_stop_three_times() -> None:
+    """After it come the lines of the end; what broke off before does not begin it."""
+    assert begun(end=["!EX\r", "bye\r"]).farewell() == b"\r" + STOP * 3 + b"!EX\rbye\r"
+    assert begun(drive="<{left},{right}>").farewell() == b"<0,0>" * 3
+
+
+# --- answers ------------------------------------------------------------------------------
+
+
+def test_a_board_that_must_answer_is_waited_for() -> None:
+    """Stops until its first answer, then how to begin; it is there when it answers that."""
+    one = dialect(answers="OK", begin=["b\r"], boot_ms=300)
+    assert one.hello(1.0) == b"\r" + STOP
+    assert says(one, AHEAD, 1.1) == (STOP, 1.2)
+    one.hear(b"Ready.\r\nO", 1.12)
+    assert says(one, AHEAD, 1.13) == (b"", 1.2)
+    one.hear(b"K\r\n", 1.14)
+    assert not one.answers(1.14)
+    assert says(one, AHEAD, 1.15) == (b"b\r" + STOP, 1.25)
+    assert not one.answers(1.15)
+    assert one.say(AHEAD, 1.25)[0] == STOP
+    one.hear(b"OK\n", 1.26)
+    assert one.answers(1.26)
+    assert one.say(AHEAD, 1.27)[0] == GO
+
+
+def test_a_board_that_never_answers_is_missed() -> None:
+    """Once it should listen it has the time of an answer; stops go on, and no motion is said."""
+    one = dialect(answers="OK", boot_ms=300)
+    one.hello(1.0)
+    assert (one.overdue(1.799), one.overdue(1.8)) == (False, True)
+    for number in range(20):
+        assert says(one, AHEAD, 1.1 + number / 9.9)[0] == STOP
+    assert not one.answers(3.0)
+    one.hear(b"OK\n", 3.01)
+    one.say(AHEAD, 3.02)
+    one.hear(b"OK\n", 3.03)
+    assert one.answers(3.03)
+    assert not one.overdue(3.03)
+
+
+def test_a_board_that_falls_silent_is_gone() -> None:
+    """Each answer is worth its time; after it the connection begins anew, with a stop."""
+    one = begun(answers="OK", begin=["b\r"])
+    assert one.say(AHEAD, 1.01)[0] == GO
+    one.hear(b"OK\n", 1.3)
+    assert (one.answers(1.799), one.overdue(1.799)) == (True, False)
+    assert (one.answers(1.8), one.overdue(1.8)) == (False, True)
+    assert says(one, AHEAD, 1.79) == (GO, 1.8)
+    assert one.say(AHEAD, 1.8)[0] == b"\r" + STOP
+    assert not one.answers(1.81)
+    one.hear(b"OK\n", 1.82)
+    assert one.say(AHEAD, 1.83)[0] == b"b\r" + STOP
+
+
+def test_begun_and_never_answered_again() -> None:
+    """A board that answers the stops, and nothing after its settings, is gone as well."""
+    one = dialect(answers="OK", begin=["b\r"])
+    one.hello(1.0)
+    one.hear(b"OK\n", 1.1)
+    one.say(AHEAD, 1.2)
+    assert (one.overdue(1.69), one.overdue(1.7)) == (False, True)
+    assert one.say(AHEAD, 1.7)[0] == b"\r" + STOP
+
+
+def test_another_line_is_no_answer() -> None:
+    """What it says instead is counted, and shown in the complaint, made harmless."""
+    one = dialect(answers="OK")
+    one.hello(1.0)
+    assert one.complaint("/dev/x").code == "robot.no_lines"
+    one.hear(b"Invalid Command\x1b[2J" + b"!" * 60 + b"\r\nNOT OK\n", 1.1)
+    assert not one.answers(1.1)
+    assert one.known() == {"strange_lines": 2.0}
+    complaint = one.complaint("/dev/x")
+    assert complaint.code == "robot.other_answer"
+    assert complaint.values == {"port": "/dev/x", "said": "NOT OK"}
+    one.hear(b"Invalid Command\x1b[2J" + b"!" * 60 + b"\r\n", 1.2)
+    said = one.complaint("/dev/x").values["said"]
+    assert said == "Invalid Command\\x1b[2J!!!!!!!!!!!!!!!!!…"
+    one.hello(2.0)
+    assert one.complaint("/dev/x").code == "robot.no_lines"
+
+
+def test_a_board_that_need_not_answer_is_there() -> None:
+    """Whatever it says or does not say."""
+    one = begun()
+    one.hear(b"\xff\x00\r\n", 2.0)
+    assert (one.answers(99.0), one.overdue(99.0)) == (True, False)
+    assert one.known() == {"strange_lines": 1.0}
+
+
+# --- questions, reports and axes ----------------------------------------------------------
+
+
+def test_questions_are_asked_in_turn() -> None:
+    """Each interval the next one, beside the motion, from the beginning on."""
+    one = begun(ask=["e\r", "v\r"], ask_ms=150)
+    assert says(one, STAND, 1.01) == (b"v\r", 1.101)
+    assert says(one, STAND, 1.101) == (STOP, 1.16)
+    assert says(one, AHEAD, 1.16) == (GO + b"e\r", 1.26)
+    assert says(one, AHEAD, 1.26) == (GO, 1.31)
+    assert says(one, AHEAD, 1.31)[0] == b"v\r"
+
+
+def test_reports_are_its_state() -> None:
+    """What a line tells is known, and is no answer; an answer may be a report as well."""
+    one = begun(answers="OK", reports=["V={battery_v}", "B{bumpers}", "{left_ticks} {right_ticks}"])
+    one.hear(b"V=12.5\nB2\n1 1\n1 2\n", 1.02)
+    assert (one.battery_v, one.bumpers, one.moving) == (12.5, 2, True)
+    assert one.known() == {"left_ticks": 1.0, "right_ticks": 2.0, "strange_lines": 0.0}
+    one.say(STAND, 2.1)
+    assert (one.battery_v, one.bumpers, one.moving) == (None, 0, None)
+    also = begun(answers="OK", reports=["V={battery_v}"])
+    also.hear(b"V=1\n", 1.6)
+    assert not also.answers(1.6)
+
+
+def test_a_place_is_known_where_ticks_have_a_length() -> None:
+    """The pose comes from the ticks of the lines."""
+    serial = {
+        "dialect": "text",
+        "ticks_per_m": 100.0,
+        "text": {
+            "drive": "{left} {right}",
+            "per_mps": 1.0,
+            "reports": ["{left_ticks}/{right_ticks}"],
+        },
+    }
+    robot = RobotSettings.model_validate({"serial": serial})
+    one = TextDialect(robot, WheelMixer(robot), Limits(0.6, 1.5))
+    one.hear(b"0/0\n", 1.0)
+    one.hear(b"50/50\n", 2.0)
+    assert one.pose is not None
+    assert one.pose.x_m == 0.5
+    assert one.known()["left_mps"] == 0.5
+
+
+def test_axes_move_when_they_are_told() -> None:
+    """Each in its own range, once for each new position, beside the motion."""
+    one = begun(
+        axis=[
+            {"line": "s 0 {position}\r", "least": 180.0, "most": 0.0},
+            {"line": "t{position:.1f}\r"},
+        ]
+    )
+    order = Order(AHEAD.twist, 1, axes=(("axis_1", 0.25), ("axis_0", -1.0)))
+    assert one.say(order, 1.01)[0] == GO + b"t0.2\rs 0 180\r"
+    assert one.say(order, 1.02)[0] == b""
+    moved = Order(AHEAD.twist, 1, axes=(("axis_1", 0.25), ("axis_0", 0.0)))
+    assert one.say(moved, 1.03)[0] == b"s 0 90\r"
+
+
+@given(st.lists(st.tuples(st.binary(max_size=40), st.floats(0, 2)), max_size=12))
+def test_no_bytes_raise_or_move_it(heard: list[tuple[bytes, float]]) -> None:
+    """Whatever a robot sends, a dialect that is told to stand says nothing but stop."""
+    one = dialect(answers="OK", reports=["{left_ticks} {right_ticks}", "V={battery_v}"])
+    said, now_s = one.hello(1.0), 1.0
+    for data, pause_s in heard:
+        now_s += pause_s
+        one.hear(data, now_s)
+        words, due_s = one.say(STAND, now_s)
+        said += words
+        assert due_s > now_s, "it would be asked without a pause"
+        assert one.moving in (None, True, False)
+    assert set(said.split(b"\r")) <= {b"", STOP[:-1]}

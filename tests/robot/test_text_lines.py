@@ -1,0 +1,138 @@
+"""Lines in a stream of bytes, and what those of a robot tell."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wax.config.settings import RobotSettings
+from wax.robot.serial.text_lines import MAX_LINE, Lines, Reports
+
+
+def reports(*lines: str, **serial: Any) -> Reports:
+    return Reports(
+        RobotSettings.model_validate({"serial": {"text": {"reports": list(lines)}, **serial}})
+    )
+
+
+# --- lines --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("pieces", "lines"),
+    [
+        ([b"OK\r\n+\r", b"a b\n"], ["OK", "+", "a b"]),
+        ([b"O", b"K", b"\r"], ["OK"]),
+        ([b"\r\n\r\n  \r x \n"], ["x"]),
+        ([b"\xff\x00\n"], ["\ufffd\x00"]),
+        ([b"x" * MAX_LINE + b"\n"], ["x" * MAX_LINE]),
+        ([b"x" * (MAX_LINE + 1) + b"\nOK\n"], ["OK"]),
+        ([b"x" * MAX_LINE, b"x", b"yy", b"z\nOK\n"], ["OK"]),
+        ([b"x" * 5000, b"\n", b"OK\n"], ["OK"]),
+        ([b"x" * 5000, b"\n" + b"y" * 5000, b"z\nOK\n"], ["OK"]),
+    ],
+)
+def test_lines_are_cut_at_either_end(pieces: list[bytes], lines: list[str]) -> None:
+    """Carriage return or line feed ends one; empty ones and ones that are too long are none."""
+    found = Lines()
+    assert [line for piece in pieces for line in found.feed(piece)] == lines
+
+
+@given(st.binary(max_size=600), st.integers(1, 40))
+def test_any_bytes_are_cut_alike(data: bytes, size: int) -> None:
+    """However a stream comes in pieces its lines are the same, and little of it is kept."""
+    whole, cut = Lines(), Lines()
+    pieces = [data[at : at + size] for at in range(0, len(data), size)]
+    assert whole.feed(data) == [line for piece in pieces for line in cut.feed(piece)]
+    assert len(cut._rest) <= MAX_LINE
+
+
+# --- reports ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("template", "line"),
+    [("V={battery_v}", "V=24.6"), ("V={battery_dv}", "V=246"), ("V={battery_mv}", "V=24600")],
+)
+def test_a_battery_is_told_in_any_unit(template: str, line: str) -> None:
+    """Volts, tenths of them and thousandths are all volts here."""
+    told = reports(template)
+    assert told.battery_v(0.0) is None
+    assert told.hear(line, 0.0)
+    assert told.battery_v(0.5) == 24.6
+
+
+def test_what_was_told_long_ago_is_not_known() -> None:
+    """A second later there is no battery, no bumper and no motion any more."""
+    told = reports("{battery_v} {bumpers} {moving}")
+    told.hear("12 3 1", 10.0)
+    assert (told.battery_v(10.99), told.bumpers(10.99), told.moving(10.99)) == (12.0, 3, True)
+    assert (told.battery_v(11.0), told.bumpers(11.0), told.moving(11.0)) == (None, 0, None)
+
+
+def test_bumpers_are_bits() -> None:
+    """Of any number the lowest eight are taken."""
+    told = reports("B{bumpers}")
+    told.hear("B259", 0.0)
+    assert told.bumpers(0.0) == 3
+
+
+@pytest.mark.parametrize(
+    ("template", "still", "turning"),
+    [
+        ("{moving}", "0", "1"),
+        ("S={left}:{right}", "S=0:0", "S=0:-3"),
+        ("S={left}:{right}", "S=0.0:0", "S=0.1:0"),
+    ],
+)
+def test_motion_is_told(template: str, still: str, turning: str) -> None:
+    """A flag or a speed says whether a wheel turns."""
+    told = reports(template)
+    assert told.moving(0.0) is None
+    told.hear(still, 0.0)
+    assert told.moving(0.0) is False
+    told.hear(turning, 0.1)
+    assert told.moving(0.1) is True
+
+
+def test_ticks_that_change_are_motion() -> None:
+    """From the second report on they are compared; the newest says how it is."""
+    told = reports("{left_ticks} {right_ticks}", ticks_per_m=1000)
+    told.hear("5 5", 0.0)
+    assert told.moving(0.0) is None
+    told.hear("5 6", 0.2)
+    assert told.moving(0.2) is True
+    told.hear("5 6", 0.4)
+    assert told.moving(0.4) is False
+    assert told.moving(1.39) is False
+    assert told.moving(1.41) is None
+    assert told.known() == {"left_ticks": 5, "right_ticks": 6, "left_mps": 0, "right_mps": 0}
+    assert told.pose is not None
+
+
+def test_a_flag_alone_does_not_hide_ticks() -> None:
+    """Of two signs of motion either is enough."""
+    told = reports("{moving} {left_ticks} {right_ticks}")
+    told.hear("0 1 1", 0.0)
+    told.hear("0 2 1", 0.1)
+    assert told.moving(0.1) is True
+
+
+def test_another_line_is_none_of_them() -> None:
+    """It changes nothing."""
+    told = reports("V={battery_v}", "B={bumpers}")
+    assert not told.hear("V=x", 0.0)
+    assert told.hear("B=1", 0.0)
+    assert (told.battery_v(0.0), told.bumpers(0.0), told.known()) == (None, 1, {})
+
+
+def test_a_new_connection_knows_nothing() -> None:
+    """What was told before it does not count."""
+    told = reports("{left_ticks} {right_ticks}", "V={battery_v}")
+    for line in ("1 1", "2 2", "V=12"):
+        told.hear(line, 0.0)
+    told.forget()
+    assert (told.battery_v(0.0), told.moving(0.0), told.known()) == (None, None, {})
