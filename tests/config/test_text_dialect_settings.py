@@ -2,19 +2,32 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from wax.config import settings as config
 from wax.errors import ConfigError
+from wax.robot.serial.advice import advised
 
+CONFIG = Path(__file__).parents[2] / "config"
 GOOD: dict[str, Any] = {"drive": "m {left} {right}\r", "per_mps": 1000.0}
 
 
 def parsed(text: dict[str, Any], **serial: Any) -> config.SerialSettings:
     tree = {"robot": {"serial": {"dialect": "text", "text": text} | serial}}
     return config.parse(tree, "x").robot.serial
+
+
+@pytest.mark.parametrize("name", ["ros-arduino-bridge", "roboteq"])
+def test_the_examples_are_safe_ones(name: str) -> None:
+    """They load, have a known watchdog and ask for answers; nothing in them is worth a warning."""
+    robot = config.load(CONFIG / f"{name}.toml").robot
+    assert robot.driver == "serial"
+    assert robot.serial.dialect == "text"
+    assert advised(robot.serial) == []
+    assert robot.serial.text.answers
 
 
 def test_a_line_and_its_scale_are_enough() -> None:

@@ -265,6 +265,9 @@ def test_another_line_is_no_answer() -> None:
     one.hear(b"Invalid Command\x1b[2J" + b"!" * 60 + b"\r\n", 1.2)
     said = one.complaint("/dev/x").values["said"]
     assert said == "Invalid Command\\x1b[2J!!!!!!!!!!!!!!!!!…"
+    one.hear(b"OK\n", 1.3)
+    assert one.complaint("/dev/x").code == "robot.no_lines"
+    one.hear(b"?\n", 1.4)
     one.hello(2.0)
     assert one.complaint("/dev/x").code == "robot.no_lines"
 

@@ -86,7 +86,7 @@ class TextDialect:
         for line in self._lines.feed(data):
             is_report = self._reports.hear(line, now_s)
             if self._answer is not None and self._answer.found(line) is not None:
-                self._answered_s = now_s
+                self._answered_s, self._last_strange = now_s, ""
             elif not is_report:
                 self._strange += 1
                 self._last_strange = line

@@ -1,0 +1,220 @@
+"""The examples of `config/` drive the boards that they are for: other programs, other processes."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from wax.clock import SystemClock
+from wax.config import settings as config
+from wax.driver.interface import STANDSTILL, Twist
+from wax.robot.serial.driver import SerialRobot
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from wax.driver.interface import RobotState
+
+pytestmark = pytest.mark.system
+
+CONFIG = Path(__file__).parents[2] / "config"
+FILES = {"bridge": "ros-arduino-bridge.toml", "roboteq": "roboteq.toml", "mute": "roboteq.toml"}
+AHEAD = Twist(0.3, 0.0)
+
+
+class Sketch:
+    """A board of some kind, and the driver of the example's settings at its port."""
+
+    def __init__(self, kind: str, folder: Path, **text: Any) -> None:
+        self._log = folder / "log"
+        program = [sys.executable, str(Path(__file__).with_name("sketch.py")), kind]
+        self._process = subprocess.Popen(
+            [*program, str(folder / "port"), str(self._log)], stdin=subprocess.PIPE
+        )
+        self._until(lambda: self.all("plugged") != [], "it is plugged in")
+        robot = config.load(CONFIG / FILES[kind]).robot.model_dump()
+        robot["serial"] |= {"url": str(folder / "port"), "reopen_s": 0.05}
+        robot["serial"]["text"] |= text
+        self.settings = config.RobotSettings.model_validate(robot)
+        self.driver = SerialRobot(self.settings, SystemClock())
+
+    def end(self) -> None:
+        self.driver.close()
+        assert self._process.stdin is not None
+        self._process.stdin.close()
+        assert self._process.wait(5) == 0
+
+    def do(self, command: str) -> float:
+        """Do something to the board; return when it was done."""
+        before = len(self.all(command))
+        assert self._process.stdin is not None
+        self._process.stdin.write(f"{command}\n".encode())
+        self._process.stdin.flush()
+        self._until(lambda: len(self.all(command)) > before, command)
+        return float(self.all(command)[-1]["t_s"])
+
+    def all(self, event: str, since_s: float = 0.0) -> list[dict[str, Any]]:
+        text = self._log.read_text(encoding="utf-8") if self._log.exists() else ""
+        found = [json.loads(line) for line in text.splitlines(keepends=True) if line.endswith("\n")]
+        return [one for one in found if one["event"] == event and one["t_s"] >= since_s]
+
+    @property
+    def wheels(self) -> tuple[int, int]:
+        turned = self.all("wheels")
+        return (turned[-1]["left"], turned[-1]["right"]) if turned else (0, 0)
+
+    def until(self, so: Callable[[RobotState], bool]) -> RobotState:
+        self._until(lambda: so(self.driver.state()), "the state is so")
+        return self.driver.state()
+
+    def drive(self, twist: Twist = AHEAD, turn: int = 1) -> None:
+        """Stand, then go until the wheels turn."""
+        self.until(lambda state: state.connected)
+        self.driver.apply(STANDSTILL, turn)
+        self.keep(twist, turn, lambda: self.wheels != (0, 0))
+
+    def keep(self, twist: Twist, turn: int, until: Callable[[], bool]) -> None:
+        def so() -> bool:
+            self.driver.apply(twist, turn)
+            return until()
+
+        self._until(so, "it is so while driven")
+
+    def _until(self, so: Callable[[], bool], what: str) -> None:
+        end_s = time.monotonic() + 10.0
+        while not so():
+            assert time.monotonic() < end_s, f"never: {what}; {self._log.read_text()[-2000:]}"
+            time.sleep(0.01)
+
+
+@pytest.fixture(params=["bridge", "roboteq"])
+def sketch(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Sketch]:
+    sketch = Sketch(request.param, tmp_path)
+    sketch.driver.open()
+    yield sketch
+    sketch.end()
+
+
+def test_it_drives_tells_and_stops(sketch: Sketch) -> None:
+    """The wheels turn as fast as they are told, what the board knows comes back, and it stops."""
+    sketch.drive()
+    text = sketch.settings.serial.text
+    share = round(AHEAD.linear_mps * text.per_mps)
+    sketch.keep(AHEAD, 1, lambda: sketch.wheels == (share, share))
+    sketch.keep(AHEAD, 1, lambda: sketch.driver.state().moving is True)
+    stopped_s = time.monotonic()
+    sketch.driver.stop(1)
+    state = sketch.until(lambda _: sketch.wheels == (0, 0))
+    assert sketch.all("wheels")[-1]["t_s"] - stopped_s < 0.2
+    sketch.until(lambda state: state.moving is False)
+    if sketch.settings.serial.ticks_per_m:
+        assert state.pose is not None
+        assert state.pose.x_m > 0.0
+    else:
+        assert state.battery_v == 24.6
+
+
+def test_it_curves_as_it_is_told(sketch: Sketch) -> None:
+    """To the left is to the left: the right wheel is the faster one, by the wheel base."""
+    robot = sketch.settings
+    sketch.drive(Twist(0.0, 1.0))
+    aside = round(robot.wheel_base_m / 2 * robot.serial.text.per_mps)
+    sketch.keep(Twist(0.0, 1.0), 1, lambda: sketch.wheels == (-aside, aside))
+
+
+def test_a_pulled_cable_stops_it_in_its_own_time(sketch: Sketch) -> None:
+    """The board's watchdog stops it within its `ttl_ms`; put back it stands until driven anew."""
+    sketch.drive()
+    epoch = sketch.driver.state().epoch
+    out_s = sketch.do("unplug")
+    sketch._until(lambda: sketch.wheels == (0, 0), "its watchdog has stopped it")
+    turned = sketch.all("wheels", out_s)
+    assert turned[-1]["why"] in ("auto stop", "watchdog")
+    ttl_s = sketch.settings.serial.text.ttl_ms / 1000.0
+    assert turned[-1]["t_s"] - out_s <= ttl_s + 0.1
+    back_s = sketch.do("plug")
+    assert sketch.until(lambda state: state.connected and state.epoch > epoch).connected
+    for _ in range(20):
+        sketch.driver.apply(AHEAD, 1)
+        time.sleep(0.01)
+    assert sketch.all("wheels", back_s) == []
+    sketch.drive(turn=2)
+
+
+def test_a_board_that_restarts_stands_until_driven_anew(sketch: Sketch) -> None:
+    """While it boots it answers nothing: the connection begins anew, with its settings."""
+    sketch.drive()
+    epoch = sketch.driver.state().epoch
+    reset_s = sketch.do("reset")
+    sketch.keep(AHEAD, 1, lambda: sketch.driver.state().epoch > epoch)
+    for _ in range(20):
+        sketch.driver.apply(AHEAD, 1)
+        time.sleep(0.01)
+    assert [one for one in sketch.all("wheels", reset_s) if one["why"] != "reset"] == []
+
+
+def test_a_board_that_hangs_is_told(sketch: Sketch) -> None:
+    """One that answers nothing any more is a sentence with what to do, until it does again."""
+    sketch.until(lambda state: state.connected)
+    sketch.do("freeze")
+    problem = sketch.until(lambda state: not state.connected).problem
+    assert "says nothing on" in str(problem)
+    sketch.do("thaw")
+    sketch.until(lambda state: state.connected)
+
+
+def test_the_last_line_is_a_stop(sketch: Sketch) -> None:
+    """After closing in motion the wheels stand, at once and by being told."""
+    sketch.drive()
+    sketch.driver.close()
+    sketch._until(lambda: sketch.wheels == (0, 0), "it stands")
+    assert sketch.all("wheels")[-1]["why"] in ("told", "emergency stop")
+
+
+def test_the_controller_is_set_before_it_is_driven(tmp_path: Path) -> None:
+    """It has its watchdog and no echo before the first motion, and stays stopped at the end."""
+    sketch = Sketch("roboteq", tmp_path)
+    sketch.driver.open()
+    sketch.drive()
+    sketch.driver.close()
+    sketch._until(lambda: sketch.all("command")[-1]["line"] == "!EX", "the last line has come")
+    sketch.end()
+    lines = [one["line"] for one in sketch.all("command")]
+    motions = [n for n, line in enumerate(lines) if line[:3] == "!M " and line != "!M 0 0"]
+    begin = lines.index("^ECHOF 1")
+    assert lines[begin : begin + 4] == ["^ECHOF 1", "^RWD 250", "!MG", "!M 0 0"]
+    assert begin < motions[0]
+    assert lines[0] == "!M 0 0"
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "said"),
+    [
+        ("mute", {}, "says nothing on"),
+        ("bridge", {"drive": "M {left} {right}\r"}, "says “Invalid Command”"),
+    ],
+)
+def test_a_sketch_that_does_not_answer_stands(
+    tmp_path: Path, kind: str, text: dict[str, Any], said: str
+) -> None:
+    """One that answers nothing, or something else, is one sentence, and nothing moves it."""
+    sketch = Sketch(kind, tmp_path, boot_ms=100, **text)
+    sketch.driver.open()
+    try:
+        problem = sketch.until(lambda state: state.problem is not None).problem
+        assert said in str(problem)
+        assert "[robot.serial.text]" in str(problem)
+        for _ in range(50):
+            sketch.driver.apply(STANDSTILL, 1)
+            sketch.driver.apply(AHEAD, 1)
+            time.sleep(0.01)
+        assert sketch.all("wheels") == []
+        assert not sketch.driver.state().connected
+    finally:
+        sketch.end()
