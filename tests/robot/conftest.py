@@ -125,22 +125,14 @@ class Board:
         """Tell whether what was heard would move a robot."""
         if dialect == "bytes":
             return any(octet in b"FBLRGIHJ" for octet in self.heard)
-        if dialect == "text":
-            return any(line[:2] == b"m " and line != b"m 0 0" for line in self._lines())
         return any(isinstance(frame.body, DriveBody) for frame in self.frames())
 
     def stands(self, dialect: str) -> bool:
         """Tell whether the last that was heard is a stop."""
         if dialect == "bytes":
             return self.heard.endswith(b"S")
-        if dialect == "text":
-            return self._lines()[-1:] == [b"m 0 0"]
         frames = self.frames()
         return bool(frames) and isinstance(frames[-1].body, StopBody)
-
-    def _lines(self) -> list[bytes]:
-        """Give the whole lines that were heard, but for one that had begun before."""
-        return self.heard.split(b"\r")[:-1]
 
     def _live(self, master: int) -> None:
         while self._ends is not None:

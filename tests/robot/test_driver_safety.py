@@ -77,6 +77,7 @@ class TestSerialFrames(Ours):
     """Seen by what comes down the line, behind which the real firmware's core runs."""
 
     dialect: ClassVar = "frames"
+    text: ClassVar[dict[str, Any]] = {}
     ttl_s: ClassVar[float | None] = 0.2
 
     @pytest.fixture(autouse=True)
@@ -87,9 +88,8 @@ class TestSerialFrames(Ours):
     @property
     def settings(self) -> RobotSettings:
         serial: dict[str, Any] = {"url": str(self.board.path), "dialect": self.dialect}
-        return RobotSettings.model_validate(
-            {"driver": "serial", "serial": serial | {"axes": ["pan"], "reopen_s": 0.05}}
-        )
+        serial |= {"axes": ["pan"], "reopen_s": 0.05, "text": self.text}
+        return RobotSettings.model_validate({"driver": "serial", "serial": serial})
 
     def make_driver(self, clock: Clock) -> Driver:
         return make_driver(self.settings, clock)
@@ -135,6 +135,27 @@ class TestSerialBytes(TestSerialFrames):
         return Twist(ahead * limits.linear_mps, left * limits.angular_rps)
 
 
+class TestSerialText(TestSerialFrames):
+    """Lines with the wheels' speeds in mm/s, at a board that says that it stops after 300 ms."""
+
+    dialect = "text"
+    text: ClassVar[dict[str, Any]] = {
+        "drive": "m {left} {right}\r",
+        "per_mps": 1000.0,
+        "ttl_ms": 300,
+        "boot_ms": 0,
+        "axis": [{"line": "s {position:.2f}\r"}],
+    }
+    ttl_s = 0.3
+
+    def commanded(self) -> Sequence[Twist]:
+        whole, end, _ = self.board.heard[self._taken :].rpartition(b"\r")
+        self._taken += len(whole + end)
+        lines = [line.split() for line in whole.split(b"\r") if line[:1] == b"m"]
+        twists = [self._twist(DriveBody(int(left), int(right))) for _, left, right in lines]
+        return [twist for twist in twists if twist is not None]
+
+
 class TestSerialFramesInItsProcess(TestSerialFrames):
     """The same robot in a process of its own, as the server has it."""
 
@@ -143,5 +164,10 @@ class TestSerialFramesInItsProcess(TestSerialFrames):
 
 
 class TestSerialBytesInItsProcess(TestSerialBytes):
+    def make_driver(self, clock: Clock) -> Driver:
+        return make_robot(self.settings, clock)
+
+
+class TestSerialTextInItsProcess(TestSerialText):
     def make_driver(self, clock: Clock) -> Driver:
         return make_robot(self.settings, clock)
