@@ -12,6 +12,7 @@ from tests.fuzz.targets import (
     pages,
     serial_line,
     tapes,
+    text_line,
     tokens,
     voice,
 )
@@ -29,6 +30,7 @@ TARGETS: Final = {
         voice.VOICE,
         serial_line.SERIAL,
         serial_line.FIRMWARE,
+        text_line.TEXT,
         hand_line.HAND,
         files.CONFIG,
         tokens.TOKENS,
