@@ -93,9 +93,9 @@ avr() {
             # Arduino adds the first line itself.
             avr-g++ $common $warnings -std=gnu++11 -fno-threadsafe-statics -x c++ \
                 -include Arduino.h -c $firmware/wax/wax.ino -o "$folder/sketch.o"
-            for source in $firmware/wax/src/core/*.cpp; do
+            for source in $firmware/wax/src/*.cpp $firmware/wax/src/core/*.cpp; do
                 avr-g++ $common $warnings -std=gnu++11 -fno-threadsafe-statics -c "$source" \
-                    -o "$folder/core-$(basename "$source" .cpp).o"
+                    -o "$folder/wax-$(basename "$source" .cpp).o"
             done
             avr-g++ -mmcu=atmega328p -Os -Wl,--gc-sections "$folder"/*.o -o "$folder/wax.elf"
         }

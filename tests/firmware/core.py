@@ -40,6 +40,9 @@ class Settings:
     front_bumpers: int = 0x01
     back_bumpers: int = 0x02
     still_ms: int = 50
+    least_us: int = 1000
+    most_us: int = 2000
+    us_per_s: int = 2000
 
 
 class _State(ctypes.Structure):
@@ -47,6 +50,7 @@ class _State(ctypes.Structure):
         ("left_mmps", ctypes.c_int16),
         ("right_mmps", ctypes.c_int16),
         ("axes", ctypes.c_int16 * AXES),
+        ("servos_us", ctypes.c_uint16 * AXES),
         ("moving", ctypes.c_uint8),
         ("timed_out", ctypes.c_uint8),
         ("damaged", ctypes.c_uint16),
@@ -87,6 +91,7 @@ def build(firmware: Path = FIRMWARE, folder: Path | None = None) -> Path:
 def load(path: Path) -> ctypes.CDLL:
     library = ctypes.CDLL(str(path))
     library.wax_new.restype = ctypes.c_void_p
+    library.wax_power.restype = ctypes.c_int16
     return library
 
 
@@ -95,6 +100,19 @@ def library() -> ctypes.CDLL:
     """Give the core of this tree, or the one that counts its branches."""
     counting = os.environ.get("WAX_FIRMWARE_LIBRARY")
     return load(Path(counting) if counting else build())
+
+
+def power(mmps: int, full_mmps: int, least: int) -> int:
+    """Give the power for a wheel's speed."""
+    return int(library().wax_power(mmps, full_mmps, least))
+
+
+def battery(numbers: list[int], full_scale: int, full_mv: int) -> list[int]:
+    """Give the voltage after each of these numbers of an analog input."""
+    given = (ctypes.c_uint16 * len(numbers))(*numbers)
+    found = (ctypes.c_uint16 * len(numbers))()
+    library().wax_battery(full_scale, full_mv, given, len(numbers), found)
+    return list(found)
 
 
 class Core:
@@ -158,6 +176,10 @@ class Core:
         return list(self._look().axes)
 
     @property
+    def servos_us(self) -> list[int]:
+        return list(self._look().servos_us)
+
+    @property
     def moving(self) -> bool:
         return bool(self._look().moving)
 
@@ -178,6 +200,9 @@ class Core:
                 own.front_bumpers,
                 own.back_bumpers,
                 own.still_ms,
+                own.least_us,
+                own.most_us,
+                own.us_per_s,
                 _clock(now_ms),
             )
         )

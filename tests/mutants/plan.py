@@ -64,15 +64,19 @@ _OTHERS: Final[dict[str, tuple[str, ...]]] = {
     "session/token_bucket": ("session/test_token_bucket",),
 }
 _CORE_FILES: Final = (
+    "battery.h",
     "crc16.h",
     "decoder.cpp",
     "decoder.h",
     "frame.cpp",
     "frame.h",
+    "power.h",
     "ramp.cpp",
     "ramp.h",
     "robot.cpp",
     "robot.h",
+    "servo.cpp",
+    "servo.h",
 )
 
 
@@ -109,6 +113,7 @@ def _in(folder: str, tests: tuple[str, ...]) -> tuple[str, ...]:
 _CORE_TESTS: Final = (
     "tests/firmware/test_core.py",
     "tests/firmware/test_core_edges.py",
+    "tests/firmware/test_body.py",
     # Its other tests have faults of their own.
     "tests/firmware/test_line_black_channel.py::test_no_wrong_execution",
 )

@@ -1,6 +1,8 @@
 // The core behind C functions, for tests that turn its clock by hand.
 #include <stdint.h>
 
+#include "../wax/src/core/battery.h"
+#include "../wax/src/core/power.h"
 #include "../wax/src/core/robot.h"
 
 extern "C" {
@@ -9,6 +11,7 @@ extern "C" {
 struct WaxState {
     int16_t left_mmps, right_mmps;
     int16_t axes[wax::AXES];
+    uint16_t servos_us[wax::AXES];
     uint8_t moving, timed_out;
     uint16_t damaged;
 };
@@ -21,9 +24,11 @@ struct WaxFrame {
 };
 
 wax::Robot *wax_new(uint16_t acceleration_mmps2, uint16_t braking_mmps2, uint8_t front_bumpers,
-                    uint8_t back_bumpers, uint8_t still_ms, uint32_t now_ms) {
+                    uint8_t back_bumpers, uint8_t still_ms, uint16_t least_us, uint16_t most_us,
+                    uint16_t us_per_s, uint32_t now_ms) {
+    const wax::ServoRange servo = {least_us, most_us, us_per_s};
     const wax::Settings settings = {acceleration_mmps2, braking_mmps2, front_bumpers, back_bumpers,
-                                    still_ms};
+                                    still_ms,           {servo, servo, servo, servo}};
     return new wax::Robot(settings, now_ms);
 }
 
@@ -72,9 +77,24 @@ void wax_state(const wax::Robot *robot, WaxState *out) {
     out->left_mmps = robot->left_mmps();
     out->right_mmps = robot->right_mmps();
     for (uint8_t at = 0; at < wax::AXES; ++at) out->axes[at] = robot->axis(at);
+    for (uint8_t at = 0; at < wax::AXES; ++at) out->servos_us[at] = robot->servo_us(at);
     out->moving = robot->moving();
     out->timed_out = robot->timed_out();
     out->damaged = robot->damaged();
+}
+
+int16_t wax_power(int16_t mmps, int16_t full_mmps, uint8_t least) {
+    return wax::power(mmps, full_mmps, least);
+}
+
+// The voltages after each of these numbers.
+void wax_battery(uint16_t full_scale, uint16_t full_mv, const uint16_t *numbers, uint32_t count,
+                 uint16_t *mv) {
+    wax::Battery battery(full_scale, full_mv);
+    for (uint32_t at = 0; at < count; ++at) {
+        battery.sample(numbers[at]);
+        mv[at] = battery.mv();
+    }
 }
 
 }  // extern "C"

@@ -4,6 +4,7 @@
 
 #include <stdint.h>
 
+#include "src/core/body.h"
 #include "src/core/robot.h"
 
 namespace config {
@@ -36,6 +37,13 @@ const uint8_t BUMPER_PINS[BUMPERS] = {12, 15};
 const uint8_t BATTERY_PIN = NONE;
 const uint16_t BATTERY_FULL_SCALE_MV = 15000;
 
+const wax::Body BODY = {FULL_SPEED_MMPS, LEAST_PWM, BATTERY_FULL_SCALE_MV};
+
+// --- servos of the axes, in the order of [robot.serial] axes: the pin of each, or NONE. Give them a
+// supply of their own; what they draw when they start restarts a board that feeds them. With servos
+// pins 9 and 10 have no PWM.
+constexpr uint8_t SERVO_PINS[wax::AXES] = {NONE, NONE, NONE, NONE};
+
 // --- motion. The server limits acceleration too; these are the limits of the robot's body. Braking
 // applies to every stop: 20000 is 30 ms from 0.6 m/s. Use less only for a robot that would fall
 // over, and set [robot] braking_mps2 to match.
@@ -45,6 +53,14 @@ const wax::Settings SETTINGS = {
     0x01,   // front_bumpers: these bits block forward motion
     0x02,   // back_bumpers: these block backward motion
     50,     // still_ms: a wheel without an encoder tick for this long stands
+    {
+        // Each servo: its pulses in microseconds at -1 and at 1, swapped for one that turns the
+        // wrong way, and the most that they change in a second.
+        {1000, 2000, 2000},
+        {1000, 2000, 2000},
+        {1000, 2000, 2000},
+        {1000, 2000, 2000},
+    },
 };
 
 }  // namespace config

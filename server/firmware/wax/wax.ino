@@ -1,7 +1,8 @@
-// WAX on an Arduino Uno, Nano or similar: serial frames in, two motors out. Settings of a robot are
-// in config.h; everything that decides about motion is in src/core, which WAX's tests also run.
+// WAX on an Arduino Uno, Nano or similar: serial frames in, two motors and up to four servos out.
 //
-// Axes have no motor here: `robot.axis(0)` to `robot.axis(3)` return the targets for yours.
+// This is the port for AVR boards: what src/port.h asks for, by Arduino's functions. Settings of a
+// robot are in config.h; everything that decides about motion is in src/core and src/program.cpp,
+// which WAX's tests also run.
 
 #if defined(__AVR__)
 #include <avr/wdt.h>
@@ -9,85 +10,107 @@
 
 #include "config.h"
 #include "src/core/crc16.h"
-#include "src/core/robot.h"
+#include "src/port.h"
+#include "src/program.h"
 
 namespace {
 
-const uint8_t BYTES_A_ROUND = 32;
-const uint8_t BATTERY_EVERY_MS = 100;
+struct Bridge {
+    uint8_t pwm, a, b;
+};
 
-uint32_t origin_ms;
-wax::Robot *robot;
+const Bridge BRIDGES[] = {{config::LEFT_PWM, config::LEFT_A, config::LEFT_B},
+                          {config::RIGHT_PWM, config::RIGHT_A, config::RIGHT_B}};
 
-volatile int32_t left_ticks, right_ticks;
+volatile int32_t counts[2];
 
-void left_encoder() {
-    left_ticks += digitalRead(config::LEFT_ENCODER_B) ? 1 : -1;
-}
+void left_encoder() { counts[0] += digitalRead(config::LEFT_ENCODER_B) ? 1 : -1; }
+void right_encoder() { counts[1] += digitalRead(config::RIGHT_ENCODER_B) ? 1 : -1; }
 
-void right_encoder() {
-    right_ticks += digitalRead(config::RIGHT_ENCODER_B) ? 1 : -1;
-}
-
-uint32_t now_ms() {
-    return millis() + origin_ms;
-}
-
-// The clock starts at a random time, so that frames from before a restart are stale after it.
-uint32_t somewhere() {
-    uint8_t noise[32];
-    for (uint8_t &octet : noise)
-        octet = static_cast<uint8_t>(analogRead(A0) + (analogRead(A5) << 4) + micros());
-    return static_cast<uint32_t>(wax::crc16(noise, sizeof noise, 0)) << 16 |
-           wax::crc16(noise, sizeof noise / 2, 0);
-}
-
-// At 0 both outputs of the bridge are equal, which brakes.
-void drive(uint8_t pwm, uint8_t a, uint8_t b, int16_t mmps) {
-    const int32_t size = mmps < 0 ? -static_cast<int32_t>(mmps) : mmps;
-    const int32_t share = (255 - config::LEAST_PWM) * size / config::FULL_SPEED_MMPS;
-    digitalWrite(a, mmps >= 0);
-    digitalWrite(b, mmps <= 0);
-    analogWrite(pwm, mmps == 0 || share > 255 - config::LEAST_PWM
-                         ? 255
-                         : static_cast<int>(config::LEAST_PWM + share));
-}
-
-uint16_t battery_mv() {
-    static uint16_t last_mv;
-    static uint32_t measured_ms;
-    if (config::BATTERY_PIN != config::NONE && millis() - measured_ms >= BATTERY_EVERY_MS) {
-        measured_ms = millis();
-        last_mv = static_cast<uint16_t>(static_cast<uint32_t>(analogRead(config::BATTERY_PIN)) *
-                                        config::BATTERY_FULL_SCALE_MV / 1023);
-    }
-    return last_mv;
-}
-
-wax::Inputs inputs() {
-    wax::Inputs now = wax::Inputs();
-    now.battery_mv = battery_mv();
-    for (uint8_t at = 0; at < config::BUMPERS; ++at)
-        if (!digitalRead(config::BUMPER_PINS[at]))
-            now.bumpers = static_cast<uint8_t>(now.bumpers | 1 << at);
-    noInterrupts();
-    now.left_ticks = left_ticks;
-    now.right_ticks = right_ticks;
-    interrupts();
-    return now;
+constexpr bool has_servos(uint8_t from = 0) {
+    return from < wax::AXES &&
+           (config::SERVO_PINS[from] != config::NONE || has_servos(static_cast<uint8_t>(from + 1)));
 }
 
 }  // namespace
 
-void setup() {
+#if defined(__AVR__) && defined(TCCR1A)
+
+// Timer 1 gives the servos their pulses, one after the other.
+namespace {
+
+constexpr bool is_timers(uint8_t pin) { return pin == 9 || pin == 10; }
+static_assert(!has_servos() || !(is_timers(config::LEFT_PWM) || is_timers(config::RIGHT_PWM)),
+              "pins 9 and 10 have no PWM where servos are; wire the motors' PWM to 3, 5, 6 or 11");
+
+const uint8_t STEPS_A_US = F_CPU / 8000000;
+const uint16_t ROUND_STEPS = 1000 * port::SERVO_EVERY_MS * STEPS_A_US;
+const uint16_t SOON_STEPS = 20 * STEPS_A_US;  // longer than the interrupt takes
+
+volatile uint16_t pulses_us[wax::AXES];
+
+void begin_servos() {
+    if (!has_servos()) return;  // whose timer gives pins 9 and 10 their PWM
+    for (const uint8_t pin : config::SERVO_PINS)
+        if (pin != config::NONE) pinMode(pin, OUTPUT);
+    TCCR1A = 0;
+    TCCR1B = _BV(CS11);
+    OCR1A = TCNT1 + ROUND_STEPS;
+    TIMSK1 = _BV(OCIE1A);
+}
+
+void set_pulse(uint8_t axis, uint16_t pulse_us) {
+    noInterrupts();
+    pulses_us[axis] = pulse_us;
+    interrupts();
+}
+
+}  // namespace
+
+// End one servo's pulse and begin the next one's, or wait for the round to end.
+ISR(TIMER1_COMPA_vect) {
+    static uint8_t at = wax::AXES;
+    static uint16_t began;
+    if (at < wax::AXES && config::SERVO_PINS[at] != config::NONE)
+        digitalWrite(config::SERVO_PINS[at], LOW);
+    at = at < wax::AXES ? static_cast<uint8_t>(at + 1) : 0;
+    if (at == 0) began = TCNT1;
+    if (at == wax::AXES) {
+        OCR1A = static_cast<uint16_t>(began + ROUND_STEPS);
+        return;
+    }
+    const uint16_t pulse_us = pulses_us[at];
+    const bool has_one = pulse_us != 0 && config::SERVO_PINS[at] != config::NONE;
+    if (has_one) digitalWrite(config::SERVO_PINS[at], HIGH);
+    OCR1A = static_cast<uint16_t>(TCNT1 + (has_one ? pulse_us * STEPS_A_US : SOON_STEPS));
+}
+
+#else
+
+namespace {
+
+static_assert(!has_servos(), "servos on this board need a port of their own: see PORTING.md");
+
+void begin_servos() {}
+void set_pulse(uint8_t, uint16_t) {}
+
+}  // namespace
+
+#endif
+
+namespace port {
+
+void begin() {
 #if defined(__AVR__)
     // A program that hangs restarts, with the motors off. The bootloader of Nanos from before 2018
     // then restarts for ever: install Optiboot on such a board.
     wdt_enable(WDTO_60MS);
 #endif
-    const uint8_t outputs[] = {config::LEFT_PWM,  config::LEFT_A,  config::LEFT_B,
-                               config::RIGHT_PWM, config::RIGHT_A, config::RIGHT_B};
-    for (const uint8_t pin : outputs) pinMode(pin, OUTPUT);
+    for (const Bridge &bridge : BRIDGES) {
+        pinMode(bridge.pwm, OUTPUT);
+        pinMode(bridge.a, OUTPUT);
+        pinMode(bridge.b, OUTPUT);
+    }
     if (config::STANDBY != config::NONE) {
         pinMode(config::STANDBY, OUTPUT);
         digitalWrite(config::STANDBY, HIGH);
@@ -98,28 +121,75 @@ void setup() {
     for (const uint8_t pin : config::BUMPER_PINS) pinMode(pin, INPUT_PULLUP);
     attachInterrupt(digitalPinToInterrupt(config::LEFT_ENCODER_A), left_encoder, RISING);
     attachInterrupt(digitalPinToInterrupt(config::RIGHT_ENCODER_A), right_encoder, RISING);
-
+    begin_servos();
     Serial.begin(config::BAUD);
-    origin_ms = somewhere();
-    static wax::Robot the_robot(config::SETTINGS, now_ms());
-    robot = &the_robot;
 }
 
-void loop() {
-    for (uint8_t count = 0; count < BYTES_A_ROUND && Serial.available() > 0; ++count) {
-        robot->push(static_cast<uint8_t>(Serial.read()));
-        wax::Frame frame;
-        while (robot->next(now_ms(), frame) != wax::Verdict::NOTHING) {
-        }
-    }
-    robot->tick(now_ms(), inputs());
-    drive(config::LEFT_PWM, config::LEFT_A, config::LEFT_B, robot->left_mmps());
-    drive(config::RIGHT_PWM, config::RIGHT_A, config::RIGHT_B, robot->right_mmps());
+uint32_t now_ms() { return millis(); }
 
-    uint8_t report[wax::REPORT_SIZE];
-    if (Serial.availableForWrite() >= wax::REPORT_SIZE && robot->report(now_ms(), report))
-        Serial.write(report, sizeof report);
+uint32_t noise() {
+    uint8_t octets[32];
+    for (uint8_t &octet : octets)
+        octet = static_cast<uint8_t>(analogRead(A0) + (analogRead(A5) << 4) + micros());
+    return static_cast<uint32_t>(wax::crc16(octets, sizeof octets, 0)) << 16 |
+           wax::crc16(octets, sizeof octets / 2, 0);
+}
+
+bool read(uint8_t &byte) {
+    const int found = Serial.read();
+    byte = static_cast<uint8_t>(found);
+    return found >= 0;
+}
+
+uint16_t room() { return static_cast<uint16_t>(Serial.availableForWrite()); }
+
+void write(const uint8_t *bytes, uint8_t size) { Serial.write(bytes, size); }
+
+// At 0 both outputs of the bridge are equal, which brakes.
+void motor(Wheel wheel, int16_t power) {
+    const Bridge &bridge = BRIDGES[wheel];
+    digitalWrite(bridge.a, power >= 0);
+    digitalWrite(bridge.b, power <= 0);
+    analogWrite(bridge.pwm, power == 0 ? wax::FULL_POWER : power < 0 ? -power : power);
+}
+
+void servo(uint8_t axis, uint16_t pulse_us) { set_pulse(axis, pulse_us); }
+
+uint16_t battery() {
+    if (config::BATTERY_PIN == config::NONE) return 0;
+    return static_cast<uint16_t>(analogRead(config::BATTERY_PIN));
+}
+
+uint16_t battery_full_scale() { return 1023; }
+
+uint8_t bumpers() {
+    uint8_t pressed = 0;
+    for (uint8_t at = 0; at < config::BUMPERS; ++at)
+        if (!digitalRead(config::BUMPER_PINS[at])) pressed = static_cast<uint8_t>(pressed | 1 << at);
+    return pressed;
+}
+
+int32_t ticks(Wheel wheel) {
+    noInterrupts();
+    const int32_t now = counts[wheel];
+    interrupts();
+    return now;
+}
+
+void feed_watchdog() {
 #if defined(__AVR__)
     wdt_reset();
 #endif
 }
+
+}  // namespace port
+
+wax::Program *program;
+
+void setup() {
+    port::begin();
+    static wax::Program the_program(config::SETTINGS, config::BODY);
+    program = &the_program;
+}
+
+void loop() { program->loop(); }

@@ -27,6 +27,8 @@ Robot::Robot(const Settings &settings, uint32_t now_ms)
       left_(settings.acceleration_mmps2, settings.braking_mmps2),
       right_(settings.acceleration_mmps2, settings.braking_mmps2),
       hello_ms_(now_ms),
+      servos_{Servo(settings.servos[0]), Servo(settings.servos[1]), Servo(settings.servos[2]),
+              Servo(settings.servos[3])},
       ticked_ms_(now_ms),
       turned_ms_(now_ms),
       reported_ms_(now_ms) {}
@@ -83,7 +85,9 @@ void Robot::obey(const Frame &frame, uint32_t now_ms) {
             driven_ = true;
             break;
         case AXIS:
-            if (frame.axis < AXES) axes_[frame.axis] = within(frame.position, FULL_POSITION);
+            if (frame.axis >= AXES) break;
+            axes_[frame.axis] = within(frame.position, FULL_POSITION);
+            told_axes_ = static_cast<uint8_t>(told_axes_ | 1 << frame.axis);
             break;
         default:
             stand();
@@ -114,6 +118,9 @@ void Robot::tick(uint32_t now_ms, const Inputs &inputs) {
     const bool blocked = is_blocked();
     left_.approach(blocked ? 0 : wanted_left_, step_ms);
     right_.approach(blocked ? 0 : wanted_right_, step_ms);
+
+    for (uint8_t at = 0; at < AXES; ++at)
+        if (told_axes_ & 1 << at) servos_[at].approach(axes_[at], step_ms);
 
     const bool moves = turning_ || !left_.stands() || !right_.stands();
     if (moves != moving_) {

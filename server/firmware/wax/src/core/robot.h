@@ -8,6 +8,7 @@
 #include "decoder.h"
 #include "frame.h"
 #include "ramp.h"
+#include "servo.h"
 
 namespace wax {
 
@@ -21,6 +22,7 @@ struct Settings {
     uint16_t braking_mmps2;
     uint8_t front_bumpers, back_bumpers;  // the bits that block forward, and backward
     uint8_t still_ms;  // a wheel without an encoder tick for this long stands
+    ServoRange servos[AXES];
 };
 
 struct Inputs {
@@ -56,6 +58,10 @@ public:
     // The target of an axis below AXES, -FULL_POSITION to FULL_POSITION.
     int16_t axis(uint8_t number) const { return axes_[number]; }
 
+    // The pulse of an axis's servo; 0, which is none, until it was told where to go. So nothing
+    // moves when power comes.
+    uint16_t servo_us(uint8_t number) const { return servos_[number].pulse_us(); }
+
     bool moving() const { return moving_; }
     bool timed_out() const { return timed_out_; }
     uint16_t damaged() const { return decoder_.damaged(); }
@@ -86,6 +92,8 @@ private:
     uint16_t ttl_ms_ = 0;
     bool timed_out_ = false;
     int16_t axes_[AXES] = {};
+    uint8_t told_axes_ = 0;  // one bit each
+    Servo servos_[AXES];
 
     uint32_t ticked_ms_;
     uint32_t turned_ms_;
