@@ -6,7 +6,9 @@
 #                       server/firmware, such as one with a fault in it, for another FOLDER
 #   coverage COMMAND…   run a command with WAX_FIRMWARE_LIBRARY set to a core that counts its
 #                       branches; print how many of how many were taken
-#   avr                 the sketch for the ATmega328P of an Uno; prints its sizes as JSON
+#   port                wax-port-test, the promises of a port put to the test on a board that is
+#                       made up; prints its path
+#   avr [SOURCE [FOLDER]]  the sketch for the ATmega328P of an Uno; prints its sizes as JSON
 set -eu
 . .make/lib.sh
 
@@ -54,6 +56,13 @@ library() {
     echo "$2/libwax.so"
 }
 
+port() {
+    build "$cache/wax-port-test" "$(sources_of $firmware)" \
+        $firmware/wax/src/*.cpp $firmware/wax/src/core/*.cpp $firmware/port_test/*.cpp \
+        $firmware/host/fake_board.cpp $firmware/host/port_test.cpp
+    echo "$cache/wax-port-test"
+}
+
 coverage() {
     want_compiler
     folder=$cache/coverage
@@ -76,8 +85,8 @@ avr() {
         apt_install gcc-avr avr-libc arduino-core-avr ||
         die "the sketch cannot be compiled for the Arduino; type:" \
             "sudo apt-get install -y gcc-avr avr-libc arduino-core-avr"
-    folder=$cache/avr
-    key=$(sources_of $firmware)
+    folder=$2
+    key=$(sources_of "$1")
     if ! is_built "$folder/wax.elf" "$key"; then
         rm -rf "$folder"
         mkdir -p "$folder"
@@ -92,8 +101,8 @@ avr() {
                 avr-gcc $common -w -x assembler-with-cpp -c $core/cores/arduino/*.S)
             # Arduino adds the first line itself.
             avr-g++ $common $warnings -std=gnu++11 -fno-threadsafe-statics -x c++ \
-                -include Arduino.h -c $firmware/wax/wax.ino -o "$folder/sketch.o"
-            for source in $firmware/wax/src/*.cpp $firmware/wax/src/core/*.cpp; do
+                -include Arduino.h -c "$1"/wax/wax.ino -o "$folder/sketch.o"
+            for source in "$1"/wax/src/*.cpp "$1"/wax/src/core/*.cpp; do
                 avr-g++ $common $warnings -std=gnu++11 -fno-threadsafe-statics -c "$source" \
                     -o "$folder/wax-$(basename "$source" .cpp).o"
             done
@@ -115,6 +124,10 @@ case $what in
 board) board ;;
 library) library "${1:-$firmware}" "${2:-$cache}" ;;
 coverage) coverage "$@" ;;
-avr) avr ;;
-*) die "usage: sh .make/firmware.sh board | library [SOURCE [FOLDER]] | coverage COMMAND… | avr" ;;
+port) port ;;
+avr) avr "${1:-$firmware}" "${2:-$cache/avr}" ;;
+*)
+    die "usage: sh .make/firmware.sh board | library [SOURCE [FOLDER]] | coverage COMMAND… | port |" \
+        "avr [SOURCE [FOLDER]]"
+    ;;
 esac

@@ -7,23 +7,70 @@ import os
 import shutil
 import subprocess
 import sys
+from typing import TYPE_CHECKING
 
 import pytest
-from tests.firmware.core import ROOT
+from tests.firmware.core import FIRMWARE, ROOT
 
-pytestmark = pytest.mark.system
+if TYPE_CHECKING:
+    from pathlib import Path
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
+
+NO_SERVOS = "SERVO_PINS[wax::AXES] = {NONE, NONE, NONE, NONE}"
 
 
-@pytest.mark.timeout(300)
-def test_the_sketch_fits_an_uno() -> None:
-    """It compiles for the ATmega328P without a warning, in half of its memory at most."""
+def built(
+    source: Path | None = None, folder: Path | None = None
+) -> subprocess.CompletedProcess[str]:
+    """Build the sketch, or skip where nobody has asked for its compiler."""
     wanted = bool(os.environ.get("CI")) and sys.platform == "linux"
     if shutil.which("avr-g++") is None and not wanted:
         pytest.skip("there is no compiler for the Arduino: sh .make/firmware.sh avr")
-    built = subprocess.run(
-        ["sh", ".make/firmware.sh", "avr"], cwd=ROOT, capture_output=True, text=True, check=False
+    where = [] if source is None else [str(source), str(folder)]
+    return subprocess.run(
+        ["sh", ".make/firmware.sh", "avr", *where],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
     )
-    assert built.returncode == 0, built.stderr
-    sizes = json.loads(built.stdout)
+
+
+def changed(folder: Path, *changes: tuple[str, str]) -> subprocess.CompletedProcess[str]:
+    """Build the sketch with some settings changed, as a host does."""
+    source = folder / "firmware"
+    shutil.copytree(FIRMWARE, source)
+    config = source / "wax" / "config.h"
+    text = config.read_text(encoding="utf-8")
+    for before, after in changes:
+        assert text.count(before) == 1, before
+        text = text.replace(before, after)
+    config.write_text(text, encoding="utf-8")
+    return built(source, folder / "built")
+
+
+def fits(done: subprocess.CompletedProcess[str]) -> None:
+    assert done.returncode == 0, done.stderr
+    sizes = json.loads(done.stdout)
     assert 4000 < sizes["flash_bytes"] < sizes["flash_bytes_of"] // 2
     assert 100 < sizes["ram_bytes"] < sizes["ram_bytes_of"] // 2
+
+
+def test_the_sketch_fits_an_uno() -> None:
+    """It compiles for the ATmega328P without a warning, in half of its memory at most."""
+    fits(built())
+
+
+def test_with_servos_and_a_battery_it_fits_as_well(tmp_path: Path) -> None:
+    """Four servos on analog pins and a battery's voltage are no more than it can hold."""
+    servos = NO_SERVOS.replace("NONE, NONE, NONE, NONE", "16, 17, 18, NONE")
+    fits(changed(tmp_path, (NO_SERVOS, servos), ("BATTERY_PIN = NONE", "BATTERY_PIN = 19")))
+
+
+def test_pins_that_servos_take_are_refused(tmp_path: Path) -> None:
+    """A motor's PWM on a pin whose timer the servos need is an error that says so."""
+    servos = NO_SERVOS.replace("NONE, NONE", "17, NONE", 1)
+    done = changed(tmp_path, (NO_SERVOS, servos), ("LEFT_PWM = 5", "LEFT_PWM = 9"))
+    assert done.returncode != 0
+    assert "pins 9 and 10 have no PWM where servos are" in done.stderr
