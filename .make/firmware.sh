@@ -9,6 +9,7 @@
 #   port                wax-port-test, the promises of a port put to the test on a board that is
 #                       made up; prints its path
 #   avr [SOURCE [FOLDER]]  the sketch for the ATmega328P of an Uno; prints its sizes as JSON
+#   emulator            wax-emulated-uno, which runs such a sketch in simavr; prints its path
 set -eu
 . .make/lib.sh
 
@@ -118,6 +119,14 @@ avr() {
         }'
 }
 
+emulator() {
+    [ -e /usr/include/simavr/sim_avr.h ] || apt_install libsimavr-dev ||
+        die "there is no emulator of the Arduino; type: sudo apt-get install -y libsimavr-dev"
+    build "$cache/wax-emulated-uno" "$(sources_of $firmware)" -isystem /usr/include/simavr \
+        $firmware/host/emulated_uno.cpp $firmware/host/pty.cpp -lsimavr
+    echo "$cache/wax-emulated-uno"
+}
+
 what=${1:-board}
 [ $# = 0 ] || shift
 case $what in
@@ -126,8 +135,9 @@ library) library "${1:-$firmware}" "${2:-$cache}" ;;
 coverage) coverage "$@" ;;
 port) port ;;
 avr) avr "${1:-$firmware}" "${2:-$cache/avr}" ;;
+emulator) emulator ;;
 *)
     die "usage: sh .make/firmware.sh board | library [SOURCE [FOLDER]] | coverage COMMAND… | port |" \
-        "avr [SOURCE [FOLDER]]"
+        "avr [SOURCE [FOLDER]] | emulator"
     ;;
 esac

@@ -3,51 +3,16 @@
 from __future__ import annotations
 
 import json
-import os
-import shutil
-import subprocess
-import sys
 from typing import TYPE_CHECKING
 
 import pytest
-from tests.firmware.core import FIRMWARE, ROOT
+from tests.firmware.sketch import NO_SERVOS, built, changed
 
 if TYPE_CHECKING:
+    import subprocess
     from pathlib import Path
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
-
-NO_SERVOS = "SERVO_PINS[wax::AXES] = {NONE, NONE, NONE, NONE}"
-
-
-def built(
-    source: Path | None = None, folder: Path | None = None
-) -> subprocess.CompletedProcess[str]:
-    """Build the sketch, or skip where nobody has asked for its compiler."""
-    wanted = bool(os.environ.get("CI")) and sys.platform == "linux"
-    if shutil.which("avr-g++") is None and not wanted:
-        pytest.skip("there is no compiler for the Arduino: sh .make/firmware.sh avr")
-    where = [] if source is None else [str(source), str(folder)]
-    return subprocess.run(
-        ["sh", ".make/firmware.sh", "avr", *where],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-
-
-def changed(folder: Path, *changes: tuple[str, str]) -> subprocess.CompletedProcess[str]:
-    """Build the sketch with some settings changed, as a host does."""
-    source = folder / "firmware"
-    shutil.copytree(FIRMWARE, source)
-    config = source / "wax" / "config.h"
-    text = config.read_text(encoding="utf-8")
-    for before, after in changes:
-        assert text.count(before) == 1, before
-        text = text.replace(before, after)
-    config.write_text(text, encoding="utf-8")
-    return built(source, folder / "built")
 
 
 def fits(done: subprocess.CompletedProcess[str]) -> None:

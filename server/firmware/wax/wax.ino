@@ -48,11 +48,18 @@ const uint16_t ROUND_STEPS = 1000 * port::SERVO_EVERY_MS * STEPS_A_US;
 const uint16_t SOON_STEPS = 20 * STEPS_A_US;  // longer than the interrupt takes
 
 volatile uint16_t pulses_us[wax::AXES];
+volatile uint8_t *outputs[wax::AXES];  // as digitalWrite finds them, which takes too long for a pulse
+uint8_t bits[wax::AXES];
 
 void begin_servos() {
     if (!has_servos()) return;  // whose timer gives pins 9 and 10 their PWM
-    for (const uint8_t pin : config::SERVO_PINS)
-        if (pin != config::NONE) pinMode(pin, OUTPUT);
+    for (uint8_t axis = 0; axis < wax::AXES; ++axis) {
+        const uint8_t pin = config::SERVO_PINS[axis];
+        if (pin == config::NONE) continue;
+        pinMode(pin, OUTPUT);
+        outputs[axis] = portOutputRegister(digitalPinToPort(pin));
+        bits[axis] = digitalPinToBitMask(pin);
+    }
     TCCR1A = 0;
     TCCR1B = _BV(CS11);
     OCR1A = TCNT1 + ROUND_STEPS;
@@ -71,8 +78,7 @@ void set_pulse(uint8_t axis, uint16_t pulse_us) {
 ISR(TIMER1_COMPA_vect) {
     static uint8_t at = wax::AXES;
     static uint16_t began;
-    if (at < wax::AXES && config::SERVO_PINS[at] != config::NONE)
-        digitalWrite(config::SERVO_PINS[at], LOW);
+    if (at < wax::AXES && bits[at] != 0) *outputs[at] &= static_cast<uint8_t>(~bits[at]);
     at = at < wax::AXES ? static_cast<uint8_t>(at + 1) : 0;
     if (at == 0) began = TCNT1;
     if (at == wax::AXES) {
@@ -80,8 +86,8 @@ ISR(TIMER1_COMPA_vect) {
         return;
     }
     const uint16_t pulse_us = pulses_us[at];
-    const bool has_one = pulse_us != 0 && config::SERVO_PINS[at] != config::NONE;
-    if (has_one) digitalWrite(config::SERVO_PINS[at], HIGH);
+    const bool has_one = pulse_us != 0 && bits[at] != 0;
+    if (has_one) *outputs[at] |= bits[at];
     OCR1A = static_cast<uint16_t>(TCNT1 + (has_one ? pulse_us * STEPS_A_US : SOON_STEPS));
 }
 

@@ -1,0 +1,210 @@
+"""The sketch as it is flashed, in an emulator of the chip, driven by the real driver."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from tests.firmware.core import ROOT, power
+from tests.firmware.sketch import IS_WANTED, NO_SERVOS, changed
+
+from wax.clock import SystemClock
+from wax.config.settings import RobotSettings
+from wax.driver.interface import STANDSTILL, Twist
+from wax.robot.serial.driver import SerialRobot
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from wax.driver.interface import RobotState
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(120)]
+
+AHEAD = Twist(0.4, 0.0)
+HALF = power(400, full_mmps=800, least=40)
+SERVO_ERROR_US = 15
+"""As `port.h` promises, and so the next two."""
+WATCHDOG_MOST_MS = 250
+TICKS_PER_S = 5000
+
+
+@pytest.fixture(scope="module")
+def elf(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Build the sketch with a servo on A2 and the battery at A5."""
+    if not Path("/usr/include/simavr/sim_avr.h").exists() and not IS_WANTED:
+        pytest.skip("there is no emulator of the Arduino: sh .make/firmware.sh emulator")
+    folder = tmp_path_factory.mktemp("uno")
+    servos = NO_SERVOS.replace("NONE, NONE", "16, NONE", 1)
+    done = changed(folder, (NO_SERVOS, servos), ("BATTERY_PIN = NONE", "BATTERY_PIN = 19"))
+    assert done.returncode == 0, done.stderr
+    return folder / "built" / "wax.elf"
+
+
+class Uno:
+    """The emulated board, and the driver at its port."""
+
+    def __init__(self, elf: Path, folder: Path) -> None:
+        built = subprocess.run(
+            ["sh", ".make/firmware.sh", "emulator"],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert built.returncode == 0, built.stderr
+        self._log = folder / "log"
+        program = built.stdout.splitlines()[-1]
+        self._process = subprocess.Popen(
+            [program, str(elf), str(folder / "port"), str(self._log)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+        )
+        self.until(lambda: self.all("plug") != [])
+        serial = {"url": str(folder / "port"), "axes": ["pan"], "reopen_s": 0.05}
+        settings = {"driver": "serial", "serial": serial | {"ticks_per_m": 1000.0}}
+        self.driver = SerialRobot(RobotSettings.model_validate(settings), SystemClock())
+        self.driver.open()
+        self.until(lambda: self.state.connected)
+
+    def end(self) -> None:
+        self.driver.close()
+        assert self._process.stdin is not None
+        self._process.stdin.close()
+        assert self._process.wait(5) == 0
+
+    def do(self, command: str) -> None:
+        assert self._process.stdin is not None
+        self._process.stdin.write(f"{command}\n".encode())
+        self._process.stdin.flush()
+
+    def all(self, event: str) -> list[dict[str, Any]]:
+        text = self._log.read_text(encoding="utf-8") if self._log.exists() else ""
+        found = [json.loads(line) for line in text.splitlines(keepends=True) if line.endswith("\n")]
+        return [one for one in found if one["event"] == event]
+
+    @property
+    def state(self) -> RobotState:
+        return self.driver.state()
+
+    @property
+    def motors(self) -> tuple[int, int]:
+        turned = self.all("motors")
+        return (turned[-1]["left"], turned[-1]["right"]) if turned else (0, 0)
+
+    def until(self, so: Callable[[], bool]) -> None:
+        end_s = time.monotonic() + 20.0
+        while not so():
+            assert time.monotonic() < end_s, "never"
+            time.sleep(0.01)
+
+    def drive(self, twist: Twist, until: Callable[[], bool], turn: int = 1) -> None:
+        """Stand, then go until it is so; after a lost connection stand again, as people must."""
+        epoch = 0
+
+        def so() -> bool:
+            nonlocal epoch
+            before, epoch = epoch, self.state.epoch
+            self.driver.apply(twist if epoch == before else STANDSTILL, turn)
+            return until()
+
+        self.until(so)
+
+
+@pytest.fixture
+def uno(elf: Path, tmp_path: Path) -> Iterator[Uno]:
+    uno = Uno(elf, tmp_path)
+    yield uno
+    uno.end()
+
+
+@pytest.mark.parametrize(
+    ("twist", "motors"),
+    [
+        (AHEAD, (HALF, HALF)),
+        (Twist(-0.4, 0.0), (-HALF, -HALF)),
+        (Twist(0.0, 1.0), (-power(150, 800, 40), power(150, 800, 40))),
+    ],
+)
+def test_the_motors_get_what_the_server_says(
+    uno: Uno, twist: Twist, motors: tuple[int, int]
+) -> None:
+    """Power and direction at the chip's pins are those of the wheels' speeds; a stop ends them."""
+    assert uno.motors == (0, 0)
+    uno.drive(twist, lambda: uno.motors == motors)
+    uno.drive(twist, lambda: uno.state.moving is True)
+    uno.driver.stop(1)
+    uno.until(lambda: uno.motors == (0, 0))
+    uno.until(lambda: uno.state.moving is False)
+
+
+def test_a_servo_gets_its_pulses(uno: Uno) -> None:
+    """None before its axis is told where to go; then of the right width, each 20 ms."""
+    time.sleep(0.2)
+    assert uno.all("pulse") == []
+    uno.driver.apply(STANDSTILL, 1)
+    uno.driver.set_axis("pan", 0.5, 1)
+    uno.drive(AHEAD, lambda: len(uno.all("pulse")) > 60)
+    pulses = uno.all("pulse")
+    assert {pulse["us"] for pulse in pulses} <= set(range(1750 - SERVO_ERROR_US, 1766))
+    assert all(19_500 < pulse["apart_us"] < 20_500 for pulse in pulses[1:])
+    uno.driver.set_axis("pan", -1.0, 1)
+    uno.until(lambda: abs(uno.all("pulse")[-1]["us"] - 1000) <= SERVO_ERROR_US)
+    widths = [pulse["us"] for pulse in uno.all("pulse")[len(pulses) :]]
+    assert max(widths) - min(widths) > 500, "it went there in one step"
+
+
+def test_what_it_feels_is_told(uno: Uno) -> None:
+    """Ticks at the promised rate, none lost; the battery's voltage; where it is by its wheels."""
+    uno.do("battery 2500")
+    uno.do(f"turn 5000 -3000 {TICKS_PER_S}")
+    uno.until(lambda: uno.state.extra["left_ticks"] == 5000.0)
+    time.sleep(0.2)
+    assert (uno.state.extra["left_ticks"], uno.state.extra["right_ticks"]) == (5000.0, -3000.0)
+    uno.until(lambda: abs((uno.state.battery_v or 0.0) - 7.5) < 0.05)
+    assert uno.state.pose is not None
+    assert abs(uno.state.pose.heading_rad) <= 3.15
+
+
+def test_a_pressed_bumper_stops_it(uno: Uno) -> None:
+    """The front one, on pin 12, holds it where it is, but lets it go back."""
+    uno.drive(AHEAD, lambda: uno.motors == (HALF, HALF))
+    uno.do("press 4")
+    uno.drive(AHEAD, lambda: uno.motors == (0, 0) and uno.state.bumpers == 1)
+    uno.drive(Twist(-0.4, 0.0), lambda: uno.motors == (-HALF, -HALF))
+    uno.do("release 4")
+    uno.drive(AHEAD, lambda: uno.motors == (HALF, HALF))
+
+
+def test_a_pulled_cable_stops_it(uno: Uno) -> None:
+    """By its own clock; put back it stands until it is driven anew."""
+    uno.drive(AHEAD, lambda: uno.motors == (HALF, HALF))
+    uno.do("unplug")
+    uno.until(lambda: uno.motors == (0, 0))
+    turned = len(uno.all("motors"))
+    uno.do("plug")
+    uno.until(lambda: uno.state.connected and uno.state.epoch > 1)
+    for _ in range(30):
+        uno.driver.apply(AHEAD, 1)
+        time.sleep(0.01)
+    assert len(uno.all("motors")) == turned
+    uno.drive(AHEAD, lambda: uno.motors == (HALF, HALF), turn=2)
+
+
+def test_a_program_that_hangs_is_restarted(uno: Uno) -> None:
+    """By the chip's watchdog, with the motors off; and it stands until it is driven anew."""
+    uno.drive(AHEAD, lambda: uno.motors == (HALF, HALF))
+    epoch = uno.state.epoch
+    uno.do("hang")
+    uno.drive(AHEAD, lambda: uno.all("restart") != [])
+    assert uno.all("restart")[0]["after_ms"] <= WATCHDOG_MOST_MS
+    uno.until(lambda: uno.motors == (0, 0))
+    turned = len(uno.all("motors"))
+    uno.until(lambda: uno.state.connected and uno.state.epoch > epoch)
+    for _ in range(30):
+        uno.driver.apply(AHEAD, 1)
+        time.sleep(0.01)
+    assert len(uno.all("motors")) == turned
