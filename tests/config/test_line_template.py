@@ -52,6 +52,8 @@ def test_its_end_is_known(text: str, ending: str) -> None:
         ("V={_}:{left}", "V=135:246", {"_": 135.0, "left": 246.0}),
         ("OK\r\n", "OK", {}),
         ("a.c", "abc", None),
+        (" m {left} \r", "m 1", {"left": 1.0}),
+        (" OK ", "OK", {}),
         ("a\\\r", "a\\", {}),
         ("{left}", "", None),
         ("{left}", "1e5", None),

@@ -105,10 +105,13 @@ def _checked(
 
 
 def _pattern(parts: list[tuple[str, str, str]]) -> str:
-    """Return the pattern of a line that has lost its end, as of one that was read."""
-    *before, (literal, name, _) = parts or [("", "", "")]
-    last = re.escape(literal) + _NUMBER if name else re.escape(literal.rstrip(_ENDS))
-    return "".join(re.escape(text) + _NUMBER for text, _, _ in before) + last
+    """Return the pattern of a line as it is read: without its end, and spaces at either end."""
+    texts = [text for text, _, _ in parts] or [""]
+    texts[0] = texts[0].lstrip()
+    if parts and not parts[-1][1]:
+        texts[-1] = texts[-1].rstrip()
+    numbers = [_NUMBER if name else "" for _, name, _ in parts] or [""]
+    return "".join(re.escape(text) + number for text, number in zip(texts, numbers, strict=True))
 
 
 def _written(value: float, form: str) -> str:
