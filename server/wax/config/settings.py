@@ -21,6 +21,13 @@ from pydantic import (
 )
 
 from wax.config import driver_tables, foreign_table, opening_hours, problems
+from wax.config.controls import (
+    MAX_CONTROLS,
+    MAX_GAUGES,
+    ControlSettings,
+    GaugeSettings,
+    check_names,
+)
 from wax.config.network import HostName, Network, PageUrl
 from wax.config.page import PageSettings
 from wax.config.publish import PublishSettings
@@ -607,6 +614,8 @@ class Settings(_Section):
 
     publish: Annotated[list[PublishSettings], Field(max_length=16)] = []
     camera: Annotated[list[CameraSettings], Field(max_length=MAX_CAMERAS)] = []
+    controls: Annotated[list[ControlSettings], Field(max_length=MAX_CONTROLS)] = []
+    gauges: Annotated[list[GaugeSettings], Field(max_length=MAX_GAUGES)] = []
     server: ServerSettings = ServerSettings()
     page: PageSettings = PageSettings()
     access: AccessSettings = AccessSettings()
@@ -635,6 +644,11 @@ class Settings(_Section):
                 f"local.url and robot.serial.url are both {self.local.url}; the hand control"
                 " needs a line of its own"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _controls_differ(self) -> Self:
+        check_names(self.controls, self.gauges)
         return self
 
     @model_validator(mode="after")
