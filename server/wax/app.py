@@ -113,6 +113,7 @@ class App:
             settings.log,
             settings.local,
             claim=_claim(settings),
+            controls=settings.controls,
         )
         self._house = House()
         self._blanking = Blanking(lambda: self._house.is_blanked)
@@ -222,6 +223,8 @@ class App:
                 *([tape.drive_status] if tape else []),
             ),
             witness=tape,
+            controls=settings.controls,
+            gauges=settings.gauges,
         )
         self._room = Room(
             settings=settings,

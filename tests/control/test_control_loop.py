@@ -25,8 +25,9 @@ from wax.driver.interface import STANDSTILL, Aboard, Limits, RobotState, Twist
 from wax.sentence import Sentence, says
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
+    from wax.config.controls import ControlSettings, GaugeSettings
     from wax.control.gate import Setpoint
     from wax.control.stop_latch import Releaser
 
@@ -104,6 +105,8 @@ class Bench:
         max_stop_distance_m: float = 1.0,
         clock: Turnable | None = None,
         driver: FakeDriver | None = None,
+        controls: Sequence[ControlSettings] = (),
+        gauges: Sequence[GaugeSettings] = (),
     ) -> None:
         self.clock: Turnable = clock or TurnedClock()
         self.driver = driver or FakeDriver()
@@ -141,6 +144,8 @@ class Bench:
             on_events=self._on_events,
             on_status=self._hear,
             witness=self,
+            controls=controls,
+            gauges=gauges,
         )
 
     def offered(self, viewer: int, command: Command, refusal: Refusal | None, now_s: float) -> None:

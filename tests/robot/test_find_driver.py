@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import pytest
 from structlog.testing import capture_logs
 
+from wax.clock import SystemClock
+from wax.config.controls import ControlSettings
 from wax.config.settings import LocalSettings, RobotSettings
 from wax.driver.interface import HasCamera, HasMicrophone, HasSpeaker
 from wax.errors import ConfigError
@@ -105,6 +107,14 @@ def test_a_whole_robot_is_taken(plugin: Callable[[str], str], clock: FakeClock) 
         (
             GOOD.replace(LIMITS, "limits = Limits(1.0, 1.0, (5,))"),
             "name its axes in a tuple; got (5",
+        ),
+        (
+            GOOD.replace(LIMITS, "limits = Limits(1.0, 1.0, controls=['lamp'])"),
+            "name its controls in a tuple; got ['lamp']",
+        ),
+        (
+            GOOD.replace(LIMITS, "limits = Limits(1.0, 1.0, controls=('lamp',))"),
+            "names controls, but has no method control.",
         ),
     ],
 )
@@ -240,3 +250,25 @@ def test_a_driver_that_is_not_there_ends_the_start(clock: FakeClock) -> None:
     """A wrong name is a mistake in the configuration, and nothing is served."""
     with pytest.raises(ConfigError, match=r"^robot\.driver: no\.such:Robot: cannot import no\.suc"):
         make_robot(RobotSettings(driver="no.such:Robot"), clock)
+
+
+LAMP = ControlSettings(name="lamp", kind="toggle")
+
+
+def test_a_control_must_be_one_of_the_robots() -> None:
+    """A slip of the pen is told with what there is, a robot without controls with what to do."""
+    settings = RobotSettings()
+    assert make_robot(settings, SystemClock(), controls=[LAMP]).limits.controls[0] == "lamp"
+    wrong = LAMP.model_copy(update={"name": "lmap"})
+    with pytest.raises(ConfigError) as refused:
+        make_robot(settings, SystemClock(), controls=[LAMP, wrong])
+    assert str(refused.value) == (
+        "controls[1].name: got 'lmap'; the driver simulated has lamp, horn, brightness, light,"
+        " look_around"
+    )
+    with pytest.raises(ConfigError) as refused:
+        make_robot(settings.model_copy(update={"driver": "serial"}), SystemClock(), controls=[LAMP])
+    assert str(refused.value) == (
+        "controls: the driver serial has no controls; leave the tables [[controls]] out,"
+        " or use a driver that names some in its limits"
+    )

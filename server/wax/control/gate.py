@@ -79,6 +79,8 @@ class Setpoint:
     `reason` is a sentence while the gate holds the robot, `limit` one while it is slower than its
     operator asks, else None. `soft` allows motion to end at the braking rate, where the robot is
     configured for it. `axes` holds only axes that the robot has; others keep their position.
+    `holds`: the dead-man is held and all is well, so what else moves may do so, too
+    (`wax.control.operation`).
     """
 
     twist: Twist = STANDSTILL
@@ -86,6 +88,7 @@ class Setpoint:
     reason: Sentence | None = None
     limit: Sentence | None = None
     soft: bool = False
+    holds: bool = False
 
 
 def begin(turn: int, now_s: float) -> GateState:
@@ -229,7 +232,9 @@ def _driven(
     twist, limit = speed.twist(command, seen, ttl_s, rules, turn.max_fraction)
     if not _is_within(twist, limits):
         return Setpoint(reason=NO_LIMITS)
-    return Setpoint(twist, axes, limit=None if limit is None else limit.value, soft=True)
+    return Setpoint(
+        twist, axes, limit=None if limit is None else limit.value, soft=True, holds=True
+    )
 
 
 def _let_pass(setpoint: Setpoint, turn: TurnView) -> Setpoint:

@@ -12,9 +12,11 @@ import math
 from collections import Counter
 from typing import TYPE_CHECKING, Final
 
-from wax.control import gate, ramp, speed, stop_latch
+from wax.control import gate, gauge_limits, ramp, speed, stop_latch
 from wax.control.gate import GateState, Setpoint
+from wax.control.gauge_limits import GaugeHold
 from wax.control.loop_timer import LoopTimer
+from wax.control.operating import Operating, is_driving
 from wax.control.operator_delay import OperatorDelay
 from wax.control.reasons import Hold, Limit
 from wax.control.rules import Rules
@@ -25,13 +27,15 @@ from wax.control.turns import TurnEnded, TurnRenewed, TurnStarted
 from wax.control.witness import NoWitness
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     from wax.clock import Clock
+    from wax.config.controls import ControlSettings, GaugeSettings
     from wax.config.settings import DriveSettings, RobotSettings
     from wax.control.command import Command
     from wax.control.fairness import Person
     from wax.control.lateness import Lateness
+    from wax.control.operation import Operation
     from wax.control.reasons import Refusal
     from wax.control.stop_latch import LatchedStop, Releaser
     from wax.control.turns import TurnEvent, Turns
@@ -53,7 +57,8 @@ class ControlLoop:
     `max_fraction` how much of the robot's speed the host lets a viewer use.
     `on_events` gets every change of the turns. `on_status` gets the operator, whether the robot
     moves, a sentence if it is held or slowed, and what part of the speed asked for is left to it,
-    whenever one of them changes. `witness` hears of every command and set-point.
+    whenever one of them changes. `witness` hears of every command and set-point. `controls` are
+    what the robot has besides wheels, `gauges` the numbers that it tells; some may stop it.
     """
 
     def __init__(
@@ -72,6 +77,8 @@ class ControlLoop:
         on_events: Callable[[tuple[TurnEvent, ...]], None],
         on_status: Callable[[int, bool, Sentence | None, float], None],
         witness: Witness | None = None,
+        controls: Sequence[ControlSettings] = (),
+        gauges: Sequence[GaugeSettings] = (),
     ) -> None:
         self._clock = clock
         self._turns = turns
@@ -88,6 +95,9 @@ class ControlLoop:
         self._timer = LoopTimer(loop_hz=settings.loop_hz, ttl_s=driver.limits.ttl_s)
         self._latch = StopLatch()
         self._gate = GateState()
+        self._operating = Operating(controls, self._rules, self._safe_driver)
+        self._gauges = gauges
+        self._gauge_hold = GaugeHold()
         self._target = Setpoint()  # where the ramp ends
         self._status: tuple[int, bool, Sentence | None, float] | None = None
         self._counts: Counter[str] = Counter()
@@ -116,6 +126,7 @@ class ControlLoop:
         """Stop the robot now and for good; safe to call twice."""
         self._stopped = True
         self._safe_driver.stop_even_if_lent(self._turns.number)
+        self._safe_driver.operate({}, self._turns.number)
 
     def step(self, now_s: float) -> None:
         """Run one tick: do what is due and give the robot its set-point."""
@@ -134,6 +145,9 @@ class ControlLoop:
         self._safe_driver.tell_passenger(is_operated=self._is_operated(turn))
         failure = self._safe_driver.steer(setpoint, turn.number)
         self._steered_s = self._clock.now_s()  # not now_s: a busy machine may pause in between
+        if self._gate.command is None:
+            self._operating.stop_moving()  # that, too, must be released and pressed again
+        failure = failure or self._operating.tell(turn, may_move=self._target.holds, now_s=now_s)
         if failure is not None:
             self._gate = gate.require_neutral(self._gate, now_s, Hold.FAULT)
         self._witness.steered(self._target, self._safe_driver.twist, turn.number, now_s)
@@ -167,6 +181,7 @@ class ControlLoop:
         """Register a viewer's page, at its first connection or a new one, and whose it is."""
         now_s = self._clock.now_s()
         self._follow(self._turns.connect(viewer, now_s, person), now_s)
+        self._operating.begin_anew(viewer)
         self._begin_anew(viewer, now_s)
 
     def returned(self, viewer: int) -> None:
@@ -210,6 +225,7 @@ class ControlLoop:
     def gone(self, viewer: int) -> None:
         """Forget a viewer."""
         now_s = self._clock.now_s()
+        self._operating.begin_anew(viewer)
         self._follow(self._turns.gone(viewer, now_s), now_s)
 
     def offer(self, viewer: int, command: Command) -> Refusal | None:
@@ -224,14 +240,46 @@ class ControlLoop:
         if refusal is None and command.held:
             self._turns.drives(viewer, now_s)
         if refusal is None and self._is_news(turn, now_s):
-            gap_s = self._gap_s(now_s)
-            if gap_s > 0.0:
-                self._is_urgent = True
-                self._wake_in(gap_s)
-            else:
-                self.step(now_s)
+            self._hurry(now_s)
         self._witness.offered(viewer, command, refusal, now_s)
         return refusal
+
+    def operate(
+        self, viewer: int, asked: Operation, *, is_host: bool, one_way_s: float | None
+    ) -> Refusal | None:
+        """Handle what a viewer holds and sets of the controls; a change goes out at once.
+
+        `one_way_s` is the delay of their link now, which counts for whoever does not drive.
+        """
+        now_s = self._clock.now_s()
+        turn = self._turn()
+        refusal = self._operating.accept(
+            viewer,
+            asked,
+            turn=turn,
+            is_host=is_host,
+            one_way_s=one_way_s,
+            is_stopped=self.latched is not None,
+            now_s=now_s,
+        )
+        name = "accepted" if refusal is None else f"refused.{refusal.name.lower()}"
+        self._counts[f"controls.{name}"] += 1
+        if refusal is None and (asked.held or asked.wanted) and is_driving(viewer, turn):
+            self._turns.drives(viewer, now_s)
+        if refusal is None and self._operating.is_news(
+            turn, may_move=self._target.holds, now_s=now_s
+        ):
+            self._hurry(now_s)
+        return refusal
+
+    def _hurry(self, now_s: float) -> None:
+        """Give the robot its set-point now, or as soon as it may have another one."""
+        gap_s = self._gap_s(now_s)
+        if gap_s > 0.0:
+            self._is_urgent = True
+            self._wake_in(gap_s)
+        else:
+            self.step(now_s)
 
     # --- stop, and what else keeps the robot standing ------------------------------------------
 
@@ -246,6 +294,7 @@ class ControlLoop:
             self._latch = stop_latch.press(
                 self._latch, by, self._clock.now_s(), viewer=viewer, by_host=by_host
             )
+        self._operating.let_go()
         self._counts["stops.pressed"] += 1
         return self._latch.newest
 
@@ -282,6 +331,11 @@ class ControlLoop:
     def robot_state(self) -> RobotState:
         """Return the robot's state at the newest tick; no answer is reported as its problem."""
         return self._safe_driver.state
+
+    @property
+    def control_values(self) -> Mapping[str, float]:
+        """How the controls were set that stay as they are set."""
+        return self._operating.values
 
     @property
     def first_axes(self) -> Mapping[str, float]:
@@ -322,6 +376,7 @@ class ControlLoop:
                     self._begin(event.number, now_s)
                     self._first_axes = self._safe_driver.axes
                 case TurnEnded():
+                    self._operating.let_go(event.operator)
                     self._safe_driver.stop(event.number)
                 case TurnRenewed():
                     self._operator_delay.renew(event.operator)
@@ -336,6 +391,7 @@ class ControlLoop:
     def _begin(self, number: int, now_s: float) -> None:
         self._safe_driver.stop(number)
         self._gate = gate.begin(number, now_s)
+        self._operating.stop_moving()
         self._operator_delay.begin()
         self._status = None
 
@@ -347,6 +403,10 @@ class ControlLoop:
         """Return why the robot cannot be driven; then, or after a reconnection, require neutral."""
         epoch = self._safe_driver.epoch
         problem = self._safe_driver.check(self._turns.number) or self._on_hold()
+        self._gauge_hold = gauge_limits.watch(
+            self._gauge_hold, self._gauges, self.robot_state, now_s
+        )
+        problem = problem or self._gauge_hold.reason
         if problem is not None or self._safe_driver.epoch != epoch:
             self._gate = gate.require_neutral(self._gate, now_s, Hold.FAULT)
         return problem
@@ -376,7 +436,7 @@ class ControlLoop:
         if operator is None or self._turns.is_lost(operator):
             return False
         is_stopped = stop is not None and stop.viewer != operator
-        problem = self._safe_driver.problem or self._on_hold()
+        problem = self._safe_driver.problem or self._on_hold() or self._gauge_hold.reason
         return is_stopped or problem is not None or self.is_taken or self._camera_fails()
 
     def _decide(self, turn: TurnView, now_s: float) -> Setpoint:

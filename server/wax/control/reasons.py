@@ -33,6 +33,9 @@ class Refusal(Enum):
     THE_HOSTS_STOP = Sentence("stop.the_hosts")
     OTHER_STOP = Sentence("stop.other")
     RELEASED_LATE = Sentence("stop.released_late")
+    NO_SUCH_CONTROL = Sentence("control.unknown")
+    NOT_YOUR_CONTROL = Sentence("control.not_yours")
+    STOPPED = Sentence("control.stopped")
 
 
 class Hold(Enum):

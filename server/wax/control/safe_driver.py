@@ -9,13 +9,14 @@ import structlog
 
 from wax.driver.checks import NO_ANSWER, checked
 from wax.driver.hand import HasPassenger
-from wax.driver.interface import STANDSTILL, RobotState, Twist
+from wax.driver.interface import STANDSTILL, HasControls, RobotState, Twist
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from wax.control.gate import Setpoint
+    from wax.control.operation import Working
     from wax.driver.interface import Driver
 
 _LOG = structlog.get_logger(__name__)
@@ -35,7 +36,9 @@ class SafeDriver:
     def __init__(self, driver: Driver) -> None:
         self._driver = driver
         self._passenger = driver if isinstance(driver, HasPassenger) else None
+        self._controlled = driver if isinstance(driver, HasControls) else None
         self._axes: dict[str, float] = {}
+        self._working: dict[str, Working] = {}
         self._answers = True
         self._lent_for: Sentence | None = None
         self.twist: Twist = STANDSTILL
@@ -66,6 +69,7 @@ class SafeDriver:
         """
         if reason is not None and self._lent_for is None:
             self.stop(turn)
+            self.operate({}, turn)
         if reason is None and self._lent_for is not None:
             self.epoch = None
         self._lent_for = reason
@@ -91,6 +95,7 @@ class SafeDriver:
             self.epoch = state.epoch
             self._axes.clear()  # their positions are unknown now
             self.stop(turn)
+            self.operate({}, turn)  # what was set is sent again, and what is still held
         return state.said or (None if state.connected else NOT_CONNECTED)
 
     def tell_passenger(self, *, is_operated: bool) -> None:
@@ -125,6 +130,28 @@ class SafeDriver:
             self._answers = True
         return None
 
+    def changes_controls(self, working: Mapping[str, Working]) -> bool:
+        """Whether any control would get a new value."""
+        return self._controlled is not None and self._working != working
+
+    def operate(self, working: Mapping[str, Working], turn: int) -> Sentence | None:
+        """Tell the robot which controls have changed; return a sentence if the driver raised."""
+        if self._lent_for is not None or self._controlled is None:
+            return None
+        try:
+            for name, was in list(self._working.items()):
+                if name not in working:
+                    self._release(name, was, turn)
+            for name, now in working.items():
+                if self._working.get(name) != now:
+                    self._controlled.control(name, now.value, turn)
+                    self._working[name] = now
+        except Exception:
+            self._failed()
+            self.stop(turn)
+            return NO_ANSWER
+        return None
+
     def stop(self, turn: int) -> None:
         """Stop the robot now; does nothing while the driver is lent."""
         if self._lent_for is None:
@@ -135,8 +162,17 @@ class SafeDriver:
         self.twist = STANDSTILL
         try:
             self._driver.stop(turn)
+            for name, was in list(self._working.items()):
+                if was.moves:
+                    self._release(name, was, turn)
         except Exception:
             self._failed()
+
+    def _release(self, name: str, was: Working, turn: int) -> None:
+        """Let go of a control that is held; one that was set keeps its value."""
+        if was.is_held and self._controlled is not None:
+            self._controlled.control(name, was.released, turn)
+        self._working.pop(name)
 
     def _changes(self, axes: Mapping[str, float]) -> dict[str, float]:
         return {name: to for name, to in axes.items() if self._axes.get(name) != to}

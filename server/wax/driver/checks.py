@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
 from wax.driver.interface import STANDSTILL, Aboard, RobotState, Twist
@@ -11,6 +12,9 @@ from wax.sentence import Sentence
 if TYPE_CHECKING:
     from wax.driver.interface import Limits
 
+
+MAX_GAUGES: Final = 32
+"""What a driver may tell; its state is sent often."""
 
 NO_ANSWER: Final = Sentence("robot.no_answer")
 """The problem reported for a robot whose driver raises."""
@@ -61,7 +65,23 @@ def checked(state: object) -> RobotState:
         raise TypeError(f"the driver's state() has {state.bumpers!r} for bumpers, not their bits")
     if not isinstance(state.aboard, Aboard | None):
         raise TypeError(f"the driver's state() has {state.aboard!r} for aboard, not an Aboard")
+    if not _are_gauges(state.gauges):
+        raise TypeError(
+            f"the driver's state() has {state.gauges!r} for gauges, not at most {MAX_GAUGES}"
+            " numbers by name"
+        )
     return state
+
+
+def _are_gauges(gauges: object) -> bool:
+    return (
+        isinstance(gauges, Mapping)
+        and len(gauges) <= MAX_GAUGES
+        and all(
+            isinstance(name, str) and isinstance(value, int | float)
+            for name, value in gauges.items()
+        )
+    )
 
 
 def _share(value: float, limit: float) -> float:

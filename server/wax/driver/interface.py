@@ -15,6 +15,7 @@ with the line that installs it.
 
 from __future__ import annotations
 
+from collections.abc import Mapping  # noqa: TC003  # pydantic looks it up where a state is sent
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, Protocol, runtime_checkable
 
@@ -46,6 +47,7 @@ STANDSTILL = Twist()
 class Limits:
     """The robot's limits; `axes` names its auxiliary axes, such as ``pan``.
 
+    `controls` names what else it has, as `[[controls]]` may: it is then a `HasControls`.
     `ttl_s` is how long the robot follows a set-point before its own watchdog stops it; None if
     unknown. `silence_s` is how long a driver process waits for a silent server before it stops the
     robot; None for the simulated robot, which is inside the server's.
@@ -56,6 +58,7 @@ class Limits:
     axes: tuple[str, ...] = ()
     ttl_s: float | None = None
     silence_s: float | None = None
+    controls: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +101,8 @@ class RobotState:
     `epoch` rises with every (re)connection: a set-point from before is never applied after.
     `moving` is whether the robot reports that a wheel turns, None if it does not report.
     `bumpers` has a bit for each pressed bumper. `battery_fraction` is 0 to 1. `aboard` is None for
-    a robot without a hand control aboard. `extra` is shown only on the status page.
+    a robot without a hand control aboard. `gauges` are numbers by the names that `[[gauges]]` may
+    have. `extra` is shown only on the status page.
     """
 
     connected: bool
@@ -110,6 +114,7 @@ class RobotState:
     battery_v: float | None = None
     battery_fraction: float | None = None
     aboard: Aboard | None = None
+    gauges: Mapping[str, float] = field(default_factory=dict)
     extra: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -174,6 +179,27 @@ class Driver(Protocol):
 
     def state(self) -> RobotState:
         """Return the newest known state."""
+        ...
+
+
+ControlValue = bool | float | str | None
+"""Of a button or a toggle whether it is on, of a slider its value, of a choice the words chosen.
+
+None is a moving slider that was let go: what it moves stays where it is."""
+
+
+@runtime_checkable
+class HasControls(Protocol):
+    """A robot with lights, a horn or a gripper: `[[controls]]`, by the names in `Limits.controls`.
+
+    `Driver.stop` also ends whatever a control has set in motion.
+    """
+
+    def control(self, name: str, value: ControlValue, turn: int) -> None:
+        """Take a control's new value; one of a lower turn than one seen before is ignored.
+
+        A value is sent once, when it changes, and again when the robot has reconnected.
+        """
         ...
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from pydantic import TypeAdapter, ValidationError
 
-from wax.driver.interface import Limits
+from wax.driver.interface import HasControls, Limits
 from wax.errors import PluginError
 from wax.plugin import DRIVERS, make_plugin
 
@@ -46,8 +46,11 @@ def _check_properties(name: str, driver: Driver) -> None:
         raise PluginError(
             f"{KEY}: {name} must have a text as kind and Limits as limits; see {_CONTRACT}."
         )
-    if not isinstance(limits.axes, tuple) or not all(isinstance(axis, str) for axis in limits.axes):
-        raise PluginError(f"{KEY}: {name} must name its axes in a tuple; got {limits.axes!r}.")
+    for what, names in (("axes", limits.axes), ("controls", limits.controls)):
+        if not isinstance(names, tuple) or not all(isinstance(one, str) for one in names):
+            raise PluginError(f"{KEY}: {name} must name its {what} in a tuple; got {names!r}.")
+    if limits.controls and not isinstance(driver, HasControls):
+        raise PluginError(f"{KEY}: {name} names controls, but has no method control.")
     try:
         _LIMITS.validate_json(_LIMITS.dump_json(limits, warnings=False), strict=True)
         are_finite = all(0.0 <= most < math.inf for most in (limits.linear_mps, limits.angular_rps))

@@ -9,13 +9,17 @@ import structlog
 from wax.errors import ConfigError, PluginError
 from wax.plugin import DRIVERS, find_offer, is_plugin_name
 from wax.robot.build_driver import KEY, make_driver
+from wax.robot.check_controls import check_controls
 from wax.robot.hand.source import no_hand
 from wax.robot.known import Known, look
 from wax.robot.media.process import MediaProcess
 from wax.robot.sensing_driver import SensingDriver
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from wax.clock import Clock
+    from wax.config.controls import ControlSettings
     from wax.config.settings import LocalSettings, LogSettings, RobotSettings
     from wax.driver.interface import Driver
 
@@ -35,7 +39,9 @@ def make_robot(
     clock: Clock,
     log: LogSettings | None = None,
     local: LocalSettings | None = None,
+    *,
     claim: str = "",
+    controls: Sequence[ControlSettings] = (),
 ) -> Driver:
     """Build the driver that the server uses, not yet opened; raises `ConfigError`.
 
@@ -48,17 +54,22 @@ def make_robot(
     while it is built, the server goes on, and says so on the page until the driver can be built.
 
     `local` is the hand control of a person aboard, who must not depend on the server. `claim` is
-    the file by which a driver process takes over from an older one.
+    the file by which a driver process takes over from an older one. `controls` are those of its
+    controls that people may use.
     """
     has_passenger = local is not None and local.is_on
     if settings.driver == "simulated":
         if local is not None and local.is_on:
             from wax.robot.simulated.chair import SimulatedChair  # noqa: PLC0415 - it draws
 
-            return SimulatedChair(settings, local, clock)
-        return make_driver(settings, clock)
+            robot: Driver = SimulatedChair(settings, local, clock, controls)
+        else:
+            robot = make_driver(settings, clock)
+        check_controls(robot.limits, settings.driver, controls)
+        return robot
     try:
         known = _look(settings, clock, log)
+        check_controls(known.limits, settings.driver, controls)
     except PluginError as error:
         if has_passenger:
             raise
@@ -76,6 +87,7 @@ def make_robot(
         log=log,
         local=local,
         claim=claim,
+        controls=controls,
     )
 
 

@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING
 from wax.robot.process.driver import ProcessDriver
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from wax.clock import Clock
+    from wax.config.controls import ControlSettings
     from wax.config.settings import LocalSettings, LogSettings, RobotSettings
     from wax.driver.interface import RobotState
     from wax.robot.known import Known
@@ -28,6 +31,7 @@ class SensingDriver(ProcessDriver):
         log: LogSettings | None = None,
         local: LocalSettings | None = None,
         claim: str = "",
+        controls: Sequence[ControlSettings] = (),
     ) -> None:
         super().__init__(
             settings,
@@ -37,6 +41,7 @@ class SensingDriver(ProcessDriver):
             log=log,
             local=local,
             claim=claim,
+            controls=controls,
         )
         self._media = media
         self.is_known = not known.is_guess

@@ -13,7 +13,7 @@ from wax.driver.interface import Limits, RobotState
 if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.config.settings import RobotSettings
-    from wax.driver.interface import Twist
+    from wax.driver.interface import ControlValue, Twist
 
 
 class Recorder:
@@ -71,6 +71,15 @@ class Seated(Recorder):
             stop=button == "stop",
             ask="go_on" if button == "go_on" else None,
         )
+
+
+class Equipped(Recorder):
+    """Has a horn, and something that moves."""
+
+    limits = Limits(0.6, 1.5, ttl_s=0.2, controls=("horn", "spin"))
+
+    def control(self, name: str, value: ControlValue, turn: int) -> None:
+        self._write(name, float(value is True), turn)
 
 
 class Fragile(Recorder):

@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from wax.config.controls import ControlSettings
 from wax.driver.checks import NO_ANSWER
-from wax.driver.interface import Limits, Twist
+from wax.driver.interface import ControlValue, Limits, Twist
 from wax.robot.process.driver_watchdog import (
     GARBLED,
     NEUTRAL_FIRST,
@@ -19,11 +20,18 @@ from wax.robot.process.driver_watchdog import (
     Call,
     DriverWatchdog,
     SetAxis,
+    SetControl,
     Stop,
 )
-from wax.robot.process.pipe_messages import Axis, Halt, Message, Move
+from wax.robot.process.pipe_messages import Axis, Control, Halt, Message, Move
 
 LIMITS = Limits(linear_mps=0.6, angular_rps=1.5, axes=("pan",))
+CONTROLS = [
+    ControlSettings(name="lamp", kind="toggle"),
+    ControlSettings(name="horn", kind="button"),
+    ControlSettings(name="spin", kind="button", moves=True),
+    ControlSettings(name="lift", kind="slider", moves=True),
+]
 SILENCE_S = 0.125  # a power of two, so that the edge is exact
 
 
@@ -31,7 +39,7 @@ class Server:
     """Says what a server would, with rising numbers, and judges what comes of it."""
 
     def __init__(self) -> None:
-        self.warden = DriverWatchdog(LIMITS, SILENCE_S)
+        self.warden = DriverWatchdog(LIMITS, SILENCE_S, CONTROLS)
         self.now_s = 100.0
         self.sequence = 0
 
@@ -60,6 +68,13 @@ class Server:
             sequence=self._next(), sent_s=self.now_s, turn=turn, name=name, position=position
         )
         return self.warden.hear(axis, self.now_s)
+
+    def control(
+        self, name: str, value: ControlValue, *, turn: int = 1, age_s: float = 0.0
+    ) -> tuple[Call, ...]:
+        sent_s = self.now_s - age_s
+        control = Control(sequence=self._next(), sent_s=sent_s, turn=turn, name=name, value=value)
+        return self.warden.hear(control, self.now_s)
 
     def halt(
         self, *, turn: int = 1, age_s: float = 0.0, sequence: int | None = None
@@ -339,7 +354,9 @@ class Word:
 WORDS = st.lists(
     st.builds(
         Word,
-        what=st.sampled_from(["move", "move", "move", "stand", "axis", "halt", "garbage", "beat"]),
+        what=st.sampled_from(
+            ["move", "move", "move", "stand", "axis", "spin", "let go", "halt", "garbage", "beat"]
+        ),
         after_s=st.sampled_from([0.0, 0.01, 0.02, 0.05, 0.2]),
         age_s=st.sampled_from([0.0, 0.0, 0.0, 0.05, 0.2, -0.5]),
         turn=st.integers(0, 3),
@@ -359,6 +376,7 @@ class Witness:
         self.now_s = 100.0
         self.sequence = -1
         self.turn = 0
+        self.spins = False
         self.stopped_s = -math.inf  # of the newest fault
         self.neutral_s = -math.inf  # when standstill was heard in this turn
         self.word_s = -math.inf  # stamp of the newest set-point or stop
@@ -373,10 +391,17 @@ class Witness:
         for number, call in enumerate(calls):
             if isinstance(call, Stop):
                 assert call.turn <= self.turn
+                self.spins = False
+                continue
+            if isinstance(call, SetControl) and call.is_release:
+                self.spins = False
                 continue
             assert call.turn == self.turn
             assert number == len(calls) - 1, "nothing moves before a stop of the same moment"
             self._judge(call)
+        if self.spins:
+            assert self.now_s - self.word_s < SILENCE_S, "nothing is held on in silence"
+            assert self.neutral_s > self.stopped_s, "nor through a fault"
 
     def _fault(self) -> None:
         self.stopped_s, self.heard = self.now_s, False
@@ -398,6 +423,9 @@ class Witness:
             return Halt(sequence=number, sent_s=sent_s, turn=turn)
         if word.what == "axis":
             return Axis(sequence=number, sent_s=sent_s, turn=turn, name="pan", position=0.5)
+        if word.what in ("spin", "let go"):
+            value = word.what == "spin"
+            return Control(sequence=number, sent_s=sent_s, turn=turn, name="spin", value=value)
         still = word.what == "stand"
         linear, angular = (0.0, 0.0) if still else (word.linear, word.angular)
         return Move(
@@ -421,7 +449,7 @@ class Witness:
             if message.linear_mps == 0.0 and message.angular_rps == 0.0:
                 self.neutral_s = max(self.neutral_s, message.sent_s)
 
-    def _judge(self, call: Apply | SetAxis) -> None:
+    def _judge(self, call: Apply | SetAxis | SetControl) -> None:
         if isinstance(call, Apply):
             assert abs(call.twist.linear_mps) <= LIMITS.linear_mps
             assert abs(call.twist.angular_rps) <= LIMITS.angular_rps
@@ -431,6 +459,8 @@ class Witness:
         assert self.neutral_s > self.stopped_s, "neutral first, stamped after the newest fault"
         if isinstance(call, Apply):
             assert self.now_s - self.word_s < SILENCE_S, "nothing moves in silence"
+        elif isinstance(call, SetControl):
+            self.spins = True
 
 
 @given(WORDS)
@@ -462,3 +492,85 @@ def test_who_begins_anew_drives(words: list[Word]) -> None:
         )
     assert calls == (ahead(witness.turn),)
     assert warden.problem is None
+
+
+def light(value: ControlValue, name: str = "lamp", turn: int = 1) -> SetControl:
+    return SetControl(name, value, turn, moves=False)
+
+
+def motion(name: str, value: ControlValue, turn: int = 1) -> SetControl:
+    return SetControl(name, value, turn, moves=True)
+
+
+def test_a_lamp_needs_no_standstill(server: Server) -> None:
+    """What only lights or sounds works at once, whatever holds the robot."""
+    assert server.control("lamp", True) == (Stop(1), light(True))
+    assert server.control("horn", True) == (light(True, "horn"),)
+    assert server.control("lmap", True) == ()
+    assert server.warden.problem is None
+
+
+def test_a_control_is_refused_as_an_axis_is(server: Server) -> None:
+    """What is old, or of an old turn, does nothing; and what moves waits for standstill."""
+    server.driving()
+    assert server.control("lamp", True, age_s=SILENCE_S) == ()
+    assert server.control("lamp", True, turn=0) == ()
+    assert server.warden.counts["driver_stale"] == server.warden.counts["driver_old_turn"] == 1
+    assert server.control("lift", 0.5) == (motion("lift", 0.5),)
+    server.warden.hold(None, server.now_s)
+    assert server.control("lift", 0.5) == ()
+    assert server.warden.problem == NEUTRAL_FIRST
+    assert server.warden.counts["driver_unarmed"] == 1
+
+
+def test_silence_lets_go_of_what_is_held(server: Server) -> None:
+    """A server that hangs honks no longer, and moves nothing; its lamp stays on."""
+    server.driving()
+    server.control("lamp", True)
+    server.control("horn", True)
+    server.control("spin", True)
+    server.control("lift", -1.0)
+    assert server.wait(SILENCE_S)[:-1] == (
+        Stop(1),
+        light(False, "horn"),
+        motion("spin", False),
+        motion("lift", None),
+    )
+    assert server.wait(SILENCE_S) == (apply(0.0),)
+
+
+def test_a_stop_lets_go_of_what_moves(server: Server) -> None:
+    """And of nothing else: people may be warned while the robot stands."""
+    server.driving()
+    server.control("horn", True)
+    server.control("spin", True)
+    assert server.halt() == (Stop(1), motion("spin", False))
+    assert server.halt() == (Stop(1),)
+    assert server.control("horn", False) == (light(False, "horn"),)
+
+
+@pytest.mark.parametrize("how", ["drive", "halt", "control"])
+def test_a_new_turn_lets_go_of_all(server: Server, how: str) -> None:
+    """Whatever its first word is, nothing of the old turn is held on."""
+    server.driving()
+    server.control("horn", True)
+    server.control("spin", True)
+    match how:
+        case "drive":
+            calls = server.drive(0.5, turn=2)
+        case "halt":
+            calls = server.halt(turn=2)
+        case _:
+            calls = server.control("lamp", True, turn=2)
+    assert calls[:3] == (Stop(2), light(False, "horn", 2), motion("spin", False, 2))
+    assert server.control("spin", True, turn=2) == ()
+
+
+def test_letting_go_is_never_refused(server: Server) -> None:
+    """However late it comes, and of whichever turn; once is enough."""
+    server.driving()
+    server.control("lift", 1.0)
+    assert server.control("lift", None, age_s=60.0, turn=0) == (motion("lift", None),)
+    assert server.control("lift", None, age_s=60.0, turn=0) == ()
+    server.warden.hold(None, server.now_s)
+    assert server.control("spin", False) == (motion("spin", False),)

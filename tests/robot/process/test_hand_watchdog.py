@@ -7,15 +7,23 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from wax.config.controls import ControlSettings
 from wax.config.settings import LocalSettings, RobotSettings
 from wax.control.local_hand import HandRules
 from wax.control.reasons import NO_HAND
 from wax.driver.checks import NO_ANSWER
 from wax.driver.hand import HandReading
 from wax.driver.interface import STANDSTILL, Limits, Twist
-from wax.robot.process.driver_watchdog import SILENT, Apply, DriverWatchdog, SetAxis, Stop
+from wax.robot.process.driver_watchdog import (
+    SILENT,
+    Apply,
+    DriverWatchdog,
+    SetAxis,
+    SetControl,
+    Stop,
+)
 from wax.robot.process.hand_watchdog import HandWatchdog
-from wax.robot.process.pipe_messages import Axis, Halt, Move
+from wax.robot.process.pipe_messages import Axis, Control, Halt, Move
 
 if TYPE_CHECKING:
     from wax.robot.process.driver_watchdog import Call
@@ -28,13 +36,17 @@ RULES = HandRules.of(
     0.02,
 )
 AHEAD = Twist(0.5, 0.0)
+CONTROLS = [
+    ControlSettings(name="lamp", kind="toggle", roles=["observer"]),
+    ControlSettings(name="lift", kind="button", moves=True),
+]
 
 
 class Chair:
     """A server that drives, a person with a control, and a driver that does what it is told."""
 
     def __init__(self, rules: HandRules = RULES) -> None:
-        self.watchdog = HandWatchdog(DriverWatchdog(LIMITS, SILENCE_S), LIMITS, rules)
+        self.watchdog = HandWatchdog(DriverWatchdog(LIMITS, SILENCE_S, CONTROLS), LIMITS, rules)
         self.now_s = 100.0
         self.sequence = 0
         self.turn = 1
@@ -73,6 +85,13 @@ class Chair:
             operated=self.is_operated,
         )
         return self.do(self.watchdog.hear(move, self.now_s))
+
+    def control(self, name: str, value: bool) -> tuple[Call, ...]:
+        self.sequence += 1
+        control = Control(
+            sequence=self.sequence, sent_s=self.now_s, turn=self.turn, name=name, value=value
+        )
+        return self.do(self.watchdog.hear(control, self.now_s))
 
     def halt(self) -> tuple[Call, ...]:
         self.sequence += 1
@@ -373,3 +392,21 @@ def driven_shared() -> Chair:
     chair.run(0.2)
     assert (chair.mode, chair.twist) == ("free", STANDSTILL)
     return chair
+
+
+@pytest.mark.parametrize("rules", [RULES, replace(RULES, soft_braking=True)])
+def test_whoever_takes_over_lets_go_of_what_the_operator_moves(rules: HandRules) -> None:
+    """It ends as they touch their stick, nothing of it begins while they drive, and lights work."""
+    chair = driven(rules)
+    lift = SetControl("lift", True, 1, moves=True)
+    assert chair.control("lift", True) == (lift,)
+    chair.stick = (0.5, 0.0)
+    calls = chair.run(0.05)
+    assert replace(lift, value=False) in calls
+    assert chair.mode == "hand"
+    assert chair.control("lift", True) == ()
+    assert chair.control("lamp", True) == (SetControl("lamp", True, 1, moves=False),)
+    chair.stick = (0.0, 0.0)
+    assert lift not in chair.run(0.5)
+    assert chair.mode == "pause"
+    assert chair.control("lamp", False) == (SetControl("lamp", False, 1, moves=False),)

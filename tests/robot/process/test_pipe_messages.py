@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from wax.config.controls import ControlSettings
 from wax.config.settings import ActSettings, LocalSettings, LogSettings, RobotSettings
 from wax.driver.interface import Aboard, Limits, RobotState
 from wax.errors import ProtocolError
@@ -18,6 +19,7 @@ from wax.robot.process.pipe_messages import (
     Axis,
     Begin,
     Bye,
+    Control,
     Halt,
     LineBuffer,
     Message,
@@ -32,30 +34,43 @@ from wax.robot.process.pipe_messages import (
 )
 
 MOVE = Move(sequence=1, sent_s=2.5, turn=3, linear_mps=0.5, angular_rps=-1.0)
+CONTROLS = [
+    ControlSettings(name="lamp", kind="toggle"),
+    ControlSettings(name="lift", kind="slider", moves=True),
+    ControlSettings(name="light", kind="choice", choices=["white", "red"]),
+]
 SAID: tuple[Message, ...] = (
     MOVE,
     Axis(sequence=2**63, sent_s=-1.0, turn=0, name="pan", position=-1.0),
     Axis(sequence=0, sent_s=0.0, turn=2**63, name="pan", position=1.0),
     Halt(sequence=2, sent_s=2.6, turn=3),
+    *[
+        Control(sequence=3, sent_s=2.7, turn=3, name="lamp", value=value)
+        for value in (True, False, 0.0, 1.0, 7.5, "white", "", None)
+    ],
 )
 
 
 def test_what_is_said_is_heard() -> None:
     """Each line ends once and is read back as it was written."""
     for said in SAID:
-        assert decode_message(encode(said)) == said
+        assert repr(decode_message(encode(said))) == repr(said)
     assert decode_message(encode(Bye())) == Bye()
     local = LocalSettings(source="robot", script=[ActSettings(at_s=1.0, press="stop")])
     for begin in (
         Begin(robot=RobotSettings(), log=LogSettings()),
         Begin(robot=RobotSettings(), log=LogSettings(), local=local, claim="/tmp/claim"),
+        Begin(robot=RobotSettings(), log=LogSettings(), controls=CONTROLS),
     ):
         assert decode_begin(encode(begin)) == begin
-    ready = Ready(kind="frames", limits=Limits(0.5, 1.0, ("pan",)))
+    ready = Ready(kind="frames", limits=Limits(0.5, 1.0, ("pan",), controls=("lamp",)))
     assert decode_answer(encode(ready)) == ready
     told = StateReport(
         state=RobotState(
-            connected=True, battery_fraction=0.5, aboard=Aboard("hand", 0.0, "wait", 2)
+            connected=True,
+            battery_fraction=0.5,
+            aboard=Aboard("hand", 0.0, "wait", 2),
+            gauges={"motor_c": 40.5},
         ),
         counts={"line.lost": 2},
     )

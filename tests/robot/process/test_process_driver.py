@@ -13,6 +13,7 @@ import pytest
 from tests.robot.process.conftest import Log, is_alive, settings_for, until
 
 from wax.clock import SystemClock
+from wax.config.controls import ControlSettings
 from wax.config.settings import LogSettings
 from wax.driver.checks import NO_ANSWER
 from wax.driver.interface import STANDSTILL, Limits, Twist
@@ -231,6 +232,35 @@ def test_a_driver_that_cannot_be_closed_is_ended(made: Callable[[str], Driver], 
     assert [entry.word for entry in log.entries()][-2:] == ["stop", "close"]
     until(lambda: not is_alive(log.pid()))
     assert not robot.state().connected
+
+
+def test_a_silent_server_lets_go_of_what_it_held(log: Log) -> None:
+    """Through the real pipe: a horn and what moves begin, and end when the server says no more."""
+    controls = [
+        ControlSettings(name="horn", kind="button"),
+        ControlSettings(name="spin", kind="button", moves=True),
+    ]
+    robot = make_robot(settings_for(log, "Equipped"), SystemClock(), controls=controls)
+    assert isinstance(robot, ProcessDriver)
+    robot.open()
+    until(lambda: robot.state().connected)
+
+    def told(name: str) -> list[tuple[float, ...]]:
+        return [entry.values for entry in log.entries() if entry.word == name]
+
+    def begins() -> bool:
+        robot.apply(STANDSTILL, 1)
+        robot.control("horn", True, 1)
+        robot.control("spin", True, 1)
+        robot.control("lamp", True, 1)  # which it does not have
+        time.sleep(0.02)
+        return (1.0, 1.0) in told("spin")
+
+    until(begins)
+    until(lambda: told("spin")[-1] == told("horn")[-1] == (0.0, 1.0))
+    assert told("lamp") == []
+    assert "silent" in str(robot.state().problem)
+    robot.close()
 
 
 def test_it_may_be_closed_while_it_begins(made: Callable[[str], Driver]) -> None:

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Final
 import structlog
 
 from wax.driver.checks import NO_ANSWER
-from wax.driver.interface import RobotState
+from wax.driver.interface import HasControls, RobotState
 from wax.errors import ProtocolError
 from wax.robot.hand.source import LOOK_S
 from wax.robot.process.child_start import READ_BYTES
-from wax.robot.process.driver_watchdog import Apply, SetAxis
+from wax.robot.process.driver_watchdog import Apply, SetAxis, SetControl
 from wax.robot.process.pipe_messages import (
     Bye,
     LineBuffer,
@@ -223,6 +223,9 @@ class ChildLoop:
                 self._driver.apply(call.twist, call.turn)
             case SetAxis():
                 self._driver.set_axis(call.name, call.position, call.turn)
+            case SetControl():
+                if isinstance(self._driver, HasControls):
+                    self._driver.control(call.name, call.value, call.turn)
             case _:
                 self._driver.stop(call.turn)
 

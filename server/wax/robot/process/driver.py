@@ -22,6 +22,7 @@ from wax.robot.process.pipe_messages import (
     Axis,
     Begin,
     Bye,
+    Control,
     Halt,
     LineBuffer,
     Move,
@@ -34,9 +35,12 @@ from wax.robot.process.pipe_messages import (
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from wax.clock import Clock
+    from wax.config.controls import ControlSettings
     from wax.config.settings import RobotSettings
-    from wax.driver.interface import Limits, Twist
+    from wax.driver.interface import ControlValue, Limits, Twist
     from wax.robot.process.pipe_messages import Message
 
 _LOG = structlog.get_logger(__name__)
@@ -78,6 +82,7 @@ class ProcessDriver:
         log: LogSettings | None = None,
         local: LocalSettings | None = None,
         claim: str = "",
+        controls: Sequence[ControlSettings] = (),
     ) -> None:
         self._kind = kind
         self._limits = replace(limits, silence_s=settings.silence_ms / 1000)
@@ -85,7 +90,13 @@ class ProcessDriver:
         local = local or LocalSettings()
         self._has_passenger = local.is_on
         self._begin = encode(
-            Begin(robot=settings, log=log or LogSettings(), local=local, claim=claim)
+            Begin(
+                robot=settings,
+                log=log or LogSettings(),
+                local=local,
+                claim=claim,
+                controls=list(controls),
+            )
         )
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
@@ -149,6 +160,20 @@ class ProcessDriver:
                     turn=turn,
                     name=name,
                     position=unit(position),
+                )
+            )
+
+    def control(self, name: str, value: ControlValue, turn: int) -> None:
+        if name not in self._limits.controls:
+            return
+        with self._lock:
+            self._say(
+                Control(
+                    sequence=self._sequence,
+                    sent_s=self._clock.now_s(),
+                    turn=turn,
+                    name=name,
+                    value=value,
                 )
             )
 

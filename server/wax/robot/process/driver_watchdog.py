@@ -13,11 +13,14 @@ from typing import TYPE_CHECKING, Final
 
 from wax.driver.checks import NO_ANSWER, within
 from wax.driver.interface import STANDSTILL, Twist
-from wax.robot.process.pipe_messages import Axis, Halt, Move
+from wax.robot.process.pipe_messages import Axis, Control, Halt, Move
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
-    from wax.driver.interface import Limits
+    from collections.abc import Iterable
+
+    from wax.config.controls import ControlSettings
+    from wax.driver.interface import ControlValue, Limits
     from wax.robot.process.pipe_messages import Message
 
 COUNTS: Final = (
@@ -52,13 +55,28 @@ class SetAxis:
 
 
 @dataclass(frozen=True, slots=True)
+class SetControl:
+    """Call `HasControls.control`; `moves` is false for what only lights or sounds."""
+
+    name: str
+    value: ControlValue
+    turn: int
+    moves: bool
+
+    @property
+    def is_release(self) -> bool:
+        """Whether it ends what somebody held."""
+        return self.value is None or self.value is False
+
+
+@dataclass(frozen=True, slots=True)
 class Stop:
     """Call `Driver.stop`."""
 
     turn: int
 
 
-Call = Apply | SetAxis | Stop
+Call = Apply | SetAxis | SetControl | Stop
 
 
 class DriverWatchdog:
@@ -69,14 +87,20 @@ class DriverWatchdog:
       that has reconnected.
     - After a hold, and at the start of each turn, nothing moves, axes included, until a set-point
       of standstill arrives with a timestamp later than the hold. A turn begins with a stop.
+    - A control that is held is let go of with a hold and between two turns, and one that moves with
+      a stop, too. One that moves may begin only where an axis may; letting go is never refused.
     - A set-point or axis position that is older than `silence_s`, out of sequence, or of a lower
       turn is refused, and does not end the silence. A stop is never refused.
 
     `problem` says why the robot is held, None while it is not; `holds` counts the holds.
     """
 
-    def __init__(self, limits: Limits, silence_s: float) -> None:
+    def __init__(
+        self, limits: Limits, silence_s: float, controls: Iterable[ControlSettings] = ()
+    ) -> None:
         self._limits = limits
+        self._controls = {one.name: one for one in controls}
+        self._held: dict[str, ControlValue] = {}
         self._silence_s = silence_s
         self._turn = 0
         self._sequence = -1
@@ -100,6 +124,8 @@ class DriverWatchdog:
         calls = self.watch(now_s)
         if isinstance(message, Halt):
             return (*calls, *self._halt(message, now_s))
+        if isinstance(message, Control) and message.name in self._held and _lets_go(message):
+            return (*calls, *self._let_go(message.name))
         refusal = self._refusal(message, now_s)
         if refusal is not None:
             self.counts[refusal] += 1
@@ -108,6 +134,8 @@ class DriverWatchdog:
         calls = (*calls, *self._begin(message.turn))
         if isinstance(message, Axis):
             return (*calls, *self._axis(message))
+        if isinstance(message, Control):
+            return (*calls, *self._control(message))
         return (*calls, self._move(message))
 
     def beat(self, now_s: float) -> tuple[Call, ...]:
@@ -138,15 +166,16 @@ class DriverWatchdog:
         self.silent_at_s = math.inf
         self.problem = problem
         self.holds += 1
-        return (Stop(self._turn),)
+        return (Stop(self._turn), *self._let_go(*self._held))
 
     def _halt(self, halt: Halt, now_s: float) -> tuple[Call, ...]:
         self._sequence = max(self._sequence, halt.sequence)
-        self._begin(halt.turn)
+        released = self._begin(halt.turn)[1:]
         self._twist = STANDSTILL
         if self._is_fresh(halt, now_s):
             self._heard(halt)
-        return (Stop(self._turn),)
+        moving = [name for name in self._held if self._controls[name].moves]
+        return (Stop(self._turn), *released, *self._let_go(*moving))
 
     def _move(self, move: Move) -> Call:
         self._heard(move)
@@ -166,6 +195,26 @@ class DriverWatchdog:
             return ()
         return (SetAxis(axis.name, axis.position, self._turn),)
 
+    def _control(self, message: Control) -> tuple[Call, ...]:
+        control = self._controls.get(message.name)
+        if control is None:
+            return ()
+        is_release = control.is_held and _lets_go(message)
+        if control.moves and not self._armed and not is_release:
+            self._wait_for_neutral()
+            return ()
+        if control.is_held and not is_release:
+            self._held[message.name] = message.value
+        return (SetControl(message.name, message.value, self._turn, control.moves),)
+
+    def _let_go(self, *names: str) -> tuple[SetControl, ...]:
+        """Release controls that are held."""
+        released = []
+        for name in names:
+            value = False if isinstance(self._held.pop(name), bool) else None
+            released.append(SetControl(name, value, self._turn, self._controls[name].moves))
+        return tuple(released)
+
     def _wait_for_neutral(self) -> None:
         self.counts["driver_unarmed"] += 1
         self.problem = self.problem or NEUTRAL_FIRST
@@ -176,13 +225,13 @@ class DriverWatchdog:
             return ()
         self._turn = turn
         self._disarm()
-        return (Stop(turn),)
+        return (Stop(turn), *self._let_go(*self._held))
 
     def _disarm(self) -> None:
         self._armed = False
         self._twist = STANDSTILL
 
-    def _refusal(self, message: Move | Axis, now_s: float) -> str | None:
+    def _refusal(self, message: Move | Axis | Control, now_s: float) -> str | None:
         if not self._is_fresh(message, now_s):
             return "driver_stale"
         if message.sequence <= self._sequence:
@@ -198,3 +247,7 @@ class DriverWatchdog:
     def _heard(self, message: Move | Halt) -> None:
         self._newest_s = max(self._newest_s, message.sent_s)
         self.silent_at_s = self._newest_s + self._silence_s
+
+
+def _lets_go(message: Control) -> bool:
+    return message.value is None or message.value is False

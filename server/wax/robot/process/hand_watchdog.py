@@ -14,7 +14,7 @@ from wax.control import local_hand, ramp
 from wax.control.local_hand import HandState
 from wax.control.reasons import NO_HAND
 from wax.driver.interface import STANDSTILL, Twist
-from wax.robot.process.driver_watchdog import SILENT, Apply, Stop
+from wax.robot.process.driver_watchdog import SILENT, Apply, SetControl, Stop
 from wax.robot.process.pipe_messages import Move
 
 if TYPE_CHECKING:
@@ -164,7 +164,8 @@ class HandWatchdog:
         self._counts["driver_hand_losses"] += hand.mode == "lost"
         calls = self._watchdog.hold(None, now_s)
         if before.mode == "hand" and hand.mode == "pause" and self._rules.soft_braking:
-            return ()  # let go: a chair with somebody in it slows down at the rate that it is given
+            # Let go: a chair with somebody in it slows down at the rate that it is given.
+            return tuple(call for call in calls if isinstance(call, SetControl))
         self._twist, self._applied_s = STANDSTILL, now_s
         return calls
 
@@ -178,10 +179,11 @@ class HandWatchdog:
             case "free":
                 return tuple(self._shared(call, now_s) for call in calls)
             case "hand":
-                return ()
+                return tuple(call for call in calls if _is_harmless(call))
             case _:
                 slows_down = not self._twist.is_zero
-                return () if slows_down else tuple(c for c in calls if isinstance(c, Stop))
+                stops = () if slows_down else tuple(c for c in calls if isinstance(c, Stop))
+                return (*stops, *(call for call in calls if _is_harmless(call)))
 
     def _shared(self, call: Call, now_s: float) -> Call:
         """Scale a set-point by what the person lets pass."""
@@ -204,6 +206,11 @@ class HandWatchdog:
         self._twist = ramp.towards(target, self._twist, after_s, self._rules, soft=True)
         self._applied_s = now_s
         return Apply(self._twist, turn)
+
+
+def _is_harmless(call: Call) -> bool:
+    """Whether it only lights, sounds or lets go: that disturbs nobody who drives."""
+    return isinstance(call, SetControl) and (call.is_release or not call.moves)
 
 
 def _scaled(twist: Twist, share: float) -> Twist:

@@ -10,9 +10,10 @@ from typing import Annotated, Final, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
+from wax.config.controls import ControlSettings
 from wax.config.settings import LocalSettings, LogSettings, RobotSettings
 from wax.driver.checks import checked
-from wax.driver.interface import Limits, RobotState
+from wax.driver.interface import ControlValue, Limits, RobotState
 from wax.errors import ProtocolError
 
 MAX_LINE_BYTES: Final = 32_768
@@ -30,6 +31,8 @@ class _PipeMessage(BaseModel):
 class Begin(_PipeMessage):
     """Server → process, the first line: which robot, how to write the log, and who is aboard.
 
+    `controls` says which of the robot's controls move, and which last only while they are held.
+
     `claim` is the file by which one process takes the robot over from another (`process.claim`).
     """
 
@@ -38,6 +41,7 @@ class Begin(_PipeMessage):
     log: LogSettings
     local: LocalSettings = LocalSettings()
     claim: str = ""
+    controls: list[ControlSettings] = []
 
 
 class _Command(_PipeMessage):
@@ -61,6 +65,14 @@ class Axis(_Command):
     say: Literal["axis"] = "axis"
     name: str
     position: Annotated[float, Field(ge=-1, le=1)]
+
+
+class Control(_Command):
+    """Server → process: the new value of a control, see `HasControls.control`."""
+
+    say: Literal["control"] = "control"
+    name: str
+    value: ControlValue
 
 
 class Halt(_Command):
@@ -101,7 +113,7 @@ class StateReport(_PipeMessage):
     counts: dict[str, int]
 
 
-Message = Move | Axis | Halt
+Message = Move | Axis | Control | Halt
 _MESSAGE: Final[TypeAdapter[Message | Bye]] = TypeAdapter(
     Annotated[Message | Bye, Field(discriminator="say")]
 )

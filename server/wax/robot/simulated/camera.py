@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 from wax.capture.source import Picture
 from wax.errors import SourceError
 from wax.robot.simulated.frame_timer import FrameTimer
+from wax.robot.simulated.lamp import lit
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -32,7 +33,7 @@ class SimulatedCamera:
     """Shows what an artist draws, at the size and rate of the settings.
 
     `artist` makes one for a width and a height; `look` returns the robot's pose, and a picture's
-    capture time is the time of that pose.
+    capture time is the time of that pose. `is_lit` shows it in the light of the robot's lamp.
     """
 
     def __init__(
@@ -42,11 +43,13 @@ class SimulatedCamera:
         *,
         artist: Callable[[int, int], Artist],
         look: Callable[[], Senses],
+        is_lit: bool = False,
     ) -> None:
         self._settings = settings
         self._clock = clock
         self._make_artist = artist
         self._look = look
+        self._is_lit = is_lit
         self._closed = threading.Event()
         self._artist: Artist | None = None
         self._pacer: FrameTimer | None = None
@@ -61,7 +64,10 @@ class SimulatedCamera:
             raise SourceError("The robot's camera was read before it was opened.")
         self._pacer.beat()
         senses = self._look()
-        return Picture.from_bgr(self._artist.draw(senses.pose, senses.pan_rad), senses.at_s)
+        image = self._artist.draw(senses.pose, senses.pan_rad)
+        if self._is_lit:
+            image = lit(image, senses.lamp)
+        return Picture.from_bgr(image, senses.at_s)
 
     def close(self) -> None:
         self._closed.set()

@@ -12,18 +12,21 @@ from typing import TYPE_CHECKING
 
 from wax.driver.checks import unit
 from wax.robot.hand.source import LOOK_S, make_hand
-from wax.robot.process.driver_watchdog import Apply, DriverWatchdog, SetAxis
+from wax.robot.process.driver_watchdog import Apply, DriverWatchdog, SetAxis, SetControl
 from wax.robot.process.passenger import PERIOD_S, Passenger, hand_watchdog
-from wax.robot.process.pipe_messages import Axis, Halt, Move
+from wax.robot.process.pipe_messages import Axis, Control, Halt, Move
 from wax.robot.simulated.person import ScriptedPerson
 from wax.robot.simulated.robot import SimulatedRobot
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from wax.capture.source import AudioSource, VideoSource
     from wax.clock import Clock
+    from wax.config.controls import ControlSettings
     from wax.config.settings import LocalSettings, RobotSettings, VideoSettings
     from wax.driver.hand import HandReading
-    from wax.driver.interface import Limits, OwnView, RobotState, Twist
+    from wax.driver.interface import ControlValue, Limits, OwnView, RobotState, Twist
     from wax.robot.process.driver_watchdog import Call
     from wax.speaker.interface import Speaker
 
@@ -34,7 +37,13 @@ class SimulatedChair:
     The person follows `[local] script`, or has a control of their own on a serial line.
     """
 
-    def __init__(self, settings: RobotSettings, local: LocalSettings, clock: Clock) -> None:
+    def __init__(
+        self,
+        settings: RobotSettings,
+        local: LocalSettings,
+        clock: Clock,
+        controls: Iterable[ControlSettings] = (),
+    ) -> None:
         self._clock = clock
         self._robot = SimulatedRobot(settings, clock)
         self._limits = replace(self._robot.limits, silence_s=settings.silence_ms / 1000)
@@ -43,7 +52,7 @@ class SimulatedChair:
             local,
             settings,
             self._robot.limits,
-            DriverWatchdog(self._robot.limits, settings.silence_ms / 1000),
+            DriverWatchdog(self._robot.limits, settings.silence_ms / 1000, controls),
         )
         self._passenger = Passenger(make_hand(local, self, clock), self._watchdog, clock)
         self._lock = threading.Lock()
@@ -106,6 +115,14 @@ class SimulatedChair:
             )
             self._do(self._watchdog.hear(axis, now_s))
 
+    def control(self, name: str, value: ControlValue, turn: int) -> None:
+        with self._lock:
+            now_s = self._clock.now_s()
+            control = Control(
+                sequence=self._next(), sent_s=now_s, turn=turn, name=name, value=value
+            )
+            self._do(self._watchdog.hear(control, now_s))
+
     def stop(self, turn: int) -> None:
         with self._lock:
             now_s = self._clock.now_s()
@@ -164,6 +181,8 @@ class SimulatedChair:
                     self._robot.apply(call.twist, call.turn)
                 case SetAxis():
                     self._robot.set_axis(call.name, call.position, call.turn)
+                case SetControl():
+                    self._robot.control(call.name, call.value, call.turn)
                 case _:
                     self._robot.stop(call.turn)
 

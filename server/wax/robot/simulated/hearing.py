@@ -25,6 +25,8 @@ BLOCK_S = BLOCK_SAMPLES / SAMPLE_RATE_HZ
 
 ROOM_NOISE_RMS = 0.0006
 HUM_LEVEL = 0.03
+HORN_LEVEL = 0.25
+HORN_HZ = (420.0, 525.0)
 SPEAKER_GAIN = 0.5
 """How much of the robot's own speaker comes back: they are a hand's breadth apart."""
 _SPIN = 0.293
@@ -43,6 +45,7 @@ class SoundMixer:
         self._residents = [(one, PlacedSound(one, world)) for one in residents]
         self._random = np.random.default_rng(seed)
         self._motors = (_Motor(46.0, 0.0), _Motor(47.5, 1.0))
+        self._horn = _Horn()
         self._bumps: int | None = None
         self._thuds = np.zeros(0)
 
@@ -65,7 +68,7 @@ class SoundMixer:
 
     def _own(self, senses: Senses, said: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return what the robot makes itself; `said` is what its speaker plays."""
-        sound = self._bump(senses) + SPEAKER_GAIN * said
+        sound = self._bump(senses) + SPEAKER_GAIN * said + self._horn.sound(senses.is_honking)
         for motor, speed_mps in zip(self._motors, (senses.left_mps, senses.right_mps), strict=True):
             sound += motor.hum(speed_mps)
         return sound
@@ -103,6 +106,22 @@ class _Motor:
         return np.asarray(
             loudness * (np.sin(phase) + 0.5 * np.sin(2.0 * phase) + 0.35 * np.sin(5.0 * phase))
         )
+
+
+class _Horn:
+    """Two notes, which fade in and out within one block."""
+
+    def __init__(self) -> None:
+        self._at = 0
+        self._loudness = 0.0
+
+    def sound(self, is_honking: bool) -> NDArray[np.float64]:
+        loudness = HORN_LEVEL if is_honking else 0.0
+        fade = np.linspace(self._loudness, loudness, BLOCK_SAMPLES)
+        self._loudness = loudness
+        time_s = (self._at + np.arange(BLOCK_SAMPLES)) / SAMPLE_RATE_HZ
+        self._at = (self._at + BLOCK_SAMPLES) % SAMPLE_RATE_HZ
+        return np.asarray(fade * sum(np.sin(2 * np.pi * hz * time_s) for hz in HORN_HZ))
 
 
 def _thud(impact_mps: float, random: np.random.Generator) -> NDArray[np.float64]:

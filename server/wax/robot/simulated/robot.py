@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from wax.capture.source import AudioSource, VideoSource
     from wax.clock import Clock
     from wax.config.settings import RobotSettings, VideoSettings
-    from wax.driver.interface import Limits, Twist
+    from wax.driver.interface import ControlValue, Limits, Twist
     from wax.robot.simulated.simulation import Senses
     from wax.speaker.interface import Speaker
 
@@ -90,6 +90,10 @@ class SimulatedRobot:
         with self._lock:
             self._simulation.set_axis(name, position, turn)
 
+    def control(self, name: str, value: ControlValue, turn: int) -> None:
+        with self._lock:
+            self._simulation.control(name, value, turn)
+
     def stop(self, turn: int) -> None:
         with self._lock:
             if self._thread is not None:
@@ -111,10 +115,13 @@ class SimulatedRobot:
             connected=self._thread is not None,
             epoch=self._epoch,
             pose=senses.pose,
+            gauges={"motor_c": senses.motor_c},
             extra={
                 "speed_mps": (senses.left_mps + senses.right_mps) / 2.0,
                 "pan_rad": senses.pan_rad,
                 "bumps": float(senses.bumps),
+                "lamp": float(senses.lamp.is_on),
+                "horn": float(senses.is_honking),
             },
         )
 
@@ -127,9 +134,9 @@ class SimulatedRobot:
             return replace(self._simulation.senses, at_s=now_s)
 
     def camera(self, settings: VideoSettings, clock: Clock) -> VideoSource:
-        """Make a camera that draws the robot's view."""
+        """Make a camera that draws the robot's view, lit by its lamp."""
         artist = partial(Renderer, self._world)
-        return SimulatedCamera(settings, clock, artist=artist, look=self.senses)
+        return SimulatedCamera(settings, clock, artist=artist, look=self.senses, is_lit=True)
 
     def external_view(self, settings: VideoSettings, clock: Clock) -> VideoSource:
         """Make a camera above the flat (thesis, Fig. 5.55: the external view)."""

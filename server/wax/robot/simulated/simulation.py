@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 from wax.driver.checks import TurnFence, unit, within
-from wax.driver.interface import STANDSTILL, Limits
+from wax.driver.interface import STANDSTILL, Limits, Twist
+from wax.robot.simulated.lamp import FULL, LIGHTS, Lamp
 from wax.robot.simulated.motion import Motion, step
 
 if TYPE_CHECKING:
     from wax.config.settings import RobotSettings
-    from wax.driver.interface import Pose, Twist
+    from wax.driver.interface import ControlValue, Pose
     from wax.robot.simulated.world import World
 
 STEP_S = 0.01
@@ -24,6 +25,15 @@ PAN_SPEED_RPS = 2.0
 THUD_MPS = 0.05
 """A slower touch makes no sound and does not count as a bump."""
 
+CONTROLS: Final = ("lamp", "horn", "brightness", "light", "look_around")
+LOOK_AROUND_RPS = 0.5
+
+ROOM_C = 22.0
+_WARMING_C_PER_M = 0.9
+"""How much each metre that a wheel runs warms its motor."""
+_COOLING_S = 90.0
+"""In this time a motor loses most of its warmth to the room."""
+
 MAX_CATCH_UP_S = 0.5
 """After this long the robot stands anyway: watchdog plus braking."""
 
@@ -32,7 +42,8 @@ MAX_CATCH_UP_S = 0.5
 class Senses:
     """The input for camera and microphone at `at_s`; `pan_rad` is the head's angle to the left.
 
-    `bumps` counts collisions; `bump_mps` is the speed of the newest one.
+    `bumps` counts collisions; `bump_mps` is the speed of the newest one. `motor_c` is how warm the
+    warmer motor is.
     """
 
     at_s: float
@@ -42,6 +53,9 @@ class Senses:
     right_mps: float = 0.0
     bumps: int = 0
     bump_mps: float = 0.0
+    lamp: Lamp = field(default_factory=Lamp)
+    is_honking: bool = False
+    motor_c: float = ROOM_C
 
 
 class Simulation:
@@ -53,6 +67,7 @@ class Simulation:
             settings.max_angular_rps,
             axes=("pan",),
             ttl_s=TIME_TO_LIVE_S,
+            controls=CONTROLS,
         )
         self._world = world
         self._wheel_base_m = settings.wheel_base_m
@@ -60,6 +75,7 @@ class Simulation:
         self._target = STANDSTILL
         self._expires_s = 0.0
         self._pan_target_rad = 0.0
+        self._is_looking_around = False
         self._motion = Motion(pose=world.start)
         self._senses = Senses(at_s=0.0, pose=world.start)
 
@@ -70,7 +86,7 @@ class Simulation:
 
     def start(self, now_s: float) -> None:
         """Start the simulation at `now_s`, standing still."""
-        self._target = STANDSTILL
+        self._let_go()
         self._motion = replace(self._motion, linear_mps=0.0, angular_rps=0.0)
         self._senses = replace(self._senses, at_s=now_s, left_mps=0.0, right_mps=0.0)
 
@@ -85,10 +101,32 @@ class Simulation:
         if name in self.limits.axes and self._fence.admits(turn):
             self._pan_target_rad = unit(position) * PAN_LIMIT_RAD
 
+    def control(self, name: str, value: ControlValue, turn: int) -> None:
+        """Take the value of a control, as far as it is one that it can have."""
+        if not self._fence.admits(turn):
+            return
+        lamp = self._senses.lamp
+        if name == "lamp":
+            lamp = replace(lamp, is_on=value is True)
+        elif name == "brightness" and isinstance(value, int | float):
+            lamp = replace(lamp, brightness=min(FULL, max(0.0, value)))
+        elif name == "light" and isinstance(value, str) and value in LIGHTS:
+            lamp = replace(lamp, light=value)
+        elif name == "look_around":
+            self._is_looking_around = value is True
+        is_honking = value is True if name == "horn" else self._senses.is_honking
+        self._senses = replace(self._senses, lamp=lamp, is_honking=is_honking)
+
     def stop(self, turn: int) -> None:
-        """Brake, whatever the turn."""
+        """Brake, whatever the turn, and end what a control has set in motion."""
         self._fence.admits(turn)
         self._target = STANDSTILL
+        self._is_looking_around = False
+
+    def _let_go(self) -> None:
+        self._target = STANDSTILL
+        self._is_looking_around = False
+        self._senses = replace(self._senses, is_honking=False)
 
     def advance(self, now_s: float) -> Senses:
         """Simulate in whole steps up to `now_s`; an earlier time has no effect."""
@@ -101,7 +139,11 @@ class Simulation:
         return self._senses
 
     def _step(self, at_s: float) -> None:
-        target = self._target if at_s < self._expires_s else STANDSTILL
+        if at_s >= self._expires_s:
+            self._let_go()
+        target = self._target
+        if self._is_looking_around:
+            target = within(Twist(target.linear_mps, LOOK_AROUND_RPS), self.limits)
         moved = step(self._motion, target, self.limits, self._world, STEP_S)
         self._motion = moved
         left, right = moved.wheels_mps(self._wheel_base_m)
@@ -109,7 +151,10 @@ class Simulation:
         before = self._senses
         most = PAN_SPEED_RPS * STEP_S
         pan = before.pan_rad + min(most, max(-most, self._pan_target_rad - before.pan_rad))
-        self._senses = Senses(
+        warmed = _WARMING_C_PER_M * max(abs(left), abs(right)) * STEP_S
+        cooled = (before.motor_c - ROOM_C) * STEP_S / _COOLING_S
+        self._senses = replace(
+            before,
             at_s=at_s,
             pose=moved.pose,
             pan_rad=pan,
@@ -117,4 +162,5 @@ class Simulation:
             right_mps=right,
             bumps=before.bumps + bumped,
             bump_mps=moved.impact_mps if bumped else before.bump_mps,
+            motor_c=before.motor_c + warmed - cooled,
         )

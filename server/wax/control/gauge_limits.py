@@ -1,0 +1,77 @@
+"""Which of the numbers that the robot tells are beyond a limit, and when that stops it. Pure.
+
+A number that has a limit that stops and is not told, or is none, stops the robot, too: nobody knows
+how it is. It stays stopped until all has been well for `WELL_S`, so that a number at its limit, as
+a weak battery's voltage, does not stop it again and again.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal
+
+from wax.sentence import Sentence
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from wax.config.controls import GaugeSettings
+    from wax.driver.interface import RobotState
+
+WELL_S: Final = 2.0
+
+Level = Literal["warn", "stop"]
+
+
+@dataclass(frozen=True, slots=True)
+class GaugeHold:
+    """Why the robot is held by a gauge, None while it is not; `ill_s` is when it last was ill."""
+
+    reason: Sentence | None = None
+    ill_s: float = -math.inf
+
+
+def value(gauge: GaugeSettings, state: RobotState) -> float | None:
+    """Return what the robot tells, None where it tells no number."""
+    told = state.gauges.get(gauge.name)
+    if told is None and gauge.name in ("battery_v", "battery_fraction"):
+        told = state.battery_v if gauge.name == "battery_v" else state.battery_fraction
+    return told if told is not None and math.isfinite(told) else None
+
+
+def level(gauge: GaugeSettings, told: float | None) -> Level | None:
+    """Return how far a value is beyond the limits of its gauge, None if it is within them."""
+    if told is None:
+        return "stop" if gauge.may_stop else None
+    if _is_beyond(told, gauge.stop_below, gauge.stop_above):
+        return "stop"
+    return "warn" if _is_beyond(told, gauge.warn_below, gauge.warn_above) else None
+
+
+def watch(
+    hold: GaugeHold, gauges: Iterable[GaugeSettings], state: RobotState, now_s: float
+) -> GaugeHold:
+    """Return whether the robot is held now; one that is not connected tells nothing new."""
+    if not state.connected:
+        return hold
+    for gauge in gauges:
+        told = value(gauge, state)
+        if level(gauge, told) == "stop":
+            return GaugeHold(_reason(gauge, told), now_s)
+    return hold if now_s - hold.ill_s < WELL_S else GaugeHold()
+
+
+def _is_beyond(told: float, below: float | None, above: float | None) -> bool:
+    return (below is not None and told < below) or (above is not None and told > above)
+
+
+def _reason(gauge: GaugeSettings, told: float | None) -> Sentence:
+    name = gauge.label or gauge.name
+    if told is None:
+        return Sentence("gauge.untold", {"name": name})
+    unit = f" {gauge.unit}" if gauge.unit else ""
+    if gauge.stop_below is not None and told < gauge.stop_below:
+        return Sentence("gauge.below", {"name": name, "limit": gauge.stop_below, "unit": unit})
+    assert gauge.stop_above is not None
+    return Sentence("gauge.above", {"name": name, "limit": gauge.stop_above, "unit": unit})

@@ -1,0 +1,114 @@
+"""When a number that the robot tells warns, and when it stops the robot."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wax.config.controls import GaugeSettings
+from wax.control import gauge_limits
+from wax.control.gauge_limits import WELL_S, GaugeHold, Level
+from wax.driver.interface import RobotState
+
+HEAT = GaugeSettings(name="heat", label="Motors", unit="°C", warn_above=60.0, stop_above=80.0)
+BATTERY = GaugeSettings(name="battery_v", warn_below=11.0, stop_below=10.0, stop_above=20.0)
+SPEED = GaugeSettings(name="speed")
+
+
+def told(**gauges: float) -> RobotState:
+    return RobotState(connected=True, gauges=gauges)
+
+
+@pytest.mark.parametrize(
+    ("gauge", "value", "level"),
+    [
+        (HEAT, 60.0, None),
+        (HEAT, 60.1, "warn"),
+        (HEAT, 80.0, "warn"),
+        (HEAT, 80.1, "stop"),
+        (BATTERY, 11.0, None),
+        (BATTERY, 10.9, "warn"),
+        (BATTERY, 10.0, "warn"),
+        (BATTERY, 9.9, "stop"),
+        (BATTERY, 20.1, "stop"),
+        (HEAT, None, "stop"),
+        (SPEED, None, None),
+        (SPEED, 1e9, None),
+    ],
+)
+def test_levels(gauge: GaugeSettings, value: float | None, level: Level | None) -> None:
+    """A limit itself is still within; a number that must be known and is not stops."""
+    assert gauge_limits.level(gauge, value) == level
+
+
+@pytest.mark.parametrize(
+    ("state", "value"),
+    [
+        (told(battery_v=12.0), 12.0),
+        (RobotState(connected=True, battery_v=12.5), 12.5),
+        (RobotState(connected=True, battery_v=12.5, gauges={"battery_v": 11.0}), 11.0),
+        (told(battery_v=math.nan), None),
+        (told(battery_v=math.inf), None),
+        (told(heat=5.0), None),
+    ],
+)
+def test_what_a_gauge_shows(state: RobotState, value: float | None) -> None:
+    """What the driver names, else the battery that it tells anyway; never what is no number."""
+    assert gauge_limits.value(BATTERY, state) == value
+
+
+def test_the_battery_may_be_a_fraction() -> None:
+    """What is left of it is a gauge as well."""
+    left = GaugeSettings(name="battery_fraction", max=1.0, stop_below=0.1)
+    state = RobotState(connected=True, battery_v=12.0, battery_fraction=0.05)
+    assert gauge_limits.value(left, state) == 0.05
+
+
+@pytest.mark.parametrize(
+    ("gauge", "state", "said"),
+    [
+        (HEAT, told(heat=81.0), "Motors is above 80 °C: nobody can drive until it is back."),
+        (BATTERY, told(battery_v=9.5), "battery_v is below 10: nobody can drive until it is back."),
+        (BATTERY, told(battery_v=21), "battery_v is above 20: nobody can drive until it is back."),
+        (HEAT, told(), "The robot does not tell “Motors”, which must be known to drive."),
+    ],
+)
+def test_why_it_stops(gauge: GaugeSettings, state: RobotState, said: str) -> None:
+    """The sentence names the gauge and its limit, not its value, which changes all the time."""
+    assert str(gauge_limits.watch(GaugeHold(), [SPEED, gauge], state, 5.0).reason) == said
+
+
+def test_a_number_at_its_limit_does_not_stop_again_and_again() -> None:
+    """Once stopped, all must have been well for a while."""
+    hold = gauge_limits.watch(GaugeHold(), [HEAT], told(heat=81.0), 10.0)
+    assert hold.reason
+    hold = gauge_limits.watch(hold, [HEAT], told(heat=70.0), 10.1)
+    assert hold.reason
+    hold = gauge_limits.watch(hold, [HEAT], told(heat=81.0), 11.0)
+    hold = gauge_limits.watch(hold, [HEAT], told(heat=70.0), 10.9 + WELL_S)
+    assert hold.reason
+    hold = gauge_limits.watch(hold, [HEAT], told(heat=70.0), 11.0 + WELL_S)
+    assert hold.reason is None
+
+
+def test_a_robot_that_is_not_there_tells_nothing_new() -> None:
+    """It is held for that, not for a gauge; and what held it before still does."""
+    away = RobotState(connected=False)
+    assert gauge_limits.watch(GaugeHold(), [HEAT], away, 1.0).reason is None
+    hot = gauge_limits.watch(GaugeHold(), [HEAT], told(heat=90.0), 1.0)
+    assert gauge_limits.watch(hot, [HEAT], away, 100.0) == hot
+
+
+@given(st.lists(st.tuples(st.floats(0, 3), st.floats()), max_size=30))
+def test_driven_only_where_all_was_well(trace: list[tuple[float, float]]) -> None:
+    """Whatever is told, the robot is free only if no value of the last while was beyond a limit."""
+    now_s, hold, ill_s = 0.0, GaugeHold(), -math.inf
+    for gap_s, heat in trace:
+        now_s += gap_s
+        hold = gauge_limits.watch(hold, [HEAT], told(heat=heat), now_s)
+        if not heat <= 80.0 or math.isinf(heat):
+            ill_s = now_s
+        assert (hold.reason is None) is (now_s - ill_s >= WELL_S)
