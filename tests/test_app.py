@@ -143,6 +143,8 @@ async def test_a_driver_that_raises_takes_nothing_down(
         "moving": None,
         "pose": None,
         "bumpers": 0,
+        "gauges": {},
+        "controls": {},
         "battery_v": None,
         "battery_fraction": None,
         "aboard": None,

@@ -23,6 +23,7 @@ CELLS: dict[permissions.Act, str] = {
     messages.Join: INSIDE,
     messages.Leave: INSIDE,
     messages.Here: INSIDE,
+    messages.Operate: INSIDE,
     messages.Stop: INSIDE,
     messages.Drive: "operator host",
     messages.KeepTape: "adviser operator host",

@@ -20,7 +20,7 @@ from wax.control.loop import ControlLoop
 from wax.control.reasons import ABOARD
 from wax.control.turns import Turns
 from wax.driver.checks import NO_ANSWER
-from wax.driver.interface import STANDSTILL, Aboard, Limits, RobotState, Twist
+from wax.driver.interface import STANDSTILL, Aboard, ControlValue, Limits, RobotState, Twist
 from wax.errors import ForbiddenError, FullError, SignallingError
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
@@ -50,13 +50,14 @@ class Robot:
     """A driver that notes what it is told."""
 
     kind = "noted"
-    limits = Limits(1.0, 2.0, ("pan",))
+    limits = Limits(1.0, 2.0, ("pan",), controls=("lamp", "horn"))
 
     def __init__(self) -> None:
         self.told: list[object] = []
         self.problem: str | None = None
         self.is_broken = False
         self.aboard: Aboard | None = None
+        self.gauges: dict[str, float] = {}
 
     def open(self) -> None: ...
 
@@ -64,6 +65,9 @@ class Robot:
         self.told.append(twist)
 
     def set_axis(self, name: str, position: float, turn: int) -> None: ...
+
+    def control(self, name: str, value: ControlValue, turn: int) -> None:
+        self.told.append((name, value))
 
     def stop(self, turn: int) -> None:
         self.told.append("stop")
@@ -73,7 +77,12 @@ class Robot:
     def state(self) -> RobotState:
         if self.is_broken:
             raise OSError("no bus")
-        return RobotState(connected=self.problem is None, problem=self.problem, aboard=self.aboard)
+        return RobotState(
+            connected=self.problem is None,
+            problem=self.problem,
+            aboard=self.aboard,
+            gauges=self.gauges,
+        )
 
 
 class Camera:
@@ -90,6 +99,7 @@ class FakePeer:
     def __init__(self, *, events: PeerEvents, **_: Any) -> None:
         self.events = events
         self.sent: list[dict[str, Any]] = []
+        self.rows: list[list[Any]] = []
         self.room: dict[str, Any] = {}
         self.is_alive = True
         FakePeer.made.append(self)
@@ -99,6 +109,9 @@ class FakePeer:
 
     def send(self, channel: Literal["drive", "state"], text: str) -> None:
         message = json.loads(text)
+        if channel == "drive":
+            self.rows.append(message)
+            return
         if message["type"] == "room_change":
             message = room_change.applied(self.room, message)
         if message["type"] == "room":
@@ -168,6 +181,8 @@ class Rig:
             max_fraction=self.viewers.max_fraction,
             on_events=self.viewers.turn_events,
             on_status=self.viewers.drive_status,
+            controls=settings.controls,
+            gauges=settings.gauges,
         )
         self.room = Room(
             settings=settings,

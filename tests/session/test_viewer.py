@@ -24,6 +24,7 @@ from wax.telemetry import Counters
 if TYPE_CHECKING:
     from wax.access.permissions import Role
     from wax.control.gate import Command
+    from wax.control.operation import Operation
     from wax.rtc.peer import Peer
 
 
@@ -34,6 +35,7 @@ class FakeRoom:
     calls: list[tuple[str, Any]] = field(default_factory=list)
     sent: list[tuple[str, Any]] = field(default_factory=list)
     role: Role = "host"
+    refusal: Refusal | None = None
 
     def viewer_connected(self, viewer: Viewer) -> None:
         self.calls.append(("connected", viewer.number))
@@ -61,6 +63,10 @@ class FakeRoom:
 
     def viewer_drives(self, viewer: Viewer, command: Command) -> None:
         self.calls.append(("drive", command))
+
+    def viewer_operates(self, viewer: Viewer, asked: Operation) -> Refusal | None:
+        self.calls.append(("operate", asked))
+        return self.refusal
 
     def send(self, channel: str, text: str) -> None:
         self.sent.append((channel, json.loads(text)))

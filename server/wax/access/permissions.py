@@ -45,6 +45,7 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
     messages.Here: _INSIDE,
     # Driving, and stopping.
     messages.Drive: _DRIVING,
+    messages.Operate: _INSIDE,  # which control, `[[controls]] roles` says
     messages.Stop: _INSIDE,
     messages.Release: _IN_CHARGE,
     # Speaking to the people beside the robot; never those who only watch.

@@ -66,6 +66,26 @@ class Drive(_Incoming):
     axes: Annotated[dict[Annotated[str, Field(max_length=16)], Unit], Field(max_length=4)] = {}
 
 
+ControlName = Annotated[str, Field(max_length=16)]
+ControlNumber = Annotated[float, Field(ge=-10_000, le=10_000)]
+
+
+class Operate(_Incoming):
+    """All that this page holds of the robot's controls, and what it sets, by their names.
+
+    1 is a button that is held or a toggle that is on, 0 one that is off; a slider has its own
+    value, a choice its place. It is sent again while anything is held, and until `Operated` says
+    that what is in `wanted` has arrived. `turn` is that of whoever drives; others may send any.
+    """
+
+    type: Literal["operate"]
+    seq: Counter
+    turn: Counter
+    sent_server_ms: Ms
+    held: Annotated[dict[ControlName, ControlNumber], Field(max_length=4)]
+    wanted: Annotated[dict[ControlName, ControlNumber], Field(max_length=2)]
+
+
 class Ping(_Incoming):
     """The page's heartbeat, and one half of the clock alignment.
 
@@ -306,6 +326,18 @@ class Pong(_Outgoing):
     server_ms: float
 
 
+class Operated(_Outgoing):
+    """Answer to the `Operate` of this number, on the drive channel: it has arrived.
+
+    `refused` is a sentence, why it has no effect; null if it has. What was only late gets no
+    answer, and is sent again.
+    """
+
+    type: Literal["operated"] = "operated"
+    seq: int
+    refused: Sentence | None
+
+
 class CameraGeometry(_Outgoing):
     """How the driving view's camera looks at the floor while no axis turns it.
 
@@ -405,6 +437,36 @@ class CameraInfo(_Outgoing):
     axes: list[str]
 
 
+class ControlInfo(_Outgoing):
+    """Something that the robot has besides wheels, for those in these `roles`.
+
+    `min`, `max` and `step` are a slider's, `choices` a choice's. What `moves` counts as driving.
+    `key` is the key that presses it, by its place on the keyboard, empty for none.
+    """
+
+    name: str
+    label: str
+    kind: Literal["button", "toggle", "slider", "choice"]
+    min: float
+    max: float
+    step: float
+    choices: list[str]
+    key: str
+    moves: bool
+    roles: list[Literal["operator", "host", "observer"]]
+
+
+class GaugeInfo(_Outgoing):
+    """A number that the robot tells, on a scale from `min` to `max`."""
+
+    name: str
+    label: str
+    unit: str
+    min: float
+    max: float
+    decimals: int
+
+
 class Hello(_Outgoing):
     """The first message on the state channel; `acknowledge` asks the page for `Received`.
 
@@ -433,6 +495,8 @@ class Hello(_Outgoing):
     acknowledge: bool
     voice: VoiceRules | None = None
     cameras: list[CameraInfo] = []
+    controls: list[ControlInfo] = []
+    gauges: list[GaugeInfo] = []
 
 
 class ViewerInfo(_Outgoing):
@@ -478,7 +542,8 @@ class RobotStatus(_Outgoing):
     """The robot; `problem` is a sentence, null if there is none.
 
     `bumpers` has a bit for each pressed bumper. A robot may report its battery's voltage, the
-    fraction left (0 to 1), both, or neither (null).
+    fraction left (0 to 1), both, or neither (null). `gauges` are those of `Hello` that it tells,
+    `beyond` those beyond a limit, with what follows from that.
     """
 
     connected: bool
@@ -486,6 +551,8 @@ class RobotStatus(_Outgoing):
     bumpers: int
     battery_v: float | None
     battery_fraction: float | None
+    gauges: dict[str, float] = {}
+    beyond: dict[str, Literal["warn", "stop"]] = {}
 
 
 class AboardInfo(_Outgoing):
@@ -561,7 +628,7 @@ class RoomState(_Outgoing):
 
     `stop` and `call` may be null; so are `voice` where nobody can speak through the robot, `tape`
     where the host does not record, and `aboard` where nobody sits in the robot. `cameras` are those
-    of `Hello`.
+    of `Hello`, `controls` the values of those of them that were set, as `Operate` has them.
     """
 
     type: Literal["room"] = "room"
@@ -577,6 +644,7 @@ class RoomState(_Outgoing):
     tape: Tape | None
     aboard: AboardInfo | None = None
     cameras: list[SourceStatus] = []
+    controls: dict[str, float] = {}
 
 
 class RoomChange(_Outgoing):
@@ -600,6 +668,7 @@ class RoomChange(_Outgoing):
     tape: Tape | None = _ABSENT
     aboard: AboardInfo | None = _ABSENT
     cameras: list[SourceStatus] = _ABSENT
+    controls: dict[str, float] = _ABSENT
 
 
 class Playout(_Outgoing):
@@ -791,7 +860,7 @@ class Goodbye(_Outgoing):
     text: Sentence
 
 
-DriveIn = Drive | Ping | Report
+DriveIn = Drive | Operate | Ping | Report
 HostIn = (
     HoldQueue
     | EndTurn
@@ -808,7 +877,7 @@ HostIn = (
 StateIn = (
     SetName | Join | Leave | Here | Stop | Release | Want | Look | KeepTape | Received | HostIn
 )
-DriveOut = Pong
+DriveOut = Pong | Operated
 StateOut = (
     Hello
     | RoomState
@@ -828,7 +897,7 @@ StateOut = (
     | Told
 )
 
-DRIVE_COLUMNS: Final = compact.by_type(*get_args(DriveIn), DriveOut)
+DRIVE_COLUMNS: Final = compact.by_type(*get_args(DriveIn), *get_args(DriveOut))
 """The columns of the drive channel's rows, by type."""
 
 _DRIVE: TypeAdapter[DriveIn] = TypeAdapter(Annotated[DriveIn, Field(discriminator="type")])

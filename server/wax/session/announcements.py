@@ -12,6 +12,7 @@ from wax.driver.interface import Aboard, KnowsItsView
 from wax.protocol import messages
 from wax.records.shortened import shortened
 from wax.sentence import Sentence
+from wax.session import equipment
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -98,6 +99,8 @@ class Announcements:
             acknowledge=self._acknowledge,
             voice=self._voice_rules(number),
             cameras=self._camera_infos(number),
+            controls=equipment.controls(self._settings.controls) if number else [],
+            gauges=equipment.gauges(self._settings.gauges),
         )
 
     def room(
@@ -106,11 +109,13 @@ class Announcements:
         state: RobotState,
         stop: LatchedStop | None,
         now_s: float,
+        *,
         first_axes: Mapping[str, float] | None = None,
+        controls: Mapping[str, float] | None = None,
     ) -> messages.RoomState:
         """Return the state of the room, with those of `viewers` who have connected.
 
-        `first_axes` is where the axes were when the turn began.
+        `first_axes` is where the axes were when the turn began, `controls` what was set of them.
         """
         return messages.RoomState(
             viewers=self._lines(viewers, now_s),
@@ -138,6 +143,8 @@ class Announcements:
                 bumpers=state.bumpers,
                 battery_v=None if state.battery_v is None else round(state.battery_v, 1),
                 battery_fraction=state.battery_fraction,
+                gauges=equipment.told(self._settings.gauges, state),
+                beyond=equipment.beyond(self._settings.gauges, state),
             ),
             video=messages.SourceStatus(problem=self._problem("video", Sentence("camera.none"))),
             audio=messages.SourceStatus(problem=self._problem("audio", None)),
@@ -145,6 +152,7 @@ class Announcements:
             tape=self._tape(),
             aboard=self._aboard(state),
             cameras=[messages.SourceStatus(problem=one.problem) for one in self._cameras],
+            controls=dict(controls or {}),
         )
 
     def told(self, room: messages.RoomState, watching: int, now_s: float) -> messages.Told:

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from wax.config.settings import Settings
     from wax.control.gate import Command
     from wax.control.loop import ControlLoop
+    from wax.control.operation import Operation
+    from wax.control.reasons import Refusal
     from wax.control.turns import Turns
     from wax.records.records import Records
     from wax.rtc.network import Network
@@ -251,6 +253,17 @@ class Room:
     def viewer_drives(self, viewer: Viewer, command: Command) -> None:
         self._control.offer(viewer.number, command)
 
+    def viewer_operates(self, viewer: Viewer, asked: Operation) -> Refusal | None:
+        refusal = self._control.operate(
+            viewer.number,
+            asked,
+            is_host=viewer.visitor.is_host,
+            one_way_s=viewer.link.one_way_s,
+        )
+        if refusal is None and asked.wanted:
+            self._viewers.changed()
+        return refusal
+
     # --- by HTTP ---------------------------------------------------------------------------
 
     def role_of(self, visitor: Visitor) -> Role:
@@ -379,7 +392,8 @@ class Room:
             self._control.robot_state,
             self._control.latched,
             now_s,
-            self._control.first_axes,
+            first_axes=self._control.first_axes,
+            controls=self._control.control_values,
         )
 
     def _tell_hosts(self) -> None:

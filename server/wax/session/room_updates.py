@@ -22,7 +22,9 @@ _PLACES_HZ: Final = 1.0
 _PLACES_BURST: Final = 4
 _NAMES_HZ: Final = 1.0
 _FLEETING_EVERY_S: Final = 5.0
-_FLEETING: Final[dict[str, Any]] = {"robot": {"battery_v": True, "battery_fraction": True}}
+_FLEETING: Final[dict[str, Any]] = {
+    "robot": {"battery_v": True, "battery_fraction": True, "gauges": True}
+}
 _LISTS: Final = {"type": True, "viewers": True}
 
 

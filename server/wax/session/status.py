@@ -210,6 +210,8 @@ class Status:
             "pose": None if state.pose is None else asdict(state.pose),
             "aboard": None if state.aboard is None else asdict(state.aboard),
             "bumpers": state.bumpers,
+            "gauges": dict(state.gauges),
+            "controls": dict(self._control.control_values),
             "battery_v": state.battery_v,
             "battery_fraction": state.battery_fraction,
         }

@@ -10,6 +10,8 @@ import structlog
 
 from wax.access import permissions
 from wax.control.gate import Command
+from wax.control.operation import Operation
+from wax.control.reasons import Refusal
 from wax.error_boundary import ErrorBoundary
 from wax.errors import ForbiddenError, ProtocolError
 from wax.protocol import compact, messages
@@ -40,6 +42,9 @@ _DRIVE_BURST: Final = 200
 _COMMANDS_HZ: Final = 60.0
 _COMMANDS_BURST: Final = 120
 """As many as a link may hold back for two seconds."""
+_SETS_HZ: Final = 10.0
+_SETS_BURST: Final = 20
+"""What is set is sent again until it is answered, so what is over the rate is only put off."""
 _NAMES_HZ: Final = 0.5
 _WANTS_HZ: Final = 1.0
 _WANTS_BURST: Final = 8
@@ -51,6 +56,14 @@ _DRIVE_STATUS_S: Final = 0.3
 _MAX_STOP_CHARS: Final = 32
 """Longer messages over the rate limit are not even checked for a stop."""
 
+
+_ONLY_LATE: Final = (
+    Refusal.OUT_OF_ORDER,
+    Refusal.TOO_OLD,
+    Refusal.TOO_SLOW,
+    Refusal.FROM_FUTURE,
+)
+"""What is refused for one of these may count when it is sent again."""
 
 Request = messages.Join | messages.Leave | messages.Here | messages.KeepTape
 
@@ -75,6 +88,8 @@ class ViewerEvents(Protocol):
     def viewer_releases(self, viewer: Viewer, release: messages.Release) -> None: ...
 
     def viewer_drives(self, viewer: Viewer, command: Command) -> None: ...
+
+    def viewer_operates(self, viewer: Viewer, asked: Operation) -> Refusal | None: ...
 
 
 class Viewer:
@@ -123,6 +138,7 @@ class Viewer:
             "state": TokenBucket(rate_hz=state.rate_hz, burst=state.burst, now_s=now_s),
         }
         self._commands = TokenBucket(rate_hz=_COMMANDS_HZ, burst=_COMMANDS_BURST, now_s=now_s)
+        self._sets = TokenBucket(rate_hz=_SETS_HZ, burst=_SETS_BURST, now_s=now_s)
         self._keyframes = TokenBucket(rate_hz=_KEYFRAMES_HZ, burst=_KEYFRAMES_BURST, now_s=now_s)
         self._names = LastWins(
             weakly(self._ask_name), TokenBucket(rate_hz=_NAMES_HZ, burst=1, now_s=now_s)
@@ -285,7 +301,7 @@ class Viewer:
             self._counters.add("messages failed")
             _LOG.exception("message failed", viewer=self.number, channel=channel)
 
-    def _on_drive(self, message: messages.Drive | messages.Ping | messages.Report) -> None:
+    def _on_drive(self, message: messages.DriveIn) -> None:
         now_s = self._clock.now_s()
         match message:
             case messages.Drive():
@@ -294,6 +310,8 @@ class Viewer:
                     self._counters.add("messages over the rate")
                     return
                 self._events.viewer_drives(self, command_of(message))
+            case messages.Operate():
+                self._operate(message, now_s)
             case messages.Ping():
                 round_trip_s = self.link.pinged(
                     message.id, message.pong_id, message.pong_held_ms, now_s
@@ -310,6 +328,18 @@ class Viewer:
                 self.made_up_ms.count(None if sound is None else sound.concealed_ms, now_s)
                 self.frozen_ms.count(None if picture is None else picture.frozen_ms, now_s)
                 self.streams.reported(_playout(message))
+
+    def _operate(self, message: messages.Operate, now_s: float) -> None:
+        if message.wanted and not self._sets.take(now_s):
+            self._counters.add("messages over the rate")
+            return
+        refusal = self._events.viewer_operates(self, operation_of(message))
+        if message.wanted or message.held:
+            if refusal in _ONLY_LATE:
+                return
+            refused = None if refusal is None else refusal.value
+            operated = messages.Operated(seq=message.seq, refused=refused)
+            self._send("drive", compact.write(operated))
 
     def _on_state(self, message: messages.StateIn) -> None:
         match message:
@@ -387,6 +417,17 @@ def command_of(message: messages.Drive) -> Command:
         speed=message.speed,
         seen_s=None if message.seen_server_ms is None else message.seen_server_ms / 1000,
         axes=message.axes,
+    )
+
+
+def operation_of(message: messages.Operate) -> Operation:
+    """Convert what a page asks of the controls; its timestamp becomes seconds."""
+    return Operation(
+        seq=message.seq,
+        turn=message.turn,
+        sent_s=message.sent_server_ms / 1000,
+        held=message.held,
+        wanted=message.wanted,
     )
 
 
