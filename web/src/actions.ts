@@ -29,6 +29,13 @@ export interface Actions extends HearingActions {
   setAxis(name: string, position: number): void;
   /** Brings all axes back to their middle. */
   recentre(): void;
+  /** Holds one of the robot's controls, until the same holder releases it. */
+  holdControl(holder: string, name: string): void;
+  /** Returns false if this holder held none. */
+  releaseControl(holder: string): boolean;
+  slideControl(name: string, value: number): void;
+  setControl(name: string, value: number): void;
+  toggleControl(name: string): void;
   /** Changes how this user drives, which releases everything. */
   setDriving(change: Partial<DrivePreferences>): void;
   /** Drives with this gamepad, with none for null. */

@@ -8,6 +8,7 @@ import "./style/turn.css";
 import "./style/drive.css";
 import "./style/joystick.css";
 import "./style/ways.css";
+import "./style/controls.css";
 import "./style/voice.css";
 import "./style/queue.css";
 import "./style/settings.css";

@@ -95,6 +95,7 @@ export function startSession(): Session {
     fresh,
     sent: (where) => void goElsewhere(where),
     received,
+    operated: (answer) => controller.operating.answered(answer),
     receivers(ofSound, ofPicture) {
       if (acknowledger.isReady) acknowledger.watch(ofSound, ofPicture);
       else sound.watch(ofSound);
@@ -126,6 +127,8 @@ export function startSession(): Session {
       waitingBytes: link.peer?.waitingBytes ?? 0,
     }),
     send: (drive, urgent) => link.sendDrive(drive, urgent),
+    operate: (operate, urgent) => link.sendDrive(operate, urgent),
+    refused: (why) => say(said(why) ?? t("controls.lost")),
   });
   const letGo = () => controller.letGo();
   const stopControl = new StopControl({ state, link, client: () => identity.client, letGo, say });
@@ -443,6 +446,11 @@ export function startSession(): Session {
     keep: prefer,
     setAxis: (name, position) => controller.setAxis(name, position),
     recentre: () => controller.recentre(),
+    holdControl: (holder, name) => controller.operating.press(holder, name),
+    releaseControl: (holder) => controller.operating.release(holder),
+    slideControl: (name, value) => controller.operating.slide(name, value),
+    setControl: (name, value) => controller.operating.set(name, value),
+    toggleControl: (name) => controller.operating.toggle(name),
     setDriving(change) {
       letGo();
       prefer(change);

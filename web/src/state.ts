@@ -9,6 +9,7 @@ import type {
   AboardInfo,
   CameraInfo,
   Console,
+  ControlInfo,
   Ended,
   Hello,
   InvitationLink,
@@ -104,6 +105,10 @@ export interface State {
   scan: Signal<ScanItem | null>;
   pads: Signal<PadState>;
   axes: Signal<Readonly<Record<string, number>>>;
+  /** Which of the robot's controls are held here. */
+  heldControls: Signal<ReadonlySet<string>>;
+  /** What this page has set of them and the room does not say yet. */
+  wantedControls: Signal<Readonly<Record<string, number>>>;
   /** Whether a stop was released while this page drives, and nothing was pressed since. */
   isFreshlyReleased: Signal<boolean>;
   /** The progress of the proof of the stop; null before the host has asked. */
@@ -144,6 +149,8 @@ export interface State {
   stopNumber: ReadonlySignal<number | null>;
   /** Whether this page drives and no stop is in force. */
   mayMove: ReadonlySignal<boolean>;
+  /** Those of the robot's controls that this page may use now; what moves also needs `mayMove`. */
+  usableControls: ReadonlySignal<readonly ControlInfo[]>;
   /** Whether this page may speak through the robot: while it drives, and the host's. */
   maySpeak: ReadonlySignal<boolean>;
   /** Every viewer, unless the server allows only operator and host; even without a connection. */
@@ -208,6 +215,8 @@ export function createState(kept: Preferences): State {
     scan: signal(null),
     pads: signal(NO_PADS),
     axes: signal({}),
+    heldControls: signal(new Set<string>()),
+    wantedControls: signal({}),
     isFreshlyReleased: signal(false),
     proof: signal(null),
     ended: signal(null),
@@ -229,6 +238,16 @@ export function createState(kept: Preferences): State {
     drivingTurn,
     stopNumber,
     mayMove: computed(() => drivingTurn.value !== null && stopNumber.value === null),
+    usableControls: computed(() => {
+      if (!isConnected.value || isElsewhere.value) return [];
+      const { controls = [], is_host = false } = hello.value ?? {};
+      const roles = {
+        operator: drivingTurn.value !== null && isLeft(room.value),
+        host: is_host,
+        observer: true,
+      };
+      return controls.filter((one) => one.roles.some((role) => roles[role]));
+    }),
     maySpeak: computed(() => {
       const isTaken = hello.value?.voice != null && isConnected.value && !isElsewhere.value;
       return isTaken && (drivingTurn.value !== null || hello.value?.is_host === true);
@@ -252,6 +271,11 @@ export function createState(kept: Preferences): State {
       return secondsUntil(endsMs, serverMs.value, hello.value?.turn_s ?? Number.POSITIVE_INFINITY);
     }),
   };
+}
+
+/** Whether who sits in the robot, if somebody does, leaves it to its operator. */
+function isLeft(room: RoomState | null): boolean {
+  return (room?.aboard?.mode ?? "free") === "free";
 }
 
 /** The seconds left, rounded up; never more than a turn, never below 0. */

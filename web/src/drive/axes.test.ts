@@ -30,6 +30,8 @@ beforeEach(() => {
     serverMs: () => 5000,
     seenServerMs: () => 4900,
     uplink: () => ({ linkBps: 5_000_000, waitingBytes: 0 }),
+    operate: () => {},
+    refused: () => {},
     send: (drive) => sent.push(drive),
   });
   listening = new AbortController();

@@ -42,6 +42,8 @@ beforeEach(() => {
     serverMs: () => 5000,
     seenServerMs: () => null,
     uplink: () => ({ linkBps: 5_000_000, waitingBytes: 0 }),
+    operate: () => {},
+    refused: () => {},
     send: (drive, urgent) => sent.push({ ...drive, urgent }),
   });
   aborting = new AbortController();
@@ -314,6 +316,8 @@ it("is asked for nothing before it listens", () => {
     serverMs: () => 5000,
     seenServerMs: () => null,
     uplink: () => ({ linkBps: null, waitingBytes: 0 }),
+    operate: () => {},
+    refused: () => {},
     send: () => {},
   });
   another.useGamepad(0);

@@ -1,14 +1,16 @@
 import { computed, effect } from "@preact/signals";
-import type { Drive } from "../messages";
+import type { Drive, Operate, Sentence } from "../messages";
 import type { State } from "../state";
 import { AxisKeys } from "./axisKeys";
 import { CommandSender } from "./commandSender";
+import { listenControlKeys } from "./controlKeys";
 import { wayInForce } from "./drivePreferences";
 import { GamepadInput } from "./gamepad";
 import { DIRECTIONS, fingerHolder, InputState, type Motion } from "./inputState";
 import { KeyActions } from "./keyActions";
 import { listenKeyboard } from "./keyboard";
 import { listenLetGo } from "./letGo";
+import { Operating } from "./operating";
 import type { Uplink } from "./rate";
 import { type ScanItem, Scanner } from "./scanner";
 import { Ways } from "./ways";
@@ -19,6 +21,10 @@ export interface DriveControllerOptions {
   seenServerMs: () => number | null;
   uplink: () => Uplink;
   send: (drive: Drive, urgent: boolean) => void;
+  /** Sends what is held and set of the robot's controls. */
+  operate: (operate: Operate, urgent: boolean) => void;
+  /** Says why one of the robot's controls has no effect; null if it did not arrive. */
+  refused: (why: Sentence | null) => void;
 }
 
 /** What the ways to drive may do besides driving. */
@@ -37,6 +43,8 @@ export interface Deeds {
 export class DriveController {
   readonly input: InputState;
   readonly ways: Ways;
+  /** The robot's controls besides driving. */
+  readonly operating: Operating;
   readonly #sender: CommandSender;
   #scanner: Scanner | null = null;
   #gamepad: GamepadInput | null = null;
@@ -65,6 +73,7 @@ export class DriveController {
         axes: this.input.axes,
       }),
     });
+    this.operating = new Operating({ ...options, send: options.operate, input: this.input });
     state.drivingTurn.subscribe((turn) => this.#begin(turn));
     state.mayMove.subscribe((may) => this.#allow(may));
     let latched: number | null = null;
@@ -105,13 +114,20 @@ export class DriveController {
       letGo,
       signal,
     });
+    listenControlKeys(window, {
+      operating: this.operating,
+      controls: () => state.usableControls.peek(),
+      keys: () => state.preferences.peek().keys,
+      signal,
+    });
     const onPointer = (event: Event) => {
       if (!event.defaultPrevented) ways.interrupt();
     };
     window.addEventListener("pointerdown", onPointer, { signal });
     const lift = (pointerId: number, isCancelled: boolean) => {
       const holder = fingerHolder(pointerId);
-      return isCancelled ? ways.cancel(holder) : ways.release(holder);
+      const isControl = this.operating.release(holder);
+      return (isCancelled ? ways.cancel(holder) : ways.release(holder)) || isControl;
     };
     listenLetGo(window, { letGo, lift, signal });
     this.#gamepad = new GamepadInput(window, {
@@ -135,6 +151,7 @@ export class DriveController {
 
   /** Releases everything, and sends that three times within the same task. */
   letGo(): void {
+    this.operating.letGo();
     this.input.releaseAll();
     this.#sender.insistNow();
   }
@@ -228,6 +245,7 @@ export class DriveController {
     } else {
       this.#sender.insist();
     }
+    this.operating.inputChanged();
     state.held.value = new Set(DIRECTIONS.filter((one) => input.holds(one)));
     state.motion.value = input.motion;
     state.isHolding.value = input.isHolding;

@@ -1,10 +1,10 @@
 // @vitest-environment happy-dom
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import type { Drive } from "../messages";
+import type { Drive, Operate } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
 import { type FakePad, pad, plugIn, push, readings, takeAwayGamepads } from "../testing/gamepads";
-import { hello, room } from "../testing/messages";
+import { control, hello, room } from "../testing/messages";
 import { says } from "../words/said";
 import { DriveController } from "./driveController";
 import { fingerHolder } from "./inputState";
@@ -16,6 +16,7 @@ const FINGER = 3;
 
 let state: State;
 let sent: Drive[];
+let operated: Operate[];
 let aborting: AbortController;
 let controller: DriveController;
 let pads: (FakePad | null)[];
@@ -25,6 +26,7 @@ beforeEach(() => {
   vi.useFakeTimers();
   vi.spyOn(document, "hasFocus").mockReturnValue(true);
   sent = [];
+  operated = [];
   mine = pad();
   pads = [mine];
   state = createState(loadPreferences(null));
@@ -35,6 +37,8 @@ beforeEach(() => {
     serverMs: () => 5000,
     seenServerMs: () => null,
     uplink: () => ({ linkBps: 5_000_000, waitingBytes: 0 }),
+    operate: (operate) => operated.push(operate),
+    refused: () => {},
     send: (drive) => sent.push(drive),
   });
   aborting = new AbortController();
@@ -72,6 +76,16 @@ function byPad(hold: () => void): () => void {
 }
 
 const finger = fingerHolder(FINGER);
+
+function hasControls(): void {
+  const controls = [
+    control("spin", { moves: true }),
+    control("lift", { kind: "slider", moves: true }),
+    control("horn", { key: "KeyG" }),
+  ];
+  state.hello.value = hello({ viewer: ADA, controls });
+}
+
 const byFinger = (way: Way) => () => {
   drivesBy(way);
   controller.ways.press(finger, "forward");
@@ -99,6 +113,26 @@ const INPUTS: Record<string, [begin: () => void, goOn?: () => void]> = {
     () => {
       drivesBy("scan");
       key("keydown", "Enter");
+    },
+  ],
+  "a control that moves": [
+    () => {
+      hasControls();
+      controller.operating.press(finger, "spin");
+    },
+    () => controller.operating.inputChanged(),
+  ],
+  "a slider that moves": [
+    () => {
+      hasControls();
+      controller.operating.press(finger, "lift");
+      controller.operating.slide("lift", 0.5);
+    },
+  ],
+  "a slider that moves by itself": [
+    () => {
+      hasControls();
+      controller.operating.slide("lift", 0.5);
     },
   ],
   "a key of an axis": [
@@ -162,6 +196,45 @@ describe.each(Object.entries(INPUTS))("what %s holds", (_, [begin, goOn]) => {
     expect(sent.some(({ held }) => held)).toBe(false);
     expect(controller.input.isHolding).toBe(false);
   });
+});
+
+describe.each(["spin", "lift", "horn", "the horn's key"])(
+  "%s, one of the robot's controls",
+  (name) => {
+    beforeEach(() => {
+      hasControls();
+      if (name === "the horn's key") key("keydown", "KeyG");
+      else controller.operating.press(finger, name);
+      if (name === "lift") controller.operating.slide(name, 0.5);
+      expect(Object.keys(operated.at(-1)?.held ?? {})).toHaveLength(1);
+    });
+
+    it.each(Object.entries(RELEASES))("is released by %s, and stays so", (_, release) => {
+      operated = [];
+      release();
+      expect(operated[0]).toMatchObject({ held: {} });
+      vi.advanceTimersByTime(2500);
+      key("keydown", "KeyG", true);
+      expect(operated.every(({ held }) => Object.keys(held).length === 0)).toBe(true);
+      expect(state.heldControls.value.size).toBe(0);
+    });
+  },
+);
+
+describe.each(["spin", "horn"])("a finger on %s", (name) => {
+  it.each(["pointerup", "pointercancel"])(
+    "releases it by %s, and another finger does not",
+    (type) => {
+      hasControls();
+      controller.operating.press(finger, name);
+      const end = (pointerId: number) =>
+        window.dispatchEvent(new PointerEvent(type, { pointerId }));
+      end(FINGER + 1);
+      expect(operated.at(-1)?.held).toEqual({ [name]: 1 });
+      end(FINGER);
+      expect(operated.at(-1)?.held).toEqual({});
+    },
+  );
 });
 
 describe.each(["a button", "the joystick", "a step", "a click"])("a finger on %s", (name) => {

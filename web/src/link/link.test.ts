@@ -1,5 +1,5 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import type { StateOut } from "../messages";
+import type { Operated, StateOut } from "../messages";
 import { elsewhere, hello } from "../testing/messages";
 import { said, says } from "../words/said";
 import { Link, type LinkState } from "./link";
@@ -45,6 +45,7 @@ vi.mock("./peer", () => ({ Peer: FakePeer }));
 let link: Link;
 let states: LinkState[];
 let heard: StateOut[];
+let answers: Operated[];
 let sentTo: Sent[];
 
 beforeEach(() => {
@@ -55,11 +56,13 @@ beforeEach(() => {
   peers.length = 0;
   states = [];
   heard = [];
+  answers = [];
   sentTo = [];
   link = new Link(() => "client", {
     changed: (state) => states.push(state),
     fresh: () => {},
     received: (message) => heard.push(message),
+    operated: (answer) => answers.push(answer),
     offered: () => {},
     receivers: () => {},
     sent: (where) => sentTo.push(where),
@@ -101,6 +104,12 @@ function answerFor(seconds: number): void {
     pong();
   }
 }
+
+it("passes on what the server answers about the robot's controls", () => {
+  open();
+  peer().events.received("drive", JSON.stringify(["operated", 4, null]));
+  expect(answers).toEqual([{ type: "operated", seq: 4, refused: null }]);
+});
 
 it("is connected when the server has greeted, and passes its messages on", () => {
   expect(states.at(-1)).toEqual({ is: "connecting", reason: null });

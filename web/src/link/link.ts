@@ -1,5 +1,5 @@
 import { ServerClock } from "../clock";
-import type { Channel, DriveIn, Ended, StateIn, StateOut } from "../messages";
+import type { Channel, DriveIn, Ended, Operated, StateIn, StateOut } from "../messages";
 import { said } from "../words/said";
 import { t } from "../words/words";
 import { Heartbeat } from "./heartbeat";
@@ -29,6 +29,8 @@ export interface LinkEvents {
   /** A new peer takes the place of the one before, whose measurements are no longer valid. */
   fresh(peer: Peer): void;
   received(message: StateOut): void;
+  /** The server has answered what this page asks of the robot's controls. */
+  operated(answer: Operated): void;
   /** Called only at the moment when a peer's receivers are created. */
   receivers(sound: RTCRtpReceiver, picture: RTCRtpReceiver): void;
   /** The link has closed: the server has no place, but says who else has. */
@@ -310,7 +312,9 @@ export class Link {
     this.heard();
     if (this.#isRetrying && this.#isGreeted) this.#tryNow();
     if (channel === "drive") {
-      this.#heartbeat.heard(readRow(text), now());
+      const answer = readRow(text);
+      if (answer.type === "pong") this.#heartbeat.heard(answer, now());
+      else this.events.operated(answer);
       return;
     }
     const message = JSON.parse(text) as StateOut;

@@ -2,6 +2,7 @@
 import type { Sent } from "../link/signalling";
 import type {
   AboardInfo,
+  ControlInfo,
   Hello,
   Playout,
   RoomState,
@@ -52,6 +53,24 @@ export function hello(more: Partial<Hello> = {}): Hello {
     acknowledge: false,
     voice: null,
     cameras: [],
+    controls: [],
+    gauges: [],
+    ...more,
+  };
+}
+
+export function control(name: string, more: Partial<ControlInfo> = {}): ControlInfo {
+  return {
+    name,
+    label: name,
+    kind: "button",
+    min: 0,
+    max: 1,
+    step: 0.05,
+    choices: [],
+    key: "",
+    moves: false,
+    roles: ["operator"],
     ...more,
   };
 }
@@ -172,6 +191,8 @@ export function room(options: RoomOptions): RoomState {
       bumpers: 0,
       battery_v: null,
       battery_fraction: null,
+      gauges: {},
+      beyond: {},
     },
     video: { problem: null },
     audio: { problem: null },
@@ -179,5 +200,6 @@ export function room(options: RoomOptions): RoomState {
     tape: null,
     aboard: null,
     cameras: [],
+    controls: {},
   };
 }

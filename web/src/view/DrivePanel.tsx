@@ -5,6 +5,7 @@ import { useActions, useState } from "./context";
 import { DriveButton } from "./DriveButton";
 import { Axes } from "./drive/Axes";
 import { keyHint } from "./drive/keyHint";
+import { RobotControls } from "./drive/RobotControls";
 import { ScanPad } from "./drive/ScanPad";
 import { ArrowIcon } from "./icons";
 import { Joystick } from "./Joystick";
@@ -19,6 +20,7 @@ export function DrivePanel() {
     return (
       <section class="drive is-watching" aria-label={t("drive.name")}>
         <StopButton />
+        <RobotControls />
         <VoicePanel />
       </section>
     );
@@ -37,6 +39,7 @@ export function DrivePanel() {
         <Speed />
         <Axes />
       </div>
+      <RobotControls />
       <VoicePanel />
       <Hint />
     </section>

@@ -2,6 +2,7 @@ import type { Panel } from "../state";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { msWords } from "./figures";
+import { GaugeWarnings } from "./Gauges";
 import { BatteryIcon, BumperIcon, EarIcon, MutedIcon } from "./icons";
 import { LinkStatus } from "./LinkStatus";
 import { robotName } from "./robotName";
@@ -50,6 +51,7 @@ function Robot() {
           <span class="figure">{battery.split(",")[0]}</span>
         </span>
       )}
+      <GaugeWarnings />
     </>
   );
 }

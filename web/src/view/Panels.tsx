@@ -5,6 +5,7 @@ import { type Code, t } from "../words/words";
 import { About } from "./About";
 import { useActions, useState } from "./context";
 import { Facts } from "./Facts";
+import { Gauges } from "./Gauges";
 import { HostPanel } from "./host/HostPanel";
 import { CloseIcon } from "./icons";
 import { LossPanel } from "./LossPanel";
@@ -72,6 +73,7 @@ function content(panel: Panel): ComponentChildren {
     case "details":
       return (
         <>
+          <Gauges />
           <Facts />
           <Stats />
         </>

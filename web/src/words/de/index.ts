@@ -3,6 +3,7 @@
 import said from "../server/de.json";
 import type { Catalog, Language } from "../words";
 import aboard from "./aboard.json";
+import controls from "./controls.json";
 import door from "./door.json";
 import drive from "./drive.json";
 import entry from "./entry.json";
@@ -39,6 +40,7 @@ import when from "./when.json";
 
 export const de: Catalog = {
   ...aboard,
+  ...controls,
   ...door,
   ...drive,
   ...entry,

@@ -1,6 +1,7 @@
 /** English, the language in which every message is written first: one file an area of the page. */
 
 import aboard from "./aboard.json";
+import controls from "./controls.json";
 import door from "./door.json";
 import drive from "./drive.json";
 import entry from "./entry.json";
@@ -37,6 +38,7 @@ import when from "./when.json";
 
 export const en = {
   ...aboard,
+  ...controls,
   ...door,
   ...drive,
   ...entry,

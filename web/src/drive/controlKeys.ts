@@ -1,0 +1,35 @@
+import type { ControlInfo } from "../messages";
+import { isOwnPress } from "../typing";
+import { actionOf, type KeyMap } from "./keyMap";
+import type { Operating } from "./operating";
+
+export interface ControlKeysOptions {
+  operating: Operating;
+  controls: () => readonly ControlInfo[];
+  keys: () => KeyMap;
+  signal: AbortSignal;
+}
+
+/** Presses buttons and toggles by the keys that the host gave them, as far as the user's own do not. */
+export function listenControlKeys(target: EventTarget, options: ControlKeysOptions): void {
+  const { operating, controls, keys, signal } = options;
+  const onDown = (event: KeyboardEvent) => {
+    const control = controlOf(controls(), keys(), event.code);
+    if (!control || event.defaultPrevented || !isOwnPress(event)) return;
+    event.preventDefault();
+    if (control.kind === "button") operating.press(`key ${event.code}`, control.name);
+    else operating.toggle(control.name);
+  };
+  const onUp = (event: KeyboardEvent) => void operating.release(`key ${event.code}`);
+  target.addEventListener("keydown", onDown as EventListener, { signal });
+  target.addEventListener("keyup", onUp as EventListener, { signal });
+}
+
+/** Returns the control that this key presses; a key that the user has given something does that. */
+export function controlOf(
+  controls: readonly ControlInfo[],
+  keys: KeyMap,
+  key: string,
+): ControlInfo | undefined {
+  return actionOf(keys, key) === null ? controls.find((one) => one.key === key) : undefined;
+}
