@@ -134,5 +134,4 @@ want_all() {
     want_voice
     want_ear
     want_relay
-    want_fastdds
 }

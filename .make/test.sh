@@ -58,7 +58,7 @@ if [ "$what" != unit ]; then
     . .make/browsers.sh
     want_all
     sh .make/firmware.sh board >/dev/null
-    [ "$what" = test ] || { want_redis && want_webkit && sh .make/livekit.sh && sh .make/lighthouse.sh; }
+    [ "$what" = test ] || { want_redis && want_webkit && want_fastdds && sh .make/livekit.sh && sh .make/lighthouse.sh; }
     stage "checks" sh .make/check.sh
 fi
 stage "the unit tests of both languages" unit_tests

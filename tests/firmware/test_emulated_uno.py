@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from wax.driver.interface import RobotState
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(120)]
+pytestmark = [pytest.mark.system, pytest.mark.full, pytest.mark.timeout(120)]
 
 AHEAD = Twist(0.4, 0.0)
 HALF = power(400, full_mmps=800, least=40)

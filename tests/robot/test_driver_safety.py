@@ -163,11 +163,13 @@ class TestSerialFramesInItsProcess(TestSerialFrames):
         return make_robot(self.settings, clock)
 
 
+@pytest.mark.full
 class TestSerialBytesInItsProcess(TestSerialBytes):
     def make_driver(self, clock: Clock) -> Driver:
         return make_robot(self.settings, clock)
 
 
+@pytest.mark.full
 class TestSerialTextInItsProcess(TestSerialText):
     def make_driver(self, clock: Clock) -> Driver:
         return make_robot(self.settings, clock)

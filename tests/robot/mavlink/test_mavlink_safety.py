@@ -18,7 +18,11 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.driver.interface import Driver, Twist
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]  # the first one builds the rover
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.full,
+    pytest.mark.timeout(300),
+]  # the first one builds the rover
 
 
 class TestGuided(DriverSafety):

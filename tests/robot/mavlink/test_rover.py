@@ -29,7 +29,11 @@ if TYPE_CHECKING:
     from tests.robot.mavlink.conftest import Rig
     from tests.robot.mavlink.counterpart import Rover
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]  # the first one builds the rover
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.full,
+    pytest.mark.timeout(300),
+]  # the first one builds the rover
 
 KEY = bytes(range(32))
 AHEAD_LEFT = Twist(0.3, 0.5)

@@ -53,6 +53,7 @@ class TestByDds(DriverSafety):
         assert driver.limits.ttl_s is None
 
 
+@pytest.mark.full
 class TestByDdsInItsProcess(TestByDds):
     make = staticmethod(make_robot)
 

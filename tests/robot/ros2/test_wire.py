@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from wax.driver.interface import Driver
 
 pytest.importorskip("cyclonedds", reason='type: pip install "wax-teleop[ros2]"')
-pytestmark = [pytest.mark.system, pytest.mark.alone, pytest.mark.timeout(120)]
+pytestmark = [pytest.mark.system, pytest.mark.full, pytest.mark.alone, pytest.mark.timeout(120)]
 
 ZEROS_S = 1.5
 MIN_ZEROS = 30
