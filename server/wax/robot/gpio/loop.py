@@ -102,7 +102,9 @@ class PinLoop:
         try:
             pins = Pins(self._settings, self._bumped)
         except Exception as error:  # gpiozero's, or what a library of the pins raises
-            return self._says("gpio.not_open", error)
+            return Sentence(
+                "gpio.not_open", {"why": _why(error), "seconds": self._settings.reopen_s}
+            )
         with self._changed:
             self._setpoints.connected()
             self._epoch += 1
@@ -112,7 +114,7 @@ class PinLoop:
             while not self._closing:
                 self._step(pins, odometry)
         except Exception as error:
-            return self._says("gpio.lost", error)
+            return Sentence("gpio.lost", {"why": _why(error), "seconds": self._settings.reopen_s})
         finally:
             pins.close()
         return None
@@ -170,9 +172,9 @@ class PinLoop:
             self._setpoints.lost()
         self._state = RobotState(connected=False, problem=problem, epoch=self._epoch)
 
-    def _says(self, code: str, error: Exception) -> Sentence:
-        why = " ".join(str(error).split()) or type(error).__name__
-        return Sentence(code, {"why": why, "seconds": self._settings.reopen_s})
+
+def _why(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
 
 
 def _dismiss(guard: Guard | None) -> None:

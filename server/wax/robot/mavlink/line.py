@@ -61,19 +61,22 @@ def why_closed(settings: MavlinkSettings, error: Exception) -> Sentence:
         return why_not_open(settings.url, error, "robot.mavlink.url")
     if getattr(error, "errno", None) == errno.EADDRINUSE:
         return Sentence("mavlink.in_use", {"link": settings.url})
-    return Sentence("mavlink.not_open", _told(settings, error))
+    return Sentence(
+        "mavlink.not_open",
+        {"link": settings.url, "why": _why(error), "seconds": settings.reopen_s},
+    )
 
 
 def why_lost(settings: MavlinkSettings, error: Exception) -> Sentence:
     """Say why the line was lost."""
-    code = "port.lost" if parse(settings.url).kind == "serial" else "mavlink.lost"
-    values = _told(settings, error)
-    return Sentence(code, values | {"port": settings.url} if code == "port.lost" else values)
+    why, seconds = _why(error), settings.reopen_s
+    if parse(settings.url).kind == "serial":
+        return Sentence("port.lost", {"port": settings.url, "why": why, "seconds": seconds})
+    return Sentence("mavlink.lost", {"link": settings.url, "why": why, "seconds": seconds})
 
 
-def _told(settings: MavlinkSettings, error: Exception) -> dict[str, str | float]:
-    why = getattr(error, "strerror", None) or str(error) or type(error).__name__
-    return {"link": settings.url, "why": why, "seconds": settings.reopen_s}
+def _why(error: Exception) -> str:
+    return getattr(error, "strerror", None) or str(error) or type(error).__name__
 
 
 class _SerialLine:
