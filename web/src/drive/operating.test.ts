@@ -380,7 +380,7 @@ it("says nothing of a room that is gone", () => {
   state.room.value = null;
   expect(newest()?.held).toEqual({});
   state.room.value = {
-    ...room({ operator: ADA, number: 7, stop: { number: 1, by: says("Bob") } }),
+    ...room({ operator: ADA, number: 7, stop: { number: 1, by: says("Bob"), viewer: null } }),
   };
   operating.press("finger", "horn");
   expect(newest()?.held).toEqual({ horn: 1 });

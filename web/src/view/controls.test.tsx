@@ -226,7 +226,7 @@ describe("the robot's controls", () => {
   });
 
   it("that move wait while a stop is in force, the others do not", () => {
-    drives({ stop: { number: 1, by: says("Bob") } });
+    drives({ stop: { number: 1, by: says("Bob"), viewer: null } });
     expect(button("Look around").disabled).toBe(true);
     expect(slider("Lift").disabled).toBe(true);
     expect(button("Horn").disabled).toBe(false);
