@@ -11,6 +11,7 @@ from e2e.bench.fan_out import fan_out
 from e2e.bench.first_picture import first_picture
 from e2e.bench.key_to_byte import key_to_byte
 from e2e.bench.memory import memory
+from e2e.bench.picture_cost import picture_cost
 from e2e.bench.recording import recording
 from e2e.bench.servers import JANUS, STOCK, WAX
 from e2e.measure.suite import FIRMWARE, PAGE, SERVER, Case, Suite, measured
@@ -34,6 +35,7 @@ SUITE: Final = Suite(
             crossing,
             150,
         ),
+        measured("picture-cost", 600, picture_cost, "pictures of each size and codec", 150),
         measured("recording", 10, recording, "pairs of 30 s, the tape off and on", 1),
     ),
     notes=(

@@ -12,8 +12,10 @@ from e2e.bench.cameras import Stretch
 from e2e.bench.crossing import Watch
 from e2e.bench.crossing import rows_of as crossing_rows
 from e2e.bench.key_to_byte import Change, Stroke, changes, delays
+from e2e.bench.picture_cost import Cost, per_picture, row_of
 from e2e.bench.recording import Drive, rows_of
 from e2e.faults.record import Record
+from e2e.measure.errors import MeasureError
 
 
 def test_only_a_change_of_motion_counts() -> None:
@@ -93,3 +95,15 @@ def test_what_the_crossing_adds_is_the_difference() -> None:
     assert cpu.values["WAX"] == pytest.approx(0.4)
     slow, _ = crossing_rows((1280, 720), inside, Watch([9.0] * 200, [0.5]))
     assert slow.met is False
+
+
+def test_a_picture_costs_its_share_of_the_windows() -> None:
+    """The median window is told, with its share of a core; a window without any is no result."""
+    costs = per_picture([(0.3, 30), (0.6, 30), (0.45, 30)])
+    assert costs == pytest.approx([10.0, 20.0, 15.0])
+    row = row_of(640, 480, "vp8", Cost([1.0, 1.0], costs, 30.0), 90)
+    assert row.values == pytest.approx({"WAX": 15.0})
+    assert row.detail["share"] == pytest.approx(0.45)
+    assert (row.met, row.n) == (None, 90)
+    with pytest.raises(MeasureError, match="without a picture"):
+        per_picture([(0.3, 30), (0.1, 0)])
