@@ -56,6 +56,10 @@ page: ## what the page takes: first picture, main thread, input to the gate, mem
 	@sh .make/install.sh test
 	@sh .make/suite.sh page $(ARGS)
 
+drivers: ## each driver, from the key to its wire, and how its robot stops: make drivers ARGS="--only ros2/*"
+	@sh .make/install.sh test
+	@sh .make/suite.sh drivers $(ARGS)
+
 gallery: ## photograph the page in every state, window and theme: make gallery ARGS="--only driving"
 	@sh .make/install.sh test
 	@sh .make/suite.sh gallery $(ARGS)
@@ -92,4 +96,4 @@ clean: ## remove everything installed or built here
 	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis dist e2e/out \
 		web/node_modules web/src/generated server/wax/web/dist
 
-.PHONY: help run unit test test-all check bench lab goals sound faults public cluster voice page gallery figures mutants soak fuzz ablation coverage lock clean
+.PHONY: help run unit test test-all check bench lab goals sound faults public cluster voice page drivers gallery figures mutants soak fuzz ablation coverage lock clean

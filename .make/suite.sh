@@ -1,5 +1,5 @@
 # Run a suite that measures, or tests the tests, after installing what it drives.
-# usage: suite.sh bench | faults | public | cluster | voice | page | gallery | lab | soak | fuzz | mutants | coverage   ARGUMENTS…
+# usage: suite.sh bench | faults | public | cluster | voice | page | drivers | gallery | lab | soak | fuzz | mutants | coverage   ARGUMENTS…
 set -eu
 . .make/lib.sh
 . .make/browsers.sh
@@ -32,6 +32,9 @@ page)
     want_playwright && want_chromium && want_link && want_ear
     sh .make/firmware.sh board >/dev/null
     ;;
+drivers)
+    want_playwright && want_chromium && want_fastdds
+    ;;
 gallery)
     want_playwright && want_chromium
     sh .make/firmware.sh board >/dev/null
@@ -52,6 +55,6 @@ coverage)
     npm run --silent --prefix web coverage || status=1
     exit $status
     ;;
-*) die "usage: suite.sh bench | faults | public | cluster | voice | page | gallery | lab | soak | fuzz | mutants | coverage ARGUMENTS…" ;;
+*) die "usage: suite.sh bench | faults | public | cluster | voice | page | drivers | gallery | lab | soak | fuzz | mutants | coverage ARGUMENTS…" ;;
 esac
 exec python -m "e2e.$suite" "$@"

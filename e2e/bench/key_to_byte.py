@@ -8,7 +8,7 @@ from bisect import bisect_left
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from playwright.async_api import async_playwright
 
@@ -23,7 +23,7 @@ from e2e.measure.row import Row, judged
 from e2e.measure.summary import summarize
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from e2e.faults.record import Seen
 
@@ -72,7 +72,8 @@ async def key_to_byte(n: int) -> list[Row]:
         board = Board(Path(folder))
         await board.start()
         try:
-            strokes, clock_error_ms = await _strokes(board, n)
+            robot = {"driver": "serial", "serial": {"url": str(board.path)}}
+            strokes, clock_error_ms = await strokes_at(robot, n)
             record = Record(board.log_path)
             record.read()
         finally:
@@ -100,10 +101,14 @@ async def key_to_byte(n: int) -> list[Row]:
     ]
 
 
-async def _strokes(board: Board, n: int) -> tuple[list[Stroke], float]:
-    """Drive and type; gives the strokes, and how well their clock is known in ms."""
-    robot = {"driver": "serial", "serial": {"url": str(board.path)}}
-    async with serving(WAX, robot=robot) as server, async_playwright() as playwright:
+async def strokes_at(
+    robot: Mapping[str, Any], n: int, environment: Mapping[str, str] | None = None
+) -> tuple[list[Stroke], float]:
+    """Drive that robot and type; gives the strokes, and how well their clock is known in ms."""
+    async with (
+        serving(WAX, environment=environment, robot=robot) as server,
+        async_playwright() as playwright,
+    ):
         browser = await launch_chromium(playwright)
         viewer = await Viewer.prepare(await browser.new_context(), server.url)
         await viewer.page.add_init_script(_KEYS)

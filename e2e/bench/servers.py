@@ -18,7 +18,7 @@ from e2e.measure.suite import ROOT
 from e2e.peers import janus
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncIterator, Mapping
 
 WAX: Final = "WAX"
 STOCK: Final = "stock aiortc"
@@ -87,11 +87,18 @@ class JanusServer:
 
 @asynccontextmanager
 async def serving(
-    side: str, core: int | None = None, **settings: Any
+    side: str,
+    core: int | None = None,
+    environment: Mapping[str, str] | None = None,
+    **settings: Any,
 ) -> AsyncIterator[MeasuredServer]:
-    """Serve inside the block; raises `MeasureError` if it does not start."""
+    """Serve inside the block; raises `MeasureError` if it does not start.
+
+    A plug-in of the suites is found by its name.
+    """
     with TemporaryDirectory(prefix="wax-bench-") as folder:
         server = MeasuredServer(side, Path(folder), settings, core)
+        server.environment |= {"PYTHONPATH": str(ROOT)} | dict(environment or {})
         try:
             try:
                 await server.start()

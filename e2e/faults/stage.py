@@ -1,4 +1,4 @@
-"""A board, and a server that drives it, in a folder of their own."""
+"""A robot, and a server that drives it, in a folder of their own."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import TYPE_CHECKING, Any, Final, Protocol, Self
 
 import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 
@@ -74,8 +74,34 @@ STOPS_AT_EACH_TRIAL: Final = {
 """For observers who press Stop in each trial, far more often than people may."""
 
 
+class Robot(Protocol):
+    """A robot beyond a driver's link: `[robot]` for it, and a record of what came."""
+
+    settings: dict[str, Any]
+    environment: Mapping[str, str]
+    record: Record
+
+    async def start(self) -> None:
+        """Make it ready to be driven."""
+        ...
+
+    async def stop(self) -> None:
+        """End it; safe to call twice."""
+        ...
+
+
+class FirmwareRobot(Board):
+    """The board with the firmware of ours."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder)
+        self.settings = {"driver": "serial", "serial": {"url": str(self.path)}}
+        self.environment: Mapping[str, str] = {}
+        self.record = Record(self.log_path)
+
+
 class Stage:
-    """Use as an async context manager; inside, the server has found the board."""
+    """Use as an async context manager; inside, the server has found the robot."""
 
     def __init__(
         self,
@@ -83,22 +109,23 @@ class Stage:
         *settings: Mapping[str, Any],
         load: Load = DEFAULT,
         environment: Mapping[str, str] | None = None,
+        end: Callable[[Path], Robot] = FirmwareRobot,
     ) -> None:
         self.load = load
-        self.board = Board(folder)
-        robot = {"driver": "serial", "serial": {"url": str(self.board.path)}}
-        tree = toml.merged(_LONG_TURNS, load.media, {"robot": robot}, *settings)
+        self.robot = end(folder)
+        tree = toml.merged(_LONG_TURNS, load.media, {"robot": self.robot.settings}, *settings)
         self.server = Server(folder, toml.dumps(tree))
         # It finds the suite's own camera by name, like any plug-in.
-        self.server.environment |= {"PYTHONPATH": str(ROOT), **(environment or {})}
-        self.record = Record(self.board.log_path)
+        own = {"PYTHONPATH": str(ROOT)}
+        self.server.environment |= own | dict(self.robot.environment) | dict(environment or {})
+        self.record = self.robot.record
         self.crowd: Crowd | None = None
         self._ending = AsyncExitStack()
 
     async def __aenter__(self) -> Self:
         async with AsyncExitStack() as ending:
-            await self.board.start()
-            ending.push_async_callback(self.board.stop)
+            await self.robot.start()
+            ending.push_async_callback(self.robot.stop)
             await self.server.start()
             ending.push_async_callback(self.server.kill)
             await self.answers()
@@ -127,12 +154,12 @@ class Stage:
             raise MeasureError(f"of {self.load.observers} observers {here} were left at the end")
 
     async def answers(self, within_s: float = 15) -> None:
-        """Wait until the server knows of the board."""
+        """Wait until the server knows of the robot."""
 
         async def connected() -> bool:
             return bool((await self.server.status())["robot"]["connected"])
 
-        await eventually(connected, "the board is found", within_s=within_s, every_s=0.05)
+        await eventually(connected, "the robot is found", within_s=within_s, every_s=0.05)
 
     async def again(self) -> None:
         """Restart the killed server on the same port."""
@@ -140,6 +167,12 @@ class Stage:
         await self.server.start()
         await self.answers()
         await self._fill()
+
+    @property
+    def board(self) -> Board:
+        """The robot, where it is the board with our firmware."""
+        assert isinstance(self.robot, Board)
+        return self.robot
 
     @property
     def driver_pid(self) -> int:
@@ -216,10 +249,14 @@ async def staged(
     *tables: Mapping[str, Any],
     load: Load = DEFAULT,
     environment: Mapping[str, str] | None = None,
+    end: Callable[[Path], Robot] = FirmwareRobot,
     **settings: Mapping[str, Any],
 ) -> AsyncIterator[Stage]:
-    """Set up a stage in a temporary folder; `settings` override `tables`."""
+    """Set up a stage in a temporary folder; `settings` override `tables`.
+
+    `end` makes the robot: it is at the other end of the driver's link.
+    """
     with TemporaryDirectory(prefix="wax-faults-") as folder:
-        stage = Stage(Path(folder), *tables, settings, load=load, environment=environment)
+        stage = Stage(Path(folder), *tables, settings, load=load, environment=environment, end=end)
         async with stage:
             yield stage

@@ -123,6 +123,8 @@ def test_without_a_terminal_it_takes_yes(
 def test_breaking_off_leaves_nothing(tmp_path: Path, how: str) -> None:
     """Ctrl-C or Ctrl-D at a question of a real terminal ends it, with no file and no traceback."""
     ours, theirs = pty.openpty()
+    # In the background a shell has it ignored, which a child would inherit.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     process = subprocess.Popen(
         [sys.executable, "-m", "wax", "init", "robot.toml"],
         stdin=theirs,
@@ -131,6 +133,7 @@ def test_breaking_off_leaves_nothing(tmp_path: Path, how: str) -> None:
         cwd=tmp_path,
         start_new_session=True,
     )
+    signal.signal(signal.SIGINT, before)
     os.close(theirs)
     try:
         said = _read_until(ours, "Enter for 1")

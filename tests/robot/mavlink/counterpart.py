@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 ROOT: Final = Path(__file__).resolve().parents[3]
-SOURCE: Final = Path(__file__).with_name("counterpart")
+SOURCE: Final = Path(__file__).with_name("rover")
 TARGET: Final = ROOT / ".cache" / "mavlink-rover"
 OLDEST_CARGO: Final = (1, 88)
 NAMES: Final = {"guided": 15, "manual": 0, "acro": 1, "hold": 4}
@@ -117,9 +117,13 @@ class Rover:
 
     def take(self) -> list[Twist]:
         """Return the set-points that have reached it since the last call."""
+        return [twist for event in self.news() if (twist := as_twist(event)) is not None]
+
+    def news(self) -> list[dict[str, Any]]:
+        """Return what it has said since the last call."""
         with self._lock:
             new, self._taken = self._events[self._taken :], len(self._events)
-        return [twist for event in new if (twist := as_twist(event)) is not None]
+        return new
 
     def until(self, so: Callable[[], bool], what: str, within_s: float = 5.0) -> None:
         """Wait until it is so."""

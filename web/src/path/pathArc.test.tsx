@@ -38,6 +38,8 @@ beforeEach(() => {
 
 afterEach(() => {
   act(() => render(null, body));
+  // What waits for a frame has a real timer, too, which would look for this frame when all is gone.
+  vi.advanceTimersByTime(20);
   vi.useRealTimers();
 });
 
