@@ -22,7 +22,10 @@ if TYPE_CHECKING:
     from e2e.harness.server import Server
 
 BUDGET_BYTES: Final = 80_000
-LATER: Final = {"elsewhere", "statspage", "kiosk", "calibrate", "replay", "de", "pseudo"}
+LATER: Final = {
+    *("elsewhere", "statspage", "kiosk", "hostpanel", "calibrate", "controlset", "replay"),
+    *("de", "pseudo"),
+}
 """Names of parts that are for some people, or for later."""
 FIRST: Final = """() => new Promise((resolve) => {
     const entries = () => [

@@ -6,12 +6,14 @@ import { About } from "./About";
 import { useActions, useState } from "./context";
 import { Facts } from "./Facts";
 import { Gauges } from "./Gauges";
-import { HostPanel } from "./host/HostPanel";
 import { CloseIcon } from "./icons";
 import { LossPanel } from "./LossPanel";
+import { late } from "./late";
 import { Queue } from "./Queue";
 import { Settings } from "./Settings";
 import { Stats } from "./Stats";
+
+export const HostPanel = late(async () => (await import("./host/HostPanel")).HostPanel);
 
 /** What the tab says, and what heads the panel. */
 const NAMES: Record<Panel, readonly [tab: Code, title: Code]> = {

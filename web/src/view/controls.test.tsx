@@ -2,7 +2,7 @@
 import { getAllByRole, getByRole, queryByRole } from "@testing-library/dom";
 import { render } from "preact";
 import { act } from "preact/test-utils";
-import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { afterEach, beforeAll, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Actions } from "../actions";
 import { DriveController } from "../drive/driveController";
 import type { ControlInfo, GaugeInfo, Operate, RobotStatus } from "../messages";
@@ -12,7 +12,7 @@ import { aboard, control, hello, room } from "../testing/messages";
 import { testSession } from "../testing/session";
 import { says } from "../words/said";
 import { SessionContext } from "./context";
-import { RobotControls } from "./drive/RobotControls";
+import { ControlSet, RobotControls } from "./drive/RobotControls";
 import { Gauges, GaugeWarnings } from "./Gauges";
 
 const ADA = 1;
@@ -31,6 +31,8 @@ let state: State;
 let controller: DriveController;
 let sent: Operate[];
 let body: HTMLElement;
+
+beforeAll(ControlSet.load);
 
 beforeEach(() => {
   vi.useFakeTimers();

@@ -9,7 +9,7 @@ import {
 } from "@testing-library/dom";
 import { render } from "preact";
 import { act } from "preact/test-utils";
-import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { afterEach, beforeAll, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Actions, Session } from "../actions";
 import { DIRECTIONS, fingerHolder, InputState } from "../drive/inputState";
 import type { Tape, VoiceInfo } from "../messages";
@@ -19,6 +19,7 @@ import { History } from "../stats/history";
 import { aboard, hello, playout, room, served } from "../testing/messages";
 import { says } from "../words/said";
 import { App } from "./App";
+import { HostPanel } from "./Panels";
 import { blanked, notInvited, released } from "./words";
 
 let state: State;
@@ -28,6 +29,8 @@ let input: InputState;
 let body: HTMLElement;
 
 /** The page with a real state and real input, but no connection. */
+beforeAll(HostPanel.load);
+
 beforeEach(() => {
   state = createState(loadPreferences(null));
   const changed = () => {

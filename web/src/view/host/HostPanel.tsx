@@ -1,3 +1,4 @@
+import "../../style/host.css";
 import { useState } from "../context";
 import { ProofPanel } from "../ProofPanel";
 import { Calibration } from "./Calibration";

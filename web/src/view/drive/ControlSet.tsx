@@ -1,0 +1,194 @@
+import "../../style/controls.css";
+import type { TargetedKeyboardEvent, TargetedPointerEvent } from "preact";
+import { useEffect } from "preact/hooks";
+import { controlOf } from "../../drive/controlKeys";
+import { fingerHolder } from "../../drive/inputState";
+import type { ControlInfo } from "../../messages";
+import { figure, t } from "../../words/words";
+import { useActions, useState } from "../context";
+import { PRESSING } from "../keys";
+import { keyName } from "./keyHint";
+
+/** Keys that move a slider which has the focus. */
+const SLIDING = /^(Arrow.*|Home|End|PageUp|PageDown)$/;
+
+/** The controls that are shown; each by its kind. */
+export function ControlSet({ shown }: { shown: readonly ControlInfo[] }) {
+  return (
+    <fieldset class="controls" aria-label={t("controls.name")}>
+      {shown.map((control) => (
+        <Control key={control.name} control={control} />
+      ))}
+    </fieldset>
+  );
+}
+
+function Control({ control }: { control: ControlInfo }) {
+  switch (control.kind) {
+    case "button":
+      return <Hold control={control} />;
+    case "toggle":
+      return <Toggle control={control} />;
+    case "slider":
+      return <Slide control={control} />;
+    case "choice":
+      return <Choose control={control} />;
+  }
+}
+
+/** What a control shows, and whether it can be used now. */
+function useControl(control: ControlInfo) {
+  const { mayMove, room, usableControls, wantedControls, heldControls } = useState();
+  const { name } = control;
+  const isUsable = usableControls.value.includes(control) && (!control.moves || mayMove.value);
+  const value = wantedControls.value[name] ?? room.value?.controls[name];
+  return { isDisabled: !isUsable, isHeld: heldControls.value.has(name), value };
+}
+
+/** A button that works while it is pressed, as one that drives does. */
+function Hold({ control }: { control: ControlInfo }) {
+  const { isDisabled, isHeld } = useControl(control);
+  const { holdControl, releaseControl, letGo } = useActions();
+  const focusHolder = `control ${control.name}`;
+  const finger = (event: TargetedPointerEvent<HTMLButtonElement>) => fingerHolder(event.pointerId);
+  useEffect(() => () => void releaseControl(focusHolder), [releaseControl, focusHolder]);
+  // After an ordinary release nothing is held; anything still held was cancelled by the system.
+  const onLost = (event: TargetedPointerEvent<HTMLButtonElement>) => {
+    if (releaseControl(finger(event))) letGo();
+  };
+  const onKey = (event: TargetedKeyboardEvent<HTMLButtonElement>) => {
+    if (!PRESSING.has(event.code)) return;
+    event.preventDefault();
+    if (event.type === "keyup") releaseControl(focusHolder);
+    else if (!event.repeat) holdControl(focusHolder, control.name);
+  };
+  return (
+    <button
+      type="button"
+      class={isHeld ? "control is-held" : "control"}
+      disabled={isDisabled}
+      aria-keyshortcuts={useKey(control)}
+      onPointerDown={(event) => {
+        if (event.button !== 0) return;
+        // Prevent the focus, which would give Space to this button, and a text selection.
+        event.preventDefault();
+        event.currentTarget.setPointerCapture(event.pointerId);
+        holdControl(finger(event), control.name);
+      }}
+      onPointerUp={(event) => releaseControl(finger(event))}
+      onPointerCancel={onLost}
+      onLostPointerCapture={onLost}
+      // A long touch would open a menu on some phones.
+      onContextMenu={(event) => {
+        event.preventDefault();
+        event.stopPropagation();
+      }}
+      onMouseDown={(event) => event.preventDefault()}
+      onKeyDown={onKey}
+      onKeyUp={onKey}
+      onBlur={() => releaseControl(focusHolder)}
+    >
+      <Name control={control} />
+    </button>
+  );
+}
+
+function Toggle({ control }: { control: ControlInfo }) {
+  const { isDisabled, value } = useControl(control);
+  const { toggleControl } = useActions();
+  return (
+    <button
+      type="button"
+      class="control"
+      disabled={isDisabled}
+      aria-pressed={value === 1}
+      aria-keyshortcuts={useKey(control)}
+      onClick={() => toggleControl(control.name)}
+    >
+      <Name control={control} />
+    </button>
+  );
+}
+
+/** One that moves is held as long as somebody slides it, by whatever. */
+function Slide({ control }: { control: ControlInfo }) {
+  const { name, min, max, step, moves } = control;
+  const { isDisabled, isHeld, value } = useControl(control);
+  const { holdControl, releaseControl, slideControl } = useActions();
+  const holder = `control ${name}`;
+  const hold = (by: string) => {
+    if (moves) holdControl(by, name);
+  };
+  return (
+    <label class={isHeld ? "control is-slider is-held" : "control is-slider"}>
+      <bdi class="control-name">{control.label}</bdi>
+      <input
+        type="range"
+        min={min}
+        max={max}
+        step={step}
+        aria-label={control.label}
+        value={value ?? (moves ? (min + max) / 2 : min)}
+        disabled={isDisabled}
+        // The window gets the pointerup wherever it happens.
+        onPointerDown={(event) => hold(fingerHolder(event.pointerId))}
+        onKeyDown={(event) => {
+          if (SLIDING.test(event.code)) hold(holder);
+        }}
+        onKeyUp={() => releaseControl(holder)}
+        onBlur={() => releaseControl(holder)}
+        onInput={(event) => slideControl(name, event.currentTarget.valueAsNumber)}
+      />
+      <output>{value === undefined ? "" : figure(value)}</output>
+    </label>
+  );
+}
+
+function Choose({ control }: { control: ControlInfo }) {
+  const { isDisabled, value } = useControl(control);
+  const { setControl } = useActions();
+  return (
+    <div class="control is-choice" role="radiogroup" aria-label={control.label}>
+      <bdi class="control-name" aria-hidden="true">
+        {control.label}
+      </bdi>
+      <div class="choices">
+        {control.choices.map((choice, at) => (
+          <label key={choice} class="segment">
+            <input
+              type="radio"
+              name={`control-${control.name}`}
+              checked={value === at}
+              disabled={isDisabled}
+              onChange={() => setControl(control.name, at)}
+            />
+            <bdi>{choice}</bdi>
+          </label>
+        ))}
+      </div>
+    </div>
+  );
+}
+
+/** What it is called, and its key. */
+function Name({ control }: { control: ControlInfo }) {
+  const key = useKey(control);
+  return (
+    <>
+      <bdi class="control-name">{control.label}</bdi>
+      {key && (
+        <span class="control-key" aria-hidden="true">
+          {key}
+        </span>
+      )}
+    </>
+  );
+}
+
+/** What is printed on the key that presses it, as long as nothing else has that key. */
+function useKey(control: ControlInfo): string | undefined {
+  const { hello, preferences } = useState();
+  const { key } = control;
+  const is = controlOf(hello.value?.controls ?? [], preferences.value.keys, key) === control;
+  return key !== "" && is ? keyName(key) : undefined;
+}
