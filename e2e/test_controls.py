@@ -98,7 +98,7 @@ async def test_the_end_of_a_turn_releases_it(server: Server, open_viewer: OpenVi
     assert await moves(server)
     await ada.page.keyboard.down("KeyG")
     await robot_has(server, "horn", 1.0)
-    await ada.page.get_by_role("button", name="Leave the queue").focus()
+    await ada.page.get_by_role("button", name="End my turn").focus()
     await ada.page.keyboard.press("Enter")
     await robot_has(server, "horn", 0.0)
     assert await stands_still(server)
