@@ -30,7 +30,7 @@ function resolve(folder: string, name: string): string {
   throw new Error(`${name} is not in ${folder}`);
 }
 
-it("does not have the first load wait for what only watches elsewhere", () => {
+it("does not have the first load wait for what few pages need", () => {
   const loaded = [...loadedBy(join(ROOT, "main.tsx"))];
   expect(loaded).toContain("preact");
   expect(loaded).toContain(join(ROOT, "measure/report.ts"));
@@ -38,9 +38,12 @@ it("does not have the first load wait for what only watches elsewhere", () => {
   for (const folder of ["elsewhere", "kiosk", "replay"]) {
     expect(loaded.filter((one) => one.startsWith(join(ROOT, folder)))).toEqual([]);
   }
-  expect(loaded).toContain(join(ROOT, "view/host/Calibration.tsx"));
-  expect(loaded).not.toContain(join(ROOT, "view/host/Calibrate.tsx"));
-  expect(loaded).not.toContain(join(ROOT, "path/solve.ts"));
+  expect(loaded).not.toContain(join(ROOT, "view/host/HostPanel.tsx"));
+  expect(loaded).not.toContain(join(ROOT, "view/drive/ControlSet.tsx"));
+  const hosts = [...loadedBy(join(ROOT, "view/host/HostPanel.tsx"))];
+  expect(hosts).toContain(join(ROOT, "view/host/Calibration.tsx"));
+  expect(hosts).not.toContain(join(ROOT, "view/host/Calibrate.tsx"));
+  expect(hosts).not.toContain(join(ROOT, "path/solve.ts"));
   const later = [...loadedBy(join(ROOT, "elsewhere/elsewhere.ts"))];
   expect(later).toContain("livekit-client");
 });

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 ROOT: Final = Path(__file__).resolve().parents[3]
-SOURCE: Final = Path(__file__).with_name("rover")
+SOURCE: Final = Path(__file__).with_name("rover_program")
 TARGET: Final = ROOT / ".cache" / "mavlink-rover"
 OLDEST_CARGO: Final = (1, 88)
 NAMES: Final = {"guided": 15, "manual": 0, "acro": 1, "hold": 4}

@@ -113,7 +113,8 @@ async def goes_on(server: Server, *, picture: bool = True) -> None:
     async with server.http.get(server.url) as page:
         assert page.ok
     async with Client(server.url) as viewer:
-        await asyncio.wait_for(viewer.media.arrived["audio"].wait(), 15.0)
+        for kind in ("audio", "video") if picture else ("audio",):
+            await asyncio.wait_for(viewer.media.arrived[kind].wait(), 15.0)
         before = {kind: viewer.media.counts(kind).frames for kind in ("audio", "video")}
         await asyncio.sleep(_WATCH_S)
         after = {kind: viewer.media.counts(kind).frames for kind in ("audio", "video")}
