@@ -91,6 +91,19 @@ def test_of_two_alike_the_same_one_is_opened_again() -> None:
     assert rig.made == ["/dev/video0", "/dev/video0"]
 
 
+def test_its_twin_is_not_taken_for_it() -> None:
+    """Of two cameras of one model the other one is left alone when the driving view has gone."""
+    front, rear = device("/dev/video0", "Acme"), device("/dev/video2", "Acme")
+    rig = Rig(front, rear)
+    rig.camera.open()
+    rig.plugged = [rear]
+    with pytest.raises(SourceError, match="The camera Acme has gone"):
+        rig.camera.open()
+    rig.plugged = [rear, front]
+    rig.camera.open()
+    assert rig.made == ["/dev/video0", "/dev/video0"]
+
+
 def test_one_that_never_opened_binds_to_nothing() -> None:
     """A camera that could not be opened does not keep the others out when it has gone."""
     rig = Rig(device("/dev/video0", "Broken"))

@@ -184,6 +184,7 @@ def test_a_robot_with_a_hand_control_takes_somebody_aboard(
     [
         (WATCHDOG, r"^local\.source: .* has no hand control"),
         (GOOD + HAND, r"^local\.source: .* no watchdog of its own"),
+        (WATCHDOG.replace("0.2", "5.0") + HAND, r"^local\.source: .* only after 5 s"),
         ("raise OSError('no bus')", r"^robot\.driver: .*no bus"),
     ],
 )

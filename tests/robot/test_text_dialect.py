@@ -21,11 +21,11 @@ STOP = b"m 0 0\r"
 GO = b"m 500 500\r"
 
 
-def dialect(robot: dict[str, Any] | None = None, **text: Any) -> TextDialect:
+def dialect(robot: dict[str, Any] | None = None, baud: int = 4_000_000, **text: Any) -> TextDialect:
     """Give one that is fast enough not to matter, whose board listens at once."""
     lines = {"drive": "m {left} {right}\r", "per_mps": 1000.0, "boot_ms": 0} | text
     axes = [f"axis_{number}" for number in range(len(text.get("axis", [])))]
-    serial = {"dialect": "text", "baud": 4_000_000, "text": lines, "axes": axes}
+    serial = {"dialect": "text", "baud": baud, "text": lines, "axes": axes}
     settings = RobotSettings.model_validate({"serial": serial, **(robot or {})})
     limits = Limits(settings.max_linear_mps, settings.max_angular_rps, axes=tuple(axes))
     return TextDialect(settings, WheelMixer(settings), limits)
@@ -291,6 +291,25 @@ def test_questions_are_asked_in_turn() -> None:
     assert says(one, AHEAD, 1.16) == (GO + b"e\r", 1.26)
     assert says(one, AHEAD, 1.26) == (GO, 1.31)
     assert says(one, AHEAD, 1.31)[0] == b"v\r"
+
+
+def test_on_a_slow_port_no_stop_waits_behind_a_question() -> None:
+    """Beside a line that takes 83 ms nothing else is said; the question comes alone, later."""
+    one = dialect(baud=1200, ask=["e\r"], ask_ms=100)
+    one.hello(1.0)
+    one.say(STAND, 1.1)
+    assert one.say(AHEAD, 1.3)[0] == GO
+    assert one.say(AHEAD, 1.39)[0] == b"e\r"
+
+
+def test_what_is_seldom_asked_is_known_until_it_is_asked_again() -> None:
+    """Two and a half rounds of questions, a second at least."""
+    one = begun(ask=["v\r"], ask_ms=2000, reports=["V={battery_v}"])
+    one.hear(b"V=12.5\n", 1.02)
+    one.say(STAND, 6.0)
+    assert one.battery_v == 12.5
+    one.say(STAND, 6.1)
+    assert one.battery_v is None
 
 
 def test_reports_are_its_state() -> None:

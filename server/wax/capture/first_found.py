@@ -40,6 +40,7 @@ class FirstCamera:
         self._taken = frozenset(_node(one) for one in taken)
         self._list_cameras = list_cameras
         self._device: Device | None = None
+        self._has_twin = False
         self._source: VideoSource | None = None
 
     @property
@@ -75,12 +76,17 @@ class FirstCamera:
         if self._device is None:
             if not found:
                 raise SourceError(Sentence("camera.none_found"))
+            self._has_twin = sum(one.name == found[0].name for one in found) > 1
             return found[0]
-        # By its name first: a camera that was plugged in again often has another number.
+        # By its name, for a camera that was plugged in again often has another number; but where
+        # two have one name, only the number tells them apart.
         same = [one for one in found if one.name == self._device.name]
-        if not same:
+        exact = next((one for one in same if one.source == self._device.source), None)
+        if exact is not None:
+            return exact
+        if self._has_twin or len(same) != 1:
             raise SourceError(Sentence("camera.gone", {"camera": self._device.name}))
-        return next((one for one in same if one.source == self._device.source), same[0])
+        return same[0]
 
 
 def first_microphone(*, load_portaudio: Callable[[], Any] = load_portaudio) -> Device | None:

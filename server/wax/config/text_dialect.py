@@ -61,7 +61,7 @@ class TextDialectSettings(_Section):
     begin: Annotated[Lines, Field(max_length=8)] = []
     end: Annotated[Lines, Field(max_length=4)] = []
     answers: Line = ""
-    answer_ms: Annotated[int, Field(ge=100, le=5000)] = 500
+    answer_ms: Annotated[int, Field(ge=100, le=1000)] = 500
     ask: Annotated[Lines, Field(max_length=4)] = []
     ask_ms: Annotated[int, Field(ge=50, le=10_000)] = 200
     reports: Annotated[Lines, Field(max_length=8)] = []

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 LIMIT_S: Final = 8.0
 """Less than a second on most machines, a few on a small one that has just started."""
+_DIES_WITHIN_S: Final = 1.0
 _COMMAND: Final = ("-P", "-m", "wax.encode.trial")  # -P: not what lies in the working directory
 
 
@@ -73,18 +74,24 @@ def _run(
         )
     except OSError as error:
         return [], f"its trial could not be started ({error})"
-    with process:
-        try:
-            told, _ = process.communicate(json.dumps(asked).encode(), timeout=within_s)
-            end = f"its trial ended early ({_how(process.returncode)})"
-        except subprocess.TimeoutExpired:
-            process.kill()
-            told, _ = process.communicate()
-            end = "its trial did not end in time"
-        except BaseException:
-            process.kill()
-            raise
+    try:
+        told, _ = process.communicate(json.dumps(asked).encode(), timeout=within_s)
+        end = f"its trial ended early ({_how(process.returncode)})"
+    except subprocess.TimeoutExpired as late:
+        process.kill()
+        told, end = _rest(process, late), "its trial did not end in time"
+    except BaseException:
+        process.kill()
+        raise
     return [one for line in told.splitlines() if (one := _trial(line)) is not None], end
+
+
+def _rest(process: subprocess.Popen[bytes], late: subprocess.TimeoutExpired) -> bytes:
+    """Return what a killed process has said; one that hangs in a device's driver outlives that."""
+    try:
+        return process.communicate(timeout=_DIES_WITHIN_S)[0]
+    except subprocess.TimeoutExpired:
+        return late.stdout or b""
 
 
 def _how(code: int) -> str:

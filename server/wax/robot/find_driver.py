@@ -27,6 +27,8 @@ __all__ = ["make_driver", "make_robot"]
 
 _LOG = structlog.get_logger(__name__)
 
+_ABOARD_TTL_S: Final = 1.0
+
 NO_WATCHDOG: Final = (
     "if the driver's process hangs, or the link to the robot is cut, the robot keeps moving: its"
     " driver declares no watchdog of the robot's own (ttl_s)"
@@ -102,6 +104,11 @@ def _look(settings: RobotSettings, clock: Clock, log: LogSettings | None) -> Kno
 
 def _check_passenger(known: Known, settings: RobotSettings, local: LocalSettings) -> None:
     """Raise `ConfigError` where a person aboard would depend on one process, or has no control."""
+    if known.limits.ttl_s is not None and known.limits.ttl_s > _ABOARD_TTL_S:
+        raise ConfigError(
+            f"local.source: {settings.driver} stops by itself only after {known.limits.ttl_s:g} s"
+            f" (ttl_s), with somebody in it {_ABOARD_TTL_S:g} s are allowed: give its watchdog less"
+        )
     if known.limits.ttl_s is None:
         raise ConfigError(
             f"local.source: {settings.driver} declares no watchdog of its own (ttl_s), so nothing"

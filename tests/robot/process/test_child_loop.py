@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from wax.config.controls import ControlSettings
 from wax.config.settings import LocalSettings, RobotSettings
 from wax.driver.hand import HandReading
 from wax.driver.interface import Limits, RobotState, Twist
@@ -16,11 +17,13 @@ from wax.robot.process.child_loop import ChildLoop
 from wax.robot.process.claim import Claim
 from wax.robot.process.driver_watchdog import DriverWatchdog
 from wax.robot.process.passenger import Passenger, hand_watchdog
-from wax.robot.process.pipe_messages import Bye, Move, encode
+from wax.robot.process.pipe_messages import Bye, Control, Move, encode
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
+
+    from wax.driver.interface import ControlValue
 
 SILENCE_S = 0.12
 LIMITS = Limits(0.6, 1.5, ttl_s=0.2)
@@ -113,6 +116,13 @@ class Server:
             )
             os.write(self._writer, encode(move))
 
+    def sets(self, name: str, *, on: bool) -> None:
+        self._sequence += 1
+        told = Control(
+            sequence=self._sequence, sent_s=self._time.time_s, turn=1, name=name, value=on
+        )
+        os.write(self._writer, encode(told))
+
     def says_goodbye(self) -> None:
         os.write(self._writer, encode(Bye()))
 
@@ -159,6 +169,37 @@ def test_without_a_person_aboard_the_end_of_the_pipe_is_the_end(time: Time, serv
     loop.run()
     assert "drive" in robot.told
     assert robot.told[-4:] == ["state", "state", "stop", "close"]
+
+
+class BrokenLamp(Robot):
+    """Its lamp is unplugged."""
+
+    def control(self, name: str, value: ControlValue, turn: int) -> None:
+        self.told.append(name)
+        raise OSError("no such device")
+
+
+def test_a_lamp_that_fails_does_not_hold_the_robot(time: Time, server: Server) -> None:
+    """Only what moves it is a reason to stop."""
+    robot = BrokenLamp()
+    lamp = ControlSettings(name="lamp", kind="toggle")
+    watchdog = DriverWatchdog(LIMITS, 10.0, [lamp])
+    loop = ChildLoop(robot, watchdog, time, reader=server.reader, writer=server.writer)
+
+    def each_look() -> None:
+        if robot.looks == 4:
+            server.asks(0.0, 0.3)
+        elif robot.looks == 6:
+            server.sets("lamp", on=True)
+        elif robot.looks == 8:
+            server.asks(0.3)
+        elif robot.looks == 12:
+            server.dies()
+
+    robot.each_look = each_look
+    loop.run()
+    after = robot.told[robot.told.index("lamp") :]
+    assert "drive" in after[: after.index("stop")]
 
 
 @pytest.mark.parametrize("goodbye", [True, False])

@@ -88,6 +88,7 @@ class ChildLoop:
         self._said_s = 0.0
         self._unsent = encode(Ready(kind=driver.kind, limits=driver.limits))
         self._logged: Sentence | None = None
+        self._broken: set[str] = set()
         self._is_alone = False
         self._is_dismissed = False
 
@@ -214,7 +215,10 @@ class ChildLoop:
             try:
                 self._one(call)
             except Exception:
-                self._failed()
+                if isinstance(call, SetControl) and not call.moves:
+                    self._control_failed(call.name)
+                else:
+                    self._failed()
 
     def _one(self, call: Call) -> None:
         match call:
@@ -228,6 +232,12 @@ class ChildLoop:
                     self._driver.control(call.name, call.value, call.turn)
             case _:
                 self._driver.stop(call.turn)
+
+    def _control_failed(self, name: str) -> None:
+        """Log it, once for each: a lamp that fails is no reason to hold the robot."""
+        if name not in self._broken:
+            _LOG.exception("a control of the robot failed; it drives on", control=name)
+            self._broken.add(name)
 
     def _failed(self) -> None:
         if self._logged != NO_ANSWER:

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 FAREWELLS: Final = 3
 """Stops at the end, after which nobody says one again."""
 SHOWN_CHARS: Final = 40
+_BUSY_S: Final = 0.05
+"""So long the port may be busy with more than one line."""
 _BITS_A_BYTE: Final = 10
 """With start and stop bit."""
 
@@ -75,7 +77,9 @@ class TextDialect:
         elif not self.answers(now_s):
             words = self._repeated(self._stop, now_s)
         else:
-            words = self._motion(order, now_s) + self._moved_axes(order) + self._question(now_s)
+            words = self._motion(order, now_s)
+            words += self._moved_axes(order, words)
+            words += self._question(words, now_s)
         return self._sent(words, now_s), self._due_s()
 
     def farewell(self) -> bytes:
@@ -160,22 +164,27 @@ class TextDialect:
         self._said, self._again_s = line, now_s + self._own.keep_alive_ms / 1000.0
         return line
 
-    def _moved_axes(self, order: Order) -> bytes:
+    def _moved_axes(self, order: Order, before: bytes) -> bytes:
         words = b""
         for name, position in order.axes:
             template, least, most = self._axes[name]
             line = template.said({POSITION: least + (position + 1.0) / 2.0 * (most - least)})
-            if line != self._said_axes.get(name):
+            if line != self._said_axes.get(name) and self._has_room(before + words, line):
                 words += line
                 self._said_axes[name] = line
         return words
 
-    def _question(self, now_s: float) -> bytes:
-        if now_s < self._ask_s:
+    def _question(self, before: bytes, now_s: float) -> bytes:
+        question = self._ask[(self._asked + 1) % len(self._ask)] if self._ask else b""
+        if now_s < self._ask_s or not self._has_room(before, question):
             return b""
         self._ask_s = now_s + self._own.ask_ms / 1000.0
         self._asked += 1
-        return self._ask[self._asked % len(self._ask)]
+        return question
+
+    def _has_room(self, before: bytes, line: bytes) -> bool:
+        """Whether the next stop does not wait long behind this line, on a slow port."""
+        return not before or (len(before) + len(line)) * self._byte_s <= _BUSY_S
 
     def _sent(self, words: bytes, now_s: float) -> bytes:
         self._free_s = now_s + len(words) * self._byte_s

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 MAX_LINE: Final = 128
 STALE_S: Final = 1.0
-"""What was told so long ago is not known any more."""
+"""What was told so long ago is not known any more; of what is asked for less often, 2.5 rounds."""
 
 _ENDS: Final = re.compile(rb"[\r\n]+")
 _MAX_BUMPERS: Final = 0xFF
@@ -44,6 +44,8 @@ class Reports:
     def __init__(self, settings: RobotSettings) -> None:
         self._templates = [LineTemplate(one, REPORTED) for one in settings.serial.text.reports]
         self._odometry = Odometry(settings)
+        own = settings.serial.text
+        self._stale_s = max(STALE_S, 2.5 * len(own.ask) * own.ask_ms / 1000.0)
         self.forget()
 
     def forget(self) -> None:
@@ -67,7 +69,7 @@ class Reports:
         """Whether a wheel turns, by what says so or by what they are told to do; None unknown."""
         said = [self._newest(name, now_s) for name in ("moving", "left", "right")]
         known = [value != 0.0 for value in said if value is not None]
-        if self._turned is not None and now_s - self._turned[1] < STALE_S:
+        if self._turned is not None and now_s - self._turned[1] < self._stale_s:
             known.append(self._turned[0])
         return any(known) if known else None
 
@@ -94,8 +96,8 @@ class Reports:
         return known
 
     def _newest(self, name: str, now_s: float) -> float | None:
-        value, at_s = self._told.get(name, (0.0, -STALE_S))
-        return value if name in self._told and now_s - at_s < STALE_S else None
+        value, at_s = self._told.get(name, (0.0, -self._stale_s))
+        return value if name in self._told and now_s - at_s < self._stale_s else None
 
     def _turn(self, found: dict[str, float], now_s: float) -> None:
         """Compare the ticks, of which a line has both or none, with the last ones."""
