@@ -32,10 +32,14 @@ def vehicle(*news: News, now_s: float = 100.0, **settings: Any) -> Vehicle:
 
 
 def tell(
-    one: Vehicle, *news: News, now_s: float = 100.0, system: int = 1, signed: bool = False
-) -> None:
-    for piece in news:
-        one.hear(Heard(system, 1, piece, is_signed=signed), now_s)
+    one: Vehicle,
+    *news: News | None,
+    now_s: float = 100.0,
+    system: int = 1,
+    component: int = 1,
+    signed: bool = False,
+) -> list[bool]:
+    return [one.hear(Heard(system, component, piece, is_signed=signed), now_s) for piece in news]
 
 
 def code(sentence: Any) -> str:
@@ -104,6 +108,24 @@ def test_a_companion_of_the_same_number_is_noticed() -> None:
     tell(signed, BEAT, signed=True)
     assert code(signed.unfit()) == "mavlink.signed"
     assert code(vehicle(BEAT, Parameter("SYSID_MYGCS", 1.0)).unfit()) == "mavlink.not_ours"
+
+
+@pytest.mark.parametrize("component", [0, 2, 100, 191])
+def test_only_the_autopilot_speaks_for_the_rover(component: int) -> None:
+    """A camera or companion computer of its number neither keeps it there nor changes it."""
+    one = vehicle(BEAT, Attitude(0.0, 0.0, 60_000), Parameter("SYSID_MYGCS", 255.0))
+    others = (
+        None,
+        Heartbeat(6, 8, 0, is_armed=False),
+        Parameter("SYSID_MYGCS", 1.0),
+        Speed(0.5),
+        Attitude(0.0, 0.0, 500),
+    )
+    taken = tell(one, *others, now_s=100.0 + SILENT_S - 0.1, component=component, signed=True)
+    assert taken == [False] * len(others)
+    assert one.unfit() is None
+    assert (one.restarted, one.moving) == (False, None)
+    assert not one.answers(100.0 + SILENT_S)
 
 
 def test_a_restart_is_noticed_by_the_time_since_power_on() -> None:

@@ -9,6 +9,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from wax.robot.mavlink.mapping import BODY_FRAME, VELOCITY_AND_YAW_RATE
 from wax.robot.mavlink.news import (
+    AUTOPILOT,
     Attitude,
     Battery,
     Heard,
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
 OWN_COMPONENT: Final = 190
 """MAV_COMP_ID_MISSIONPLANNER, the number of a ground station."""
 
-_AUTOPILOT: Final = 1
 _SIGNING_BEGAN_S: Final = 1_420_070_400
 _TICKS_PER_S: Final = 100_000
 """Signatures count 10 µs since the year 2015."""
@@ -95,7 +95,7 @@ class Codec:
     def ask_parameter(self, name: str) -> bytes:
         return self._pack(
             self._mav.param_request_read_encode(
-                self._system, _AUTOPILOT, name.encode("ascii"), _ANY_INDEX
+                self._system, AUTOPILOT, name.encode("ascii"), _ANY_INDEX
             )
         )
 
@@ -103,7 +103,7 @@ class Codec:
         return self._pack(
             self._mav.command_long_encode(
                 self._system,
-                _AUTOPILOT,
+                AUTOPILOT,
                 mavlink.MAV_CMD_SET_MESSAGE_INTERVAL,
                 0,
                 message_id,
@@ -122,7 +122,7 @@ class Codec:
             self._mav.set_position_target_local_ned_encode(
                 round(now_s * 1000.0) & 0xFFFFFFFF,
                 self._system,
-                _AUTOPILOT,
+                AUTOPILOT,
                 BODY_FRAME,
                 VELOCITY_AND_YAW_RATE,
                 *(0.0,) * 3,
@@ -139,7 +139,7 @@ class Codec:
 
 
 def _heartbeat(message: Any) -> Heartbeat | None:
-    if message.get_srcComponent() != _AUTOPILOT and message.type != mavlink.MAV_TYPE_GCS:
+    if message.get_srcComponent() != AUTOPILOT and message.type != mavlink.MAV_TYPE_GCS:
         return None  # a gimbal, a camera or a companion computer of the same system
     return Heartbeat(
         kind=message.type,

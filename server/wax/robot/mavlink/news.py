@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
+
+AUTOPILOT: Final = 1
+"""MAV_COMP_ID_AUTOPILOT1, whichever system it is of."""
 
 
 @dataclass(frozen=True, slots=True)

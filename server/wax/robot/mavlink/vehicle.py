@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from wax.driver.interface import Pose
 from wax.robot.mavlink.failsafe import QUESTIONS, broken, obeys_another, promise
 from wax.robot.mavlink.news import (
+    AUTOPILOT,
     Attitude,
     Battery,
     Heard,
@@ -86,7 +87,7 @@ class Vehicle:
         self.restarted = False
 
     def hear(self, heard: Heard, now_s: float) -> bool:
-        """Take a message; returns whether it is the rover's."""
+        """Take a message; returns whether it is the rover's own, which its autopilot sends."""
         news = heard.news
         if heard.system == self._settings.own_system:
             self._has_twin = self._has_twin or isinstance(news, Heartbeat)
@@ -95,6 +96,8 @@ class Vehicle:
             if isinstance(news, Heartbeat) and news.kind != _GROUND_STATION:
                 self._other = heard.system
             return False
+        if heard.component != AUTOPILOT:
+            return False  # a camera or a companion computer, which go on when the autopilot is dead
         self._signs = heard.is_signed
         self._heard_s = now_s
         if news is not None:
