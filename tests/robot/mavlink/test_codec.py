@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import common as mavlink
@@ -72,6 +73,13 @@ def test_what_is_no_number_is_no_news() -> None:
         )
         == [None] * 3
     )
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), float("-inf")])
+@pytest.mark.parametrize("name", [b"FS_ACTION", b"GUID_TIMEOUT", b"SYSID_MYGCS"])
+def test_a_parameter_that_is_no_number_is_not_told(name: bytes, value: float) -> None:
+    """Nobody can round it, and every comparison with it is false: it would be a promise."""
+    assert news(Vehicle().says("param_value", name, value, 9, 1, 1)) == [None]
 
 
 def test_a_gimbals_heartbeat_is_not_the_rovers() -> None:

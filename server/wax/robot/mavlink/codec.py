@@ -149,7 +149,9 @@ def _heartbeat(message: Any) -> Heartbeat | None:
     )
 
 
-def _parameter(message: Any) -> Parameter:
+def _parameter(message: Any) -> Parameter | None:
+    if not math.isfinite(message.param_value):
+        return None  # as if it had not been told: it is asked for again
     return Parameter(message.param_id, message.param_value)
 
 
