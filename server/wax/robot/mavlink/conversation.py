@@ -88,14 +88,21 @@ class Conversation:
 
     # --- from the link ----------------------------------------------------------------------
 
+    def start(self) -> None:
+        """Begin, the driver was opened: no rover follows us yet."""
+        with self._lock:
+            self._has_driven = False
+
     def opened(self, now_s: float) -> None:
-        """Begin, the line is open."""
+        """Begin, the line is open; a rover of before may still follow what it was told last."""
         with self._lock:
             self._codec.forget()
             self._refused_before = self._codec.refused
             self._beat_s = -math.inf
-            self._has_driven = self._is_leaving = False
+            self._is_leaving = False
             self._schedule.begin()
+            if self._has_driven:
+                self._schedule.stopped(now_s)
             self._begin(now_s)
             self._look(now_s)
 
@@ -131,6 +138,11 @@ class Conversation:
                 self._beat_s = -math.inf  # it should know of us at once
             self._look(now_s)
             return any(heard)
+
+    def last_words(self, now_s: float) -> bytes:
+        """Return standstill for a line that is about to be closed; nothing to who is left alone."""
+        with self._lock:
+            return self._words(STANDSTILL, now_s) if self._may_tell(now_s) else b""
 
     def lost(self, problem: Sentence | None) -> None:
         """Begin anew: the line is lost, or closed where there is no problem."""
@@ -186,14 +198,19 @@ class Conversation:
         if self._ready:
             order, changes_s = self._setpoints.order(now_s)
             wanted = order.twist
-        elif not self._has_driven or (self._connected and not schedule.is_steady(now_s)):
-            # In another mode a person's transmitter may have it: they are not disturbed.
+        elif not self._may_tell(now_s):
             return b"", math.inf
         words = b""
         if schedule.next_s(wanted, now_s) <= now_s:
             schedule.said(wanted, now_s)
             words = self._words(wanted, now_s)
         return words, min(changes_s, schedule.next_s(wanted, now_s))
+
+    def _may_tell(self, now_s: float) -> bool:
+        if not self._has_driven:
+            return False
+        # In another mode a person's transmitter may have it: they are not disturbed.
+        return self._ready or not self._connected or self._schedule.is_steady(now_s)
 
     def _words(self, wanted: Twist, now_s: float) -> bytes:
         if self._settings.mode == "guided":

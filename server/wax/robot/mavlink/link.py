@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
 from wax.robot.mavlink.line import open_line, why_closed, why_lost
@@ -36,6 +37,7 @@ class Link:
         """Start opening the line and keep trying; no effect if already started."""
         if self._thread is not None:
             return
+        self._conversation.start()
         self._closing = threading.Event()
         self._thread = threading.Thread(
             target=self._keep, args=(self._closing,), name="mavlink", daemon=True
@@ -79,6 +81,8 @@ class Link:
         try:
             self._write(line, closing)
         except Exception as error:  # as above
+            with suppress(Exception):  # often only one way is lost
+                line.write(self._conversation.last_words(self._clock.now_s()))
             return why_lost(self._settings, error)
         finally:
             ended.set()

@@ -1,0 +1,184 @@
+"""What is said to a rover when its line is lost and opened again."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import TYPE_CHECKING, Final
+
+import pytest
+from pymavlink.dialects.v20 import common as mavlink
+from tests.turned_clock import TurnedClock
+
+from wax.clock import SystemClock
+from wax.driver.interface import STANDSTILL, Limits, Twist
+from wax.robot.mavlink.conversation import Conversation
+from wax.robot.mavlink.link import Link
+from wax.robot.mavlink.settings import MavlinkSettings
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+AHEAD: Final = Twist(0.3, 0.0)
+PARAMETERS: Final = {
+    "FS_GCS_ENABLE": 1.0,
+    "FS_GCS_TIMEOUT": 1.0,
+    "FS_TIMEOUT": 0.5,
+    "FS_ACTION": 2.0,
+    "FS_THR_ENABLE": 1.0,
+    "GUID_TIMEOUT": 1.0,
+    "SYSID_MYGCS": 255.0,
+}
+LIMITS: Final = Limits(0.6, 1.5)
+SETTINGS: Final = MavlinkSettings.model_validate({"url": "/dev/radio", "reopen_s": 0.05})
+
+
+def rover(mode: int = 15) -> bytes:
+    """Return what makes a rover ready to be driven, in this mode."""
+    mav = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
+    messages = [mavlink.MAVLink_heartbeat_message(10, 3, 128 | 1, mode, 4, 3)]
+    messages += [
+        mavlink.MAVLink_param_value_message(name.encode(), value, 9, 7, index)
+        for index, (name, value) in enumerate(PARAMETERS.items())
+    ]
+    return b"".join(message.pack(mav) for message in messages)
+
+
+def speeds(words: bytes) -> list[float]:
+    """Return the speeds that are set in there."""
+    heard = mavlink.MAVLink(None).parse_buffer(words) or ()
+    kind = mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED
+    return [message.vx for message in heard if message.get_msgId() == kind]
+
+
+def started(clock: TurnedClock) -> Conversation:
+    talk = Conversation(SETTINGS, LIMITS, clock, None)
+    talk.start()
+    talk.opened(clock.time_s)
+    return talk
+
+
+def driving(clock: TurnedClock) -> Conversation:
+    """Return one that has just told a rover to drive."""
+    talk = started(clock)
+    talk.received(rover(), clock.time_s)
+    assert speeds(talk.next(clock.time_s)[0]) == [0.0]
+    for twist in (STANDSTILL, AHEAD):
+        talk.apply(twist, 1, clock.time_s)
+    clock.time_s += 0.1
+    assert speeds(talk.next(clock.time_s)[0]) == [pytest.approx(AHEAD.linear_mps)]
+    return talk
+
+
+def test_a_line_that_is_open_again_stops_the_rover_at_once() -> None:
+    """Nothing was heard on it yet; the rover may still follow what it was told last."""
+    clock = TurnedClock()
+    talk = driving(clock)
+    talk.lost(None)
+    clock.time_s += 0.5
+    talk.opened(clock.time_s)
+    words, due_s = talk.next(clock.time_s)
+    assert speeds(words) == [0.0]
+    assert due_s - clock.time_s == pytest.approx(1.0 / SETTINGS.command_hz)
+    assert not talk.state().connected
+    for _ in range(50):
+        clock.time_s += 0.02
+        talk.apply(AHEAD, 1, clock.time_s)
+        assert speeds(talk.next(clock.time_s)[0]) in ([0.0], [])
+    assert speeds(talk.last_words(clock.time_s)) == [0.0]
+
+
+def test_a_rover_that_was_never_driven_is_not_disturbed() -> None:
+    """Neither on a first line nor on a later one, nor when it is lost: a person may drive it."""
+    clock = TurnedClock()
+    talk = started(clock)
+    for _ in range(2):
+        talk.received(rover(mode=0), clock.time_s)
+        assert speeds(talk.next(clock.time_s)[0]) == []
+        assert talk.last_words(clock.time_s) == b""
+        talk.lost(None)
+        clock.time_s += 0.5
+        talk.opened(clock.time_s)
+        assert speeds(talk.next(clock.time_s)[0]) == []
+
+
+def test_a_person_who_has_taken_the_rover_keeps_it_when_the_line_is_lost() -> None:
+    """Standstill is said for a while after the mode has changed, and no more."""
+    clock = TurnedClock()
+    talk = driving(clock)
+    talk.received(rover(mode=0), clock.time_s)
+    assert speeds(talk.last_words(clock.time_s)) == [0.0]
+    clock.time_s += 2.4
+    assert talk.state().connected
+    assert talk.last_words(clock.time_s) == b""
+
+
+def test_a_driver_that_is_opened_anew_says_nothing_before_it_drives() -> None:
+    """It had said farewell, and somebody else may have the rover since."""
+    clock = TurnedClock()
+    talk = driving(clock)
+    talk.lost(None)
+    talk.start()
+    talk.opened(clock.time_s)
+    assert speeds(talk.next(clock.time_s)[0]) == []
+
+
+class Line:
+    """One whose reader can be broken while what is written still arrives."""
+
+    def __init__(self) -> None:
+        self.said = b""
+        self.closed = False
+        self.breaks = threading.Event()
+        self._hears = rover()
+
+    def read(self) -> bytes:
+        if self.breaks.wait(0.005):
+            raise OSError("broken")
+        hears, self._hears = self._hears, b""
+        return hears
+
+    def answer(self) -> None:
+        """There is only one."""
+
+    def write(self, data: bytes) -> None:
+        assert not self.closed
+        self.said += data
+
+    def close(self) -> None:
+        self.closed = True
+
+
+def test_a_line_that_can_only_be_written_ends_with_standstill(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its reader is broken, and the rover does not wait for its own time-out."""
+    lines: list[Line] = []
+
+    def open_line(_: MavlinkSettings) -> Line:
+        lines.append(Line())
+        return lines[-1]
+
+    monkeypatch.setattr("wax.robot.mavlink.link.open_line", open_line)
+    clock = SystemClock()
+    talk = Conversation(SETTINGS, LIMITS, clock, None)
+    link = Link(SETTINGS, clock, talk)
+
+    def until(so: Callable[[], bool]) -> None:
+        end_s = time.monotonic() + 10.0
+        while not so():
+            assert time.monotonic() < end_s
+            talk.apply(AHEAD, 1, clock.now_s())
+            link.wake()
+            time.sleep(0.01)
+
+    link.open()
+    try:
+        until(lambda: talk.state().connected and talk.state().problem is None)
+        talk.apply(STANDSTILL, 1, clock.now_s())
+        until(lambda: speeds(lines[0].said)[-1] > 0.0)
+        lines[0].breaks.set()
+        until(lambda: len(lines) > 1)
+        assert speeds(lines[0].said)[-1] == 0.0
+    finally:
+        link.close()
