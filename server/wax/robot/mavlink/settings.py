@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+import math
+from typing import Annotated, ClassVar, Final, Literal, Self
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from wax.config.driver_settings import DriverSettings
-from wax.robot.mavlink.address import check
+from wax.robot.mavlink.address import check, parse
+
+LEAST_HZ: Final = 20.0
+FRAME_BYTES: Final = {"guided": 65, "manual": 23, "acro": 23}
+"""How long a set-point is on the line, in each mode."""
+SIGNATURE_BYTES: Final = 13
+_BITS_PER_BYTE: Final = 10
+"""On a serial line, with its start and its stop."""
+_PERCENT: Final = 70
+"""How much of a serial line set-points may fill: the rest is for heartbeats and questions."""
 
 
 class MavlinkSettings(DriverSettings):
@@ -48,8 +58,10 @@ class MavlinkSettings(DriverSettings):
         " nobody else may read it (chmod 600). With a key, what is not signed with it is ignored."
         " Empty: not signed.",
     )
-    command_hz: Annotated[float, Field(ge=20.0, le=100.0)] = Field(
-        50.0, description="How often a set-point is sent at most, and repeated in motion."
+    command_hz: Annotated[float, Field(ge=LEAST_HZ, le=100.0)] = Field(
+        50.0,
+        description="How often a set-point is sent at most, and repeated in motion. On a serial"
+        " port, set-points may fill 70 % of what baud lets through.",
     )
     telemetry_hz: Annotated[float, Field(ge=1.0, le=50.0)] = Field(
         10.0, description="How often the rover is asked to tell its speed, attitude and position."
@@ -65,3 +77,17 @@ class MavlinkSettings(DriverSettings):
     @classmethod
     def _is_a_line(cls, url: str) -> str:
         return check(url)
+
+    @model_validator(mode="after")
+    def _leaves_room_for_a_stop(self) -> Self:
+        frame_bytes = FRAME_BYTES[self.mode] + (SIGNATURE_BYTES if self.signing_key else 0)
+        frame_bits = frame_bytes * _BITS_PER_BYTE
+        needs_baud = math.ceil(self.command_hz * frame_bits * 100 / _PERCENT)
+        if parse(self.url).kind != "serial" or self.baud >= needs_baud:
+            return self
+        most_hz = self.baud * _PERCENT // (100 * frame_bits)
+        raise ValueError(
+            f"command_hz = {self.command_hz:g} is too often for baud = {self.baud}, where a stop"
+            f" would wait behind older set-points: set baud to {needs_baud} or more, here and at"
+            " the rover's port" + (f", or command_hz to {most_hz}" if most_hz >= LEAST_HZ else "")
+        )
