@@ -70,6 +70,22 @@ def driving(clock: TurnedClock) -> Conversation:
     return talk
 
 
+def test_only_the_first_standstill_after_motion_is_a_stop() -> None:
+    """The next one must not throw away the one before it, which a slow line still has to take."""
+    clock = TurnedClock()
+    talk = driving(clock)
+    clock.time_s += 0.02
+    talk.stop(1, clock.time_s)
+    words, due_s, is_stop = talk.next(clock.time_s)
+    assert (speeds(words), is_stop) == ([0.0], True)
+    for _ in range(50):
+        clock.time_s = due_s
+        talk.stop(1, clock.time_s)
+        _, due_s, is_stop = talk.next(clock.time_s)
+        assert not is_stop
+        due_s = max(due_s, clock.time_s + 0.02)
+
+
 def test_a_line_that_is_open_again_stops_the_rover_at_once() -> None:
     """Nothing was heard on it yet; the rover may still follow what it was told last."""
     clock = TurnedClock()
@@ -77,7 +93,7 @@ def test_a_line_that_is_open_again_stops_the_rover_at_once() -> None:
     talk.lost(None)
     clock.time_s += 0.5
     talk.opened(clock.time_s)
-    words, due_s = talk.next(clock.time_s)
+    words, due_s, _ = talk.next(clock.time_s)
     assert speeds(words) == [0.0]
     assert due_s - clock.time_s == pytest.approx(1.0 / SETTINGS.command_hz)
     assert not talk.state().connected
@@ -129,6 +145,7 @@ class Line:
     def __init__(self) -> None:
         self.said = b""
         self.closed = False
+        self.stops = 0
         self.breaks = threading.Event()
         self._hears = rover()
 
@@ -145,14 +162,18 @@ class Line:
         assert not self.closed
         self.said += data
 
+    def stop(self, data: bytes) -> None:
+        self.stops += 1
+        self.write(data)
+
     def close(self) -> None:
         self.closed = True
 
 
-def test_a_line_that_can_only_be_written_ends_with_standstill(
+def test_a_stop_overtakes_also_on_a_line_that_can_only_be_written(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Its reader is broken, and the rover does not wait for its own time-out."""
+    """Where its reader is broken, the rover does not wait for its own time-out."""
     lines: list[Line] = []
 
     def open_line(_: MavlinkSettings) -> Line:
@@ -164,11 +185,11 @@ def test_a_line_that_can_only_be_written_ends_with_standstill(
     talk = Conversation(SETTINGS, LIMITS, clock, None)
     link = Link(SETTINGS, clock, talk)
 
-    def until(so: Callable[[], bool]) -> None:
+    def until(so: Callable[[], bool], wanted: Twist = AHEAD) -> None:
         end_s = time.monotonic() + 10.0
         while not so():
             assert time.monotonic() < end_s
-            talk.apply(AHEAD, 1, clock.now_s())
+            talk.apply(wanted, 1, clock.now_s())
             link.wake()
             time.sleep(0.01)
 
@@ -176,6 +197,9 @@ def test_a_line_that_can_only_be_written_ends_with_standstill(
     try:
         until(lambda: talk.state().connected and talk.state().problem is None)
         talk.apply(STANDSTILL, 1, clock.now_s())
+        until(lambda: speeds(lines[0].said)[-1] > 0.0)
+        stops = lines[0].stops
+        until(lambda: lines[0].stops > stops, STANDSTILL)
         until(lambda: speeds(lines[0].said)[-1] > 0.0)
         lines[0].breaks.set()
         until(lambda: len(lines) > 1)

@@ -54,6 +54,7 @@ class Conversation:
         self._beat_s = -math.inf
         self._refused_before = 0
         self._connected = self._ready = self._has_driven = self._is_leaving = False
+        self._said_motion = False
         self._problem: Sentence | None = None
         self._epoch = 0
 
@@ -106,8 +107,11 @@ class Conversation:
             self._begin(now_s)
             self._look(now_s)
 
-    def next(self, now_s: float) -> tuple[bytes, float]:
-        """Return what to send now, and when to call again at the latest."""
+    def next(self, now_s: float) -> tuple[bytes, float, bool]:
+        """Return what to send now, when to call again at the latest, and whether it is a stop.
+
+        Only the first standstill after motion is one.
+        """
         with self._lock:
             self._look(now_s)
             words = b""
@@ -117,14 +121,16 @@ class Conversation:
                 words += self._codec.ask_parameter(name)
             for number, rate_hz in self._questions.telemetry(self._vehicle, now_s):
                 words += self._codec.ask_telemetry(number, rate_hz)
+            had_said_motion = self._said_motion
             told, due_s = self._tell(now_s)
             changes_s = (self._vehicle.silent_at_s, self._vehicle.asks_end_s)
-            return words + told, min(
+            due_s = min(
                 due_s,
                 self._beat_s,
                 self._questions.next_s(self._vehicle, now_s),
                 *(at_s for at_s in changes_s if at_s > now_s),
             )
+            return words + told, due_s, had_said_motion and not self._said_motion
 
     def received(self, data: bytes, now_s: float) -> bool:
         """Take what has come; returns whether it is from the rover."""
@@ -203,6 +209,7 @@ class Conversation:
         words = b""
         if schedule.next_s(wanted, now_s) <= now_s:
             schedule.said(wanted, now_s)
+            self._said_motion = not wanted.is_zero
             words = self._words(wanted, now_s)
         return words, min(changes_s, schedule.next_s(wanted, now_s))
 

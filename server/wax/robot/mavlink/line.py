@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import errno
 import socket
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import serial
 
 from wax.robot.mavlink.address import parse
+from wax.robot.mavlink.settings import FRAME_BYTES, SIGNATURE_BYTES
 from wax.robot.serial.reconnecting_port import why_not_open
 from wax.sentence import Sentence
 
@@ -24,6 +26,11 @@ READ_TIMEOUT_S: Final = 0.1
 WRITE_TIMEOUT_S: Final = 0.25
 CONNECT_TIMEOUT_S: Final = 0.5
 MAX_READ_BYTES: Final = 65_536
+MAY_WAIT_BYTES: Final = 200
+"""What a stop may wait for on a serial line; a telemetry radio takes it in 35 ms."""
+
+_END_OF_A_TORN_MESSAGE: Final = bytes(max(FRAME_BYTES.values()) + SIGNATURE_BYTES)
+"""A message that is torn swallows as much of what comes next; between two, zeros are nothing."""
 
 
 class Line(Protocol):
@@ -38,6 +45,10 @@ class Line(Protocol):
         ...
 
     def write(self, data: bytes) -> None: ...
+
+    def stop(self, data: bytes) -> None:
+        """Write what stops the rover, before what still waits here."""
+        ...
 
     def close(self) -> None: ...
 
@@ -99,6 +110,13 @@ class _SerialLine:
     def write(self, data: bytes) -> None:
         self._port.write(data)
 
+    def stop(self, data: bytes) -> None:
+        with suppress(Exception):  # a port that does not know is no lost one
+            if self._port.out_waiting > MAY_WAIT_BYTES:
+                self._port.reset_output_buffer()
+                data = _END_OF_A_TORN_MESSAGE + data
+        self._port.write(data)
+
     def close(self) -> None:
         self._port.close()
 
@@ -123,6 +141,9 @@ class _TcpLine:
 
     def write(self, data: bytes) -> None:
         self._socket.sendall(data)
+
+    def stop(self, data: bytes) -> None:
+        self.write(data)
 
     def close(self) -> None:
         self._socket.close()
@@ -166,6 +187,9 @@ class _UdpLine:
             # The network may come back; what was not sent is said again anyway.
             if error.errno not in (errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENOBUFS):
                 raise
+
+    def stop(self, data: bytes) -> None:
+        self.write(data)
 
     def close(self) -> None:
         self._socket.close()

@@ -82,7 +82,8 @@ class Link:
             self._write(line, closing)
         except Exception as error:  # as above
             with suppress(Exception):  # often only one way is lost
-                line.write(self._conversation.last_words(self._clock.now_s()))
+                if words := self._conversation.last_words(self._clock.now_s()):
+                    line.stop(words)
             return why_lost(self._settings, error)
         finally:
             ended.set()
@@ -98,8 +99,10 @@ class Link:
             now_s = self._clock.now_s()
             if closing.is_set() and ends_s == math.inf:
                 ends_s = now_s + self._conversation.farewell(now_s)
-            words, due_s = self._conversation.next(now_s)
-            if words:
+            words, due_s, is_stop = self._conversation.next(now_s)
+            if is_stop:
+                line.stop(words)
+            elif words:
                 line.write(words)
             if self._clock.now_s() >= ends_s:
                 return

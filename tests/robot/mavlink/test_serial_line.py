@@ -1,0 +1,78 @@
+"""A stop on a serial line does not wait behind what the line has not taken yet."""
+
+from __future__ import annotations
+
+import pytest
+from pymavlink.dialects.v20 import common as mavlink
+
+from wax.robot.mavlink.codec import Codec
+from wax.robot.mavlink.line import MAY_WAIT_BYTES, Line, open_line
+from wax.robot.mavlink.mapping import Velocity
+from wax.robot.mavlink.settings import MavlinkSettings
+
+SETTINGS = MavlinkSettings.model_validate({"url": "/dev/radio"})
+
+
+class Port:
+    """A port that takes nothing."""
+
+    def __init__(self, *_: object, **__: object) -> None:
+        self.waits = b""
+        self.knows = True
+
+    @property
+    def out_waiting(self) -> int:
+        if not self.knows:
+            raise OSError("not supported")
+        return len(self.waits)
+
+    def write(self, data: bytes) -> None:
+        self.waits += data
+
+    def reset_output_buffer(self) -> None:
+        self.waits = b""
+
+
+@pytest.fixture
+def port(monkeypatch: pytest.MonkeyPatch) -> Port:
+    port = Port()
+    monkeypatch.setattr("serial.Serial", lambda *_, **__: port)
+    return port
+
+
+@pytest.fixture
+def line(port: Port) -> Line:
+    return open_line(SETTINGS)
+
+
+def told(data: bytes, key: bytes | None) -> list[float]:
+    """Return the speeds that a rover reads there."""
+    heard = Codec(1, 255, key, 1_700_000_000_000)._mav.parse_buffer(data) or ()
+    kind = mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED
+    return [message.vx for message in heard if message.get_msgId() == kind]
+
+
+@pytest.mark.parametrize("key", [None, bytes(range(32))])
+def test_a_stop_overtakes_what_waits(port: Port, line: Line, key: bytes | None) -> None:
+    """Wherever the message is torn that the port was taking, the rover reads the stop."""
+    codec = Codec(255, 1, key, 1_800_000_000_000)
+    ahead = codec.velocity(Velocity(0.5, 0.0), 1.0)
+    for taken in range(len(ahead)):
+        port.waits = ahead * 20
+        line.stop(codec.velocity(Velocity(0.0, 0.0), 1.0))
+        assert len(port.waits) <= MAY_WAIT_BYTES
+        assert told(ahead[:taken] + port.waits, key) == [0.0]
+
+
+def test_what_is_nearly_out_is_not_torn(port: Port, line: Line) -> None:
+    """A short wait does no harm, and a stop that is written once is enough."""
+    line.write(bytes(MAY_WAIT_BYTES))
+    line.stop(b"stop")
+    assert port.waits == bytes(MAY_WAIT_BYTES) + b"stop"
+
+
+def test_a_port_that_does_not_know_what_waits_is_written_to(port: Port, line: Line) -> None:
+    """It is not taken for a lost one."""
+    port.knows = False
+    line.stop(b"stop")
+    assert port.waits == b"stop"
