@@ -181,6 +181,7 @@ async def test_the_hosts_own_robot_is_driven(
         assert await until(lambda: not rover.moves, 2)
 
 
+@pytest.mark.full
 def test_its_stop_is_proved(own: Environment, rover: JsonRover) -> None:
     """The last command drives it and cuts its links; what no program can cut it names."""
     line = DRIVE_IT[-1]

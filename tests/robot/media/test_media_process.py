@@ -297,7 +297,7 @@ def test_a_camera_that_fails_is_one_sentence_and_comes_back(
     first(source)
 
 
-@pytest.mark.parametrize("is_heard", [True, False])
+@pytest.mark.parametrize("is_heard", [pytest.param(True, marks=pytest.mark.full), False])
 def test_a_camera_that_hangs_is_tried_anew_where_nobody_suffers(
     made: Callable[[str], SensingDriver], log: Log, is_heard: bool
 ) -> None:

@@ -133,30 +133,30 @@ BUILT = "The robot's driver cannot be built; retrying. robot.driver: "
 HANGS = "The driver process does not answer; restarting it."
 NO_ANSWER = "The robot does not answer."
 SLOW = pytest.mark.full
-"""It takes the 20 s that a plug-in may need to load."""
+"""It takes the 20 s that a plug-in may need to load, or does much as another of its kind."""
 
 
 @pytest.mark.parametrize(
     ("driver", "says"),
     [
         pytest.param("raises_on_import:Robot", BUILT, id="raises on import"),
-        pytest.param("exits_on_import:Robot", ENDED + "status 3", id="exits on import"),
+        pytest.param("exits_on_import:Robot", ENDED + "status 3", id="exits on import", marks=SLOW),
         pytest.param("hangs_on_import:Robot", HANGS, id="hangs on import", marks=SLOW),
         ("misbehaving:RaisesInConstructor", BUILT),
-        ("misbehaving:RubbishLimits", BUILT),
-        ("misbehaving:RubbishKind", BUILT),
+        pytest.param("misbehaving:RubbishLimits", BUILT, marks=SLOW),
+        pytest.param("misbehaving:RubbishKind", BUILT, marks=SLOW),
         ("misbehaving:RaisesInLimits", BUILT),
-        ("misbehaving:RaisesInOpen", ENDED + "status 1"),
+        pytest.param("misbehaving:RaisesInOpen", ENDED + "status 1", marks=SLOW),
         pytest.param("misbehaving:HangsInOpen", HANGS, marks=SLOW),
         ("misbehaving:RaisesInApply", NO_ANSWER),
-        ("misbehaving:HangsInApply", HANGS),
+        pytest.param("misbehaving:HangsInApply", HANGS, marks=SLOW),
         ("misbehaving:HangsWithInterpreter", HANGS),
-        ("misbehaving:RaisesInState", NO_ANSWER),
+        pytest.param("misbehaving:RaisesInState", NO_ANSWER, marks=SLOW),
         ("misbehaving:RubbishState", NO_ANSWER),
         ("misbehaving:HangsInState", HANGS),
-        ("misbehaving:HangsInClose", HANGS),
+        pytest.param("misbehaving:HangsInClose", HANGS, marks=SLOW),
         ("misbehaving:LeaksThreads", "takes ever more of the machine ("),
-        ("misbehaving:LeaksFiles", NO_ANSWER),
+        pytest.param("misbehaving:LeaksFiles", NO_ANSWER, marks=SLOW),
         ("misbehaving:Exits", ENDED + "status 3"),
         ("misbehaving:KillsItself", ENDED + "signal 9"),
         pytest.param("misbehaving:TakesSignals", HANGS, marks=SLOW),
@@ -200,9 +200,9 @@ async def test_a_driver_that_prints_without_end_fills_no_log(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("driver", "says"),
     [
-        ("CameraRaises", "The camera failed: no lens"),
+        pytest.param("CameraRaises", "The camera failed: no lens", marks=SLOW),
         ("CameraHangs", "The camera delivers nothing; check that it is connected."),
-        ("CameraIsNone", "The camera failed: "),
+        pytest.param("CameraIsNone", "The camera failed: ", marks=SLOW),
         ("CameraIsOdd", "The camera delivers something other than a table of bytes; it must be"),
         ("CameraExits", "The process of the robot's camera and sound has ended (status 5"),
         ("CameraLocks", "The robot's camera and sound are starting."),
