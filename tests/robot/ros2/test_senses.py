@@ -172,3 +172,16 @@ def test_what_is_no_message_is_counted() -> None:
     senses.hear("odometry", odometry(z=float("inf")), 1.0)
     assert senses.pose(1.0) is None
     assert senses.invalid == 1
+
+
+def test_an_octet_of_nothing_and_words_without_end_are_counted() -> None:
+    """Neither a level of no octet nor a message of a thousand levels raises."""
+    deep: Any = SimpleNamespace()
+    for _ in range(5000):
+        deep = SimpleNamespace(inner=deep)
+    senses = Senses()
+    senses.hear("diagnostics", status(""), 1.0)
+    error = SimpleNamespace(level=2, name="motors", message=deep)
+    senses.hear("diagnostics", SimpleNamespace(status=[error]), 1.0)
+    assert senses.fault(1.0) is None
+    assert senses.invalid == 2

@@ -25,6 +25,10 @@ _ERROR: Final = 2
 _BUMP: Final = 1
 _MAX_WORDS: Final = 200
 _MAX_STATUSES: Final = 256
+_NO_MESSAGE: Final = (
+    *(AttributeError, TypeError, ValueError, OverflowError),
+    *(IndexError, RecursionError),  # an empty octet; words that are a deep tree
+)
 
 
 class Senses:
@@ -47,7 +51,7 @@ class Senses:
         """
         try:
             self._hear[kind](self, message, now_s)
-        except (AttributeError, TypeError, ValueError, OverflowError):
+        except _NO_MESSAGE:
             self.invalid += 1
 
     def pose(self, now_s: float) -> Pose | None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
+from wax.driver.checks import NO_ANSWER
 from wax.errors import DriverError
 from wax.robot.ros2 import names
 from wax.robot.ros2.link import Wanted, command_type, open_link
@@ -76,7 +77,13 @@ class Session:
                     self._connect()
                 except DriverError as error:
                     self._lost(error.sentence)
-                    self._pause(self._settings.reopen_s)
+                except Exception:
+                    # Without this thread the robot would count as connected for ever.
+                    _LOG.exception("the robot's link failed")
+                    self._lost(NO_ANSWER)
+                else:
+                    continue
+                self._rest(self._settings.reopen_s)
         finally:
             if self._standby is not None:
                 self._standby.leave()
@@ -170,6 +177,11 @@ class Session:
         with self._changed:
             self._changed.wait_for(self._must_act, min(max(0.0, pause_s), threading.TIMEOUT_MAX))
 
+    def _rest(self, pause_s: float) -> None:
+        """Wait whatever is new: what could not be sent is no reason to try again at once."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._closing, pause_s)
+
     def _must_act(self) -> bool:
         return self._news or self._closing or self._error is not None
 
@@ -181,9 +193,16 @@ class Session:
                 for kind, message in link.take(LISTEN_S):
                     self._talk.hear(kind, message, self._clock.now_s())
         except DriverError as error:
-            with self._changed:
-                self._error = error
-                self._changed.notify()
+            self._give_up(error)
+        except Exception:
+            _LOG.exception("what the robot tells cannot be heard")
+            self._give_up(DriverError(NO_ANSWER))
+
+    def _give_up(self, error: DriverError) -> None:
+        """Let the sender make the connection anew."""
+        with self._changed:
+            self._error = error
+            self._changed.notify()
 
 
 def wanted(settings: Ros2Settings) -> list[Wanted]:

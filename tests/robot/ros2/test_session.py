@@ -1,0 +1,93 @@
+"""The connection's two threads outlive whatever a link raises."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from tests.robot.ros2.robots import ros2_settings, until
+
+from wax.clock import SystemClock
+from wax.driver.interface import Twist
+from wax.robot.find_driver import make_driver
+from wax.robot.ros2 import session
+from wax.robot.ros2.neighbours import Endpoint, Traffic
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from wax.driver.interface import Driver
+
+
+class FakeLink:
+    """A `Link` to one base in this process; a method named in `failing` raises, again and again."""
+
+    guid = "me"
+
+    def __init__(self) -> None:
+        self.failing = ""
+        self.opened = 0
+        self.takers = ["base"]
+        self.told: list[Twist] = []
+
+    def open(self, *_: Any, **__: Any) -> FakeLink:
+        self.opened += 1
+        self._fail("open")
+        return self
+
+    def send(self, twist: Twist, _: int) -> None:
+        self._fail("send")
+        self.told.append(twist)
+
+    def take(self, timeout_s: float) -> list[tuple[str, Any]]:
+        time.sleep(timeout_s / 10)
+        self._fail("take")
+        return []
+
+    def traffic(self) -> Traffic:
+        self._fail("traffic")
+        takers = tuple(Endpoint(guid, "geometry_msgs/Twist") for guid in self.takers)
+        return Traffic(takers, (), len(takers))
+
+    def close(self) -> None:
+        self._fail("close")
+
+    def _fail(self, name: str) -> None:
+        if self.failing == name:
+            raise RuntimeError(name)
+
+
+@pytest.fixture
+def link(monkeypatch: pytest.MonkeyPatch) -> FakeLink:
+    link = FakeLink()
+    monkeypatch.setattr(session, "open_link", link.open)
+    return link
+
+
+@pytest.fixture
+def driver(link: FakeLink) -> Iterator[Driver]:
+    settings = ros2_settings(0, transport="rosbridge", standby=False, reopen_s=0.1)
+    driver = make_driver(settings, SystemClock())
+    driver.open()
+    until(driver, lambda state: state.connected)
+    yield driver
+    driver.close()
+
+
+@pytest.mark.parametrize("failing", ["send", "traffic", "take"])
+def test_whatever_a_link_raises_it_is_opened_again(
+    driver: Driver, link: FakeLink, failing: str
+) -> None:
+    """A thread that fails leaves no robot that counts as connected; it is tried again, unhurried."""
+    epoch = driver.state().epoch
+    link.failing = failing
+    until(driver, lambda state: state.said is not None and state.said.code == "robot.no_answer")
+    opened = link.opened
+    end_s = time.monotonic() + 0.5
+    while time.monotonic() < end_s:
+        driver.apply(Twist(0.1), 1)
+        time.sleep(0.01)
+    assert link.opened - opened <= 6
+    link.failing = ""
+    until(driver, lambda state: state.connected and state.epoch > epoch)
