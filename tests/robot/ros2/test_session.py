@@ -79,7 +79,7 @@ def driver(link: FakeLink) -> Iterator[Driver]:
 def test_whatever_a_link_raises_it_is_opened_again(
     driver: Driver, link: FakeLink, failing: str
 ) -> None:
-    """A thread that fails leaves no robot that counts as connected; it is tried again, unhurried."""
+    """A thread that fails leaves no robot that counts as connected; it is tried again."""
     epoch = driver.state().epoch
     link.failing = failing
     until(driver, lambda state: state.said is not None and state.said.code == "robot.no_answer")

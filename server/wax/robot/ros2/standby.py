@@ -104,8 +104,12 @@ def main() -> None:
         signal.signal(number, signal.SIG_IGN)
     with contextlib.suppress(OSError):  # as of the driver process: most users may not
         os.setpriority(os.PRIO_PROCESS, 0, NICENESS)
+    # What a library prints, as CycloneDDS traces, must not be taken for our words.
+    writer = os.dup(sys.stdout.fileno())
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    os.set_blocking(writer, False)  # a frozen driver must not freeze us
     settings = Ros2Settings.model_validate_json(sys.stdin.buffer.readline())
-    Standby(settings, SystemClock(), sys.stdin.fileno(), sys.stdout.fileno()).run()
+    Standby(settings, SystemClock(), sys.stdin.fileno(), writer).run()
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import subprocess
 import sys
 from typing import TYPE_CHECKING, Final
@@ -17,6 +18,10 @@ if TYPE_CHECKING:
 
 _COMMAND: Final = ("-P", "-m", "wax.robot.ros2.standby")
 _READ_BYTES: Final = 4096
+_READS: Final = 32
+"""More than a pipe holds, so that what was said long ago is not taken for news later."""
+_WORDS: Final = re.compile(rb"([0-9A-Za-z-]{1,64}) ([0-9]{1,9}|-)")
+_MAX_LINE: Final = 1000
 _PAUSE_S: Final = 1.0
 _LEFT: Final[list[subprocess.Popen[bytes]]] = []
 """Those that speak for a driver that has ended: somebody must ask for their end, or they stay."""
@@ -81,7 +86,8 @@ class StandbyProcess:
             return  # the sentence stays until it starts
         assert process.stdin is not None
         assert process.stdout is not None
-        process.stdin.write(self._settings.model_dump_json().encode() + b"\n")
+        with contextlib.suppress(OSError):  # it has ended, which the next look finds
+            process.stdin.write(self._settings.model_dump_json().encode() + b"\n")
         os.set_blocking(process.stdin.fileno(), False)
         os.set_blocking(process.stdout.fileno(), False)
         self._process = process
@@ -89,12 +95,21 @@ class StandbyProcess:
     def _read(self) -> None:
         if self._process is None or self._process.stdout is None:
             return
-        self._heard += self._process.stdout.read(_READ_BYTES) or b""
-        *lines, self._heard = self._heard.split(b"\n")
-        if lines:
-            guid, reaches = lines[-1].decode().split()
-            self._reaches = None if reaches == "-" else int(reaches)
-            self.guid = guid
+        for _ in range(_READS):
+            heard = self._process.stdout.read(_READ_BYTES)
+            if not heard:
+                break
+            *lines, self._heard = (self._heard + heard).split(b"\n")
+            self._heard = self._heard[-_MAX_LINE:]
+            for line in lines:
+                self._hear(line)
+
+    def _hear(self, line: bytes) -> None:
+        """Take how many it reaches; what is no such line, as a library may print, says nothing."""
+        found = _WORDS.fullmatch(line)
+        if found is not None:
+            self.guid = found[1].decode()
+            self._reaches = None if found[2] == b"-" else int(found[2])
 
     def _forget(self) -> None:
         if self._process is not None:
