@@ -10,7 +10,7 @@ import pytest
 from wax.robot.ros2.cdr import CdrReader
 from wax.robot.ros2.cyclone_config import cyclone_config
 from wax.robot.ros2.names import TWIST, TWIST_STAMPED, dds_topic, dds_type, ros_type, same_type
-from wax.robot.ros2.neighbours import OURS, STANDBY, Endpoint, Traffic, judge
+from wax.robot.ros2.neighbours import OURS, STANDBY, Endpoint, Takers, Traffic, judge
 
 TAKER = Endpoint("t", dds_type(TWIST))
 ME = Endpoint("me", dds_type(TWIST), OURS)
@@ -56,6 +56,32 @@ def test_a_standby_and_a_stranger_are_a_stranger() -> None:
     """Only a standby alone is waited for."""
     both = (OTHER, Endpoint("s", TAKER.type_name, STANDBY))
     assert code(Traffic((TAKER,), both, 1)) == "ros2.other_publisher"
+
+
+def test_a_taker_that_was_not_there_is_new() -> None:
+    """Whoever comes is new once, also after a leave; who goes, or takes another type, is not."""
+    other = Endpoint("r", dds_type(TWIST))
+    again = Endpoint("t2", dds_type(TWIST))
+    strange = Endpoint("x", dds_type(TWIST_STAMPED))
+    takers = Takers()
+    seen = [
+        takers.has_new(Traffic(there), TWIST)
+        for there in (
+            (TAKER,),
+            (TAKER, strange),
+            (TAKER, other),
+            (TAKER, other),
+            (other,),
+            None,
+            (other,),
+            (other, again),
+            (other,),
+            (other, again),
+        )
+    ]
+    assert seen == [False, False, True, False, False, False, False, True, False, True]
+    takers.forget()
+    assert not takers.has_new(Traffic((TAKER,)), TWIST)
 
 
 def test_the_loopback_interface_has_no_multicast() -> None:

@@ -6,10 +6,10 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from tests.robot.ros2.robots import ros2_settings, until
+from tests.robot.ros2.robots import feed, ros2_settings, until
 
 from wax.clock import SystemClock
-from wax.driver.interface import Twist
+from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.find_driver import make_driver
 from wax.robot.ros2 import session
 from wax.robot.ros2.neighbours import Endpoint, Traffic
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from wax.driver.interface import Driver
+
+AHEAD = Twist(0.3, 0.0)
 
 
 class FakeLink:
@@ -91,3 +93,29 @@ def test_whatever_a_link_raises_it_is_opened_again(
     assert link.opened - opened <= 6
     link.failing = ""
     until(driver, lambda state: state.connected and state.epoch > epoch)
+
+
+@pytest.mark.parametrize(
+    "steps", [[["base 2"]], [["recorder"], ["recorder", "base 2"]]], ids=["at once", "later"]
+)
+def test_a_base_that_comes_back_is_a_new_connection(
+    driver: Driver, link: FakeLink, steps: list[list[str]]
+) -> None:
+    """A base that has restarted is not moved by a control that was held, whoever else listens."""
+    link.takers = ["base", "recorder"]
+    time.sleep(0.4)
+    driver.apply(STANDSTILL, 1)
+    feed(driver, AHEAD, for_s=0.1)
+    assert link.told[-1] == AHEAD
+    epoch = driver.state().epoch
+    for takers in steps:
+        link.takers = takers
+        feed(driver, AHEAD, for_s=0.3)
+    until(driver, lambda state: state.connected and state.epoch == epoch + 1)
+    link.told.clear()
+    feed(driver, AHEAD, for_s=0.2)
+    assert link.told
+    assert all(twist.is_zero for twist in link.told)
+    driver.apply(STANDSTILL, 1)
+    feed(driver, AHEAD, for_s=0.1)
+    assert link.told[-1] == AHEAD

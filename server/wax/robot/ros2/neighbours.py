@@ -9,7 +9,7 @@ from wax.robot.ros2.names import ros_type, same_type
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Iterable
 
 OURS: Final = "wax"
 """How WAX marks the publisher of a driver, so that two servers know each other."""
@@ -80,10 +80,40 @@ def _others(traffic: Traffic, topic: str, ours: Collection[str]) -> Sentence | N
     return Sentence("ros2.other_publisher", {"topic": topic, "n": len(others)})
 
 
+class Takers:
+    """Who took the commands at the last look: one who was not there then may be a base anew.
+
+    A base that has crashed comes back as another subscriber, perhaps while a recorder subscribes
+    on. Neither is told from the other, so a recorder that starts counts as a base, too.
+
+    By rosbridge subscribers are nodes' names, asked for once a second: a base that comes back
+    under its name before the next question is not noticed, nor anything without rosapi.
+    """
+
+    def __init__(self) -> None:
+        self._known: frozenset[str] | None = None
+
+    def forget(self) -> None:
+        """Start over: whoever is there at the next look is not new."""
+        self._known = None
+
+    def has_new(self, traffic: Traffic, type_name: str) -> bool:
+        """Note who takes what we send; return whether somebody came since the last look."""
+        if traffic.takers is None:
+            return False
+        now = frozenset(taker.guid for taker in _right(traffic.takers, type_name))
+        known, self._known = self._known, now
+        return known is not None and not now <= known
+
+
+def _right(takers: Iterable[Endpoint], type_name: str) -> list[Endpoint]:
+    return [taker for taker in takers if same_type(ros_type(taker.type_name), type_name)]
+
+
 def _taken(traffic: Traffic, topic: str, type_name: str) -> Sentence | None:
     if traffic.takers is None:
         return None
-    right = [taker for taker in traffic.takers if same_type(ros_type(taker.type_name), type_name)]
+    right = _right(traffic.takers, type_name)
     if not traffic.takers:
         return Sentence("ros2.nobody_listens", {"topic": topic})
     if not right:

@@ -13,7 +13,7 @@ from wax.driver.checks import NO_ANSWER
 from wax.errors import DriverError
 from wax.robot.ros2 import names
 from wax.robot.ros2.link import Wanted, command_type, open_link
-from wax.robot.ros2.neighbours import OURS, judge, strangers
+from wax.robot.ros2.neighbours import OURS, Takers, judge, strangers
 from wax.robot.ros2.standby_process import StandbyProcess
 
 if TYPE_CHECKING:
@@ -53,6 +53,7 @@ class Session:
         self._news = False
         self._closing = False
         self._owed = False
+        self._takers = Takers()
         self._learned_s: float | None = None
         self._is_open = False
         self._error: DriverError | None = None
@@ -96,6 +97,7 @@ class Session:
         )
         self._is_open = True
         try:
+            self._takers.forget()
             self._talk.opened()
             listener.start()
             self._send(link)
@@ -144,6 +146,11 @@ class Session:
         promised_s = self._settings.timeout_s
         verdict = judge(traffic, self._settings.topic, kind, ours, promised_s) or waits
         self._learn(traffic.timeout_s)
+        if self._takers.has_new(traffic, kind) and verdict is None:
+            # A base that was started anew: the next look connects to it, with a new epoch.
+            self._talk.lost(None)
+            self._talk.opened()
+            return
         self._talk.judged(verdict, alone=not strangers(traffic, ours))
 
     def _learn(self, timeout_s: float | None) -> None:
