@@ -145,6 +145,7 @@ async def test_a_large_camera_dies_and_driving_goes_on(
     await shows(viewer, 2, 160)
 
 
+@pytest.mark.full
 @pytest.mark.timeout(120)
 async def test_what_carries_one_picture_carries_the_driving_view(
     serve: Serve, open_viewer: OpenViewer, tmp_path: Path

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
 
+import pytest
 import pytest_asyncio
 
 CONTROLS = """
@@ -74,6 +75,7 @@ async def test_a_pressed_button_reaches_the_robot(server: Server, open_viewer: O
     await ada.page.get_by_role("button", name="Lamp", pressed=False).wait_for(timeout=3000)
 
 
+@pytest.mark.full
 async def test_an_observer_may_not(server: Server, open_viewer: OpenViewer) -> None:
     """They are not offered what is the operator's, nor does its key do anything for them."""
     ada, eve = await open_viewer(server), await open_viewer(server)
@@ -125,6 +127,7 @@ async def test_a_stop_releases_what_moves(server: Server, open_viewer: OpenViewe
     assert await stands_still(server)
 
 
+@pytest.mark.full
 async def test_a_number_beyond_its_limit_is_over_the_picture(
     server: Server, open_viewer: OpenViewer
 ) -> None:

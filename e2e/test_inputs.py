@@ -216,6 +216,7 @@ async def test_a_cancelled_touch_releases_the_joystick(
 
 
 @pytest.mark.full
+@pytest.mark.full
 @pytest.mark.timeout(90)
 async def test_a_second_finger_on_the_joystick_does_nothing(
     server: Server, pushing: tuple[Viewer, TouchPoints]

@@ -178,6 +178,7 @@ async def test_a_decoder_that_fails_is_hardly_heard(
     assert "the decoder has failed" in await viewer.page.evaluate("document.body.textContent")
 
 
+@pytest.mark.full
 @pytest.mark.timeout(90)
 async def test_a_device_that_stops_is_hardly_heard(server: Server, open_viewer: OpenViewer) -> None:
     """A context that is suspended from outside: the browser's player goes on, ours comes back."""

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from e2e.measure.row import Row
 
 TRIALS = 2
-BRIEF = {"text", "ros2", "gpio"}
+BRIEF = {"ros2"}
 """What `make test` asks as well."""
 pytestmark = pytest.mark.timeout(120)
 

@@ -25,17 +25,14 @@ pytestmark = pytest.mark.timeout(180)
 
 BRIEFLY: Final[tuple[tuple[str, View], ...]] = (
     ("free", View(UPRIGHT, "light")),
-    ("somebody-drives", View(DESKTOP, "dark")),
     ("waiting", View(ACROSS, "light")),
-    ("driving", View(DESKTOP, "light")),
     ("driving", View(ACROSS, "dark")),
     ("driving", View(UPRIGHT, "light")),
-    ("stopped-by-another", View(UPRIGHT, "dark")),
     ("server-gone", View(DESKTOP, "dark")),
     ("settings", View(UPRIGHT, "dark")),
     ("console", View(DESKTOP, "light")),
 )
-"""Ten that between them have most of what the page can show."""
+"""Seven that between them have most of what the page can show."""
 ZOOMED: Final = ("driving", "free", "settings", "console")
 ZOOM: Final = 2
 """WCAG 1.4.4: text at 200 %, which halves a window's CSS pixels."""

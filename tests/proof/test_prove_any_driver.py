@@ -86,6 +86,7 @@ def test_a_robot_that_is_not_there_is_named(tmp_path: Path) -> None:
     assert "the robot is not connected. The robot cannot be reached (no route to it)" in complaint
 
 
+@pytest.mark.full
 def test_broken_off_it_leaves_a_robot_that_stands(tmp_path: Path) -> None:
     """A signal in the middle of driving stops the robot, whose driver lets go of it standing."""
     with begin(tmp_path, "Moving") as process:
