@@ -54,7 +54,7 @@ class SensingDriver(ProcessDriver):
     def close(self) -> None:
         self._media.close(0.0)
         super().close()
-        self._media.close(0.1)
+        self._media.close()
 
     def abandon(self) -> None:
         self._media.close(0.0)

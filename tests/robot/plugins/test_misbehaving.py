@@ -8,6 +8,7 @@ import time
 from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
+import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 import pytest
 
 from wax.client import Client
@@ -92,8 +93,12 @@ class Server(ServerUnderProof):
     async def end(self) -> int:
         """Ask it to end, as a service manager does; return its status."""
         assert self._process is not None
+        children = psutil.Process(self._process.pid).children(recursive=True)
         self._process.terminate()
-        return await asyncio.wait_for(self._process.wait(), 10.0)
+        code = await asyncio.wait_for(self._process.wait(), 10.0)
+        _, left = await asyncio.to_thread(psutil.wait_procs, children, 3.0)
+        assert left == [], "a process has outlived its server"
+        return code
 
 
 @contextlib.asynccontextmanager

@@ -98,7 +98,11 @@ class MediaProcess:
         return RemoteSpeaker(self._link("speaker", Sentence("speaker.hangs")), self._start)
 
     def close(self, within_s: float = END_S) -> None:
-        """Tell the process to end, and wait a moment for that; safe to call twice."""
+        """Tell the process to end, and wait for that; safe to call twice.
+
+        Given any time, it is dead afterwards: one whose plug-in holds the interpreter never reads
+        that it is to end, and would keep the camera when the server has gone.
+        """
         with self._lock:
             self._closing.set()
             thread = self._thread
@@ -106,6 +110,9 @@ class MediaProcess:
                 self._child.hang_up()
         if thread is not None:
             thread.join(within_s)
+        with self._lock:
+            if within_s > 0.0 and self._child is not None:
+                self._child.kill()
 
     def _link(self, sense: Sense, silent: Sentence, video: VideoSettings | None = None) -> Link:
         dumped = None if video is None else video.model_dump(mode="json")
