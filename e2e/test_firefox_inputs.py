@@ -74,6 +74,7 @@ DOWN: Final = {"type": "pointerDown", "button": 0}
 UP: Final = {"type": "pointerUp", "button": 0}
 
 
+@pytest.mark.full
 async def test_firefox_drives_by_a_button(serve: Serve, tmp_path: Path) -> None:
     """Held with the mouse, the button turns the robot; let go, it stands."""
     async with _driving(serve, tmp_path) as (server, window):

@@ -235,7 +235,7 @@ async def test_a_second_finger_on_the_joystick_does_nothing(
     "lose",
     [
         pytest.param(lambda page, _: page.evaluate(LOSSES["blur"]), id="blur"),
-        pytest.param(lambda page, _: page.evaluate(HIDE), id="hidden"),
+        pytest.param(lambda page, _: page.evaluate(HIDE), id="hidden", marks=pytest.mark.full),
         pytest.param(lambda _, pad: pad.unplug(is_told=True), id="disconnected"),
         pytest.param(lambda _, pad: pad.press(B), id="stop"),
     ],

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from e2e.harness.board import Board
 
 
+@pytest.mark.full
 @pytest.mark.timeout(120)
 async def test_a_proof_from_the_page_drives_until_somebody_stops_it(
     serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer

@@ -92,6 +92,7 @@ async def test_switching_the_sound_off_stops_its_packets(
     await eventually(heard_again, "the sound is heard again", within_s=8)
 
 
+@pytest.mark.full
 @pytest.mark.timeout(90)
 async def test_one_viewers_switch_does_not_touch_another(
     server: Server, open_viewer: OpenViewer

@@ -151,6 +151,7 @@ async def test_a_tab_in_the_background_plays_on(server: Server, open_viewer: Ope
     await plays_by(viewer, OWN)
 
 
+@pytest.mark.full
 @pytest.mark.timeout(90)
 async def test_a_decoder_that_fails_is_hardly_heard(
     server: Server, open_viewer: OpenViewer

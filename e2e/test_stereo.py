@@ -111,6 +111,7 @@ async def test_left_and_right_arrive_apart(
     assert np.count_nonzero(right > APART * left) >= 0.35 * len(left)
 
 
+@pytest.mark.full
 @pytest.mark.timeout(120)
 async def test_one_that_fails_costs_no_ear(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer

@@ -118,7 +118,7 @@ async def test_what_was_driven_is_replayed(
         (360, 740),
         pytest.param(390, 844, marks=pytest.mark.full),
         pytest.param(844, 390, marks=pytest.mark.full),
-        (1280, 800),
+        pytest.param(1280, 800, marks=pytest.mark.full),
     ],
 )
 async def test_everybody_can_read_that_they_are_recorded(

@@ -7,6 +7,8 @@ import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import pytest
+
 from e2e.harness import audio_probe, toml
 from e2e.harness.wait import eventually
 
@@ -51,6 +53,7 @@ async def _none_waits(viewer: Viewer) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.full
 async def test_the_browser_plays_the_system_of_2004(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:

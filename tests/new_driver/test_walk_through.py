@@ -122,6 +122,7 @@ async def drive(operator: RemoteOperator, moves: Callable[[], bool]) -> None:
     raise AssertionError(f"the robot does not move: {operator.state}")
 
 
+@pytest.mark.full
 def test_the_package_passes_its_own_tests(made: Environment) -> None:
     """As written it keeps every promise, and neither ruff nor mypy has anything to say."""
     said = made.type(MAKE_IT[-1], "-q", "-n", "4")

@@ -43,7 +43,8 @@ def prove(folder: Path, name: str) -> tuple[int, str, str]:
     return process.returncode, said, complaint
 
 
-@pytest.mark.parametrize("name", [pytest.param("Moving", marks=pytest.mark.full), "Posing"])
+@pytest.mark.full
+@pytest.mark.parametrize("name", ["Moving", "Posing"])
 def test_what_can_be_cut_is_proved_and_the_rest_is_named(tmp_path: Path, name: str) -> None:
     """A robot that stops in time passes where it was cut; the status says that this is not all."""
     status, said, complaint = prove(tmp_path, name)

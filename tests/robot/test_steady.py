@@ -84,6 +84,7 @@ class TestSteady(DriverSafety):
         self.robot.is_cut = False
 
 
+@pytest.mark.full
 class TestAnswering(TestSteady):
     made = Answering
 

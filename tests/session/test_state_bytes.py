@@ -34,6 +34,7 @@ SAID: dict[str, Callable[[int], dict[str, Any]]] = {
 
 
 @pytest.mark.system
+@pytest.mark.full
 @pytest.mark.timeout(90)
 async def test_a_flood_of_one_is_hardly_noticed_by_the_others(tmp_path: Path) -> None:
     """At most 2 kB a second with twelve viewers, whatever one of them repeats."""

@@ -83,6 +83,7 @@ class Suite(DriverSafety):
         self.robot.is_cut = False
 
 
+@pytest.mark.full
 class TestRight(Suite):
     """The driver that the wrong ones are made of is right."""
 

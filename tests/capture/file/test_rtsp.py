@@ -114,7 +114,14 @@ def until(holds: Callable[[], bool], within_s: float) -> float:
 
 
 @REAL
-@pytest.mark.parametrize("transport", ["auto", "tcp", "udp"])
+@pytest.mark.parametrize(
+    "transport",
+    [
+        pytest.param("auto", marks=pytest.mark.full),
+        "tcp",
+        pytest.param("udp", marks=pytest.mark.full),
+    ],
+)
 def test_the_newest_picture_is_shown(server: RealServer, transport: Transport) -> None:
     """By TCP and by UDP; a reader who was away for a second gets no old one, and then all."""
     source = MediaFile(f"{server.url}/cam", CLOCK, transport=transport).video(SIZE)
@@ -260,7 +267,9 @@ REFUSES = (
 BREAKS = b"RTSP/1.0 500 Internal Server Error\r\nCSeq: NUMBER\r\nContent-Length: 0\r\n\r\n"
 
 
-@pytest.mark.parametrize(("answer", "most"), [(REFUSES, 1), (BREAKS, 3)])
+@pytest.mark.parametrize(
+    ("answer", "most"), [(REFUSES, 1), pytest.param(BREAKS, 3, marks=pytest.mark.full)]
+)
 def test_it_is_not_asked_too_often(answer: bytes, most: int) -> None:
     """In 4 s at most so many connections; meanwhile the page says why there is no picture."""
     with listening(answer) as (host, came):

@@ -262,9 +262,21 @@ def test_the_process_ends_with_the_robot(robot: SensingDriver) -> None:
     ("will", "says"),
     [
         ("raise", "The camera failed: no lens"),
-        ("odd", "The camera delivers 64 by 71 bytes; it must be a Picture"),
-        ("large", "The camera delivers 4096 by 4096 pixels; it must be a Picture"),
-        ("none", "The camera delivers a NoneType that is no Picture; it must be"),
+        pytest.param(
+            "odd",
+            "The camera delivers 64 by 71 bytes; it must be a Picture",
+            marks=pytest.mark.full,
+        ),
+        pytest.param(
+            "large",
+            "The camera delivers 4096 by 4096 pixels; it must be a Picture",
+            marks=pytest.mark.full,
+        ),
+        pytest.param(
+            "none",
+            "The camera delivers a NoneType that is no Picture; it must be",
+            marks=pytest.mark.full,
+        ),
         ("hang", "The camera delivers nothing; check that it is connected."),
         ("exit", "has ended (status 3, see the server's log); restarting it."),
         ("die", "has ended (signal 9); restarting it."),
@@ -297,7 +309,8 @@ def test_a_camera_that_fails_is_one_sentence_and_comes_back(
     first(source)
 
 
-@pytest.mark.parametrize("is_heard", [pytest.param(True, marks=pytest.mark.full), False])
+@pytest.mark.full
+@pytest.mark.parametrize("is_heard", [True, False])
 def test_a_camera_that_hangs_is_tried_anew_where_nobody_suffers(
     made: Callable[[str], SensingDriver], log: Log, is_heard: bool
 ) -> None:

@@ -147,22 +147,22 @@ SLOW = pytest.mark.full
         pytest.param("raises_on_import:Robot", BUILT, id="raises on import"),
         pytest.param("exits_on_import:Robot", ENDED + "status 3", id="exits on import", marks=SLOW),
         pytest.param("hangs_on_import:Robot", HANGS, id="hangs on import", marks=SLOW),
-        ("misbehaving:RaisesInConstructor", BUILT),
+        pytest.param("misbehaving:RaisesInConstructor", BUILT, marks=SLOW),
         pytest.param("misbehaving:RubbishLimits", BUILT, marks=SLOW),
         pytest.param("misbehaving:RubbishKind", BUILT, marks=SLOW),
-        ("misbehaving:RaisesInLimits", BUILT),
+        pytest.param("misbehaving:RaisesInLimits", BUILT, marks=SLOW),
         pytest.param("misbehaving:RaisesInOpen", ENDED + "status 1", marks=SLOW),
         pytest.param("misbehaving:HangsInOpen", HANGS, marks=SLOW),
         ("misbehaving:RaisesInApply", NO_ANSWER),
         pytest.param("misbehaving:HangsInApply", HANGS, marks=SLOW),
         ("misbehaving:HangsWithInterpreter", HANGS),
         pytest.param("misbehaving:RaisesInState", NO_ANSWER, marks=SLOW),
-        ("misbehaving:RubbishState", NO_ANSWER),
+        pytest.param("misbehaving:RubbishState", NO_ANSWER, marks=SLOW),
         ("misbehaving:HangsInState", HANGS),
         pytest.param("misbehaving:HangsInClose", HANGS, marks=SLOW),
-        ("misbehaving:LeaksThreads", "takes ever more of the machine ("),
+        pytest.param("misbehaving:LeaksThreads", "takes ever more of the machine (", marks=SLOW),
         pytest.param("misbehaving:LeaksFiles", NO_ANSWER, marks=SLOW),
-        ("misbehaving:Exits", ENDED + "status 3"),
+        pytest.param("misbehaving:Exits", ENDED + "status 3", marks=SLOW),
         ("misbehaving:KillsItself", ENDED + "signal 9"),
         pytest.param("misbehaving:TakesSignals", HANGS, marks=SLOW),
     ],
@@ -175,7 +175,7 @@ async def test_a_driver_spoils_nothing_but_itself(tmp_path: Path, driver: str, s
         assert await server.end() == 0
 
 
-@pytest.mark.parametrize("driver", ["RaisesInStop", "HangsInStop"])
+@pytest.mark.parametrize("driver", [pytest.param("RaisesInStop", marks=SLOW), "HangsInStop"])
 async def test_a_driver_that_does_not_stop_is_held_or_ended(tmp_path: Path, driver: str) -> None:
     """Stop is said again, or the process is replaced; everything else goes on."""
     async with serving(tmp_path, f"misbehaving:{driver}") as server:
@@ -193,6 +193,7 @@ async def test_a_driver_that_does_not_stop_is_held_or_ended(tmp_path: Path, driv
         assert await server.end() == 0
 
 
+@SLOW
 async def test_a_driver_that_prints_without_end_fills_no_log(tmp_path: Path) -> None:
     """It drives on; of what it prints the log has some lines."""
     async with serving(tmp_path, "misbehaving:PrintsMegabytes") as server:
@@ -208,10 +209,18 @@ async def test_a_driver_that_prints_without_end_fills_no_log(tmp_path: Path) -> 
         pytest.param("CameraRaises", "The camera failed: no lens", marks=SLOW),
         ("CameraHangs", "The camera delivers nothing; check that it is connected."),
         pytest.param("CameraIsNone", "The camera failed: ", marks=SLOW),
-        ("CameraIsOdd", "The camera delivers something other than a table of bytes; it must be"),
-        ("CameraExits", "The process of the robot's camera and sound has ended (status 5"),
+        pytest.param(
+            "CameraIsOdd",
+            "The camera delivers something other than a table of bytes; it must be",
+            marks=SLOW,
+        ),
+        pytest.param(
+            "CameraExits",
+            "The process of the robot's camera and sound has ended (status 5",
+            marks=SLOW,
+        ),
         ("CameraLocks", "The robot's camera and sound are starting."),
-        ("CameraLeaks", "takes ever more of the machine ("),
+        pytest.param("CameraLeaks", "takes ever more of the machine (", marks=SLOW),
     ],
 )
 async def test_a_robots_camera_spoils_nothing_but_its_picture(
