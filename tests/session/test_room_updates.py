@@ -159,6 +159,16 @@ def test_what_matters_is_told_at_once() -> None:
     assert change.stop == stopped.stop
 
 
+def test_a_wait_is_told_anew_when_a_turn_ends() -> None:
+    """Whoever is next does not read the wait of a turn that nobody has any more."""
+    updates = RoomUpdates(0.0)
+    updates.next(room(line(1), line(2, role="queued", place=1, wait_s=40)), 0.0)
+    nobody = messages.TurnInfo(number=1, operator=None, ends_server_ms=None, stands_left_ms=None)
+    ended = room(line(1), line(2, role="queued", place=1, wait_s=0), turn=nobody)
+    updates.next(ended, 0.05)
+    assert updates.told == ended
+
+
 def test_the_last_request_wins() -> None:
     """The first is carried out at once, then one each two seconds: the newest, and only once."""
     done: list[tuple[float, int]] = []

@@ -2,8 +2,9 @@
 
 All changes since the last message go in one, and the more it matters the sooner: a turn, a stop or
 a fault of the robot at once, who is here and in which place once a second, names likewise; what
-changes all the time, as an estimated wait does, every five seconds. A few at a time are free. So
-whatever one viewer does costs the others' links less than 2 kB a second.
+changes all the time, as an estimated wait does, every five seconds, the wait also with every turn.
+A few at a time are free. So whatever one viewer does costs the others' links less than 2 kB a
+second.
 """
 
 from __future__ import annotations
@@ -49,7 +50,8 @@ class RoomUpdates:
             if room == told:
                 return None
         else:
-            room = _without_fleeting(told, room)
+            if room.turn.operator == told.turn.operator:
+                room = _without_fleeting(told, room)
             allowed = self._allowed(told, room)
             if allowed is None or not allowed.take(now_s):
                 return None
