@@ -136,6 +136,55 @@ def test_a_plugin_that_is_not_there_says_so(clock: FakeClock) -> None:
         make_driver(RobotSettings(driver="no.such:Robot"), clock)
 
 
+_EXTRA_OF = {"cyclonedds": "ros2", "gpiozero": "gpio", "pymavlink": "mavlink"}
+
+
+class _Absent:
+    """What Python asks before anything else where a module is."""
+
+    def __init__(self, library: str) -> None:
+        self._library = library
+
+    def find_spec(self, name: str, path: object = None, target: object = None) -> None:
+        if name.split(".", maxsplit=1)[0] == self._library:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+
+@pytest.fixture
+def without(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+    """Take a library away, and forget it and those of our modules that have loaded it."""
+
+    def taken(library: str) -> None:
+        ours = [f"wax.robot.{_EXTRA_OF[library]}.{name}" for name in ("codec", "conversation")]
+        for name in [name for name in sys.modules if name.split(".")[0] == library or name in ours]:
+            monkeypatch.delitem(sys.modules, name)
+        monkeypatch.setattr(sys, "meta_path", [_Absent(library), *sys.meta_path])
+
+    return taken
+
+
+@pytest.mark.parametrize("library", _EXTRA_OF)
+def test_what_an_extra_brings_is_told_with_the_line_that_installs_it(
+    library: str, clock: FakeClock, without: Callable[[str], None]
+) -> None:
+    """The server does not start without it, and says in one line what to type."""
+    extra = _EXTRA_OF[library]
+    without(library)
+    with pytest.raises(ConfigError) as refused:
+        make_robot(RobotSettings(driver=extra), clock)
+    assert str(refused.value) == (
+        f"robot.driver: {extra} needs {library}, which is not installed:"
+        f' pip install "wax-teleop[{extra}]"'
+    )
+
+
+def test_a_rosbridge_needs_no_extra(clock: FakeClock, without: Callable[[str], None]) -> None:
+    """Where DDS cannot be installed, a robot on ROS 2 is reached without it."""
+    without("cyclonedds")
+    tree = {"driver": "ros2", "ros2": {"transport": "rosbridge"}}
+    assert make_robot(RobotSettings.model_validate(tree), clock).kind == "ros2"
+
+
 EYE = "\n    def camera(self, settings, clock): pass"
 EAR = "\n    def microphone(self, clock): pass"
 
