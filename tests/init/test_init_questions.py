@@ -98,6 +98,19 @@ def test_what_is_written_is_what_was_chosen(found: Found) -> None:
         assert '# url = "/dev/ttyS0"' in text
 
 
+@pytest.mark.parametrize("driver", ["gpio", "mavlink", "ros2"])
+def test_a_driver_with_a_table_of_its_own_says_where_that_is(driver: str) -> None:
+    """It is loaded as it is, and names the command that shows the keys left to write."""
+    chosen = Answers(driver, "", "auto", "auto", "none", "localhost")
+    text = render(chosen, BENCH, "robot.toml", "today")
+    settings = config.parse(tomllib.loads(text), "robot.toml")
+    assert settings.robot.driver == driver
+    assert f"`wax config {driver}`" in text
+    assert f"\nwheel_base_m = {settings.robot.wheel_base_m}\n" in text
+    assert max(map(len, text.splitlines())) <= 100
+    assert f"[robot.{driver}]" in config.describe_drivers([driver])
+
+
 def test_a_network_gets_https() -> None:
     """Others in the network come in by HTTPS, as their microphones need it."""
     chosen = Answers("simulated", "", "robot", "robot", "robot", "0.0.0.0")

@@ -97,13 +97,17 @@ def _robot(answers: Answers, found: Found) -> str:
         "# How hard it brakes, in metres a second, per second: `wax prove-stop` tells.\n"
         f"braking_mps2 = {defaults.braking_mps2!r}\n"
     )
-    if answers.driver != "serial":
+    if answers.driver == "simulated":
         return text
+    text += (
+        "# Metres between the two driven wheels: measure them, turns depend on it.\n"
+        f"wheel_base_m = {defaults.wheel_base_m!r}\n"
+    )
+    if answers.driver != "serial":
+        return text + _own_table(answers.driver)
     serial = SerialSettings()
     return (
         f"{text}"
-        "# Metres between the two driven wheels: measure them, turns depend on it.\n"
-        f"wheel_base_m = {defaults.wheel_base_m!r}\n"
         "\n"
         "[robot.serial]\n"
         f"url = {quoted(answers.port)}{_about(answers.port, found.ports)}\n"
@@ -113,6 +117,15 @@ def _robot(answers: Answers, found: Found) -> str:
         f"dialect = {quoted(serial.dialect)}\n"
         "# Bits a second, as in the board's program.\n"
         f"baud = {serial.baud}\n"
+    )
+
+
+def _own_table(driver: str) -> str:
+    """Say where the keys of a driver's own are; its host knows which of them matter."""
+    return (
+        "\n# Where the robot is, and all else that only this driver asks for, has its own table:\n"
+        f"# `wax config {driver}` shows the keys, each with its range, its reason and the value\n"
+        "# that it has while it is not written here. `wax devices` lists the serial ports.\n"
     )
 
 
