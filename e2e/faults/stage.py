@@ -126,8 +126,8 @@ class Stage:
         async with AsyncExitStack() as ending:
             await self.robot.start()
             ending.push_async_callback(self.robot.stop)
-            await self.server.start()
             ending.push_async_callback(self.server.kill)
+            await self.server.start()
             await self.answers()
             if self.load.observers:
                 offering = Offering(url=self.server.url, how="wax")
