@@ -142,10 +142,14 @@ class Stage:
                 await self._is_loaded()
 
     async def _fill(self) -> None:
-        """Connect the observers, again after a server restart."""
+        """Connect the observers."""
+        if self.crowd is not None:
+            await asyncio.to_thread(self.crowd.hold, self.load.observers)
+
+    async def _empty(self) -> None:
+        """Let them leave a server that is no more."""
         if self.crowd is not None:
             await asyncio.to_thread(self.crowd.hold, 0)
-            await asyncio.to_thread(self.crowd.hold, self.load.observers)
 
     async def _is_loaded(self) -> None:
         """Raise `MeasureError` if observers were lost: the load was not as stated."""
@@ -164,9 +168,8 @@ class Stage:
     async def again(self) -> None:
         """Restart the killed server on the same port."""
         await self.server.kill()
-        await self.server.start()
-        await self.answers()
-        await self._fill()
+        await asyncio.gather(self._empty(), self.server.start())
+        await asyncio.gather(self._fill(), self.answers())
 
     @property
     def board(self) -> Board:
