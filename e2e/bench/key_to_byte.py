@@ -102,7 +102,12 @@ async def key_to_byte(n: int) -> list[Row]:
 
 
 async def strokes_at(
-    robot: Mapping[str, Any], n: int, environment: Mapping[str, str] | None = None
+    robot: Mapping[str, Any],
+    n: int,
+    environment: Mapping[str, str] | None = None,
+    *,
+    hold_s: tuple[float, float] = HOLD_S,
+    rest_s: tuple[float, float] = REST_S,
 ) -> tuple[list[Stroke], float]:
     """Drive that robot and type; gives the strokes, and how well their clock is known in ms."""
     async with (
@@ -120,9 +125,9 @@ async def strokes_at(
         before = await page_clock(viewer.page.evaluate)
         for _ in range(n):
             await viewer.page.keyboard.down(_KEY)
-            await asyncio.sleep(random.uniform(*HOLD_S))
+            await asyncio.sleep(random.uniform(*hold_s))
             await viewer.page.keyboard.up(_KEY)
-            await asyncio.sleep(random.uniform(*REST_S))
+            await asyncio.sleep(random.uniform(*rest_s))
         after = await page_clock(viewer.page.evaluate)
         noted = await viewer.page.evaluate("window.waxBenchKeys")
         await browser.close()
