@@ -1,4 +1,4 @@
-"""The driver's process is killed, and its link cut and mended while a control is held."""
+"""The driver's process is killed or frozen, and its link cut and mended while a control is held."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ import asyncio
 import os
 import signal
 import time
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
+
+import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 
 from e2e.drivers.robots import End
 from e2e.faults.operator import RawOperator
@@ -25,8 +28,13 @@ _HELD_ON_S: Final = 0.5
 _BACK_S: Final = 20.0
 
 
-async def driver_killed(kind: Kind, n: int, **settings: Any) -> Row:
-    """Time from SIGKILL to the driver's process to standstill, by message or by the robot."""
+async def driver_killed(
+    kind: Kind, n: int, *, by: signal.Signals = signal.SIGKILL, **settings: Any
+) -> Row:
+    """Time from SIGKILL to the driver's process to standstill, by message or by the robot.
+
+    With SIGSTOP it is frozen, until the server kills it.
+    """
     assert kind.stops_ms is not None
     look_s = kind.stops_ms / 1000 + _LOOK_S
     async with staged(end=kind.robot, **settings) as stage, RawOperator(stage.server) as operator:
@@ -38,15 +46,21 @@ async def driver_killed(kind: Kind, n: int, **settings: Any) -> Row:
             pid = stage.driver_pid
             await random_phase()
             since_s = time.monotonic()
-            os.kill(pid, signal.SIGKILL)
+            os.kill(pid, by)
             await asyncio.sleep(look_s)
             # The new process starts from neutral, although the control is still held down.
-            return stage.outcome(since_s)
+            outcome = stage.outcome(since_s)
+            await eventually(partial(_has_ended, pid), "the server kills it", every_s=0.02)
+            return outcome
 
         trials = await repeat("driver-killed", n, trial)
     how = "the robot stops by itself" if kind.by_itself else "standstill, by the standby"
-    what = f"driver’s process killed → {how}"
+    what = f"driver’s process {'killed' if by is signal.SIGKILL else 'frozen'} → {how}"
     return told("driver-killed", what, trials, kind.stops_ms, by_board=kind.by_itself)
+
+
+async def _has_ended(pid: int) -> bool:
+    return not psutil.pid_exists(pid)
 
 
 async def link_cut(kind: Kind, n: int, **settings: Any) -> Row:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from typing import TYPE_CHECKING
 
 import pytest
@@ -70,6 +71,12 @@ async def test_a_dead_server_stops_each_robot(kind: Kind) -> None:
 async def test_a_dead_driver_stops_each_robot(kind: Kind) -> None:
     """By a standby, or by itself as it promises."""
     keeps(await driver_killed(kind, TRIALS, load=LIGHT))
+
+
+@pytest.mark.parametrize("kind", kinds(linked=True), indirect=True)
+async def test_a_frozen_driver_stops_each_robot(kind: Kind) -> None:
+    """The same, and the server replaces it."""
+    keeps(await driver_killed(kind, TRIALS, by=signal.SIGSTOP, load=LIGHT))
 
 
 @pytest.mark.full
