@@ -58,7 +58,7 @@ def new_driver(name: str, parent: Path) -> list[str]:
         "  pytest",
         f"  python -m {name}.stand_in   # in a second terminal: a robot made of software",
         f"  wax --config {name}.toml",
-        f"Then make it yours: the lines marked TODO in src/{name}/driver.py",
+        f"Then make it yours: what is marked TODO in src/{name}, in driver.py first",
     ]
 
 
