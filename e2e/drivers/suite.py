@@ -54,7 +54,7 @@ def _cases() -> Iterator[Case]:
         yield _case(kind, "server-stopped", 100, stopped, "SIGSTOP to the server")
         if kind.stops_ms is not None:
             gone = partial(driver_killed, kind)
-            yield _case(kind, "driver-killed", 100, gone, "SIGKILL to the driver's process")
+            yield _case(kind, "driver-killed", 40, gone, "SIGKILL to the driver's process")
         if kind.has_link:
             yield _case(kind, "link-cut", 100, partial(link_cut, kind), "the link is cut")
 
