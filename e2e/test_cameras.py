@@ -9,9 +9,11 @@ import pytest
 import pytest_asyncio
 
 from e2e.harness import toml
-from e2e.harness.mortal_camera import PULLED, SOURCE, plug
+from e2e.harness.mortal_camera import SOURCE, plug
 from e2e.harness.robot import moves, turn_by_key
 from e2e.harness.wait import eventually
+
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterator
@@ -133,7 +135,7 @@ async def test_a_large_camera_dies_and_driving_goes_on(
     pulled.touch()
     try:
         await viewer.page.get_by_text(
-            f"Tail: {PULLED} The driving view is large again.", exact=True
+            f"Tail: {Sentence('camera.trouble')} The driving view is large again.", exact=True
         ).wait_for(timeout=5000)
         assert await moves(server), "the robot stands since a camera beside the driving view died"
         assert (await server.status())["counters"]["commands.accepted"] > before

@@ -5,14 +5,17 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import pytest
 import pytest_asyncio
 
 from e2e.harness import toml
+from e2e.harness.host import become_host
 from e2e.harness.line import SerialLine
 from e2e.harness.wait import eventually
+
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable
@@ -22,6 +25,8 @@ if TYPE_CHECKING:
     from e2e.harness.board import Board
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
+
+FOR_GUESTS: Final = str(Sentence("robot.trouble"))
 
 
 @pytest_asyncio.fixture(loop_scope="session")
@@ -138,11 +143,12 @@ async def loses_its_line(
     """Pull the plug while a key is held, and put it back; the key is still held at the end."""
     await hold(viewer, "ArrowUp", drives)
     await pull()
-    sentence = await the_problem(server)
-    await viewer.page.get_by_text(sentence).first.wait_for(state="visible", timeout=2000)
+    await the_problem(server)
+    told = viewer.page.get_by_text(FOR_GUESTS)
+    await told.first.wait_for(state="visible", timeout=2000)
     await plug()
     await eventually(lambda: mended(server), "the line is opened again", within_s=5)
-    await viewer.page.get_by_text(sentence).first.wait_for(state="hidden", timeout=2000)
+    await told.first.wait_for(state="hidden", timeout=2000)
     await asyncio.sleep(1)
 
 
@@ -178,10 +184,11 @@ async def test_a_pulled_plug_is_told_and_nothing_moves_until_a_new_press(
 async def test_a_board_that_hears_nothing_is_told(
     serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
 ) -> None:
-    """A line without a robot at its end counts as no robot, and the page says what to check."""
+    """A line without a robot at its end counts as no robot; the host's page says what to check."""
     async with serve(tmp_path, settings(board.path, "frames")) as server:
         await eventually(lambda: mended(server), "the board answers", within_s=5)
         viewer = await open_viewer(server)
+        await become_host(viewer, server)
         board.deafen(on=True)
         sentence = await the_problem(server)
         await viewer.page.get_by_text(sentence).first.wait_for(state="visible", timeout=2000)
@@ -245,12 +252,16 @@ async def test_a_pulled_plug_of_a_board_of_2004(
 async def test_a_missing_port_does_not_keep_the_server_from_starting(
     serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
 ) -> None:
-    """With no robot plugged in the picture plays and the page says what is missing."""
+    """With no robot plugged in the picture plays; the host reads what is missing, a guest not."""
     await board.unplug()
     async with serve(tmp_path, settings(board.path, "frames")) as server:
         viewer = await open_viewer(server)
         assert not await mended(server)
         sentence = await the_problem(server)
+        assert str(board.path) in sentence
+        await viewer.page.get_by_text(FOR_GUESTS).first.wait_for(timeout=3000)
+        assert await viewer.page.get_by_text(str(board.path)).count() == 0
+        await become_host(viewer, server)
         await viewer.page.get_by_text(sentence).first.wait_for(timeout=3000)
         await board.plug()
         await eventually(lambda: mended(server), "the robot is found", within_s=5)

@@ -29,6 +29,7 @@ CELLS: dict[permissions.Act, str] = {
     messages.KeepTape: "adviser operator host",
     messages.Release: "adviser operator host",
     permissions.SPEAK: "adviser operator host",
+    permissions.DIAGNOSIS: "host",
     **dict.fromkeys(get_args(messages.HostIn), "host"),
     "GET /": ANYBODY,
     "GET /assets": ANYBODY,

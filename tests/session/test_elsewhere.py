@@ -113,6 +113,17 @@ async def test_where_nothing_is_free_watching_is_full(rig: Rig, rooms: Rooms) ->
     assert rig.room.elsewhere.seat(guest(1), TAB).links == ["https://media.example.org"]
 
 
+async def test_the_rooms_are_told_no_particulars_of_a_fault(rig: Rig, rooms: Rooms) -> None:
+    """Anybody may watch there, and nobody there is the host."""
+    rig.room.elsewhere.seat(EVE, TAB)
+    rig.robot.problem = "/dev/ttyACM0 is unplugged"
+    rig.wait(0.1)
+    news = rooms.news()
+    assert news is not None
+    assert "robot.trouble" in news
+    assert "/dev/" not in news
+
+
 async def test_a_seat_ends_unless_it_is_renewed(rig: Rig, rooms: Rooms) -> None:
     """Whoever does not renew is taken out of the rooms, where LiveKit would let them stay."""
     rig.room.elsewhere.seat(EVE, TAB)

@@ -600,12 +600,22 @@ async def test_a_driver_that_raises_is_a_problem_of_the_robot(rig: Rig) -> None:
 
 
 async def test_a_problem_of_the_robot_is_told_at_once(rig: Rig) -> None:
-    """Everybody reads within one sweep that the robot cannot be reached."""
-    ada = await rig.enter("ada-1111")
-    rig.wait(0.2, ada)
-    rig.robot.problem = "the line is unplugged"
-    rig.wait(0.1, ada)
-    assert ada.last("room")["robot"]["problem"] == says("the line is unplugged").wire()
+    """Everybody reads within one sweep that the robot cannot be driven, the host also why; and so
+    does whoever comes later, and an operator who is a guest.
+    """
+    ada, host = await rig.enter("ada-1111"), await rig.enter("host-111", is_host=True)
+    ada.says(type="join")
+    rig.wait(0.2, ada, host)
+    rig.robot.problem = "/dev/ttyACM0 is unplugged"
+    rig.wait(0.1, ada, host)
+    assert host.last("room")["robot"]["problem"] == says("/dev/ttyACM0 is unplugged").wire()
+    assert ada.last("room")["robot"]["problem"] == {"code": "robot.trouble"}
+    rig.wait(0.5, ada, host)
+    assert ada.last("drive_status")["reason"] == {"code": "robot.trouble"}
+    again = await rig.enter("ada-1111")
+    rig.wait(0.5, again, host)
+    assert again.last("room")["robot"]["problem"] == {"code": "robot.trouble"}
+    assert not [one for one in (*ada.sent, *again.sent) if "/dev/" in json.dumps(one)]
 
 
 async def test_everybody_is_told_of_the_person_aboard(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -663,7 +673,7 @@ async def test_a_camera_that_fails_is_told_and_its_recovery_too(rig: Rig) -> Non
     ada = await rig.enter("ada-1111")
     rig.camera.problem = Sentence("camera.silent")
     rig.wait(0.3, ada)
-    assert ada.last("room")["video"]["problem"] == {"code": "camera.silent"}
+    assert ada.last("room")["video"]["problem"] == {"code": "camera.trouble"}
     rig.camera.problem = None
     rig.wait(0.3, ada)
     assert ada.last("room")["video"]["problem"] is None

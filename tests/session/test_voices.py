@@ -198,11 +198,11 @@ async def test_silence_does_not_keep_others_from_speaking(
 async def test_a_speaker_that_does_not_play_is_said(
     scene: Scene, bob: FakePeer, host: FakePeer
 ) -> None:
-    """To who speaks, and in the room's state to everybody."""
+    """To who speaks, as far as a guest may know it, and in the room's state to everybody."""
     drives(scene, bob, host)
     scene.output.problem = GONE
     assert scene.speak(2) == 0
-    assert told(bob) == [(False, GONE.wire())]
+    assert told(bob) == [(False, {"code": "speaker.silent"})]
     assert scene.voices.info().problem == GONE
 
 

@@ -19,10 +19,12 @@ if TYPE_CHECKING:
 
 Role = Literal["stranger", "observer", "adviser", "operator", "host"]
 Act = type | str
-"""A message of the protocol, a route as ``METHOD /path``, or `SPEAK`."""
+"""A message of the protocol, a route as ``METHOD /path``, or one of those below."""
 
 SPEAK: Final = "a voice"
 """Sound from the page's microphone, which is no message."""
+DIAGNOSIS: Final = "what fails"
+"""Reading the particulars of a fault, such as the port of a robot that does not answer."""
 
 ROLES: Final[tuple[Role, ...]] = get_args(Role)
 
@@ -78,6 +80,7 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
     "GET /api/ice": _ANYBODY,
     "POST /api/stop": _INSIDE,
     "POST /api/release": _IN_CHARGE,
+    DIAGNOSIS: _HOST,
     "GET /api/status": _HOST,
     "POST /api/proof": _HOST,
     "GET /api/proof": _HOST,

@@ -13,6 +13,7 @@ from wax.protocol import messages
 from wax.records.shortened import shortened
 from wax.sentence import Sentence
 from wax.session import equipment
+from wax.session.diagnosis import for_guests
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -162,7 +163,7 @@ class Announcements:
         return messages.Told(
             server_ms=now_s * 1000,
             watching=watching,
-            room=room.model_copy(update={"viewers": first}),
+            room=for_guests(room).model_copy(update={"viewers": first}),
         )
 
     def console(self, viewers: Iterable[Viewer]) -> messages.Console:

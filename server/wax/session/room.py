@@ -13,6 +13,7 @@ from wax.errors import ForbiddenError, FullError, NotAdmittedError
 from wax.protocol import messages, room_change
 from wax.sentence import Sentence
 from wax.session import names
+from wax.session.diagnosis import for_guests
 from wax.session.elsewhere import Elsewhere
 from wax.session.entry import Entry
 from wax.session.host_acts import HostActs
@@ -451,10 +452,11 @@ class Room:
         update = self._updates.next(self.snapshot(now_s), now_s)
         if update is None:
             return
-        text = room_change.text_of(update)
+        text, for_host = room_change.text_of(for_guests(update)), room_change.text_of(update)
         for viewer in self._viewers:
             if viewer.is_ready:
-                viewer.send_text(text)  # inside the viewer's own boundary
+                # Inside the viewer's own boundary.
+                viewer.send_text(for_host if viewer.knows_faults else text)
 
     def _is_due(self, viewer: Viewer) -> bool:
         return self._elsewhere.is_due(viewer)

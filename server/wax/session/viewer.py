@@ -17,6 +17,7 @@ from wax.errors import ForbiddenError, ProtocolError
 from wax.protocol import compact, messages
 from wax.rtc.link_monitor import LinkMonitor
 from wax.sentence import Sentence
+from wax.session.diagnosis import for_guests
 from wax.session.last_minute import LastMinute
 from wax.session.last_wins import LastWins
 from wax.session.names import clean_name
@@ -230,9 +231,15 @@ class Viewer:
 
     # --- to the page -----------------------------------------------------------------------
 
+    @property
+    def knows_faults(self) -> bool:
+        """Whether they are told the particulars of what fails."""
+        return permissions.may(self._events.viewer_role(self), permissions.DIAGNOSIS)
+
     def send(self, message: BaseModel) -> None:
-        """Send on the reliable channel."""
-        self.send_text(message.model_dump_json())
+        """Send on the reliable channel, as far as they may know it."""
+        told = message if self.knows_faults else for_guests(message)
+        self.send_text(told.model_dump_json())
 
     def send_text(self, text: str) -> None:
         """Send a text that was encoded once for everybody."""
