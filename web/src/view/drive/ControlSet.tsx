@@ -1,12 +1,10 @@
 import "../../style/controls.css";
-import type { TargetedKeyboardEvent, TargetedPointerEvent } from "preact";
-import { useEffect } from "preact/hooks";
 import { controlOf } from "../../drive/controlKeys";
 import { fingerHolder } from "../../drive/inputState";
 import type { ControlInfo } from "../../messages";
 import { figure, t } from "../../words/words";
 import { useActions, useState } from "../context";
-import { PRESSING } from "../keys";
+import { useHeld } from "../useHeld";
 import { keyName } from "./keyHint";
 
 /** Keys that move a slider which has the focus. */
@@ -48,45 +46,16 @@ function useControl(control: ControlInfo) {
 /** A button that works while it is pressed, as one that drives does. */
 function Hold({ control }: { control: ControlInfo }) {
   const { isDisabled, isHeld } = useControl(control);
-  const { holdControl, releaseControl, letGo } = useActions();
-  const focusHolder = `control ${control.name}`;
-  const finger = (event: TargetedPointerEvent<HTMLButtonElement>) => fingerHolder(event.pointerId);
-  useEffect(() => () => void releaseControl(focusHolder), [releaseControl, focusHolder]);
-  // After an ordinary release nothing is held; anything still held was cancelled by the system.
-  const onLost = (event: TargetedPointerEvent<HTMLButtonElement>) => {
-    if (releaseControl(finger(event))) letGo();
-  };
-  const onKey = (event: TargetedKeyboardEvent<HTMLButtonElement>) => {
-    if (!PRESSING.has(event.code)) return;
-    event.preventDefault();
-    if (event.type === "keyup") releaseControl(focusHolder);
-    else if (!event.repeat) holdControl(focusHolder, control.name);
-  };
+  const { holdControl, releaseControl } = useActions();
+  const { name } = control;
+  const holding = useHeld(`control ${name}`, (by) => holdControl(by, name), releaseControl);
   return (
     <button
       type="button"
       class={isHeld ? "control is-held" : "control"}
       disabled={isDisabled}
       aria-keyshortcuts={useKey(control)}
-      onPointerDown={(event) => {
-        if (event.button !== 0) return;
-        // Prevent the focus, which would give Space to this button, and a text selection.
-        event.preventDefault();
-        event.currentTarget.setPointerCapture(event.pointerId);
-        holdControl(finger(event), control.name);
-      }}
-      onPointerUp={(event) => releaseControl(finger(event))}
-      onPointerCancel={onLost}
-      onLostPointerCapture={onLost}
-      // A long touch would open a menu on some phones.
-      onContextMenu={(event) => {
-        event.preventDefault();
-        event.stopPropagation();
-      }}
-      onMouseDown={(event) => event.preventDefault()}
-      onKeyDown={onKey}
-      onKeyUp={onKey}
-      onBlur={() => releaseControl(focusHolder)}
+      {...holding}
     >
       <Name control={control} />
     </button>

@@ -1,0 +1,62 @@
+import type { TargetedKeyboardEvent, TargetedMouseEvent, TargetedPointerEvent } from "preact";
+import { useEffect } from "preact/hooks";
+import { fingerHolder } from "../drive/inputState";
+import { useActions } from "./context";
+import { PRESSING } from "./keys";
+
+type Pointer = TargetedPointerEvent<HTMLButtonElement>;
+type Key = TargetedKeyboardEvent<HTMLButtonElement>;
+
+/**
+ * What makes a button work while it is pressed: by one or more fingers, the mouse, or Space and
+ * Enter while it has the focus, as `focusHolder`. `release` tells whether anything was held, and
+ * stays the same function: it is also called when the button goes.
+ */
+export function useHeld(
+  focusHolder: string,
+  hold: (holder: string) => void,
+  release: (holder: string) => boolean,
+) {
+  const { letGo } = useActions();
+  useEffect(() => () => void release(focusHolder), [release, focusHolder]);
+  const finger = (event: Pointer) => fingerHolder(event.pointerId);
+  // After an ordinary release nothing is held; anything still held was cancelled by the system.
+  const onLost = (event: Pointer) => {
+    if (release(finger(event))) letGo();
+  };
+  return {
+    onPointerDown(event: Pointer) {
+      if (event.button !== 0) return;
+      // Prevent the focus, which would give Space to this button, and a text selection.
+      event.preventDefault();
+      event.currentTarget.setPointerCapture(event.pointerId);
+      hold(finger(event));
+    },
+    onPointerUp(event: Pointer) {
+      release(finger(event));
+    },
+    onPointerCancel: onLost,
+    onLostPointerCapture: onLost,
+    onMouseDown(event: TargetedMouseEvent<HTMLButtonElement>) {
+      event.preventDefault();
+    },
+    // A long touch would open a menu on some phones.
+    onContextMenu(event: TargetedMouseEvent<HTMLButtonElement>) {
+      event.preventDefault();
+      event.stopPropagation();
+    },
+    onKeyDown(event: Key) {
+      if (!PRESSING.has(event.code)) return;
+      event.preventDefault();
+      if (!event.repeat) hold(focusHolder);
+    },
+    onKeyUp(event: Key) {
+      if (!PRESSING.has(event.code)) return;
+      event.preventDefault();
+      release(focusHolder);
+    },
+    onBlur() {
+      release(focusHolder);
+    },
+  };
+}
