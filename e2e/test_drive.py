@@ -101,7 +101,7 @@ async def test_fine_is_slower_than_gross(server: Server, driver: Viewer) -> None
     """The same press turns the robot less far at slow speed than at fast speed."""
     turned: dict[str, float] = {}
     for speed, key in (("Slow", "ArrowLeft"), ("Fast", "ArrowRight")):
-        await driver.radio(speed).check()
+        await driver.speed(speed).click()
         turned[speed] = abs((await drive_by_keys(server, driver, key)).turned_rad)
     assert 0.05 < turned["Slow"] < 0.6 * turned["Fast"], turned
 

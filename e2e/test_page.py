@@ -49,7 +49,7 @@ async def test_every_control_has_its_role_and_name(server: Server, open_viewer: 
     for name in (*DRIVE_BUTTONS, "Stop"):
         assert await viewer.button(name).count() == 1, name
     for name in ("Slow", "Fast"):
-        assert await viewer.radio(name).count() == 1, name
+        assert await viewer.speed(name).count() == 1, name
     assert await viewer.timer.count() >= 1
 
 

@@ -50,7 +50,7 @@ async def camera_freezes(n: int, **settings: Any) -> list[Row]:
         ):
             page = await launch(stage.server.url)
             await page.take_the_wheel()
-            await page.viewer.radio("Fast").check()
+            await page.viewer.speed("Fast").click()
 
             async def trial() -> Dimmed | None:
                 await stage.moving(page.press)
@@ -96,7 +96,7 @@ async def page_starves(n: int, **settings: Any) -> list[Row]:
             page = await launch(stage.server.url, prepare=through(relay))
             await page.look()
             await page.take_the_wheel()
-            await page.viewer.radio("Fast").check()
+            await page.viewer.speed("Fast").click()
 
             async def sees() -> bool:
                 return time.monotonic() - await page.newest_s() < _FRESH_S

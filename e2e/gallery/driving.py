@@ -65,7 +65,7 @@ async def slow(scene: Scene) -> None:
         drive={"stop_picture_age_ms": _TOO_LATE_MS},
     )
     viewer = await scene.drives()
-    await viewer.radio("Fast").check()
+    await viewer.speed("Fast").click()
     await _holds_on(scene, viewer)
 
 

@@ -64,11 +64,9 @@ class Viewer:
     def switch(self, name: str) -> Locator:
         return self.page.get_by_role("switch", name=name, exact=True)
 
-    def radio(self, name: str) -> Locator:
-        group = self.page.get_by_role("radiogroup", name="Speed", exact=True)
-        return group.or_(self.page.get_by_role("group", name="Speed", exact=True)).get_by_role(
-            "radio", name=name, exact=True
-        )
+    def speed(self, name: str) -> Locator:
+        group = self.page.get_by_role("group", name="Speed", exact=True)
+        return group.get_by_role("button", name=name, exact=True)
 
     @property
     def joystick(self) -> Locator:

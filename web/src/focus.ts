@@ -4,7 +4,7 @@ const CHANGED = "select, input[type=range], input[type=radio]";
 
 /**
  * Returns the keyboard to driving after a pointer used a control. Otherwise the arrow keys would
- * change the radio button clicked last, and Space would toggle the sound instead of stopping the
+ * change the slider touched last, and Space would toggle the sound instead of stopping the
  * robot. Keyboard users keep the focus.
  */
 export function returnFocusAfterPointer(document: Document, signal: AbortSignal): void {

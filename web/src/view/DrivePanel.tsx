@@ -9,6 +9,7 @@ import { RobotControls } from "./drive/RobotControls";
 import { ScanPad } from "./drive/ScanPad";
 import { ArrowIcon } from "./icons";
 import { Joystick } from "./Joystick";
+import { Segment } from "./Segment";
 import { StopButton } from "./StopButton";
 import { VoicePanel } from "./VoicePanel";
 import { joinWords, released } from "./words";
@@ -69,20 +70,17 @@ function Speed() {
   const { preferences } = useState();
   const { setSpeed } = useActions();
   return (
-    <div class="speed" role="radiogroup" aria-label={t("drive.speed")}>
+    <fieldset class="speed" aria-label={t("drive.speed")}>
       {(["slow", "fast"] as const).map((speed) => (
-        <label key={speed} class="segment">
-          <input
-            type="radio"
-            name="speed"
-            value={speed}
-            checked={preferences.value.speed === speed}
-            onChange={() => setSpeed(speed)}
-          />
+        <Segment
+          key={speed}
+          isChosen={preferences.value.speed === speed}
+          onChoose={() => setSpeed(speed)}
+        >
           <span>{speed === "slow" ? t("drive.slow") : t("drive.fast")}</span>
-        </label>
+        </Segment>
       ))}
-    </div>
+    </fieldset>
   );
 }
 

@@ -11,7 +11,9 @@ import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeAll, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Actions, Session } from "../actions";
-import { DIRECTIONS, fingerHolder, InputState } from "../drive/inputState";
+import { DIRECTIONS, type Direction, fingerHolder, InputState } from "../drive/inputState";
+import { listenKeyboard } from "../drive/keyboard";
+import { DEFAULT_KEYS } from "../drive/keyMap";
 import type { Tape, VoiceInfo } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
@@ -163,7 +165,7 @@ describe("every control is found by its role and name", () => {
   it("offers who only watches nothing to drive with", () => {
     show({ watching: [1] });
     expect(queryByRole(body, "button", { name: "Forward" })).toBeNull();
-    expect(queryByRole(body, "radiogroup", { name: "Speed" })).toBeNull();
+    expect(queryByRole(body, "group", { name: "Speed" })).toBeNull();
   });
 
   it("switches, speed, size, name, queue, timer and status", () => {
@@ -174,8 +176,8 @@ describe("every control is found by its role and name", () => {
     expect(getByRole(body, "list", { name: "Queue" })).toBeTruthy();
     open("Settings");
     expect(getByRole(body, "switch", { name: "Picture" })).toBeTruthy();
-    const speed = getByRole(body, "radiogroup", { name: "Speed" });
-    for (const name of ["Slow", "Fast"]) expect(getByRole(speed, "radio", { name })).toBeTruthy();
+    const speed = getByRole(body, "group", { name: "Speed" });
+    for (const name of ["Slow", "Fast"]) expect(getByRole(speed, "button", { name })).toBeTruthy();
     for (const name of ["Picture size"]) expect(getByRole(body, "combobox", { name })).toBeTruthy();
     expect(getByRole(body, "timer").textContent).toContain("42 s");
     expect(getByRole(body, "status").textContent).toBe("Connected");
@@ -190,6 +192,43 @@ describe("driving", () => {
     show({ operator: 1 });
     expect(button("Forward").disabled).toBe(false);
     expect(getByText(body, "You are driving")).toBeTruthy();
+  });
+
+  it("goes on by the arrow keys when Slow or Fast has the focus", () => {
+    show({ operator: 1 });
+    const aborting = new AbortController();
+    listenKeyboard(window, {
+      keys: () => DEFAULT_KEYS,
+      isDriving: () => true,
+      isFor: () => true,
+      press: (holder, action) => void input.press(holder, action as Direction),
+      release: (holder) => void input.release(holder),
+      anyKey: () => {},
+      letGo: () => input.releaseAll(),
+      signal: aborting.signal,
+    });
+    const speeds = getByRole(body, "group", { name: "Speed" }).querySelectorAll("*");
+    const choices = [...speeds].filter(
+      (one): one is HTMLElement => (one as HTMLElement).tabIndex >= 0,
+    );
+    expect(choices).toHaveLength(2);
+    for (const one of choices) {
+      one.focus();
+      expect(document.activeElement).toBe(one);
+      key(one, "keydown", "ArrowUp");
+      expect(input.motion.linear).toBe(1);
+      key(one, "keyup", "ArrowUp");
+      expect(input.motion.linear).toBe(0);
+    }
+    expect(actions.setSpeed).not.toHaveBeenCalled();
+    act(() => button("Fast").click());
+    expect(actions.setSpeed).toHaveBeenCalledWith("fast");
+    act(() => {
+      state.preferences.value = { ...state.preferences.value, speed: "fast" };
+    });
+    const pressed = choices.map((one) => one.getAttribute("aria-pressed"));
+    expect(pressed).toEqual(["false", "true"]);
+    aborting.abort();
   });
 
   it("is said to be nearly over to who hears, once", () => {

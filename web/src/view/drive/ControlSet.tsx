@@ -4,6 +4,7 @@ import { fingerHolder } from "../../drive/inputState";
 import type { ControlInfo } from "../../messages";
 import { figure, t } from "../../words/words";
 import { useActions, useState } from "../context";
+import { Segment } from "../Segment";
 import { useHeld } from "../useHeld";
 import { keyName } from "./keyHint";
 
@@ -117,25 +118,23 @@ function Choose({ control }: { control: ControlInfo }) {
   const { isDisabled, value } = useControl(control);
   const { setControl } = useActions();
   return (
-    <div class="control is-choice" role="radiogroup" aria-label={control.label}>
+    <fieldset class="control is-choice" aria-label={control.label}>
       <bdi class="control-name" aria-hidden="true">
         {control.label}
       </bdi>
       <div class="choices">
         {control.choices.map((choice, at) => (
-          <label key={choice} class="segment">
-            <input
-              type="radio"
-              name={`control-${control.name}`}
-              checked={value === at}
-              disabled={isDisabled}
-              onChange={() => setControl(control.name, at)}
-            />
+          <Segment
+            key={choice}
+            isChosen={value === at}
+            isDisabled={isDisabled}
+            onChoose={() => setControl(control.name, at)}
+          >
             <bdi>{choice}</bdi>
-          </label>
+          </Segment>
         ))}
       </div>
-    </div>
+    </fieldset>
   );
 }
 
