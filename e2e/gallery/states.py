@@ -73,7 +73,12 @@ STATES: Final = (
         broken.robot_lost,
         _any("robot: ", "the robot does not answer", "robot is lost"),
     ),
-    State("camera-failed", "The camera fails", broken.camera_failed, _any("camera delivers no picture")),
+    State(
+        "camera-failed",
+        "The camera fails",
+        broken.camera_failed,
+        _any("camera delivers no picture"),
+    ),
     State(
         "picture-frozen",
         "The picture stands still",
