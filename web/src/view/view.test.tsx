@@ -737,6 +737,20 @@ describe("a call", () => {
     expect(document.title).toContain("You are driving");
   });
 
+  it("shakes a phone that can be, once when it comes and once when one may drive", () => {
+    const vibrate = vi.fn(() => true);
+    Object.defineProperty(navigator, "vibrate", { value: vibrate, configurable: true });
+    call();
+    expect(vibrate).toHaveBeenCalledExactlyOnceWith([200, 100, 200]);
+    act(() => {
+      state.serverMs.value = 19_000;
+    });
+    expect(vibrate).toHaveBeenCalledOnce();
+    show({ operator: 1 });
+    expect(vibrate).toHaveBeenCalledTimes(2);
+    Reflect.deleteProperty(navigator, "vibrate");
+  });
+
   it("takes the keyboard from where one reads, not from a control", () => {
     const turn = getByRole(body, "region", { name: "Turn" });
     turn.tabIndex = -1;
