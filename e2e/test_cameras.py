@@ -12,7 +12,6 @@ from e2e.harness import toml
 from e2e.harness.mortal_camera import SOURCE, plug
 from e2e.harness.robot import moves, turn_by_key
 from e2e.harness.wait import eventually
-
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:

@@ -14,7 +14,6 @@ from e2e.harness import toml
 from e2e.harness.host import become_host
 from e2e.harness.line import SerialLine
 from e2e.harness.wait import eventually
-
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:

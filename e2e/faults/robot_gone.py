@@ -15,7 +15,6 @@ from e2e.faults.stage import random_phase, staged
 from e2e.faults.trials import repeat, told
 from e2e.harness.wait import eventually
 from e2e.measure.row import counted, timed
-
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
