@@ -74,6 +74,42 @@ def test_beside_others_only_the_stop_is_said() -> None:
     assert 1.45 < max(zeros) < 1.53
 
 
+def test_a_stop_is_said_again_where_standstill_was_the_last_word() -> None:
+    """Each stop is said at once and for all of its time, beside somebody else, too."""
+    for alone in (True, False):
+        it = pace(idle_hz=0.0)
+        it.next(AHEAD, 0.0)
+        assert max(sent(it, STANDSTILL, 0.02, 5.0, alone=alone)) < 1.53
+        it.stopped(6.0)
+        zeros = sent(it, STANDSTILL, 6.0, 2.0, alone=alone)
+        assert zeros[0] == 6.0
+        assert len(zeros) in range(74, 77)
+        it.stopped(9.0)
+        it.next(STANDSTILL, 9.0, alone=alone)
+        it.stopped(10.4)
+        assert it.owes(11.89)
+        assert not it.owes(11.91)
+
+
+def test_many_stops_are_no_more_than_its_rate() -> None:
+    """A stop at every tick goes on saying standstill, and never faster than motion is said."""
+    it = pace()
+    it.next(AHEAD, 0.0)
+    zeros = []
+    for step in range(10_000):
+        it.stopped(step * STEP_S)
+        if it.next(STANDSTILL, step * STEP_S)[0]:
+            zeros.append(step * STEP_S)
+    assert len(zeros) in range(499, 503)
+
+
+def test_a_stop_does_not_end_what_was_not_said_yet() -> None:
+    """A stop right after the connection was opened takes nothing from its standstill."""
+    it = pace()
+    it.stopped(0.0)
+    assert len(sent(it, STANDSTILL, 1.0, 1.0)) in range(49, 52)
+
+
 def test_a_new_connection_says_standstill_anew() -> None:
     """Who connects again has not heard what was said before."""
     it = pace()

@@ -41,9 +41,11 @@ class Ros2Conversation:
         with self._lock:
             self._setpoints.apply(twist, turn, now_s)
 
-    def stop(self, turn: int) -> None:
+    def stop(self, turn: int, now_s: float) -> None:
+        """Say standstill for all of its time, even beside others who speak."""
         with self._lock:
             self._setpoints.stop(turn)
+            self._pace.stopped(now_s)
 
     def opened(self) -> None:
         """Begin: standstill is sent first, for all of its time."""

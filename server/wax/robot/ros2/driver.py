@@ -77,7 +77,7 @@ class Ros2Robot:
         """Do nothing: it has no axes."""
 
     def stop(self, turn: int) -> None:
-        self._conversation.stop(turn)
+        self._conversation.stop(turn, self._clock.now_s())
         self._session.wake()
 
     def close(self) -> None:

@@ -28,6 +28,14 @@ class Pace:
         self._sent_s = -math.inf
         self._stands_s = math.inf
 
+    def stopped(self, now_s: float) -> None:
+        """Somebody says stop: where standstill was the last word, say it for all of its time again.
+
+        Its rate stays, so however often this is called, nothing is flooded.
+        """
+        if math.isfinite(self._stands_s):
+            self._stands_s = now_s
+
     def next(self, twist: Twist, now_s: float, *, alone: bool = True) -> tuple[bool, float]:
         """Return whether to send `twist` now, and when to ask again at the latest.
 

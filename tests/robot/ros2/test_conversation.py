@@ -1,0 +1,41 @@
+"""What is said to the robot and told of it, on a clock of the test's own."""
+
+from __future__ import annotations
+
+from wax.driver.interface import STANDSTILL, Limits, Twist
+from wax.robot.ros2.conversation import Ros2Conversation
+from wax.robot.ros2.settings import Ros2Settings
+from wax.sentence import Sentence
+
+AHEAD = Twist(0.3, 0.0)
+OTHER = Sentence("ros2.other_publisher", {"topic": "/cmd_vel", "n": 1})
+
+
+def conversation() -> Ros2Conversation:
+    talk = Ros2Conversation(Ros2Settings(), Limits(0.6, 1.5))
+    talk.opened()
+    return talk
+
+
+def said(talk: Ros2Conversation, start_s: float, for_s: float) -> list[Twist]:
+    steps = range(round(for_s * 1000))
+    told = (talk.next(start_s + step / 1000)[0] for step in steps)
+    return [twist for twist in told if twist is not None]
+
+
+def test_a_stop_is_said_while_somebody_else_drives_the_robot() -> None:
+    """Whoever presses Stop is heard by the robot, although WAX does not drive it now."""
+    talk = conversation()
+    talk.judged(None, alone=True)
+    talk.apply(STANDSTILL, 1, 0.0)
+    talk.apply(AHEAD, 1, 0.0)
+    assert talk.next(0.0)[0] == AHEAD
+    talk.judged(OTHER, alone=False)
+    assert set(said(talk, 0.01, 5.0)) == {STANDSTILL}
+    assert said(talk, 5.01, 60.0) == []
+    talk.stop(1, 70.0)
+    assert talk.owes(70.0)
+    zeros = said(talk, 70.0, 10.0)
+    assert set(zeros) == {STANDSTILL}
+    assert len(zeros) in range(99, 102)
+    assert not talk.owes(80.0)
