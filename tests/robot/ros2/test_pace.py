@@ -11,7 +11,7 @@ from tests.examples import examples
 
 from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.ros2.pace import Pace
-from wax.robot.ros2.standby_rules import OWES, RESTS, SILENCE_S, StandbyRules
+from wax.robot.ros2.standby_rules import OWES, RESTS, SILENCE_S, StandbyRules, patience_s
 
 AHEAD = Twist(0.3, 0.1)
 STEP_S = 0.001
@@ -179,3 +179,9 @@ def test_a_drivers_end_is_counted_once() -> None:
     it.ended(1.0)
     it.ended(2.0)
     assert it.is_over(2.5)
+
+
+def test_a_standby_that_reaches_the_robot_may_not_fall_silent() -> None:
+    """Half a second is enough where it was there; where it connects, 20 s and its own pause."""
+    assert patience_s(1, 60.0) == patience_s(None, 60.0) == 0.5
+    assert patience_s(0, 0.5) == 20.5

@@ -17,6 +17,7 @@ from wax.clock import SystemClock
 from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.find_driver import make_driver, make_robot
 from wax.robot.ros2 import rosbridge_protocol as protocol
+from wax.robot.ros2.standby_process import STARTS
 from wax.testing import DriverSafety
 
 if TYPE_CHECKING:
@@ -175,6 +176,30 @@ def test_the_standby_speaks_for_a_killed_driver(bridge: Bridge) -> None:
         assert zeros[0].at_s - at_s < 0.2
         assert len(zeros) >= 30
         assert max(b.at_s - a.at_s for a, b in itertools.pairwise(zeros)) < 0.25
+    finally:
+        driver.close()
+
+
+@pytest.mark.system
+@pytest.mark.full
+def test_a_frozen_standby_holds_the_robot_until_another_stands_by(bridge: Bridge) -> None:
+    """Without somebody who would speak for a dead driver, the robot is not driven."""
+    driver = make_driver(by_bridge(bridge), SystemClock())
+    try:
+        driven(bridge, opened(driver), CURVE)
+        epoch = driver.state().epoch
+        session: Any = vars(driver)["_session"]
+        os.kill(session._standby._process.pid, signal.SIGSTOP)
+        end_s = time.monotonic() + 2.0
+        while driver.state().said is None:
+            assert time.monotonic() < end_s
+            feed(driver, CURVE, for_s=0.05)
+        assert driver.state().said == STARTS
+        bridge.forget()
+        feed(driver, CURVE, for_s=0.1)
+        assert {told.twist for told in bridge.told()} == {STANDSTILL}
+        until(driver, lambda state: state.connected)
+        assert driver.state().epoch == epoch + 1
     finally:
         driver.close()
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import subprocess
 import time
 from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 from tests.robot.ros2.robots import ros2_settings
+from tests.turned_clock import TurnedClock
 
 from wax.clock import SystemClock
 from wax.robot.ros2 import standby_process
@@ -17,6 +20,7 @@ from wax.robot.ros2.standby_process import STARTS, StandbyProcess
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from wax.clock import Clock
     from wax.sentence import Sentence
 
 pytestmark = pytest.mark.system
@@ -27,6 +31,17 @@ sys.stdin.readline()
 while True:
     print("me 1", flush=True)
     time.sleep(0.05)
+"""
+_STARTS: Final = """
+import sys, time
+sys.stdin.readline()
+time.sleep(60)
+"""
+_LOSES: Final = """
+import sys, time
+sys.stdin.readline()
+print("me 1\\n- 0", flush=True)
+time.sleep(60)
 """
 _TRACES: Final = r"""
 import sys, time
@@ -40,14 +55,14 @@ time.sleep(0.3)
 
 
 @pytest.fixture
-def play(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[str], StandbyProcess]]:
+def play(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., StandbyProcess]]:
     """Return what makes a standby of a program's text."""
     made: list[StandbyProcess] = []
 
-    def play(program: str) -> StandbyProcess:
+    def play(program: str, clock: Clock | None = None) -> StandbyProcess:
         monkeypatch.setattr(standby_process, "_COMMAND", ("-c", program))
-        own = ros2_settings(0).own(Ros2Settings)
-        made.append(StandbyProcess(own, SystemClock()))
+        own = ros2_settings(0, reopen_s=3.0).own(Ros2Settings)
+        made.append(StandbyProcess(own, clock or SystemClock()))
         return made[-1]
 
     yield play
@@ -65,7 +80,7 @@ def until(standby: StandbyProcess, said: Sentence | None, within_s: float = 10.0
         time.sleep(0.02)
 
 
-def test_what_a_library_prints_says_nothing(play: Callable[[str], StandbyProcess]) -> None:
+def test_what_a_library_prints_says_nothing(play: Callable[..., StandbyProcess]) -> None:
     """Lines that are not the standby's own neither raise nor change what it said."""
     standby = play(_TRACES)
     until(standby, None)
@@ -73,7 +88,7 @@ def test_what_a_library_prints_says_nothing(play: Callable[[str], StandbyProcess
 
 
 def test_one_that_ends_at_once_is_no_error(
-    play: Callable[[str], StandbyProcess], monkeypatch: pytest.MonkeyPatch
+    play: Callable[..., StandbyProcess], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A standby that has ended before it was told its settings is only not there."""
 
@@ -88,3 +103,73 @@ def test_one_that_ends_at_once_is_no_error(
     assert standby.look() == STARTS
     standby.tell(owes=True)
     assert standby.look() == STARTS
+
+
+def test_one_that_freezes_is_noticed_and_another_started(
+    play: Callable[..., StandbyProcess],
+) -> None:
+    """A standby that is mute for half a second is killed; the robot is held until there is one."""
+    clock = TurnedClock(100.0)
+    standby = play(_LIVES, clock)
+    until(standby, None)
+    frozen = standby._process
+    assert frozen is not None
+    os.kill(frozen.pid, signal.SIGSTOP)
+    os.waitpid(frozen.pid, os.WUNTRACED)
+    assert standby.look() is None
+    clock.time_s += 0.49
+    assert standby.look() is None
+    clock.time_s += 0.02
+    assert standby.look() == STARTS
+    assert standby.guid == ""
+    assert frozen.wait(5) == -signal.SIGKILL
+    assert standby.look() == STARTS
+    clock.time_s += 1.0
+    until(standby, None)
+    assert standby._process is not frozen
+
+
+def test_its_words_that_waited_are_read_before_its_silence_is_judged(
+    play: Callable[..., StandbyProcess],
+) -> None:
+    """A driver that was frozen itself does not take its standby for dead."""
+    clock = TurnedClock(100.0)
+    standby = play(_LIVES, clock)
+    until(standby, None)
+    process = standby._process
+    time.sleep(0.2)
+    clock.time_s += 5.0
+    assert standby.look() is None
+    assert standby._process is process
+
+
+@pytest.mark.parametrize("program", [_STARTS, _LOSES], ids=["starting", "connecting"])
+def test_one_that_connects_has_longer(play: Callable[..., StandbyProcess], program: str) -> None:
+    """Before it reaches somebody it may take 20 s and the pause between two attempts."""
+    clock = TurnedClock(100.0)
+    standby = play(program, clock)
+    assert standby.look() == STARTS
+    process = standby._process
+    assert process is not None
+    if program == _LOSES:
+        end_s = time.monotonic() + 10.0
+        while not standby.guid:
+            assert time.monotonic() < end_s
+            standby.look()
+    clock.time_s += 22.9
+    assert standby.look() == STARTS
+    assert standby._process is process
+    clock.time_s += 0.2
+    assert standby.look() == STARTS
+    assert process.wait(5) == -signal.SIGKILL
+    standby.look()
+    assert standby._process not in (None, process)
+
+
+def test_one_that_reads_nothing_blocks_nobody(play: Callable[..., StandbyProcess]) -> None:
+    """Words that find the pipe full are left out."""
+    standby = play(_LIVES)
+    until(standby, None)
+    for _ in range(70_000):
+        standby.tell(owes=True)
+    assert standby.look() is None

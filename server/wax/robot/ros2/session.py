@@ -168,7 +168,7 @@ class Session:
         """Say standstill as long as closing allows; a standby says it for longer."""
         self._talk.lost(None)
         for_s = ALONE_FAREWELL_S
-        if self._standby is not None and self._standby.guid:
+        if self._standby is not None and self._standby.is_ready:
             self._standby.leave()
             for_s = FAREWELL_S
         self._talk.opened()

@@ -30,10 +30,15 @@ if TYPE_CHECKING:
 READ_BYTES: Final = 4096
 LOOK_S: Final = 0.1
 NICENESS: Final = -10
+NOBODY: Final = "- 0"
+"""What it says while it has no connection."""
 
 
 class Standby:
-    """Listens to the driver on `reader`, tells it on `writer` how many subscribers it reaches."""
+    """Listens to the driver on `reader`, tells it on `writer` how many subscribers it reaches.
+
+    It says so at every look, changed or not: silence means that it is frozen, or hangs.
+    """
 
     def __init__(self, settings: Ros2Settings, clock: Clock, reader: int, writer: int) -> None:
         self._settings = settings
@@ -42,7 +47,6 @@ class Standby:
         self._writer = writer
         self._rules = StandbyRules(rate_hz=settings.rate_hz, zeros_s=settings.zeros_s)
         self._is_over = False
-        self._said = ""
 
     def run(self) -> None:
         """Stand by until the driver has ended and the robot was told long enough."""
@@ -50,15 +54,19 @@ class Standby:
             try:
                 link = open_link(self._settings, self._clock, mark=STANDBY)
             except DriverError:
-                self._listen(self._settings.reopen_s)
+                self._rest()
                 continue
             try:
                 self._stand(link)
             except DriverError:
-                self._listen(self._settings.reopen_s)
+                self._rest()
             finally:
                 with contextlib.suppress(DriverError):
                     link.close()
+
+    def _rest(self) -> None:
+        self._say(NOBODY)
+        self._listen(self._settings.reopen_s)
 
     def _is_done(self) -> bool:
         return self._rules.is_over(self._clock.now_s())
@@ -91,11 +99,11 @@ class Standby:
 
     def _tell(self, link: Link) -> None:
         matched = link.traffic().matched
-        said = f"{link.guid or '-'} {'-' if matched is None else matched}\n"
-        if said != self._said and not self._is_over:
-            self._said = said
-            with contextlib.suppress(OSError):  # the driver ended just now
-                os.write(self._writer, said.encode())
+        self._say(f"{link.guid or '-'} {'-' if matched is None else matched}")
+
+    def _say(self, words: str) -> None:
+        with contextlib.suppress(OSError):  # the driver has ended, or is frozen and the pipe full
+            os.write(self._writer, f"{words}\n".encode())
 
 
 def main() -> None:

@@ -9,12 +9,16 @@ import subprocess
 import sys
 from typing import TYPE_CHECKING, Final
 
-from wax.robot.ros2.standby_rules import OWES, RESTS
+import structlog
+
+from wax.robot.ros2.standby_rules import OWES, RESTS, patience_s
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.robot.ros2.settings import Ros2Settings
+
+_LOG = structlog.get_logger(__name__)
 
 _COMMAND: Final = ("-P", "-m", "wax.robot.ros2.standby")
 _READ_BYTES: Final = 4096
@@ -24,55 +28,58 @@ _WORDS: Final = re.compile(rb"([0-9A-Za-z-]{1,64}) ([0-9]{1,9}|-)")
 _MAX_LINE: Final = 1000
 _PAUSE_S: Final = 1.0
 _LEFT: Final[list[subprocess.Popen[bytes]]] = []
-"""Those that speak for a driver that has ended: somebody must ask for their end, or they stay."""
+"""Those left to speak for us, and those killed: somebody must ask for their end, or they stay."""
 STARTS: Final = Sentence("ros2.standby_starts")
 
 
 class StandbyProcess:
-    """Starts the standby and keeps it; used by one thread, `guid` by any."""
+    """Starts the standby and keeps it, also where it freezes; used by one thread, `guid` by any."""
 
     def __init__(self, settings: Ros2Settings, clock: Clock) -> None:
         self._settings = settings
         self._clock = clock
         self._process: subprocess.Popen[bytes] | None = None
         self._started_s = -_PAUSE_S
-        self._heard = b""
+        self._heard_s = 0.0
+        self._rest = b""
         self._reaches: int | None = 0
         self.guid = ""
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether it could stop the robot, by what it said last."""
+        return bool(self.guid) and self._reaches != 0
 
     def look(self) -> Sentence | None:
         """Start it where it does not run; return why it could not stop the robot, if so."""
         if self._process is not None and self._process.poll() is not None:
-            self._forget()
+            self.leave()
         if self._process is None:
             self._start()
-        self._read()
-        return STARTS if not self.guid or self._reaches == 0 else None
+        self._read()  # before its silence is judged: its words waited while this process slept
+        self._end_if_mute()
+        return None if self.is_ready else STARTS
 
     def tell(self, *, owes: bool) -> None:
         """Say, with each message to the robot, whether the standby would have to speak for us."""
         if self._process is None or self._process.stdin is None:
             return
-        try:
+        # One that has ended is found by the next look, one that does not read by its silence.
+        with contextlib.suppress(OSError):
             self._process.stdin.write(OWES if owes else RESTS)
-        except BlockingIOError:
-            self._process.kill()  # it does not read, so it would not speak either
-        except OSError:
-            pass  # it has ended, which the next look finds
 
     def leave(self) -> None:
         """Let it speak for us from now on; it ends by itself."""
         if self._process is not None:
-            process, self._process = self._process, None
-            _close(process)
-            _LEFT.append(process)
-        self.guid = ""
+            _close(self._process)
+            _LEFT.append(self._process)
+        self._process, self._rest, self.guid, self._reaches = None, b"", "", 0
 
     def _start(self) -> None:
         _LEFT[:] = [left for left in _LEFT if left.poll() is None]
         if self._clock.now_s() - self._started_s < _PAUSE_S:
             return
-        self._started_s = self._clock.now_s()
+        self._started_s = self._heard_s = self._clock.now_s()
         try:
             process = subprocess.Popen(
                 [sys.executable, *_COMMAND],
@@ -99,8 +106,8 @@ class StandbyProcess:
             heard = self._process.stdout.read(_READ_BYTES)
             if not heard:
                 break
-            *lines, self._heard = (self._heard + heard).split(b"\n")
-            self._heard = self._heard[-_MAX_LINE:]
+            *lines, self._rest = (self._rest + heard).split(b"\n")
+            self._rest = self._rest[-_MAX_LINE:]
             for line in lines:
                 self._hear(line)
 
@@ -110,11 +117,21 @@ class StandbyProcess:
         if found is not None:
             self.guid = found[1].decode()
             self._reaches = None if found[2] == b"-" else int(found[2])
+            self._heard_s = self._clock.now_s()
 
-    def _forget(self) -> None:
-        if self._process is not None:
-            _close(self._process)
-        self._process, self._heard, self.guid, self._reaches = None, b"", "", 0
+    def _end_if_mute(self) -> None:
+        """End one that is frozen or hangs: it would not speak for us; the next look starts another.
+
+        The pipes' end alone would not do: a frozen one that wakes up would tell a robot to stand
+        that another drives.
+        """
+        if self._process is None:
+            return
+        mute_s = self._clock.now_s() - self._heard_s
+        if mute_s >= patience_s(self._reaches, self._settings.reopen_s):
+            _LOG.warning("the standby hangs; it is started anew", mute_s=round(mute_s, 1))
+            self._process.kill()
+            self.leave()
 
 
 def _close(process: subprocess.Popen[bytes]) -> None:

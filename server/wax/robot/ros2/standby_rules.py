@@ -1,4 +1,4 @@
-"""When a standby sends standstill in the driver's place (pure)."""
+"""When a standby sends standstill in the driver's place, and when it is taken for dead (pure)."""
 
 from __future__ import annotations
 
@@ -11,6 +11,16 @@ RESTS: Final = b"r"
 """The robot was told long enough to stand."""
 SILENCE_S: Final = 0.12
 """How long a driver that owes standstill may say nothing; it says so 20 times a second and more."""
+
+MUTE_S: Final = 0.5
+"""How long a standby that reaches somebody may say nothing; it speaks ten times a second."""
+START_S: Final = 20.0
+"""The same where it connects, or starts: Python and DDS take long on a small computer."""
+
+
+def patience_s(reaches: int | None, reopen_s: float) -> float:
+    """Return how long the standby may say nothing; it has said how many it reaches, if it knows."""
+    return START_S + reopen_s if reaches == 0 else MUTE_S
 
 
 class StandbyRules:
