@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import json
 import os
@@ -10,13 +11,20 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from structlog.testing import capture_logs
 from tests.robot.ros2.bridge import Bridge
 from tests.robot.ros2.robots import driven, feed, opened, ros2_settings, told, until
 
 from wax.clock import SystemClock
 from wax.driver.interface import STANDSTILL, Twist
+from wax.errors import DriverError
 from wax.robot.find_driver import make_driver, make_robot
 from wax.robot.ros2 import rosbridge_protocol as protocol
+from wax.robot.ros2.link import Wanted
+from wax.robot.ros2.neighbours import OURS
+from wax.robot.ros2.rosbridge_graph import RosbridgeGraph
+from wax.robot.ros2.rosbridge_link import RosbridgeLink
+from wax.robot.ros2.settings import Ros2Settings
 from wax.robot.ros2.standby_process import STARTS
 from wax.testing import DriverSafety
 
@@ -161,6 +169,61 @@ class TestOneServer:
         until(driver, lambda state: state.connected)
         feed(driver, CURVE, for_s=0.3)
         assert all(told.twist.is_zero for told in bridge.told())
+
+
+@contextlib.contextmanager
+def linked(bridge: Bridge, mark: str, *wanted: Wanted) -> Iterator[RosbridgeLink]:
+    link = RosbridgeLink(
+        by_bridge(bridge).own(Ros2Settings), SystemClock(), mark=mark, wanted=wanted
+    )
+    yield link
+    link.close()
+
+
+def failure(link: RosbridgeLink) -> str:
+    """Wait until the link fails; return what it says."""
+    end_s = time.monotonic() + 5.0
+    while time.monotonic() < end_s:
+        try:
+            link.traffic()
+        except DriverError as error:
+            return str(error)
+        time.sleep(0.005)
+    raise AssertionError("it did not fail")
+
+
+@pytest.mark.system
+@pytest.mark.parametrize("method", ["questions", "hear"])
+def test_an_unexpected_error_of_the_link_is_its_failure(
+    bridge: Bridge, monkeypatch: pytest.MonkeyPatch, method: str
+) -> None:
+    """Whatever is raised where it speaks or listens is told and logged; nothing goes on unsaid."""
+
+    def broken(*_: object) -> None:
+        raise RuntimeError("broken")
+
+    monkeypatch.setattr(RosbridgeGraph, method, broken)
+    with capture_logs() as logs, linked(bridge, OURS) as link:
+        assert "RuntimeError" in failure(link)
+        with pytest.raises(DriverError):
+            link.send(CURVE, 0)
+    assert [log["event"] for log in logs] == ["the link to the rosbridge server failed"]
+
+
+@pytest.mark.system
+def test_only_a_camera_takes_large_messages(bridge: Bridge) -> None:
+    """A message of a picture's size ends the link of the commands, and reaches a camera's."""
+    wanted = Wanted("camera", "/camera", "sensor_msgs/msg/CompressedImage")
+    with linked(bridge, OURS, wanted) as commands, linked(bridge, "", wanted) as camera:
+        end_s = time.monotonic() + 5.0
+        while [one["op"] for one in bridge.heard].count("subscribe") < 2:
+            assert time.monotonic() < end_s
+            time.sleep(0.005)
+        bridge.say("/camera", {"data": "x" * 300_000})
+        ((kind, message),) = camera.take(5.0)
+        assert (kind, len(message.data)) == ("camera", 300_000)
+        assert "256000" in failure(commands)
+        camera.traffic()
 
 
 @pytest.mark.system

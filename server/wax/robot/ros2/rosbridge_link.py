@@ -13,6 +13,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
+import structlog
 
 from wax.errors import DriverError
 from wax.robot.ros2 import rosbridge_protocol as protocol
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     from wax.robot.ros2.neighbours import Traffic
     from wax.robot.ros2.settings import Ros2Settings
 
+_LOG = structlog.get_logger(__name__)
+
 CONNECT_S: Final = 3.0
 BEAT_S: Final = 2.0
 """A server that does not answer a ping within half of that is gone."""
@@ -36,7 +39,10 @@ TICK_S: Final = 0.1
 CLOSE_S: Final = 0.3
 MAX_WAITING_BYTES: Final = 8192
 """Under a second of set-points: more must not wait in this machine for a network to return."""
-MAX_MESSAGE_BYTES: Final = 8_000_000
+MAX_MESSAGE_BYTES: Final = 256_000
+"""What a robot tells beside pictures is far smaller; reading more would delay the commands."""
+MAX_PICTURE_BYTES: Final = 8_000_000
+"""For who only subscribes, as the camera does by a link of its own."""
 THROTTLE_MS: Final = {"odometry": 50}
 _KEPT: Final = 8
 
@@ -55,6 +61,7 @@ class RosbridgeLink:
         self._settings = settings
         self._clock = clock
         self._is_giver = bool(mark)
+        self._most_bytes = MAX_MESSAGE_BYTES if mark else MAX_PICTURE_BYTES
         self._wanted = {want.topic: want for want in wanted}
         self._graph = RosbridgeGraph(settings.topic, settings.rosbridge_node)
         self._news = threading.Condition()
@@ -117,17 +124,21 @@ class RosbridgeLink:
             self._loop.run_until_complete(self._live())
         except (aiohttp.ClientError, OSError, TimeoutError, ValueError) as error:
             self._fail(str(error) or type(error).__name__)
+        except Exception as error:
+            # Without this thread nothing is sent, and nobody would know.
+            _LOG.exception("the link to the rosbridge server failed")
+            self._fail(type(error).__name__)
         finally:
             self._loop.close()
             self._connected.set()
 
     async def _live(self) -> None:
-        async with aiohttp.ClientSession(read_bufsize=MAX_MESSAGE_BYTES) as session:
+        async with aiohttp.ClientSession(read_bufsize=self._most_bytes) as session:
             async with asyncio.timeout(CONNECT_S):
                 line = await session.ws_connect(
                     self._settings.rosbridge_url,
                     heartbeat=BEAT_S,
-                    max_msg_size=MAX_MESSAGE_BYTES,
+                    max_msg_size=self._most_bytes,
                     timeout=aiohttp.ClientWSTimeout(ws_close=CLOSE_S),
                 )
             self._introduce()
@@ -137,7 +148,7 @@ class RosbridgeLink:
                 await self._speak(line, listener)
             finally:
                 listener.cancel()
-                await asyncio.wait([listener])
+                await asyncio.gather(listener, return_exceptions=True)
                 with contextlib.suppress(aiohttp.ClientError, TimeoutError):
                     await line.close()
 
@@ -169,10 +180,13 @@ class RosbridgeLink:
                 self._wake.clear()
                 with contextlib.suppress(TimeoutError):
                     await asyncio.wait_for(self._wake.wait(), TICK_S)
+        listener.result()  # raises what it failed with
         self._fail("it hung up")
 
     async def _listen(self, line: aiohttp.ClientWebSocketResponse) -> None:
         async for frame in line:
+            if frame.type is aiohttp.WSMsgType.ERROR:  # no answer to a ping, or too large a message
+                raise ValueError(str(frame.data))
             if frame.type is not aiohttp.WSMsgType.TEXT:
                 continue
             try:
