@@ -55,8 +55,9 @@ def test_an_axis_stays_in_its_range() -> None:
 
 def test_a_state_passes_as_it_is() -> None:
     """What a driver tells of its robot is checked, and not changed."""
-    state = RobotState(connected=True, bumpers=2)
-    assert checked(state) is state
+    for ttl_s in (None, 0, 0.5):
+        state = RobotState(connected=True, bumpers=2, ttl_s=ttl_s)
+        assert checked(state) is state
 
 
 @pytest.mark.parametrize(
@@ -65,6 +66,10 @@ def test_a_state_passes_as_it_is() -> None:
         (None, r"state\(\) returned None, not a RobotState"),
         ({"connected": True}, r"returned \{'connected': True\}, not a RobotState"),
         (RobotState(connected=True, bumpers=None), "has None for bumpers, not their bits"),  # type: ignore[arg-type]  # as a plug-in may
+        (RobotState(connected=True, ttl_s=-1.0), "has -1.0 for ttl_s, not seconds or None"),
+        (RobotState(connected=True, ttl_s=math.nan), "has nan for ttl_s"),
+        (RobotState(connected=True, ttl_s=math.inf), "has inf for ttl_s"),
+        (RobotState(connected=True, ttl_s="0.5"), "has '0.5' for ttl_s"),  # type: ignore[arg-type]  # likewise
         (RobotState(connected=True, aboard="Ada"), "has 'Ada' for aboard, not an Aboard"),  # type: ignore[arg-type]  # likewise
     ],
 )

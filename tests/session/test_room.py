@@ -58,6 +58,7 @@ class Robot:
         self.is_broken = False
         self.aboard: Aboard | None = None
         self.gauges: dict[str, float] = {}
+        self.ttl_s: float | None = None
 
     def open(self) -> None: ...
 
@@ -82,6 +83,7 @@ class Robot:
             problem=self.problem,
             aboard=self.aboard,
             gauges=self.gauges,
+            ttl_s=self.ttl_s,
         )
 
 
@@ -616,6 +618,15 @@ async def test_a_problem_of_the_robot_is_told_at_once(rig: Rig) -> None:
     rig.wait(0.5, again, host)
     assert again.last("room")["robot"]["problem"] == {"code": "robot.trouble"}
     assert not [one for one in (*ada.sent, *again.sent) if "/dev/" in json.dumps(one)]
+
+
+async def test_what_the_robot_tells_of_its_watchdog_is_told_on(rig: Rig) -> None:
+    """In ms, 0 for a robot that never stops by itself, null for one that does not tell."""
+    ada = await rig.enter("ada-1111")
+    told: list[tuple[float | None, float | None]] = [(None, None), (0.5, 500.0), (0.0, 0.0)]
+    for rig.robot.ttl_s, ttl_ms in told:
+        rig.wait(0.5, ada)
+        assert ada.last("room")["robot"]["ttl_ms"] == ttl_ms
 
 
 async def test_everybody_is_told_of_the_person_aboard(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -70,7 +70,13 @@ def checked(state: object) -> RobotState:
             f"the driver's state() has {state.gauges!r} for gauges, not at most {MAX_GAUGES}"
             " numbers by name"
         )
+    if not _is_time(state.ttl_s):
+        raise TypeError(f"the driver's state() has {state.ttl_s!r} for ttl_s, not seconds or None")
     return state
+
+
+def _is_time(ttl_s: object) -> bool:
+    return ttl_s is None or (isinstance(ttl_s, int | float) and 0.0 <= ttl_s < math.inf)
 
 
 def _are_gauges(gauges: object) -> bool:

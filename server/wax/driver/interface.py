@@ -102,7 +102,9 @@ class RobotState:
     `moving` is whether the robot reports that a wheel turns, None if it does not report.
     `bumpers` has a bit for each pressed bumper. `battery_fraction` is 0 to 1. `aboard` is None for
     a robot without a hand control aboard. `gauges` are numbers by the names that `[[gauges]]` may
-    have. `extra` is shown only on the status page.
+    have. `ttl_s` is after how long without a set-point the robot itself has told that it stops, 0
+    if it never does, None where it does not tell: then that in `Limits` counts. `extra` is shown
+    only on the status page.
     """
 
     connected: bool
@@ -115,6 +117,7 @@ class RobotState:
     battery_fraction: float | None = None
     aboard: Aboard | None = None
     gauges: Mapping[str, float] = field(default_factory=dict)
+    ttl_s: float | None = None
     extra: dict[str, float] = field(default_factory=dict)
 
     @property

@@ -543,7 +543,8 @@ class RobotStatus(_Outgoing):
 
     `bumpers` has a bit for each pressed bumper. A robot may report its battery's voltage, the
     fraction left (0 to 1), both, or neither (null). `gauges` are those of `Hello` that it tells,
-    `beyond` those beyond a limit, with what follows from that.
+    `beyond` those beyond a limit, with what follows from that. `ttl_ms` is what the robot itself
+    tells of `LossRules.robot_ttl_ms`, 0 if it never stops by itself, null where it tells nothing.
     """
 
     connected: bool
@@ -553,6 +554,7 @@ class RobotStatus(_Outgoing):
     battery_fraction: float | None
     gauges: dict[str, float] = {}
     beyond: dict[str, Literal["warn", "stop"]] = {}
+    ttl_ms: float | None = None
 
 
 class AboardInfo(_Outgoing):

@@ -146,6 +146,7 @@ class Announcements:
                 battery_fraction=state.battery_fraction,
                 gauges=equipment.told(self._settings.gauges, state),
                 beyond=equipment.beyond(self._settings.gauges, state),
+                ttl_ms=_ms(state.ttl_s),
             ),
             video=messages.SourceStatus(problem=self._problem("video", Sentence("camera.none"))),
             audio=messages.SourceStatus(problem=self._problem("audio", None)),

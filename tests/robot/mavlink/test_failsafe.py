@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from wax.robot.mavlink.failsafe import Promise, broken, obeys_another, promise, warnings
+from wax.robot.mavlink.failsafe import Promise, broken, obeys_another, promise, told_s, warnings
 
 GOOD = {"FS_GCS_ENABLE": 1.0, "FS_GCS_TIMEOUT": 5.0, "FS_TIMEOUT": 1.5, "FS_ACTION": 2.0}
 
@@ -34,6 +34,26 @@ def test_only_what_is_known_to_stop_it_counts(
 ) -> None:
     """A failsafe that is off, that drives home, or of which a part is unknown is no promise."""
     assert promise(known, is_guided=is_guided) == expected
+
+
+@pytest.mark.parametrize(
+    ("known", "is_guided", "expected"),
+    [
+        (GOOD, False, 6.5),
+        (GOOD | {"GUID_TIMEOUT": 0.5, "FS_GCS_ENABLE": 0.0}, True, 0.5),
+        (GOOD | {"FS_GCS_ENABLE": 0.0}, False, 0.0),
+        ({"FS_GCS_ENABLE": 0.0}, False, 0.0),
+        (GOOD | {"FS_ACTION": 1.0}, False, 0.0),
+        ({"FS_GCS_ENABLE": 1.0}, False, None),
+        ({"FS_GCS_ENABLE": 1.0, "FS_ACTION": 2.0}, False, None),
+        ({}, True, None),
+    ],
+)
+def test_what_it_tells_is_told_apart_from_what_it_does_not(
+    known: dict[str, float], is_guided: bool, expected: float | None
+) -> None:
+    """That it never stops is something else than that nobody knows."""
+    assert told_s(known, promise(known, is_guided=is_guided)) == expected
 
 
 def test_a_demand_is_kept_or_named() -> None:

@@ -181,6 +181,7 @@ def test_a_promise_that_is_demanded_must_be_kept(rig: Rig) -> None:
     assert stands(rover)
     assert driver.limits.ttl_s == 2.0
     assert "failsafe_s" not in driver.state().extra
+    assert driver.state().ttl_s == 0.0
 
 
 def test_a_promise_that_is_too_slow_is_none(rig: Rig) -> None:

@@ -71,6 +71,7 @@ def test_what_is_said_is_heard() -> None:
             battery_fraction=0.5,
             aboard=Aboard("hand", 0.0, "wait", 2),
             gauges={"motor_c": 40.5},
+            ttl_s=0.5,
         ),
         counts={"line.lost": 2},
     )

@@ -41,3 +41,20 @@ def test_a_stop_is_said_while_somebody_else_drives_the_robot() -> None:
     assert set(zeros) == {STANDSTILL}
     assert len(zeros) in range(74, 77)
     assert not talk.owes(80.0)
+
+
+def test_what_the_robot_promises_is_told_as_long_as_it_does() -> None:
+    """Its time-out is in the state, also where it may not be driven, but not once it is gone."""
+    talk = conversation()
+    assert talk.state(0.0).ttl_s is None
+    talk.promised(0.5)
+    assert (talk.state(0.0).ttl_s, talk.state(0.0).extra["ros2_timeout_s"]) == (0.5, 0.5)
+    talk.judged(OTHER, alone=False)
+    talk.promised(0.0)
+    assert talk.state(0.0).ttl_s == 0.0
+    talk.promised(None)
+    assert talk.state(0.0).ttl_s is None
+    assert "ros2_timeout_s" not in talk.state(0.0).extra
+    talk.promised(0.5)
+    talk.lost(None)
+    assert talk.state(0.0).ttl_s is None

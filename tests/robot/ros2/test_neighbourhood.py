@@ -211,7 +211,8 @@ def test_the_robots_time_out_is_asked(
     try:
         base.promise("/base", name, 0.5)
         driver = opened(make(timeout_s=0.5))
-        until(driver, lambda state: state.extra.get("ros2_timeout_s") == 0.5)
+        until(driver, lambda state: state.ttl_s == 0.5)
+        assert driver.state().extra["ros2_timeout_s"] == 0.5
         assert driver.limits.ttl_s == 0.5
         assert driver.state().connected
     finally:

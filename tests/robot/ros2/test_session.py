@@ -31,6 +31,7 @@ class FakeLink:
         self.failing = ""
         self.opened = 0
         self.takers = ["base"]
+        self.timeout_s: float | None = None
         self.told: list[Twist] = []
 
     def open(self, *_: Any, **__: Any) -> FakeLink:
@@ -50,7 +51,7 @@ class FakeLink:
     def traffic(self) -> Traffic:
         self._fail("traffic")
         takers = tuple(Endpoint(guid, "geometry_msgs/Twist") for guid in self.takers)
-        return Traffic(takers, (), len(takers))
+        return Traffic(takers, (), len(takers), self.timeout_s)
 
     def close(self) -> None:
         self._fail("close")
@@ -119,3 +120,11 @@ def test_a_base_that_comes_back_is_a_new_connection(
     driver.apply(STANDSTILL, 1)
     feed(driver, AHEAD, for_s=0.1)
     assert link.told[-1] == AHEAD
+
+
+def test_what_the_robot_promises_is_told_while_it_does(driver: Driver, link: FakeLink) -> None:
+    """A promise that is withdrawn, or no longer answered for, is not told on."""
+    promises: list[float | None] = [0.5, 0.0, None]
+    for link.timeout_s in promises:
+        until(driver, lambda state: state.ttl_s == link.timeout_s)
+        assert driver.state().connected

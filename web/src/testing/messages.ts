@@ -193,6 +193,7 @@ export function room(options: RoomOptions): RoomState {
       battery_fraction: null,
       gauges: {},
       beyond: {},
+      ttl_ms: null,
     },
     video: { problem: null },
     audio: { problem: null },

@@ -4,12 +4,12 @@ import { lossSentences } from "./rules";
 
 /** What the robot does when something fails: the server's rules, which no page can change. */
 export function LossPanel() {
-  const { hello } = useState();
+  const { hello, room } = useState();
   if (!hello.value) return null;
   return (
     <>
       <ul class="sentences">
-        {lossSentences(hello.value).map((sentence) => (
+        {lossSentences(hello.value, room.value?.robot.ttl_ms ?? null).map((sentence) => (
           <li key={sentence}>{sentence}</li>
         ))}
       </ul>

@@ -2,7 +2,8 @@ import { expect, it } from "vitest";
 import { hello } from "../testing/messages";
 import { lossSentences } from "./rules";
 
-const all = (more: Parameters<typeof hello>[0] = {}) => lossSentences(hello(more)).join(" ");
+const all = (more: Parameters<typeof hello>[0] = {}, told: number | null = null) =>
+  lossSentences(hello(more), told).join(" ");
 const { on_loss } = hello();
 
 it("tells each of the server's numbers", () => {
@@ -24,6 +25,21 @@ it("tells each of the server's numbers", () => {
 it("says honestly where nobody knows whether the robot stops by itself", () => {
   expect(all({ on_loss: { ...on_loss, robot_ttl_ms: null } })).toContain("nobody knows");
   expect(all()).not.toContain("nobody knows");
+});
+
+it("believes the robot about its watchdog, not the host", () => {
+  expect(all({}, 512)).toContain("the robot stops by itself after 512 ms");
+  expect(all({}, 512)).not.toContain("200 ms");
+  expect(all({ on_loss: { ...on_loss, robot_ttl_ms: null } }, 512)).not.toContain("nobody knows");
+});
+
+it("says as plainly where the robot never stops by itself", () => {
+  for (const silence_ms of [120, null]) {
+    const told = all({ on_loss: { ...on_loss, silence_ms } }, 0);
+    expect(told).toContain("it never stops by itself");
+    expect(told).toContain("this robot drives on");
+    expect(told).not.toContain(" 0 ms");
+  }
 });
 
 it("promises no watchdog that this robot has not", () => {

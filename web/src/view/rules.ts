@@ -1,9 +1,13 @@
 /** The server's rules for when something fails, in sentences. */
 
-import type { Hello, LossRules } from "../messages";
+import type { Hello } from "../messages";
 import { figure, t } from "../words/words";
 
-export function lossSentences({ on_loss, robot, grace_s }: Hello): string[] {
+/** `told_ttl_ms` is what the robot itself tells of its watchdog, which outranks the host's word. */
+export function lossSentences(
+  { on_loss, robot, grace_s }: Hello,
+  told_ttl_ms: number | null,
+): string[] {
   return [
     t("rules.command_age", {
       age: figure(on_loss.max_age_ms),
@@ -21,19 +25,19 @@ export function lossSentences({ on_loss, robot, grace_s }: Hello): string[] {
       distance: figure(on_loss.max_stop_distance_m),
       speed: figure(robot.max_linear_mps),
     }),
-    watchdogSentence(on_loss),
+    watchdogSentence(on_loss.silence_ms, told_ttl_ms ?? on_loss.robot_ttl_ms),
     on_loss.stop_by === "everybody" ? t("rules.everybody_stops") : t("rules.operator_stops"),
     t("rules.no_emergency_stop"),
   ];
 }
 
-function watchdogSentence({ silence_ms, robot_ttl_ms }: LossRules): string {
-  const ttl = robot_ttl_ms === null ? null : figure(robot_ttl_ms);
+function watchdogSentence(silence_ms: number | null, ttl_ms: number | null): string {
   if (silence_ms === null) {
-    return ttl === null ? t("rules.direct_unknown") : t("rules.direct", { ttl });
+    if (ttl_ms === null) return t("rules.direct_unknown");
+    return ttl_ms === 0 ? t("rules.direct_never") : t("rules.direct", { ttl: figure(ttl_ms) });
   }
   const silence = figure(silence_ms);
-  return ttl === null
-    ? t("rules.watchdog_unknown", { silence })
-    : t("rules.watchdog", { silence, ttl });
+  if (ttl_ms === null) return t("rules.watchdog_unknown", { silence });
+  if (ttl_ms === 0) return t("rules.watchdog_never", { silence });
+  return t("rules.watchdog", { silence, ttl: figure(ttl_ms) });
 }

@@ -84,6 +84,7 @@ class Conversation:
                 pose=vehicle.pose if self._connected else None,
                 battery_v=battery.volts if self._connected else None,
                 battery_fraction=battery.fraction if self._connected else None,
+                ttl_s=vehicle.told_s if self._connected else None,
                 extra=vehicle.known() | counts,
             )
 

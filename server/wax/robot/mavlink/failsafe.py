@@ -66,6 +66,15 @@ def promise(known: Mapping[str, float], *, is_guided: bool) -> Promise:
     )
 
 
+def told_s(known: Mapping[str, float], promised: Promise) -> float | None:
+    """Return after how long without us it tells that it stops, 0 for never, None if not told."""
+    if promised.stops_s is not None:
+        return promised.stops_s
+    is_off = known.get("FS_GCS_ENABLE", math.inf) <= 0.0
+    acts_otherwise = round(known.get("FS_ACTION", _STOPS[0])) not in _STOPS
+    return 0.0 if is_off or acts_otherwise else None
+
+
 def broken(promised: Promise, demanded_s: float) -> Sentence | None:
     """Return what is wrong with the promise where `demanded_s` is demanded; 0 demands nothing."""
     if demanded_s == 0.0:

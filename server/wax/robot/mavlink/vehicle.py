@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from wax.driver.interface import Pose
-from wax.robot.mavlink.failsafe import QUESTIONS, broken, obeys_another, promise
+from wax.robot.mavlink.failsafe import QUESTIONS, broken, obeys_another, promise, told_s
 from wax.robot.mavlink.news import (
     AUTOPILOT,
     Attitude,
@@ -170,6 +170,11 @@ class Vehicle:
     def promise(self) -> Promise:
         """What it promises for the time without us."""
         return promise(self._parameters, is_guided=self._settings.mode == "guided")
+
+    @property
+    def told_s(self) -> float | None:
+        """After how long without us it tells that it stops, 0 for never, None if not told."""
+        return told_s(self._parameters, self.promise)
 
     def absent(self, now_s: float, refused: int) -> Sentence | None:
         """Return why it is not connected; `refused` counts messages without a valid signature."""

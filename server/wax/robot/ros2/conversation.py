@@ -34,8 +34,7 @@ class Ros2Conversation:
         self._verdict: Sentence | None = None
         self._is_alone = True
         self._epoch = 0
-        self.extra: dict[str, float] = {}
-        """What is shown on the status page beside; replaced, never changed."""
+        self._ttl_s: float | None = None
 
     def apply(self, twist: Twist, turn: int, now_s: float) -> None:
         with self._lock:
@@ -79,16 +78,23 @@ class Ros2Conversation:
                 self._connected, self._verdict = True, None
                 self._epoch += 1
 
+    def promised(self, ttl_s: float | None) -> None:
+        """Take after how long the robot tells now that it stops by itself, 0 if never."""
+        with self._lock:
+            self._ttl_s = ttl_s
+
     def lost(self, why: Sentence | None) -> None:
         """Take that the connection is gone, None if we closed it."""
         with self._lock:
             self._disconnect(why)
+            self._ttl_s = None
 
     def state(self, now_s: float) -> RobotState:
         with self._lock:
             senses, connected = self._senses, self._connected
             fault = senses.fault(now_s)
-            problem = self._verdict
+            problem, ttl_s = self._verdict, self._ttl_s
+            extra = {} if ttl_s is None else {"ros2_timeout_s": ttl_s}
             if problem is None and fault is not None and connected:
                 problem = Sentence("ros2.fault", {"fault": fault})
             return RobotState(
@@ -100,7 +106,8 @@ class Ros2Conversation:
                 bumpers=senses.bumpers if connected else 0,
                 battery_v=senses.battery_v if connected else None,
                 battery_fraction=senses.battery_fraction if connected else None,
-                extra=self.extra | {"ros2_invalid": float(senses.invalid)},
+                ttl_s=ttl_s,
+                extra=extra | {"ros2_invalid": float(senses.invalid)},
             )
 
     def _disconnect(self, why: Sentence | None) -> None:

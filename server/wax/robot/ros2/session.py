@@ -155,10 +155,10 @@ class Session:
 
     def _learn(self, timeout_s: float | None) -> None:
         """Show what the robot promises, and say what to write where the host has not."""
+        self._talk.promised(timeout_s)
         if timeout_s is None or timeout_s == self._learned_s:
             return
         self._learned_s = timeout_s
-        self._talk.extra = {"ros2_timeout_s": timeout_s}
         if timeout_s <= 0.0:
             _LOG.warning(NEVER_STOPS)
         elif self._settings.timeout_s <= 0.0:
