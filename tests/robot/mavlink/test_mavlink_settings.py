@@ -53,6 +53,17 @@ def test_a_line_that_set_points_would_fill_is_refused(
         MavlinkSettings.model_validate(table | {"command_hz": float(command_hz)})
 
 
+@pytest.mark.parametrize(
+    "table", [{"system": 255}, {"own_system": 1}, {"system": 7, "own_system": 7}]
+)
+def test_the_rover_and_we_have_two_numbers(table: dict[str, int]) -> None:
+    """Under one number its words would be taken for ours; the sentence says what to set."""
+    with pytest.raises(ValidationError) as refused:
+        MavlinkSettings.model_validate(table)
+    assert "set system to its SYSID_THISMAV and own_system to its SYSID_MYGCS" in str(refused.value)
+    MavlinkSettings.model_validate({"system": 255, "own_system": 1})
+
+
 @pytest.mark.parametrize(("key", "signature_bytes"), [(None, 0), (bytes(32), SIGNATURE_BYTES)])
 def test_a_set_point_is_as_long_as_is_reckoned(key: bytes | None, signature_bytes: int) -> None:
     """In motion and at rest, by what is really sent."""

@@ -79,6 +79,15 @@ class MavlinkSettings(DriverSettings):
         return check(url)
 
     @model_validator(mode="after")
+    def _is_not_the_rover(self) -> Self:
+        if self.system != self.own_system:
+            return self
+        raise ValueError(
+            f"system and own_system are both {self.system}, but the rover needs a number of its"
+            " own: set system to its SYSID_THISMAV and own_system to its SYSID_MYGCS"
+        )
+
+    @model_validator(mode="after")
     def _leaves_room_for_a_stop(self) -> Self:
         frame_bytes = FRAME_BYTES[self.mode] + (SIGNATURE_BYTES if self.signing_key else 0)
         frame_bits = frame_bytes * _BITS_PER_BYTE
