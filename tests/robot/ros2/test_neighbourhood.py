@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import time
 from typing import TYPE_CHECKING, Any
 
@@ -10,8 +12,9 @@ from tests.robot.ros2.base import Base, own_domain
 from tests.robot.ros2.robots import driven, feed, opened, ros2_settings, told, until
 
 from wax.clock import SystemClock
-from wax.driver.interface import Twist
+from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.find_driver import make_driver
+from wax.robot.ros2.standby_process import STARTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -102,6 +105,19 @@ def test_while_another_speaks_standstill_is_not_repeated_for_ever(
         assert base.told() == []
     finally:
         other.end()
+
+
+@pytest.mark.full
+def test_a_frozen_standby_is_no_stranger(make: Callable[..., Driver], base: Base) -> None:
+    """Once it is killed the next one takes its place, although DDS tells of it for 10 s more."""
+    driver = opened_on(base, make())
+    driven(base, driver, AHEAD)
+    os.kill(vars(driver)["_session"]._standby._process.pid, signal.SIGSTOP)
+    until(driver, lambda state: state.said == STARTS)
+    base.forget()
+    feed(driver, AHEAD, for_s=0.2)
+    assert {told.twist for told in base.told()} == {STANDSTILL}
+    until(driver, lambda state: state.connected, 8.0)
 
 
 def test_another_server_is_named(make: Callable[..., Driver], base: Base) -> None:

@@ -121,7 +121,7 @@ def test_one_that_freezes_is_noticed_and_another_started(
     assert standby.look() is None
     clock.time_s += 0.02
     assert standby.look() == STARTS
-    assert standby.guid == ""
+    assert (standby.guid, standby.guids) == ("", {"me"})
     assert frozen.wait(5) == -signal.SIGKILL
     assert standby.look() == STARTS
     clock.time_s += 1.0

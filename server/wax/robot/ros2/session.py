@@ -140,7 +140,7 @@ class Session:
     def _judge(self, link: Link) -> None:
         """Look around: whether the robot can be driven, and who else is there."""
         waits = None if self._standby is None else self._standby.look()
-        ours = {link.guid, "" if self._standby is None else self._standby.guid}
+        ours = {link.guid} if self._standby is None else {link.guid, *self._standby.guids}
         traffic = link.traffic()
         kind = command_type(self._settings)
         promised_s = self._settings.timeout_s

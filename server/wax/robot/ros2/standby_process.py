@@ -33,7 +33,7 @@ STARTS: Final = Sentence("ros2.standby_starts")
 
 
 class StandbyProcess:
-    """Starts the standby and keeps it, also where it freezes; used by one thread, `guid` by any."""
+    """Starts the standby and keeps it, also where it freezes; used by one thread."""
 
     def __init__(self, settings: Ros2Settings, clock: Clock) -> None:
         self._settings = settings
@@ -44,6 +44,8 @@ class StandbyProcess:
         self._rest = b""
         self._reaches: int | None = 0
         self.guid = ""
+        self.guids: set[str] = set()
+        """Of all that it has started: the robot's network tells of a killed one for seconds."""
 
     @property
     def is_ready(self) -> bool:
@@ -116,6 +118,7 @@ class StandbyProcess:
         found = _WORDS.fullmatch(line)
         if found is not None:
             self.guid = found[1].decode()
+            self.guids.add(self.guid)
             self._reaches = None if found[2] == b"-" else int(found[2])
             self._heard_s = self._clock.now_s()
 
