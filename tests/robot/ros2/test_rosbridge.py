@@ -7,6 +7,7 @@ import itertools
 import json
 import os
 import signal
+import threading
 import time
 from typing import TYPE_CHECKING, Any
 
@@ -208,6 +209,25 @@ def test_an_unexpected_error_of_the_link_is_its_failure(
         with pytest.raises(DriverError):
             link.send(CURVE, 0)
     assert [log["event"] for log in logs] == ["the link to the rosbridge server failed"]
+
+
+@pytest.mark.system
+@pytest.mark.timeout(20)
+def test_a_refusal_before_anybody_looks_is_told(
+    bridge: Bridge, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Who waits for the connection may wake late, and is told then why there is none."""
+    bridge.type_name = "geometry_msgs/msg/TwistStamped"
+    wait = threading.Event.wait
+
+    def late(event: threading.Event, timeout: float | None = None) -> bool:
+        is_set = wait(event, timeout)
+        time.sleep(0.2)
+        return is_set
+
+    monkeypatch.setattr(threading.Event, "wait", late)
+    with pytest.raises(DriverError, match="has been established"), linked(bridge, OURS):
+        pass
 
 
 @pytest.mark.system

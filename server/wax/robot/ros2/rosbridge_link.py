@@ -77,7 +77,7 @@ class RosbridgeLink:
         self._thread.start()
         self._connected.wait()
         if self._error is not None:
-            self._thread.join()
+            self.close()  # it may have connected, and been refused before we woke
             raise DriverError(self._error)
 
     @property
