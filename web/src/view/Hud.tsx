@@ -96,7 +96,9 @@ function Delay() {
   const { open } = useActions();
   if (!isConnected.value) return null;
   const { pictureMs, soundMs } = facts.value;
-  const ageMs = isSilent.value ? null : (pictureMs ?? soundMs);
+  const measuredMs = isSilent.value ? null : (pictureMs ?? soundMs);
+  // By the error of the clocks what is fresh may seem to come from the future.
+  const ageMs = measuredMs === null ? null : Math.max(0, measuredMs);
   const limitMs = hello.value?.on_loss.slow_picture_age_ms;
   const isOpen = panel.value === DETAILS;
   return (

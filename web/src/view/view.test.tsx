@@ -1235,6 +1235,14 @@ it("shows how well it plays, what is sent and why", () => {
   expect(getByText(body, "the picture follows the sound")).toBeTruthy();
 });
 
+it("never shows a delay below nothing, whatever the clocks' error", () => {
+  show({ watching: [1] });
+  act(() => {
+    state.facts.value = { ...state.facts.value, pictureMs: -1.4 };
+  });
+  expect(button(/^Delay/).textContent).toBe("Delay0 ms");
+});
+
 describe("the tape", () => {
   const WHY = "Picture, sound and driving are recorded, without names.";
 
