@@ -44,6 +44,7 @@ def test_only_what_is_known_to_stop_it_counts(
         (GOOD | {"FS_GCS_ENABLE": 0.0}, False, 0.0),
         ({"FS_GCS_ENABLE": 0.0}, False, 0.0),
         (GOOD | {"FS_ACTION": 1.0}, False, 0.0),
+        (GOOD | {"FS_ACTION": 1.0}, True, 0.0),
         ({"FS_GCS_ENABLE": 1.0}, False, None),
         ({"FS_GCS_ENABLE": 1.0, "FS_ACTION": 2.0}, False, None),
         ({}, True, None),

@@ -67,7 +67,12 @@ def promise(known: Mapping[str, float], *, is_guided: bool) -> Promise:
 
 
 def told_s(known: Mapping[str, float], promised: Promise) -> float | None:
-    """Return after how long without us it tells that it stops, 0 for never, None if not told."""
+    """Return after how long without us it tells that it stops, 0 for never, None if not told.
+
+    One that stands for a while and then drives home does not stop.
+    """
+    if promised.goes_home:
+        return 0.0
     if promised.stops_s is not None:
         return promised.stops_s
     is_off = known.get("FS_GCS_ENABLE", math.inf) <= 0.0
