@@ -71,6 +71,17 @@ it.each([
   expect(input.motion).toEqual({ linear: 0, angular: 0 });
 });
 
+it("stops by Space while a direction is held, also where a button has the focus", () => {
+  focused("<button>Fast</button>");
+  key("keydown", "Space");
+  key("keyup", "Space");
+  expect(stop).not.toHaveBeenCalled();
+  key("keydown", "ArrowUp");
+  expect(key("keydown", "Space").defaultPrevented).toBe(true);
+  expect(stop).toHaveBeenCalledOnce();
+  expect(key("keyup", "Space").defaultPrevented).toBe(true);
+});
+
 it("lets two keys for one direction release each only itself", () => {
   key("keydown", "ArrowUp");
   key("keydown", "KeyW");

@@ -1,3 +1,4 @@
+import { DIRECTIONS } from "./inputState";
 import { actionOf, type KeyAction, type KeyMap } from "./keyMap";
 
 const TYPING = "textarea, select, [contenteditable], input:not([type=checkbox])";
@@ -25,6 +26,10 @@ export function listenKeyboard(target: EventTarget, options: KeyboardOptions): v
   const { keys, isDriving, isFor, press, release, anyKey, letGo, signal } = options;
   // Not every browser marks repeated keys as such after the window lost the focus.
   const down = new Set<string>();
+  const taken = new Set<string>();
+
+  const isHeld = () =>
+    [...down].some((code) => DIRECTIONS.some((one) => one === actionOf(keys(), code)));
 
   const onDown = (event: KeyboardEvent) => {
     const repeated = event.repeat || down.has(event.code);
@@ -39,18 +44,30 @@ export function listenKeyboard(target: EventTarget, options: KeyboardOptions): v
     const action = actionOf(keys(), event.code);
     if (action === null || !isFor(action)) return;
     const focus = event.target instanceof Element ? event.target : null;
-    if (focus?.closest(OPERATING.has(event.code) ? OPERABLE : TYPING)) return;
+    // Whoever drives by keys means the robot by Space, whatever they have chosen before.
+    const isButtons = OPERATING.has(event.code) && !(action === "stop" && isHeld());
+    if (focus?.closest(isButtons ? OPERABLE : TYPING)) return;
     event.preventDefault();
+    taken.add(event.code);
     if (!repeated) press(`key ${event.code}`, action);
   };
 
   const onUp = (event: KeyboardEvent) => {
     down.delete(event.code);
+    // Firefox presses a button when the key comes up.
+    if (taken.delete(event.code)) event.preventDefault();
     release(`key ${event.code}`);
   };
 
   const listening = { signal };
   target.addEventListener("keydown", onDown as EventListener, listening);
   target.addEventListener("keyup", onUp as EventListener, listening);
-  target.addEventListener("blur", () => down.clear(), listening);
+  target.addEventListener(
+    "blur",
+    () => {
+      down.clear();
+      taken.clear();
+    },
+    listening,
+  );
 }
