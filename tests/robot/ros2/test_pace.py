@@ -182,6 +182,6 @@ def test_a_drivers_end_is_counted_once() -> None:
 
 
 def test_a_standby_that_reaches_the_robot_may_not_fall_silent() -> None:
-    """Half a second is enough where it was there; where it connects, 20 s and its own pause."""
-    assert patience_s(1, 60.0) == patience_s(None, 60.0) == 0.5
+    """A second is enough where it was there; where it connects, 20 s and its own pause."""
+    assert patience_s(1, 60.0) == patience_s(None, 60.0) == 1.0
     assert patience_s(0, 0.5) == 20.5

@@ -239,10 +239,10 @@ def test_only_a_camera_takes_large_messages(bridge: Bridge) -> None:
         while [one["op"] for one in bridge.heard].count("subscribe") < 2:
             assert time.monotonic() < end_s
             time.sleep(0.005)
-        bridge.say("/camera", {"data": "x" * 300_000})
+        bridge.say("/camera", {"data": "x" * 1_200_000})
         ((kind, message),) = camera.take(5.0)
-        assert (kind, len(message.data)) == ("camera", 300_000)
-        assert "256000" in failure(commands)
+        assert (kind, len(message.data)) == ("camera", 1_200_000)
+        assert "1000000" in failure(commands)
         camera.traffic()
 
 

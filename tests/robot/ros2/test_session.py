@@ -128,3 +128,13 @@ def test_what_the_robot_promises_is_told_while_it_does(driver: Driver, link: Fak
     for link.timeout_s in promises:
         until(driver, lambda state: state.ttl_s == link.timeout_s)
         assert driver.state().connected
+
+
+def test_a_promise_of_one_of_two_is_not_the_robots(driver: Driver, link: FakeLink) -> None:
+    """The one that moves the wheels may be the other one."""
+    link.timeout_s = 0.5
+    until(driver, lambda state: state.ttl_s == 0.5)
+    link.takers = [*link.takers, "another"]
+    until(driver, lambda state: state.connected and state.ttl_s is None)
+    link.timeout_s = 0.0
+    until(driver, lambda state: state.ttl_s == 0.0)

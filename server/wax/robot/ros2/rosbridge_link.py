@@ -39,8 +39,8 @@ TICK_S: Final = 0.1
 CLOSE_S: Final = 0.3
 MAX_WAITING_BYTES: Final = 8192
 """Under a second of set-points: more must not wait in this machine for a network to return."""
-MAX_MESSAGE_BYTES: Final = 256_000
-"""What a robot tells beside pictures is far smaller; reading more would delay the commands."""
+MAX_MESSAGE_BYTES: Final = 1_000_000
+"""What a robot tells beside pictures is smaller; reading more would delay the commands."""
 MAX_PICTURE_BYTES: Final = 8_000_000
 """For who only subscribes, as the camera does by a link of its own."""
 THROTTLE_MS: Final = {"odometry": 50}

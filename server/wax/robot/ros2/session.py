@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.robot.ros2.conversation import Ros2Conversation
     from wax.robot.ros2.link import Link
+    from wax.robot.ros2.neighbours import Traffic
     from wax.robot.ros2.settings import Ros2Settings
     from wax.sentence import Sentence
 
@@ -145,7 +146,7 @@ class Session:
         kind = command_type(self._settings)
         promised_s = self._settings.timeout_s
         verdict = judge(traffic, self._settings.topic, kind, ours, promised_s) or waits
-        self._learn(traffic.timeout_s)
+        self._learn(traffic)
         if self._takers.has_new(traffic, kind) and verdict is None:
             # A base that was started anew: the next look connects to it, with a new epoch.
             self._talk.lost(None)
@@ -153,9 +154,12 @@ class Session:
             return
         self._talk.judged(verdict, alone=not strangers(traffic, ours))
 
-    def _learn(self, timeout_s: float | None) -> None:
+    def _learn(self, traffic: Traffic) -> None:
         """Show what the robot promises, and say what to write where the host has not."""
-        self._talk.promised(timeout_s)
+        timeout_s = traffic.timeout_s
+        # One node's promise to stop is no other's; that one never stops is bad enough.
+        is_its_own = not timeout_s or len(traffic.takers or ()) == 1
+        self._talk.promised(timeout_s if is_its_own else None)
         if timeout_s is None or timeout_s == self._learned_s:
             return
         self._learned_s = timeout_s

@@ -12,8 +12,9 @@ RESTS: Final = b"r"
 SILENCE_S: Final = 0.12
 """How long a driver that owes standstill may say nothing; it says so 20 times a second and more."""
 
-MUTE_S: Final = 0.5
-"""How long a standby that reaches somebody may say nothing; it speaks ten times a second."""
+MUTE_S: Final = 1.0
+"""How long a standby that reaches somebody may say nothing; it speaks ten times a second, or
+later where many nodes appear at once."""
 START_S: Final = 20.0
 """The same where it connects, or starts: Python and DDS take long on a small computer."""
 
