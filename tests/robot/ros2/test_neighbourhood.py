@@ -217,7 +217,11 @@ def test_a_fault_is_a_problem(make: Callable[..., Driver], base: Base) -> None:
     told(driver, tell(1), lambda state: state.problem is None)
 
 
-@pytest.mark.parametrize("is_fast", [False, True], ids=["CycloneDDS", "Fast DDS"])
+@pytest.mark.parametrize(
+    "is_fast",
+    [False, pytest.param(True, marks=pytest.mark.full)],
+    ids=["CycloneDDS", "Fast DDS"],
+)
 @pytest.mark.parametrize("name", ["cmd_vel_timeout", "velocity_timeout"])
 def test_the_robots_time_out_is_asked(
     make: Callable[..., Driver], domain: int, is_fast: bool, name: str
