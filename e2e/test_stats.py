@@ -103,6 +103,7 @@ async def test_details_that_cannot_be_loaded_say_what_to_do(
     await expect(alert).to_be_visible()
     assert await viewer.says_connected()
     await viewer.sees_picture()
-    await viewer.page.unroute_all()
+    # The file and its style are asked for at once; the second refusal may still be on its way.
+    await viewer.page.unroute_all(behavior="wait")
     await viewer.button("Try again").click()
     await expect(viewer.page.get_by_role("heading", name="Why is it slow?")).to_be_visible()
