@@ -34,6 +34,18 @@ def test_a_change_waits_for_the_gap_and_a_stop_does_not() -> None:
     assert schedule.next_s(STANDSTILL, 100.001) == 100.001
 
 
+def test_motion_begins_between_two_repeats_of_standstill() -> None:
+    """A key waits for no repeat; whoever taps fast adds one set-point a change, not more."""
+    schedule = Schedule(GAP_S)
+    schedule.said(AHEAD, 100.0)
+    times_s = said(schedule, STANDSTILL, 100.0, 100.2)
+    pressed_s = times_s[-1] + 0.001
+    assert schedule.next_s(AHEAD, pressed_s) == pressed_s
+    schedule.said(AHEAD, pressed_s)
+    assert schedule.next_s(AHEAD, pressed_s) == pressed_s + GAP_S
+    assert schedule.next_s(FASTER, pressed_s + 0.001) == pressed_s + GAP_S
+
+
 def test_standstill_after_motion_is_steady_and_then_slow() -> None:
     """It is said steadily for longer than 1.5 s, and then for as long as one looks."""
     schedule = Schedule(GAP_S)
