@@ -46,6 +46,14 @@ def test_motion_begins_between_two_repeats_of_standstill() -> None:
     assert schedule.next_s(FASTER, pressed_s + 0.001) == pressed_s + GAP_S
 
 
+def test_changes_that_follow_each_repeat_do_not_fill_the_line() -> None:
+    """A stick that moves all the time gets one set-point a gap, whatever its phase."""
+    schedule = Schedule(GAP_S)
+    schedule.said(AHEAD, 100.0)
+    (*_, repeat_s) = said(schedule, AHEAD, 100.0, 100.1)
+    assert schedule.next_s(FASTER, repeat_s + 0.001) == repeat_s + GAP_S
+
+
 def test_standstill_after_motion_is_steady_and_then_slow() -> None:
     """It is said steadily for longer than 1.5 s, and then for as long as one looks."""
     schedule = Schedule(GAP_S)

@@ -20,9 +20,10 @@ NEUTRAL_EVERY_S: Final = 0.5
 
 
 class Schedule:
-    """Decides for one line; `gap_s` is the shortest time between two changes, or two repeats.
+    """Decides for one line; `gap_s` is the shortest time between two set-points in motion.
 
-    So a key that is pressed is said at once, even between two repeats of standstill.
+    Motion begins at once, also between two repeats of standstill: it waits for the gap only after
+    the set-point that began the standstill, so that the line is not filled.
     """
 
     def __init__(self, gap_s: float) -> None:
@@ -33,7 +34,7 @@ class Schedule:
         """Start over: what was said before does not matter any more."""
         self._said: Twist | None = None
         self._said_s = -math.inf
-        self._changed_s = -math.inf
+        self._stood_s = -math.inf
         self._steady_until_s = -math.inf
 
     def is_steady(self, now_s: float) -> bool:
@@ -50,7 +51,8 @@ class Schedule:
         if wanted != self._said:
             if wanted.is_zero:
                 return now_s
-            return max(now_s, self._changed_s + self._gap_s)
+            stands = self._said is not None and self._said.is_zero
+            return max(now_s, (self._stood_s if stands else self._said_s) + self._gap_s)
         is_steady = not wanted.is_zero or self.is_steady(now_s)
         return max(now_s, self._said_s + (self._gap_s if is_steady else NEUTRAL_EVERY_S))
 
@@ -58,6 +60,6 @@ class Schedule:
         """Note that this was said now."""
         if wanted.is_zero and (self._said or STANDSTILL) != wanted:
             self._steady_until_s = now_s + STEADY_S
-        if wanted != self._said:
-            self._changed_s = now_s
+        if wanted.is_zero and wanted != self._said:
+            self._stood_s = now_s
         self._said, self._said_s = wanted, now_s
