@@ -9,7 +9,7 @@ import av
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from tests.examples import examples
 
@@ -242,6 +242,7 @@ def test_sleep_of_the_machine_leaves_no_delay() -> None:
 
 
 @given(before_s=st.floats(0.3, 1.6), stall_s=st.floats(0.25, 2.5))
+@example(before_s=0.5, stall_s=1.015625)
 @examples(50)
 def test_a_burst_that_was_dropped_does_not_follow_late(before_s: float, stall_s: float) -> None:
     """Whatever is dropped, a burst is heard at its whole second or not at all."""

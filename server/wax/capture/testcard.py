@@ -45,6 +45,8 @@ _BURST_AMPLITUDE: Final = 0.4
 _BURST_SAMPLES: Final = SAMPLE_RATE_HZ // 10
 _LATE_S: Final = 0.2
 """Sound later than this (the machine slept) is dropped, not sent in a burst."""
+_BURST_LATE_S: Final = 0.0011
+"""A burst may begin so late: the estimate of the wall clock moves by up to 1 ms."""
 
 
 def crc8(data: bytes) -> int:
@@ -212,7 +214,7 @@ class TestCardAudio:
 
     def _add_burst(self, wave: NDArray[np.float64], wall_s: float) -> None:
         # Sound was dropped, or somebody set the wall clock: a burst that is missed does not follow.
-        if not -1.5 < wall_s - self._next_second < BLOCK_SAMPLES / SAMPLE_RATE_HZ:
+        if not -1.5 < wall_s - self._next_second < _BURST_LATE_S:
             self._next_second = math.floor(wall_s) + 1
         begin = 0
         until_burst = round((self._next_second - wall_s) * SAMPLE_RATE_HZ)
