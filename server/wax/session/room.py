@@ -452,7 +452,9 @@ class Room:
         update = self._updates.next(self.snapshot(now_s), now_s)
         if update is None:
             return
-        text, for_host = room_change.text_of(for_guests(update)), room_change.text_of(update)
+        plain = for_guests(update)
+        text = room_change.text_of(plain)
+        for_host = text if plain == update else room_change.text_of(update)
         for viewer in self._viewers:
             if viewer.is_ready:
                 # Inside the viewer's own boundary.
