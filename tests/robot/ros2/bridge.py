@@ -7,6 +7,7 @@ for the three questions of rosapi, and `status` for what cannot be.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import threading
 import time
@@ -159,4 +160,6 @@ class Bridge:
 
     async def _send_all(self, text: str) -> None:
         for line in list(self._lines):
-            await line.send_str(text)
+            # Who hangs up over a message keeps it from nobody else.
+            with contextlib.suppress(ConnectionError):
+                await line.send_str(text)
