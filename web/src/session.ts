@@ -544,7 +544,7 @@ export function startSession(): Session {
   void prepare().then(() => {
     void enter(entry);
     // In parallel with connecting, never before it.
-    listenLanguage(state.preferences, say);
+    listenLanguage(state.preferences, state.isLinkForDriving, say);
   });
   // A link that is opened where the page is open already does not load it again.
   window.addEventListener("hashchange", () => {

@@ -4,6 +4,7 @@ import { NO_PADS, type PadState } from "./drive/gamepad";
 import type { Direction, Motion } from "./drive/inputState";
 import type { ScanItem } from "./drive/scanner";
 import type { LinkState } from "./link/link";
+import { isNeededForDriving } from "./link/thin";
 import type { Breaks } from "./measure/breaks";
 import type {
   AboardInfo,
@@ -145,6 +146,8 @@ export interface State {
   operator: ReadonlySignal<ViewerInfo | null>;
   /** The turn's number while this page drives, else null. */
   drivingTurn: ReadonlySignal<number | null>;
+  /** Whether nothing more may be loaded now. */
+  isLinkForDriving: ReadonlySignal<boolean>;
   /** The number of the stop in force, null for none. */
   stopNumber: ReadonlySignal<number | null>;
   /** Whether this page drives and no stop is in force. */
@@ -189,6 +192,8 @@ export function createState(kept: Preferences): State {
     return isConnected.value && !isElsewhere.value && mine ? turn.number : null;
   });
 
+  const served = signal<Served | null>(null);
+
   return {
     link,
     hello,
@@ -208,7 +213,7 @@ export function createState(kept: Preferences): State {
     staleCameras: signal(new Set<number>()),
     output: signal(null),
     player: signal({ by: "browser", why: null }),
-    served: signal(null),
+    served,
     held: signal(new Set<Direction>()),
     motion: signal({ linear: 0, angular: 0 }),
     isHolding: signal(false),
@@ -236,6 +241,7 @@ export function createState(kept: Preferences): State {
     me,
     operator: computed(() => viewer(room.value?.turn.operator)),
     drivingTurn,
+    isLinkForDriving: computed(() => isNeededForDriving(served.value, drivingTurn.value)),
     stopNumber,
     mayMove: computed(() => drivingTurn.value !== null && stopNumber.value === null),
     usableControls: computed(() => {

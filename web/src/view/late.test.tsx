@@ -1,28 +1,116 @@
 // @vitest-environment happy-dom
-import { findByRole, findByText } from "@testing-library/dom";
-import { render } from "preact";
+import { findByText, getByRole, getByText, queryByText } from "@testing-library/dom";
+import { type ComponentType, type FunctionComponent, render } from "preact";
 import { act } from "preact/test-utils";
-import { afterEach, expect, it, vi } from "vitest";
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import type { Session } from "../actions";
+import { hello, room, served } from "../testing/messages";
+import { testSession } from "../testing/session";
+import { SessionContext } from "./context";
 import { late } from "./late";
 
-const body = document.body;
+interface Named {
+  name: string;
+}
 
-afterEach(() => act(() => render(null, body)));
+const { body } = document;
+const WAITS = /^This waits until your turn is over/;
 
-it("is loaded where it is shown, once, and said where that fails; shown again, it is tried again", async () => {
-  const importPart = vi
-    .fn<() => Promise<(props: { name: string }) => preact.VNode>>()
-    .mockRejectedValueOnce(new Error("no network"))
-    .mockResolvedValue(({ name }) => <p>{name}</p>);
+let session: Session;
+let importPart: ReturnType<typeof vi.fn<() => Promise<FunctionComponent<Named>>>>;
+
+beforeEach(() => {
+  session = testSession();
+  session.state.link.value = { is: "connected" };
+  session.state.hello.value = hello({ viewer: 1 });
+  importPart = vi.fn(async () => ({ name }: Named) => <p>{name}</p>);
+});
+
+const hide = () => act(async () => render(null, body));
+
+afterEach(hide);
+
+const show = (Part: ComponentType<Named>, name = "Ada") =>
+  act(async () =>
+    render(
+      <SessionContext.Provider value={session}>
+        <Part name={name} />
+      </SessionContext.Provider>,
+      body,
+    ),
+  );
+
+const link = (bps: number, operator?: number) =>
+  act(async () => {
+    session.state.served.value = served({ link_bps: bps });
+    session.state.room.value = room(operator ? { operator } : { watching: [1] });
+  });
+
+it("is loaded where it is shown, and once", async () => {
   const Part = late(importPart);
   expect(importPart).not.toHaveBeenCalled();
-  await act(async () => render(<Part name="Ada" />, body));
-  expect((await findByRole(body, "status")).textContent).toContain("could not be loaded");
-  await act(async () => render(null, body));
-  await act(async () => render(<Part name="Bob" />, body));
+  await show(Part);
+  expect(await findByText(body, "Ada")).toBeTruthy();
+  await hide();
+  await show(Part, "Bob");
   expect(await findByText(body, "Bob")).toBeTruthy();
-  await act(async () => render(null, body));
-  await act(async () => render(<Part name="Cleo" />, body));
-  expect(await findByText(body, "Cleo")).toBeTruthy();
-  expect(importPart).toHaveBeenCalledTimes(2);
+  expect(importPart).toHaveBeenCalledOnce();
+});
+
+it("says that it loads, and what to do where that fails", async () => {
+  let fail = (_why: Error) => {};
+  importPart.mockImplementationOnce(
+    () =>
+      new Promise((_, reject) => {
+        fail = reject;
+      }),
+  );
+  await show(late(importPart));
+  expect(getByRole(body, "status").textContent).toBe("Loading…");
+  await act(async () => fail(new Error("no network")));
+  expect(getByRole(body, "alert").textContent).toContain("could not be loaded");
+  await act(async () => getByRole(body, "button", { name: "Try again" }).click());
+  expect(await findByText(body, "Ada")).toBeTruthy();
+});
+
+it("is tried again where it is shown again", async () => {
+  importPart.mockRejectedValueOnce(new Error("no network"));
+  const Part = late(importPart);
+  await show(Part);
+  await hide();
+  await show(Part);
+  expect(await findByText(body, "Ada")).toBeTruthy();
+});
+
+it("waits while a thin link is driven over, says so, and comes when the turn is over", async () => {
+  await link(48_000, 1);
+  await show(late(importPart));
+  expect(getByText(body, WAITS)).toBeTruthy();
+  expect(importPart).not.toHaveBeenCalled();
+  await link(48_000);
+  expect(queryByText(body, WAITS)).toBeNull();
+  expect(await findByText(body, "Ada")).toBeTruthy();
+});
+
+it("is shown over a thin link where it is there already", async () => {
+  const Part = late(importPart);
+  await show(Part);
+  await hide();
+  await link(48_000, 1);
+  await show(Part);
+  expect(await findByText(body, "Ada")).toBeTruthy();
+});
+
+it("is loaded over a thin link where driving itself needs it", async () => {
+  await link(48_000, 1);
+  await show(late(importPart, { isForDriving: true }));
+  expect(await findByText(body, "Ada")).toBeTruthy();
+});
+
+it("is not tried again where the link became thin meanwhile", async () => {
+  importPart.mockRejectedValueOnce(new Error("no network"));
+  await show(late(importPart));
+  await link(48_000, 1);
+  expect(getByRole<HTMLButtonElement>(body, "button", { name: "Try again" }).disabled).toBe(true);
+  expect(importPart).toHaveBeenCalledOnce();
 });

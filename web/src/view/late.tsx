@@ -2,13 +2,20 @@ import { signal } from "@preact/signals";
 import type { FunctionComponent } from "preact";
 import { useEffect } from "preact/hooks";
 import { t } from "../words/words";
+import { useState } from "./context";
 
 type Part<Props> =
   | { is: "no" | "loading" | "failed" }
   | { is: "there"; Show: FunctionComponent<Props> };
 
-/** Makes a component of a part that few pages need, loaded once where one is shown. */
-export function late<Props extends object>(importPart: () => Promise<FunctionComponent<Props>>) {
+/**
+ * Makes a component of a part that few pages need, loaded once where one is shown: never while a
+ * thin link is driven over, except what driving itself needs.
+ */
+export function late<Props extends object>(
+  importPart: () => Promise<FunctionComponent<Props>>,
+  { isForDriving = false } = {},
+) {
   const part = signal<Part<Props>>({ is: "no" });
 
   /** Loads it, again after a failure. */
@@ -23,14 +30,28 @@ export function late<Props extends object>(importPart: () => Promise<FunctionCom
   };
 
   function Late(props: Props) {
-    useEffect(() => void load(), []);
+    const { isLinkForDriving } = useState();
+    const waits = !isForDriving && isLinkForDriving.value;
+    useEffect(() => {
+      if (!waits) void load();
+    }, [waits]);
     const now = part.value;
     if (now.is === "there") return <now.Show {...props} />;
-    return now.is === "failed" ? (
+    if (now.is === "failed") {
+      return (
+        <div role="alert">
+          <p>{t("late.failed")}</p>
+          <button type="button" class="plain-button" disabled={waits} onClick={() => void load()}>
+            {t("late.again")}
+          </button>
+        </div>
+      );
+    }
+    return (
       <p role="status" class="quiet">
-        {t("panels.not_loaded")}
+        {t(waits ? "late.waits" : "late.loading")}
       </p>
-    ) : null;
+    );
   }
   return Object.assign(Late, { load });
 }

@@ -83,10 +83,26 @@ describe("a page", () => {
 
   it("speaks as wished, and follows each change", async () => {
     const wished = preferences("de");
-    listenLanguage(wished, () => {});
+    listenLanguage(wished, signal(false), () => {});
     await vi.waitFor(() => expect(language.value.tag).toBe("de"));
     wished.value = { ...wished.value, language: "en" };
     await vi.waitFor(() => expect(language.value.tag).toBe("en"));
+  });
+
+  it("loads no language while its link is needed for driving, says so once, and catches up", async () => {
+    const wished = preferences("en");
+    const waits = signal(true);
+    const say = vi.fn();
+    listenLanguage(wished, waits, say);
+    wished.value = { ...wished.value, language: "de" };
+    wished.value = { ...wished.value, volume: 0.5 };
+    expect(say).toHaveBeenCalledExactlyOnceWith(
+      "The page speaks Deutsch once your turn is over: your connection is needed for driving.",
+    );
+    await vi.dynamicImportSettled();
+    expect(language.value.tag).toBe("en");
+    waits.value = false;
+    await vi.waitFor(() => expect(language.value.tag).toBe("de"));
   });
 
   it("stays as it is where a language cannot be loaded, says so, and tries again", async () => {
@@ -95,7 +111,7 @@ describe("a page", () => {
     });
     const say = vi.fn();
     const wished = preferences("de");
-    listenLanguage(wished, say);
+    listenLanguage(wished, signal(false), say);
     await vi.waitFor(() =>
       expect(say).toHaveBeenCalledExactlyOnceWith(
         "The page could not be had in Deutsch; it stays as it is.",

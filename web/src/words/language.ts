@@ -1,6 +1,6 @@
 /** Which languages the page speaks, which of them is for whom, and changing between them. */
 
-import type { ReadonlySignal } from "@preact/signals";
+import { effect, type ReadonlySignal, untracked } from "@preact/signals";
 import type { Preferences } from "../preferences";
 import { ENGLISH, type Language, language, t } from "./words";
 
@@ -93,16 +93,27 @@ export function nameOf(tag: string): string {
   return LANGUAGES.find((one) => one.tag === tag)?.name ?? tag;
 }
 
-/** Has the page speak the language that is wished, now and after each change; says where it cannot. */
+/**
+ * Has the page speak the language that is wished, now and after each change; says where it cannot.
+ * While `waits` nothing is loaded.
+ */
 export function listenLanguage(
   preferences: ReadonlySignal<Preferences>,
+  waits: ReadonlySignal<boolean>,
   say: (sentence: string) => void,
 ): void {
   let wished: string | null = null;
-  preferences.subscribe(({ language: chosen }) => {
-    const tag = choose(wishes(chosen));
+  let told: string | null = null;
+  effect(() => {
+    const tag = choose(wishes(preferences.value.language));
     if (tag === wished) return;
+    if (tag !== ENGLISH.tag && waits.value) {
+      if (told !== tag) untracked(() => say(t("language.waits", { language: nameOf(tag) })));
+      told = tag;
+      return;
+    }
     wished = tag;
+    told = null;
     void speak(tag).then((isSpoken) => {
       if (isSpoken) return;
       wished = null; // so that the same choice tries again

@@ -1,7 +1,9 @@
 import { useState } from "../context";
 import { late } from "../late";
 
-export const ControlSet = late(async () => (await import("./ControlSet")).ControlSet);
+export const ControlSet = late(async () => (await import("./ControlSet")).ControlSet, {
+  isForDriving: true,
+});
 
 /**
  * What the robot has besides wheels and axes, for those who may use it. Whoever drives keeps seeing

@@ -1,11 +1,18 @@
 // @vitest-environment happy-dom
-import { fireEvent, getByLabelText, getByRole, getByText, queryByText } from "@testing-library/dom";
+import {
+  findByText,
+  fireEvent,
+  getByLabelText,
+  getByRole,
+  getByText,
+  queryByText,
+} from "@testing-library/dom";
 import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Session } from "../../actions";
 import { type Camera, project } from "../../path/camera";
-import { hello, room } from "../../testing/messages";
+import { hello, room, served } from "../../testing/messages";
 import { testSession as made } from "../../testing/session";
 import { SessionContext } from "../context";
 import { Calibrate } from "./Calibrate";
@@ -130,12 +137,12 @@ describe("calibrating the camera", () => {
   });
 
   it("is loaded when the host asks for it", async () => {
+    session.state.served.value = served();
     draw(<Calibration />);
     expect(queryByText(body, "Click on the nearer mark.")).toBeNull();
     await act(async () => {
       getByRole(body, "button", { name: "Calibrate the camera…" }).click();
-      await vi.dynamicImportSettled();
     });
-    expect(getByText(body, "Click on the nearer mark.")).toBeTruthy();
+    expect(await findByText(body, "Click on the nearer mark.")).toBeTruthy();
   });
 });

@@ -15,6 +15,7 @@ import hud from "./hud.json";
 import invitation from "./invitation.json";
 import kiosk from "./kiosk.json";
 import language from "./language.json";
+import late from "./late.json";
 import link from "./link.json";
 import message from "./message.json";
 import own from "./own.json";
@@ -52,6 +53,7 @@ export const de: Catalog = {
   ...invitation,
   ...kiosk,
   ...language,
+  ...late,
   ...link,
   ...message,
   ...own,

@@ -13,6 +13,7 @@ import hud from "./hud.json";
 import invitation from "./invitation.json";
 import kiosk from "./kiosk.json";
 import language from "./language.json";
+import late from "./late.json";
 import link from "./link.json";
 import message from "./message.json";
 import own from "./own.json";
@@ -50,6 +51,7 @@ export const en = {
   ...invitation,
   ...kiosk,
   ...language,
+  ...late,
   ...link,
   ...message,
   ...own,
