@@ -19,6 +19,24 @@ _VANISHES: Final = """() => [...document.querySelectorAll("button:enabled")]
     })
     .map((one) => `“${(one.ariaLabel ?? one.innerText).trim()}” has no edge in forced colours`)"""
 """The page's colours, and so its backgrounds, are gone there: a button is known by its edge."""
+_ALIKE: Final = """() => {
+    const edges = (one) => [null, "::before", "::after"].map((part) => {
+        const style = getComputedStyle(one, part);
+        const { borderTopStyle, borderTopWidth, borderTopColor, outlineStyle } = style;
+        return [borderTopStyle, borderTopWidth, borderTopColor, outlineStyle].join(" ");
+    }).join();
+    const isChosen = (one) => one.checked ?? one.ariaPressed === "true";
+    const group = (one) => one.name || one.parentElement;
+    const all = [...document.querySelectorAll("[aria-pressed]:enabled, input[type=radio]:enabled")]
+        .filter((one) => one.checkVisibility({ visibilityProperty: true }))
+        .filter((one) => one.type !== "radio" || getComputedStyle(one).appearance === "none");
+    return all
+        .filter(isChosen)
+        .filter((one) => all.some((other) =>
+            group(other) === group(one) && !isChosen(other) && edges(other) === edges(one)))
+        .map((one) => `“${(one.closest("label") ?? one).innerText.trim()}” does not look chosen`);
+}"""
+"""What is chosen is known by its edge, too."""
 _MOVES: Final = """() => document.getAnimations()
     .filter((one) => one.playState === "running")
     .filter((one) => one.effect.getComputedTiming().endTime > 200)
@@ -38,9 +56,9 @@ async def faults(page: Page, *, has_stop: bool) -> list[str]:
 
 
 async def vanished(page: Page) -> list[str]:
-    """Return the buttons that have no edge in forced colours."""
+    """Return what has no edge in forced colours: a button, or what is chosen of a few."""
     await page.emulate_media(forced_colors="active")
-    found: list[str] = await page.evaluate(_VANISHES)
+    found: list[str] = await page.evaluate(_VANISHES) + await page.evaluate(_ALIKE)
     await page.emulate_media(forced_colors="none")
     return found
 
