@@ -124,7 +124,7 @@ async def test_at_200_percent_one_joins_drives_and_stops(chromium: Browser) -> N
     "key", ["driving", *(pytest.param(key, marks=pytest.mark.full) for key in ("free", "settings"))]
 )
 async def test_colours_and_motion_are_the_readers(chromium: Browser, key: str) -> None:
-    """In forced colours edges show buttons and what is chosen; with less motion, nothing moves on."""
+    """Forced colours keep the edges of buttons and of what is chosen; less motion stops motion."""
     async with named(key).reached(chromium, COMPUTER) as scene:
         page = scene.viewer.page
         _assert_none(await layout.vanished(page) + await layout.moving(page))
