@@ -203,8 +203,9 @@ def test_an_unexpected_error_of_the_link_is_its_failure(
     def broken(*_: object) -> None:
         raise RuntimeError("broken")
 
-    monkeypatch.setattr(RosbridgeGraph, method, broken)
     with capture_logs() as logs, linked(bridge, OURS) as link:
+        # Not before it is open: a link that fails at once may be refused by its constructor.
+        monkeypatch.setattr(RosbridgeGraph, method, broken)
         assert "RuntimeError" in failure(link)
         with pytest.raises(DriverError):
             link.send(CURVE, 0)
