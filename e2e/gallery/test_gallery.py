@@ -115,6 +115,17 @@ async def test_axe_finds_what_is_wrong(blank: Page) -> None:
     assert any("axe target-size: " in one for one in await axe.findings(blank))
 
 
+async def test_axe_waits_for_colours_that_change(blank: Page) -> None:
+    """What is read only while the theme changes is no finding."""
+    await blank.set_content(
+        "<!doctype html><html lang=en><title>x</title><main><h1>x</h1>"
+        "<p style='color: #ddd; background: #fff; transition: background 500ms'>words</p></main>"
+    )
+    assert any("axe color-contrast: " in one for one in await axe.findings(blank))
+    await blank.evaluate("document.querySelector('p').style.background = '#000'")
+    assert await axe.findings(blank) == []
+
+
 async def test_the_readers_wishes_are_checked(blank: Page) -> None:
     """A button without an edge in forced colours is found, and what moves on in spite of them."""
     await blank.set_content(
