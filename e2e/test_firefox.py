@@ -193,6 +193,7 @@ async def test_firefox_plays_by_our_own_player_if_told_to(
         await window.goto(server.url)
         tap = needed(ear).tap()
         await window.evaluate(button("Turn sound on"))
+        await window.evaluate(button("Details"))
         await eventually(
             lambda: window.evaluate('document.body.textContent.includes("playerWAX\'s own")'),
             "our own player plays",
