@@ -23,22 +23,21 @@ if TYPE_CHECKING:
 
 PROBE = Path(__file__).parent / "harness" / "probe.js"
 CELL = Cell(experiment="E4", profile="modem-56k", system="audio-master")
-WITHIN_S = 45.0
-"""Patience with the page, picture and sound; how soon they come, `make page` measures."""
+WITHIN_S = 20.0
+"""From the page's address to picture and sound; half of it is what the page itself takes."""
 
 SMALLEST = "160x120 at 16 kbit/s"
 LONGEST_MS = 60.0
 PROBLEMS = """
 [...document.querySelectorAll('[aria-label="Problems"] li')].map((line) => line.innerText)
 """
-SLOW = "Your connection is slow: picture and sound play as soon as they arrive."
 STATUS = "document.querySelector('[role=\"status\"]').innerText"
 
 
 @pytest.mark.timeout(120)
 @pytest.mark.full
 async def test_a_modem_line_carries_picture_and_sound(tmp_path: Path) -> None:
-    """On 50 kbit/s both play, as small as they get; the page says no more than that it is slow."""
+    """On 50 kbit/s both play within 20 s, as small as they get, and nothing is said as broken."""
     rooms = [tmp_path / "server", tmp_path / "browser"]
     for room in rooms:
         room.mkdir()
@@ -85,7 +84,7 @@ async def watch(running: Running, window: Window) -> None:
     for _ in range(4):
         said |= set(await window.evaluate(PROBLEMS))
         await asyncio.sleep(0.5)
-    assert said <= {SLOW}, f"the page says that something is wrong: {said}"
+    assert not said, f"the page says that something is wrong: {said}"
     assert (await window.evaluate(STATUS)).strip() == "Connected"
     cards = await ask("cards(10)")
     assert sum(card["valid"] for card in cards) >= 9
