@@ -131,7 +131,8 @@ class Server:
         took_s = time.monotonic() - asked_s
         assert code == 0, f"exit status {code} after {how.name}"
         assert took_s <= STOP_WITHIN_S, f"{took_s:.1f} s from {how.name} to the end"
-        assert "Traceback" not in self.log, "the server's log holds a traceback"
+        _, traceback, rest = self.log.partition("Traceback")
+        assert not traceback, f"the server's log holds a traceback{rest[:6000]}"
         assert not CLIENT_ID.search(self.log), "the server's log holds what identifies a page"
 
     async def kill(self) -> None:

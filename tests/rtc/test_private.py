@@ -198,6 +198,7 @@ class Sctp:
 
     def __init__(self) -> None:
         self.sent = 0
+        self.state = "connected"
 
     async def _send_sack(self) -> None:
         self.sent += 1
@@ -224,3 +225,13 @@ async def test_a_long_message_is_acknowledged_as_it_comes() -> None:
         assert sctp.sent == acknowledged
     await asyncio.sleep(0.06)
     assert sctp.sent == 3
+
+
+async def test_nothing_is_acknowledged_once_it_is_closed() -> None:
+    """What was due by then is left out: the connection below may be closing."""
+    sctp = Sctp()
+    private.delay_acknowledgements(sctp, 0.02)  # type: ignore[arg-type]  # all that is used of it
+    await sctp._send_sack()
+    sctp.state = "closed"
+    await asyncio.sleep(0.06)
+    assert sctp.sent == 0

@@ -583,6 +583,8 @@ def delay_acknowledgements(sctp: RTCSctpTransport, delay_s: float) -> None:
         came_s.clear()
         while waiting:
             waiting.pop().cancel()
+        if sctp.state == "closed":  # while it closes, DTLS refuses data by an error of its own
+            return
         with contextlib.suppress(ConnectionError):  # closed meanwhile
             await acknowledge()
 
