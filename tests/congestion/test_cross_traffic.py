@@ -6,6 +6,7 @@ import pytest
 from tests.ablation.links import beside_download, beside_viewer, carried_bps, cellular, network
 from tests.ablation.traffic import rate_bps, starved_s
 from tests.congestion.bottleneck import Port, TcpDownload, bottleneck, run
+from tests.link.profile import load
 from tests.sync.link_model import Loop, default_steps
 
 LADDER = [*default_steps(), None]
@@ -60,6 +61,27 @@ def test_a_download_never_silences_a_viewer(link_bps: int) -> None:
     assert loop.record.sound_ms(8.0, 20.0, 1.0) <= own_ms + 300
     assert len([at_s for at_s, _ in loop.record.sounds if 8.0 <= at_s < 20.0]) >= 0.9 * 12 / 0.06
     assert download.rate_bps(110.0, 120.0) >= 0.9 * link_bps
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, *(pytest.param(n, marks=FULL) for n in (4, 5, 6))])
+def test_a_picture_returns_after_a_download_on_a_modem_line(seed: int) -> None:
+    """It leaves the estimate at what the sound takes, which nothing but a try can raise."""
+    modem = load("modem-56k")
+    pipe = bottleneck(modem, seed=seed, start_s=100.0)
+    loop = Loop(modem, down=Port(pipe), feedback_s=0.05, seed=seed)
+    download = TcpDownload(Port(pipe), back_s=0.07, begin_s=101.0, end_s=105.0)
+    run([loop, download], 160.0)
+    assert starved_s(loop, 1.0, 20.0) > 0
+    assert starved_s(loop, 30.0, 60.0) == 0
+
+
+@pytest.mark.parametrize("link_bps", [24_000, 28_000])
+def test_tries_delay_no_sound_for_long(link_bps: int) -> None:
+    """Where the link carries the sound and no more, a picture is tried, seldom and briefly."""
+    link = network("thin", rate_bps=link_bps, queue_ms=1500.0, delay_ms=60.0)
+    loop = Loop(link, feedback_s=0.05)
+    loop.run(120)
+    assert loop.record.sound_ms(20.0, 120.0, 0.9) <= 60 + 200
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

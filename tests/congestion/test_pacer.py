@@ -64,6 +64,15 @@ def test_a_debt_takes_longer_on_a_slower_link() -> None:
     assert pacer.free_in_s(1.0) == pytest.approx(0.160)
 
 
+def test_a_debt_that_no_queue_confirms_is_forgiven() -> None:
+    """What was sent beyond the rate has come: only what is measured is waited for."""
+    pacer = Pacer(100_000)
+    pacer.spend(5000, 1.0)
+    pacer.drain(30.0, 1.0)
+    pacer.forgive()
+    assert pacer.free_in_s(1.0) == pytest.approx(0.030)
+
+
 def test_time_that_runs_back_frees_nothing() -> None:
     """An earlier time, or none, is taken for the latest that was told."""
     pacer = Pacer(100_000)

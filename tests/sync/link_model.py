@@ -251,6 +251,8 @@ class Loop:
             now_s=now_s,
         )
         self.record.estimates.append((now_s - self.start_s, estimate))
+        if allocation.tries and not (self.allocation and self.allocation.tries):
+            self.control.try_more(now_s)
         if allocation != self.allocation:
             self.record.allocations.append((now_s - self.start_s, allocation))
         self.allocation = allocation

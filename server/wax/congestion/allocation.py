@@ -41,6 +41,7 @@ class Allocation:
 
     Pictures above `top_layer` are dropped. `redundancy` is the number of earlier units that each
     packet of sound repeats (RFC 2198). `reason` explains to the viewer why it is not more.
+    `tries` while a picture that was given up is tried: nothing shows yet that the link carries it.
     `left_bps` is what the link has left for other cameras to begin with, and `kept_bps` for those
     that are sent already.
     """
@@ -50,6 +51,7 @@ class Allocation:
     sound: SoundForm | None
     redundancy: int
     reason: Sentence
+    tries: bool = False
     left_bps: float = 0.0
     kept_bps: float = 0.0
 

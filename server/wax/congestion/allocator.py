@@ -183,8 +183,9 @@ class Allocator:
             return Allocation(None, 0, form, redundancy, reason)
         step = self._steps[self._at]
         left_bps, kept_bps = self._left(estimate, budget, allowed)
+        tries = self._now_s < self._try_until_s
         return Allocation(
-            step, step.layers - self._cut, form, redundancy, reason, left_bps, kept_bps
+            step, step.layers - self._cut, form, redundancy, reason, tries, left_bps, kept_bps
         )
 
     def _left(

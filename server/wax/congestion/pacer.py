@@ -59,6 +59,10 @@ class Pacer:
             waiting_s = min(max(queue_ms / 1000, 0.0), _MAX_DEBT_S)
             self._measured_bits = waiting_s * self._rate_bps
 
+    def forgive(self) -> None:
+        """Forget a debt that no queue confirms: the rate was wrong."""
+        self._owed_bits = min(self._owed_bits, self._measured_bits)
+
     def free_in_s(self, now_s: float) -> float:
         """Return how long a picture still has to wait; 0 if it may leave."""
         self._pass(now_s)

@@ -105,6 +105,12 @@ class SenderSideControl:
         self._estimate = known
         return known
 
+    def try_more(self, now_s: float) -> None:
+        """Make room for a picture that is tried; called once, when that begins."""
+        self._estimator.try_more(now_s)
+        self._pacer.rate_bps = self.estimate(now_s).rate_bps
+        self._pacer.forgive()
+
     # --- CongestionControl -----------------------------------------------------------------
 
     def negotiated(self, *, has_feedback: bool, kind: Kind = "video") -> None:

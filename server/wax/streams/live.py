@@ -217,6 +217,8 @@ class LiveStreams:
             takes_redundancy=self._sound_lane.takes_redundancy,
         )
         before, self._allocation = self._allocation, allocation
+        if allocation.tries and not (before and before.tries):
+            self._congestion.try_more(now_s)
         self._send_picture(self._picture_lane, before, allocation, estimate, now_s)
         self._send_sound(self._sound_lane, allocation)
         self._seen = self._cameras.send(allocation, allowed, now_s)
