@@ -7,7 +7,7 @@ import gzip
 import hashlib
 import json
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Final, cast
 
 import pytest
 from aiohttp import CookieJar
@@ -31,7 +31,7 @@ from wax.web.own_page import OwnPage
 from wax.web.routes import Routes
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncIterator, Callable
     from pathlib import Path
 
     from aiohttp.web import Application, Request
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
 
     Client = TestClient[Request, Application]
 
+PACKED: Final = {"Content-Encoding": "gzip", "Content-Type": "application/json"}
 GOOD = {"sdp": "v=0", "client": "12345678-abcd"}
 
 
@@ -177,7 +178,9 @@ async def client(
         missing=lambda: room.missing,
     )
     cookies = CookieJar(unsafe=True)
-    async with TestClient(TestServer(made.application()), cookie_jar=cookies) as found:
+    server = TestServer(made.application())
+    await server.start_server(auto_decompress=False)  # as `Connection` has it
+    async with TestClient(server, cookie_jar=cookies) as found:
         yield found
 
 
@@ -356,11 +359,45 @@ async def test_an_offer_is_answered(client: Client, room: FakeRoom) -> None:
         (json.dumps(GOOD | {"sdp": "v" * 70_000}).encode(), 413),
     ],
 )
+@pytest.mark.parametrize("packs", [bytes, gzip.compress])
 async def test_bad_offers_get_a_sentence(
+    client: Client,
+    room: FakeRoom,
+    body: bytes,
+    status: int,
+    packs: Callable[[bytes], bytes],
+) -> None:
+    """A bad body is refused as JSON with a sentence and never reaches the room, packed or not."""
+    headers = PACKED if packs is gzip.compress else {}
+    response = await client.post("/api/offer", data=packs(body), headers=headers)
+    assert response.status == status
+    assert len((await response.json())["error"]) > 5
+    assert not room.offers
+
+
+async def test_an_offer_may_be_packed(client: Client, room: FakeRoom) -> None:
+    """Over a slow line it comes in gzip, and the answer goes back so."""
+    packed = gzip.compress(json.dumps(GOOD).encode())
+    headers = PACKED | {"Accept-Encoding": "gzip"}
+    response = await client.post("/api/offer", data=packed, headers=headers)
+    assert response.headers["Content-Encoding"] == "gzip"
+    assert await response.json() == {"sdp": "v=0 answer"}
+    assert room.offers == [("12345678-abcd", "v=0")]
+
+
+@pytest.mark.parametrize(
+    ("body", "status"),
+    [
+        (gzip.compress(json.dumps(GOOD).encode())[:-9], 400),
+        (json.dumps(GOOD).encode(), 400),
+        (gzip.compress(b" " * 60_000_000), 413),
+    ],
+)
+async def test_an_offer_that_does_not_unpack_gets_a_sentence(
     client: Client, room: FakeRoom, body: bytes, status: int
 ) -> None:
-    """A bad body is refused as JSON with a sentence and never reaches the room."""
-    response = await client.post("/api/offer", data=body)
+    """One that is cut off, is no gzip at all, or would fill the memory is refused."""
+    response = await client.post("/api/offer", data=body, headers=PACKED)
     assert response.status == status
     assert len((await response.json())["error"]) > 5
     assert not room.offers

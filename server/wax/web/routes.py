@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import secrets
+import zlib
 from dataclasses import replace
 from math import ceil
 from pathlib import Path
@@ -55,6 +56,8 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 MAX_BODY_BYTES: Final = 65_536
+_GZIP: Final = 16
+"""Added to zlib's number for the window, it means gzip."""
 
 _OFFERS_BURST_S: Final = 20
 """A class behind one router connects at once, and each answer takes 10 ms of CPU."""
@@ -292,6 +295,7 @@ class Routes:
             response.text = seat.model_dump_json()
             return response
         response.text = json.dumps({"sdp": answer})
+        response.enable_compression()
         if visitor.is_host:
             self._renew(request, response)
         return response
@@ -407,12 +411,29 @@ def _kept(request: web.Request, digest: str) -> dict[str, str]:
 
 async def _body(request: web.Request, model: type[_Body]) -> _Body:
     """Return the JSON body; raises `ProtocolError`."""
+    data = await request.read()
+    if request.headers.get("Content-Encoding", "").lower() == "gzip":
+        data = _unpacked(data)
     try:
-        return model.model_validate_json(await request.read())
+        return model.model_validate_json(data)
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
         where = ".".join(str(part) for part in first["loc"]) or "the body"
         raise ProtocolError(f"{where}: {first['msg']}") from error
+
+
+def _unpacked(data: bytes) -> bytes:
+    """Return a body that came in gzip, which may be no longer than one that did not."""
+    unpacking = zlib.decompressobj(wbits=zlib.MAX_WBITS | _GZIP)
+    try:
+        unpacked = unpacking.decompress(data, MAX_BODY_BYTES)
+    except zlib.error as error:
+        raise ProtocolError(f"the body: {error}") from error
+    if not unpacking.eof:
+        if len(unpacked) < MAX_BODY_BYTES:
+            raise ProtocolError("the body: it is cut off")
+        raise web.HTTPRequestEntityTooLarge(MAX_BODY_BYTES, len(unpacked))
+    return unpacked
 
 
 @web.middleware

@@ -1,4 +1,4 @@
-import { post, postTimed } from "../link/http";
+import { post, timed } from "../link/http";
 import type { Sent } from "../link/signalling";
 import type { ViewerInfo } from "../messages";
 
@@ -20,7 +20,7 @@ export async function postQueue(client: string, wants: Wants, name: string): Pro
 /** Renews this page's seat in the rooms; returns fresh tokens. Throws `RequestError`. */
 export async function postSeat(client: string): Promise<Sent> {
   const signal = AbortSignal.timeout(ASK_MS);
-  return (await postTimed("/api/seat", { client }, { signal })) as unknown as Sent;
+  return (await timed(post("/api/seat", { client }, { signal }))) as unknown as Sent;
 }
 
 /** Gives the seat back; it is sent even while the page is closed. */

@@ -18,14 +18,21 @@ export class RequestError extends Error {
   }
 }
 
+const JSON_TYPE = { "Content-Type": "application/json" };
+
 /** Posts JSON and returns the JSON answer; throws `RequestError`. */
 export function post(path: string, body: object, init: RequestInit = {}): Promise<Answer> {
-  return ask(path, {
-    method: "POST",
-    headers: { "Content-Type": "application/json" },
-    body: JSON.stringify(body),
-    ...init,
-  });
+  return ask(path, { method: "POST", headers: JSON_TYPE, body: JSON.stringify(body), ...init });
+}
+
+/** A request with a long JSON body, compressed where the browser can. */
+export async function packed(body: object): Promise<RequestInit> {
+  const text = JSON.stringify(body);
+  if (typeof CompressionStream === "undefined")
+    return { method: "POST", headers: JSON_TYPE, body: text };
+  const bytes = new Blob([text]).stream().pipeThrough(new CompressionStream("gzip"));
+  const headers = { ...JSON_TYPE, "Content-Encoding": "gzip" };
+  return { method: "POST", headers, body: await new Response(bytes).blob() };
 }
 
 export type Answer = Record<string, unknown>;
@@ -36,14 +43,10 @@ export interface Asked {
   receivedMs: number;
 }
 
-/** Posts as `post` does, and notes when. */
-export async function postTimed(
-  path: string,
-  body: object,
-  init: RequestInit,
-): Promise<Answer & Asked> {
+/** Returns the answer to what is asked now, and notes when. */
+export async function timed(asking: Promise<Answer>): Promise<Answer & Asked> {
   const sentMs = performance.now();
-  const answer = await post(path, body, init);
+  const answer = await asking;
   return { ...answer, sentMs, receivedMs: performance.now() };
 }
 

@@ -293,9 +293,11 @@ describe("a voice", () => {
     ice = async () => new Response(JSON.stringify({ iceServers: [] }));
   });
 
-  it("has room in the first offer where the server takes voices, and only there", () => {
-    expect(connect(true).connection.directions).toEqual(["sendrecv", "recvonly"]);
-    expect(connect().connection.directions).toEqual(["recvonly", "recvonly"]);
+  it("has room in the first offer where the server takes voices, and only there", async () => {
+    const [withVoice, without] = [connect(true), connect()];
+    expect(withVoice.connection.directions).toEqual(["sendrecv", "recvonly"]);
+    expect(without.connection.directions).toEqual(["recvonly", "recvonly"]);
+    await Promise.all([withVoice.connected, without.connected]);
   });
 
   it("needs no new connection", async () => {

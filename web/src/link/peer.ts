@@ -3,7 +3,7 @@ import { withVoice } from "../voice/answer";
 import { FORMS, type VoiceForm } from "../voice/form";
 import { t } from "../words/words";
 import { RequestError } from "./http";
-import { askIce, gathered, postOffer, type Sent } from "./signalling";
+import { askIce, gathered, offerOf, postOffer, type Sent } from "./signalling";
 import { withStereo } from "./stereo";
 
 /** A peer's events; there are none after `lost` or `close`. */
@@ -99,7 +99,9 @@ export class Peer {
       await this.#offer(offer);
       // Without ICE servers there is nothing to wait for: the server learns our address from us.
       if (servers.length > 0 && ice.wantsCandidates) await gathered(pc);
-      const answering = postOffer(pc.localDescription?.sdp ?? "", client, signal);
+      const request = await offerOf(pc.localDescription?.sdp ?? "", client);
+      if (signal.aborted) return;
+      const answering = postOffer(request, signal);
       this.events.offered();
       const answer = await answering;
       if (signal.aborted) return;

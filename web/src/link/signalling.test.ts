@@ -1,6 +1,6 @@
 import { afterEach, expect, it, vi } from "vitest";
 import { RequestError } from "./http";
-import { askIce, postOffer } from "./signalling";
+import { askIce, offerOf, postOffer } from "./signalling";
 
 const signal = new AbortController().signal;
 
@@ -10,31 +10,38 @@ function answer(status: number, body: string): void {
 
 afterEach(() => vi.unstubAllGlobals());
 
+const PLAIN = { method: "POST", body: '{"sdp":"v=0","client":"some-uuid"}' };
+
 it("posts offer and client as JSON and returns the answer's text", async () => {
+  vi.stubGlobal("CompressionStream", undefined);
   const fetching = vi.fn(async () => new Response('{"sdp": "v=0 answer"}'));
   vi.stubGlobal("fetch", fetching);
-  expect(await postOffer("v=0", "some-uuid", signal)).toBe("v=0 answer");
-  expect(fetching).toHaveBeenCalledWith(
-    "/api/offer",
-    expect.objectContaining({ method: "POST", body: '{"sdp":"v=0","client":"some-uuid"}' }),
-  );
+  expect(await postOffer(await offerOf("v=0", "some-uuid"), signal)).toBe("v=0 answer");
+  expect(fetching).toHaveBeenCalledWith("/api/offer", expect.objectContaining(PLAIN));
+});
+
+it("packs the offer where the browser can, since an uplink may be a modem's", async () => {
+  const { headers, body } = await offerOf("v=0", "some-uuid");
+  expect(headers).toMatchObject({ "Content-Encoding": "gzip" });
+  const stream = (body as Blob).stream().pipeThrough(new DecompressionStream("gzip"));
+  expect(await new Response(stream).text()).toBe(PLAIN.body);
 });
 
 it("passes on the server's sentence when the offer is refused", async () => {
   answer(503, '{"error": "All 100 places are taken; try again later."}');
-  await expect(postOffer("v=0", "c", signal)).rejects.toThrow(
+  await expect(postOffer({}, signal)).rejects.toThrow(
     new RequestError("All 100 places are taken; try again later.", true),
   );
 });
 
 it("says a sentence of its own when the answer is none of ours", async () => {
   answer(502, "<html>Bad gateway</html>");
-  await expect(postOffer("v=0", "c", signal)).rejects.toThrow("The server answered 502.");
+  await expect(postOffer({}, signal)).rejects.toThrow("The server answered 502.");
 });
 
 it("says so when nobody answers", async () => {
   vi.stubGlobal("fetch", () => Promise.reject(new TypeError("Failed to fetch")));
-  await expect(postOffer("v=0", "c", signal)).rejects.toThrow("The server cannot be reached.");
+  await expect(postOffer({}, signal)).rejects.toThrow("The server cannot be reached.");
 });
 
 it("goes on without ICE servers where the server has no answer, but not without a server", async () => {
@@ -55,7 +62,7 @@ it("passes on the seconds that the server asks to wait, and nothing else", async
   const asked = async (text: string) => {
     const headers = { "Retry-After": text };
     vi.stubGlobal("fetch", async () => new Response("{}", { status: 503, headers }));
-    return postOffer("v=0", "c", signal).catch((error: RequestError) => error.retryAfterMs);
+    return postOffer({}, signal).catch((error: RequestError) => error.retryAfterMs);
   };
   expect(await asked("12")).toBe(12_000);
   expect(await asked("soon")).toBeNull();
