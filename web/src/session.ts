@@ -56,8 +56,8 @@ const CLOCKS_EVERY_MS = 200;
 const OPENING_MS = 20_000;
 /** What could not be loaded is tried again after so long. */
 const LOAD_AGAIN_MS = 5000;
-/** Where the first picture has not come after so long, there may be none. */
-const PICTURE_WITHIN_MS = 2000;
+/** Where the first picture and sound have not come after so long, there may be none. */
+const MEDIA_WITHIN_MS = 4000;
 /** What the robot's microphone heard of this user has passed after so long, at most. */
 const ECHO_MS = { least: 500, most: 2500 } as const;
 /** How long a request of the person aboard is shown. */
@@ -533,11 +533,17 @@ export function startSession(): Session {
     cameras.look(performance.now(), document.hidden);
   }, CLOCKS_EVERY_MS);
 
-  // After the first picture, but no later than the server may have something to say.
+  // After the first picture and sound, but no later than the server may have something to say.
   const words = new LateWords();
   state.link.subscribe(({ is }) => {
-    if (is === "connected") setTimeout(() => words.ask(), PICTURE_WITHIN_MS);
+    if (is === "connected") setTimeout(() => words.ask(), MEDIA_WITHIN_MS);
     else if (is !== "connecting") words.ask();
+  });
+  state.facts.subscribe(({ pictureMs, soundMs }) => {
+    const wanted = wants();
+    const isShown = pictureMs !== null || !wanted.picture;
+    const isHeard = soundMs !== null || !wanted.sound;
+    if (isShown && isHeard && state.isConnected.peek()) words.ask();
   });
 
   picture.play();
@@ -559,7 +565,6 @@ export function startSession(): Session {
       return;
     }
     link.heard();
-    words.ask();
     reporter.picture.presented(rtp, atMs);
   }
 
