@@ -4,8 +4,9 @@ import { expect, it } from "vitest";
 
 const SOURCES = join(import.meta.dirname, "..");
 
-/** Less than a step is a hairline, more than the last one reserves room for a part of the page. */
-const STEPS_PX = { first: 4, last: 24 };
+const HAIRLINE_PX = 2;
+/** More than the last step reserves room for a part of the page. */
+const LAST_STEP_PX = 24;
 
 interface Declaration {
   file: string;
@@ -35,8 +36,7 @@ it("takes every distance from the scale of base.css", () => {
   expect(distances.length).toBeGreaterThan(100);
   const own = distances.filter(
     ({ value }) =>
-      /[\d.]rem/.test(value) ||
-      pixels(value).some((px) => px >= STEPS_PX.first - 1 && px <= STEPS_PX.last),
+      /[\d.]rem/.test(value) || pixels(value).some((px) => px > HAIRLINE_PX && px <= LAST_STEP_PX),
   );
   expect(told(own)).toEqual([]);
 });

@@ -89,7 +89,7 @@ describe("a page", () => {
     await vi.waitFor(() => expect(language.value.tag).toBe("en"));
   });
 
-  it("loads no language while its link is needed for driving, says so once, and catches up", async () => {
+  it("loads no language while its link is needed for driving, says so once a wish, and catches up", async () => {
     const wished = preferences("en");
     const waits = signal(true);
     const say = vi.fn();
@@ -101,6 +101,9 @@ describe("a page", () => {
     );
     await vi.dynamicImportSettled();
     expect(language.value.tag).toBe("en");
+    wished.value = { ...wished.value, language: "en" };
+    wished.value = { ...wished.value, language: "de" };
+    expect(say).toHaveBeenCalledTimes(2);
     waits.value = false;
     await vi.waitFor(() => expect(language.value.tag).toBe("de"));
   });

@@ -106,7 +106,10 @@ export function listenLanguage(
   let told: string | null = null;
   effect(() => {
     const tag = choose(wishes(preferences.value.language));
-    if (tag === wished) return;
+    if (tag === wished) {
+      told = null;
+      return;
+    }
     if (tag !== ENGLISH.tag && waits.value) {
       if (told !== tag) untracked(() => say(t("language.waits", { language: nameOf(tag) })));
       told = tag;
