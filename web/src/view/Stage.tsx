@@ -44,6 +44,7 @@ export function Stage() {
       <Hud />
       <div class="stage-foot">
         <Warnings />
+        <Slowness />
         <SoundOffer />
         <Toast />
       </div>
@@ -126,10 +127,9 @@ function SoundOffer() {
 
 function Warnings() {
   const state = useState();
-  const { room, facts, served, isConnected, isSilent, preferences, drivingTurn } = state;
+  const { room, facts, isConnected, isSilent, preferences, drivingTurn } = state;
   const isOn = preferences.value.picture;
   const isOld = isConnected.value && !isSilent.value && isOn && isStale(state);
-  const isSlow = isConnected.value && served.value?.in_step === false;
   const isBlind = drivingTurn.value !== null && isOn && !tellsFrames();
   const problems = isConnected.value ? problemWords(room.value) : [];
   return (
@@ -139,7 +139,6 @@ function Warnings() {
       ))}
       {isSilent.value && isOn && <li>{t("stage.silent")}</li>}
       {isBlind && <li>{t("stage.blind")}</li>}
-      {isSlow && <li class="is-quiet">{t("stage.slow")}</li>}
       {isOld && problems.length === 0 && (
         <li>
           <span aria-hidden="true">{t("stage.old", { age: msWords(facts.value.pictureMs) })}</span>
@@ -148,5 +147,16 @@ function Warnings() {
         </li>
       )}
     </ul>
+  );
+}
+
+/** No problem, but the reason why the picture and the sound are apart. */
+function Slowness() {
+  const { served, isConnected } = useState();
+  const isSlow = isConnected.value && served.value?.in_step === false;
+  return (
+    <p class="slowness" aria-live="polite">
+      {isSlow && t("stage.slow")}
+    </p>
   );
 }
