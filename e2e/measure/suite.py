@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 SERVER: Final = ("server/wax/**/*.py", "requirements.lock")
-PAGE: Final = ("web/src/**/*.ts", "web/src/**/*.tsx", "web/package-lock.json")
+PAGE: Final = (
+    *("web/src/**/*.ts", "web/src/**/*.tsx", "web/src/**/*.json"),
+    *("web/vite.config.ts", "web/package-lock.json"),
+)
 FIRMWARE: Final = ("server/firmware/**/*.h", "server/firmware/**/*.cpp")
 _BUILT: Final = {"generated", "dist", "node_modules"}
 
@@ -69,14 +72,14 @@ class Suite:
 
 
 def digest(measures: Sequence[str], root: Path = ROOT) -> str:
-    """Hash names and contents of the files that the globs match, built ones left out.
+    """Hash names and contents of the files that the globs match, built ones and tests left out.
 
     Of Python only what runs counts: a reworded comment makes no figure stale.
     """
     found = hashlib.sha256()
     for path in sorted({path for glob in measures for path in root.glob(glob)}):
         name = path.relative_to(root)
-        if not _BUILT.intersection(name.parts):
+        if not _BUILT.intersection(name.parts) and ".test." not in name.name:
             data = path.read_bytes()
             content = _what_runs(data) if path.suffix == ".py" else data
             found.update(f"{name.as_posix()}\n".encode() + content + b"\0")

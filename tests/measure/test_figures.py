@@ -56,7 +56,7 @@ def test_what_was_not_measured_is_neither_met_nor_missed() -> None:
 def test_rows_are_stale_once_what_they_measure_has_changed(tmp_path: Path) -> None:
     """The hash follows names and code of the files that the globs match, and no other.
 
-    Words do not count.
+    Words do not count, nor do tests beside what they test.
     """
     (tmp_path / "page").mkdir()
     (tmp_path / "page/a.py").write_text("1")
@@ -64,6 +64,7 @@ def test_rows_are_stale_once_what_they_measure_has_changed(tmp_path: Path) -> No
     (tmp_path / "page/a.txt").write_text("1")
     (tmp_path / "page/generated").mkdir()
     (tmp_path / "page/generated/b.py").write_text("1")
+    (tmp_path / "page/a.test.py").write_text("1")
     (tmp_path / "page/a.py").write_text('"""What it is for."""\n\n1  # why\n"""A note,\nlong."""\n')
     assert digest(["page/**/*.py"], tmp_path) == before
     (tmp_path / "page/a.py").write_text("'#2'[1]")
