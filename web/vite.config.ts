@@ -25,6 +25,10 @@ export default defineConfig({
     assetsInlineLimit: 0,
     // Parts of the first load come beside each other; every such browser knows how by itself.
     modulePreload: { polyfill: false },
+    // In one file: several at once overfill a modem's queue, and what is lost there costs seconds.
+    rolldownOptions: {
+      output: { codeSplitting: { groups: [{ name: "first", test: /\/src\/main\.tsx$/ }] } },
+    },
     // livekit-client is as large as that; it is loaded only while the robot is full.
     chunkSizeWarningLimit: 600,
   },

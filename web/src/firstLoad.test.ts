@@ -1,6 +1,9 @@
 import { readFileSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { expect, it } from "vitest";
+import { en } from "./words/en";
+import { all } from "./words/en/all";
+import { later } from "./words/en/later";
 
 const ROOT = import.meta.dirname;
 /** What is loaded before anything else; types and `import(…)` are not. */
@@ -40,6 +43,8 @@ it("does not have the first load wait for what few pages need", () => {
   }
   expect(loaded).not.toContain(join(ROOT, "view/host/HostPanel.tsx"));
   expect(loaded).not.toContain(join(ROOT, "view/drive/ControlSet.tsx"));
+  expect(loaded).not.toContain(join(ROOT, "view/drive/WaysPanel.tsx"));
+  expect(loaded).not.toContain(join(ROOT, "view/RulesPanel.tsx"));
   const hosts = [...loadedBy(join(ROOT, "view/host/HostPanel.tsx"))];
   expect(hosts).toContain(join(ROOT, "view/host/Calibration.tsx"));
   expect(hosts).not.toContain(join(ROOT, "view/host/Calibrate.tsx"));
@@ -60,6 +65,23 @@ it("does not have the first load wait for another language than English", () => 
     "words.ts",
   ].map((name) => join(ROOT, "words", name));
   expect(words.toSorted()).toEqual(first);
+});
+
+/** Every message that one of these modules may say. */
+function saidBy(modules: Iterable<string>): string[] {
+  const sources = [...modules].filter((one) => one.startsWith(ROOT));
+  const text = sources.map((path) => readFileSync(path, "utf8")).join("\n");
+  return Object.keys(all).filter((code) => text.includes(`"${code}"`));
+}
+
+it("has the words of the first load in it, of driving too, and no others", () => {
+  const first = loadedBy(join(ROOT, "main.tsx"));
+  // Loaded without more words: what driving needs, and what watches at others.
+  for (const path of ["view/drive/ControlSet.tsx", "elsewhere/elsewhere.ts"])
+    loadedBy(join(ROOT, path), first);
+  const said = saidBy(first).filter((code) => !code.startsWith("replay."));
+  expect(said.toSorted()).toEqual(Object.keys(en).toSorted());
+  expect(said.filter((code) => code in later)).toEqual([]);
 });
 
 it("keeps the past from the start, and loads what plots it for who asks", () => {

@@ -7,7 +7,7 @@ import "./style/views.css";
 import "./style/turn.css";
 import "./style/drive.css";
 import "./style/joystick.css";
-import "./style/ways.css";
+import "./style/axes.css";
 import "./style/gauges.css";
 import "./style/voice.css";
 import "./style/queue.css";

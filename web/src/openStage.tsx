@@ -1,6 +1,6 @@
 import { render } from "preact";
 import type { Session } from "./actions";
-import { t } from "./words/words";
+import { learnLater, t } from "./words/words";
 
 const AGAIN_MS = 10_000;
 
@@ -13,7 +13,7 @@ export function wantsStage(search: string): boolean {
 export async function openStage(
   root: Element,
   session: Session,
-  load = () => import("./kiosk/Kiosk"),
+  load = async () => (await Promise.all([import("./kiosk/Kiosk"), learnLater()]))[0],
 ): Promise<void> {
   render(<p role="status">{t("kiosk.loading")}</p>, root);
   try {

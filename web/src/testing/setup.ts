@@ -1,4 +1,7 @@
-/** For every test: the server's words are there, as soon after the page's first picture. */
+/** For every test: all words are there, as soon after the page's first picture. */
+import { all } from "../words/en/all";
 import { loadSaid } from "../words/said";
+import { learn } from "../words/words";
 
+learn(all);
 await loadSaid();

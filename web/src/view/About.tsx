@@ -1,6 +1,7 @@
 import { isSafe, ownPage } from "../own/page";
 import { t } from "../words/words";
 import { useState } from "./context";
+import { HouseRules } from "./HouseRules";
 
 /** The host's sentence, rules and links, for the menu. */
 export function About() {
@@ -12,7 +13,7 @@ export function About() {
       <p>
         <bdi>{sentence}</bdi>
       </p>
-      <Rules rules={rules} />
+      <HouseRules rules={rules} />
       {safe.length > 0 && (
         <ul class="own-links" aria-label={t("own.links")}>
           {safe.map((one) => (
@@ -25,19 +26,5 @@ export function About() {
         </ul>
       )}
     </section>
-  );
-}
-
-/** The house rules, if there are any. */
-export function Rules({ rules }: { rules: readonly string[] }) {
-  if (rules.length === 0) return null;
-  return (
-    <ul class="own-rules" aria-label={t("own.rules")}>
-      {rules.map((rule) => (
-        <li key={rule}>
-          <bdi>{rule}</bdi>
-        </li>
-      ))}
-    </ul>
   );
 }

@@ -2,17 +2,16 @@ import type { ComponentChildren } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import type { Panel } from "../state";
 import { type Code, t } from "../words/words";
-import { About } from "./About";
 import { useActions, useState } from "./context";
 import { Facts } from "./Facts";
 import { Gauges } from "./Gauges";
 import { CloseIcon } from "./icons";
-import { LossPanel } from "./LossPanel";
 import { late } from "./late";
 import { Queue } from "./Queue";
 import { Settings } from "./Settings";
 import { Stats } from "./Stats";
 
+export const RulesPanel = late(async () => (await import("./RulesPanel")).RulesPanel);
 export const HostPanel = late(async () => (await import("./host/HostPanel")).HostPanel);
 
 /** What the tab says, and what heads the panel. */
@@ -81,12 +80,7 @@ function content(panel: Panel): ComponentChildren {
         </>
       );
     case "rules":
-      return (
-        <>
-          <About />
-          <LossPanel />
-        </>
-      );
+      return <RulesPanel />;
     case "host":
       return <HostPanel />;
   }

@@ -1,11 +1,13 @@
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
-import { WaysPanel } from "./drive/WaysPanel";
 import { sizeWords } from "./figures";
 import { LanguageChoice } from "./LanguageChoice";
+import { late } from "./late";
 import { Switch } from "./Switch";
 import { Watching } from "./Watching";
 import { silenceWords } from "./words";
+
+export const WaysPanel = late(async () => (await import("./drive/WaysPanel")).WaysPanel);
 
 /** The user's choices of streams, size, timing and sound, and what makes watching pleasant. */
 export function Settings() {

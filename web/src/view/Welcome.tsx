@@ -1,7 +1,7 @@
 import { ownPage, welcomeWords } from "../own/page";
 import { t } from "../words/words";
-import { Rules } from "./About";
 import { useActions, useState } from "./context";
+import { HouseRules } from "./HouseRules";
 
 /** For who is here for the first time: three lines, and the house rules. */
 export function Welcome() {
@@ -18,7 +18,7 @@ export function Welcome() {
           </p>
         ))}
       </div>
-      <Rules rules={ownPage(state).rules} />
+      <HouseRules rules={ownPage(state).rules} />
       <button type="button" class="plain-button" onClick={() => keep({ welcomed: true })}>
         {t("own.understood")}
       </button>

@@ -1,11 +1,12 @@
 // @vitest-environment happy-dom
-import { findByText, getByRole, getByText, queryByText } from "@testing-library/dom";
+import { findByRole, findByText, getByRole, getByText, queryByText } from "@testing-library/dom";
 import { type ComponentType, type FunctionComponent, render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import type { Session } from "../actions";
 import { hello, room, served } from "../testing/messages";
 import { testSession } from "../testing/session";
+import * as words from "../words/words";
 import { SessionContext } from "./context";
 import { late } from "./late";
 
@@ -68,7 +69,7 @@ it("says that it loads, and what to do where that fails", async () => {
   await show(late(importPart));
   expect(getByRole(body, "status").textContent).toBe("Loading…");
   await act(async () => fail(new Error("no network")));
-  expect(getByRole(body, "alert").textContent).toContain("could not be loaded");
+  expect((await findByRole(body, "alert")).textContent).toContain("could not be loaded");
   await act(async () => getByRole(body, "button", { name: "Try again" }).click());
   expect(await findByText(body, "Ada")).toBeTruthy();
 });
@@ -107,10 +108,20 @@ it("is loaded over a thin link where driving itself needs it", async () => {
   expect(await findByText(body, "Ada")).toBeTruthy();
 });
 
-it("is not tried again where the link became thin meanwhile", async () => {
+it("waits after a failure, too, where the link became thin meanwhile", async () => {
   importPart.mockRejectedValueOnce(new Error("no network"));
   await show(late(importPart));
   await link(48_000, 1);
-  expect(getByRole<HTMLButtonElement>(body, "button", { name: "Try again" }).disabled).toBe(true);
+  expect(getByText(body, WAITS)).toBeTruthy();
   expect(importPart).toHaveBeenCalledOnce();
+  await link(48_000);
+  expect(await findByText(body, "Ada")).toBeTruthy();
+});
+
+it("comes with the words that the first load lacks, except for driving", async () => {
+  const learnLater = vi.spyOn(words, "learnLater");
+  await show(late(importPart, { isForDriving: true }));
+  expect(learnLater).not.toHaveBeenCalled();
+  await show(late(importPart));
+  expect(learnLater).toHaveBeenCalledOnce();
 });

@@ -1,7 +1,7 @@
 import { signal } from "@preact/signals";
 import type { FunctionComponent } from "preact";
 import { useEffect } from "preact/hooks";
-import { t } from "../words/words";
+import { learnLater, t } from "../words/words";
 import { useState } from "./context";
 
 type Part<Props> =
@@ -10,7 +10,7 @@ type Part<Props> =
 
 /**
  * Makes a component of a part that few pages need, loaded once where one is shown: never while a
- * thin link is driven over, except what driving itself needs.
+ * thin link is driven over, except what driving itself needs, whose words are in the first load.
  */
 export function late<Props extends object>(
   importPart: () => Promise<FunctionComponent<Props>>,
@@ -23,7 +23,8 @@ export function late<Props extends object>(
     if (part.peek().is === "loading" || part.peek().is === "there") return;
     part.value = { is: "loading" };
     try {
-      part.value = { is: "there", Show: await importPart() };
+      const [Show] = await Promise.all([importPart(), isForDriving || learnLater()]);
+      part.value = { is: "there", Show };
     } catch {
       part.value = { is: "failed" };
     }
@@ -37,11 +38,11 @@ export function late<Props extends object>(
     }, [waits]);
     const now = part.value;
     if (now.is === "there") return <now.Show {...props} />;
-    if (now.is === "failed") {
+    if (now.is === "failed" && !waits) {
       return (
         <div role="alert">
           <p>{t("late.failed")}</p>
-          <button type="button" class="plain-button" disabled={waits} onClick={() => void load()}>
+          <button type="button" class="plain-button" onClick={() => void load()}>
             {t("late.again")}
           </button>
         </div>

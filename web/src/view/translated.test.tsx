@@ -2,7 +2,7 @@
 import { getByRole, queryByRole } from "@testing-library/dom";
 import { type ComponentType, render } from "preact";
 import { act } from "preact/test-utils";
-import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { afterEach, beforeAll, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Actions, Session } from "../actions";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
@@ -18,7 +18,9 @@ import { EndedPage } from "./EndedPage";
 import { HostPanel } from "./host/HostPanel";
 import { LanguageChoice } from "./LanguageChoice";
 import { LossPanel } from "./LossPanel";
+import { HostPanel as LateHostPanel, RulesPanel } from "./Panels";
 import { Queue } from "./Queue";
+import { WaysPanel } from "./Settings";
 import { SoundMeter } from "./SoundMeter";
 import { StopButton } from "./StopButton";
 import { TapeBadge } from "./TapeBadge";
@@ -29,6 +31,10 @@ const setLanguage = vi.fn();
 const body = document.body;
 let state: State;
 let session: Session;
+
+beforeAll(async () => {
+  for (const part of [LateHostPanel, RulesPanel, WaysPanel]) await part.load();
+});
 
 /** The host's page, where as much as possible is to be read. */
 beforeEach(() => {

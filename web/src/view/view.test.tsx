@@ -21,7 +21,8 @@ import { History } from "../stats/history";
 import { aboard, hello, playout, room, served } from "../testing/messages";
 import { says } from "../words/said";
 import { App } from "./App";
-import { HostPanel } from "./Panels";
+import { HostPanel, RulesPanel } from "./Panels";
+import { WaysPanel } from "./Settings";
 import { blanked, notInvited, released } from "./words";
 
 let state: State;
@@ -31,7 +32,9 @@ let input: InputState;
 let body: HTMLElement;
 
 /** The page with a real state and real input, but no connection. */
-beforeAll(HostPanel.load);
+beforeAll(async () => {
+  for (const part of [HostPanel, RulesPanel, WaysPanel]) await part.load();
+});
 
 beforeEach(() => {
   state = createState(loadPreferences(null));

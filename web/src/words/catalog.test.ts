@@ -1,12 +1,12 @@
 import { readdirSync, readFileSync } from "node:fs";
-import { join } from "node:path";
+import { basename, join } from "node:path";
 import { describe, expect, it } from "vitest";
-import { en } from "./en";
+import { all } from "./en/all";
 import { LANGUAGES } from "./language";
 import type { Catalog, Message } from "./words";
 
 const SOURCES = join(import.meta.dirname, "..");
-const ENGLISH: Catalog = en;
+const ENGLISH: Catalog = all;
 /** Every language's messages, by its tag. */
 const ALL = await Promise.all(
   LANGUAGES.map(async ({ tag, load }) => [tag, (await load()).messages] as const),
@@ -46,7 +46,7 @@ describe.each(ALL)("%s", (tag, catalog) => {
   const messages = Object.entries(catalog) as [string, Message][];
 
   it("has a message for every code, and no other", () => {
-    expect(Object.keys(catalog).toSorted()).toEqual(Object.keys(en).toSorted());
+    expect(Object.keys(catalog).toSorted()).toEqual(Object.keys(all).toSorted());
   });
 
   it("says something in every message, in no more space than needed", () => {
@@ -58,7 +58,7 @@ describe.each(ALL)("%s", (tag, catalog) => {
 
   it("has each value in its sentence that the English has", () => {
     for (const [code, message] of messages) {
-      const wanted = holesOf(ENGLISH[code as keyof typeof en] ?? "");
+      const wanted = holesOf(ENGLISH[code as keyof typeof all] ?? "");
       expect({ code, holes: holesOf(message) }).toEqual({ code, holes: wanted });
     }
   });
@@ -79,22 +79,24 @@ describe.each(ALL)("%s", (tag, catalog) => {
 
   it("keeps each message in the file of its area, and none in two", () => {
     const folder = join(import.meta.dirname, tag);
-    const files = readdirSync(folder).filter((name) => name.endsWith(".json"));
-    const all = files.flatMap((file) => {
+    const files = readdirSync(folder, { recursive: true, encoding: "utf8" }).filter((name) =>
+      name.endsWith(".json"),
+    );
+    const inFiles = files.flatMap((file) => {
       const codes = Object.keys(JSON.parse(readFileSync(join(folder, file), "utf8")));
-      const area = file.replace(".json", ".");
+      const area = basename(file, "json");
       expect(codes.filter((code) => !code.startsWith(area))).toEqual([]);
       return codes;
     });
-    expect(all.toSorted()).toEqual(Object.keys(catalog).toSorted());
+    expect(inFiles.toSorted()).toEqual(Object.keys(catalog).toSorted());
   });
 });
 
 describe.each(ALL.filter(([tag]) => tag !== "en"))("%s", (tag, catalog) => {
   it("is not English copied", () => {
-    const same = Object.keys(en).filter((code) => {
-      const key = code as keyof typeof en;
-      return JSON.stringify(catalog[key]) === JSON.stringify(en[key]);
+    const same = Object.keys(all).filter((code) => {
+      const key = code as keyof typeof all;
+      return JSON.stringify(catalog[key]) === JSON.stringify(all[key]);
     });
     expect(same.toSorted()).toEqual(SAME[tag] ?? []);
   });
@@ -105,6 +107,6 @@ it("has no message that the page never says", () => {
     .filter((path) => /\.tsx?$/.test(path) && !/\.test\.tsx?$/.test(path))
     .map((path) => readFileSync(join(SOURCES, path), "utf8"))
     .join("\n");
-  const unused = Object.keys(en).filter((code) => !sources.includes(`"${code}"`));
+  const unused = Object.keys(all).filter((code) => !sources.includes(`"${code}"`));
   expect(unused).toEqual([]);
 });

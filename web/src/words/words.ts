@@ -8,8 +8,9 @@
 
 import { signal } from "@preact/signals";
 import { en } from "./en";
+import type { all } from "./en/all";
 
-export type Code = keyof typeof en;
+export type Code = keyof typeof all;
 export type Values = Readonly<Record<string, string | number>>;
 /** One template, or one for each plural category; `other` is always there. */
 export type Message = string | Readonly<{ other: string } & Partial<Record<Plural, string>>>;
@@ -25,7 +26,20 @@ export interface Language {
   said?: Readonly<Record<string, Message>>;
 }
 
-export const ENGLISH: Language = { tag: "en", direction: "ltr", messages: en };
+/** What English has, as far as it is loaded. */
+const english: Partial<Record<Code, Message>> = { ...en };
+
+export const ENGLISH: Language = { tag: "en", direction: "ltr", messages: english };
+
+/** Adds English that came with the part of the page that says it. */
+export function learn(more: Catalog): void {
+  Object.assign(english, more);
+}
+
+/** Loads the English of the parts that are loaded late. */
+export async function learnLater(): Promise<void> {
+  learn((await import("./en/later")).later);
+}
 
 /** The language in use: views that read a sentence are drawn again when it changes. */
 export const language = signal<Language>(ENGLISH);
@@ -33,7 +47,7 @@ export const language = signal<Language>(ENGLISH);
 /** The sentence with this code, with its values in place. */
 export function t(code: Code, values: Values = {}): string {
   const { tag, messages } = language.value;
-  return fill(messages[code] ?? en[code], values, tag);
+  return fill(messages[code] ?? english[code] ?? code, values, tag);
 }
 
 /** A number in the language's digits, not grouped; with so many decimals, or as many as it has. */

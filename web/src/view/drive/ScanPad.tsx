@@ -1,10 +1,18 @@
 import type { ScanItem } from "../../drive/scanner";
-import { t } from "../../words/words";
+import { type Code, t } from "../../words/words";
 import { useActions, useState } from "../context";
-import { SCAN_NAMES } from "./names";
 
 const DRIVING: readonly ScanItem[] = ["forward", "left", "right", "back", "stop"];
 const STOPPED: readonly ScanItem[] = ["release"];
+
+const NAMES: Record<ScanItem, Code> = {
+  forward: "drive.forward",
+  back: "drive.back",
+  left: "drive.left",
+  right: "drive.right",
+  stop: "stop.stop",
+  release: "ways.scan_release",
+};
 
 /** What is offered to a switch, and the same switches for somebody who touches the screen. */
 export function ScanPad() {
@@ -21,7 +29,7 @@ export function ScanPad() {
             class={`scan-item is-${item}`}
             aria-current={item === offered.value ? "true" : undefined}
           >
-            {t(SCAN_NAMES[item])}
+            {t(NAMES[item])}
           </li>
         ))}
       </ol>

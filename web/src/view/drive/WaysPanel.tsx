@@ -1,3 +1,4 @@
+import "../../style/ways.css";
 import { t } from "../../words/words";
 import { KeyChoice } from "./KeyChoice";
 import { PadChoice } from "./PadChoice";

@@ -1,7 +1,6 @@
 /** What the ways to drive are called, and their numbers in words. */
 
 import type { KeyAction, Refusal } from "../../drive/keyMap";
-import type { ScanItem } from "../../drive/scanner";
 import type { Way } from "../../drive/ways";
 import { type Code, language } from "../../words/words";
 
@@ -10,15 +9,6 @@ export const WAY_NAMES: Record<Way, readonly [name: Code, help: Code]> = {
   step: ["ways.way_step", "ways.way_step_help"],
   click: ["ways.way_click", "ways.way_click_help"],
   scan: ["ways.way_scan", "ways.way_scan_help"],
-};
-
-export const SCAN_NAMES: Record<ScanItem, Code> = {
-  forward: "drive.forward",
-  back: "drive.back",
-  left: "drive.left",
-  right: "drive.right",
-  stop: "stop.stop",
-  release: "ways.scan_release",
 };
 
 export const ACTION_NAMES: Record<KeyAction, Code> = {

@@ -1,8 +1,7 @@
-/** English, the language in which every message is written first: one file an area of the page. */
+/** English, as far as the first load says it: one file an area of the page. */
 
 import aboard from "./aboard.json";
 import controls from "./controls.json";
-import door from "./door.json";
 import drive from "./drive.json";
 import entry from "./entry.json";
 import face from "./face.json";
@@ -10,7 +9,6 @@ import facts from "./facts.json";
 import figures from "./figures.json";
 import host from "./host.json";
 import hud from "./hud.json";
-import invitation from "./invitation.json";
 import kiosk from "./kiosk.json";
 import language from "./language.json";
 import late from "./late.json";
@@ -18,13 +16,8 @@ import link from "./link.json";
 import message from "./message.json";
 import own from "./own.json";
 import panels from "./panels.json";
-import path from "./path.json";
-import people from "./people.json";
-import proof from "./proof.json";
 import queue from "./queue.json";
-import replay from "./replay.json";
 import robot from "./robot.json";
-import rules from "./rules.json";
 import sound from "./sound.json";
 import stage from "./stage.json";
 import stats from "./stats.json";
@@ -40,7 +33,6 @@ import when from "./when.json";
 export const en = {
   ...aboard,
   ...controls,
-  ...door,
   ...drive,
   ...entry,
   ...face,
@@ -48,7 +40,6 @@ export const en = {
   ...figures,
   ...host,
   ...hud,
-  ...invitation,
   ...kiosk,
   ...language,
   ...late,
@@ -56,13 +47,8 @@ export const en = {
   ...message,
   ...own,
   ...panels,
-  ...path,
-  ...people,
-  ...proof,
   ...queue,
-  ...replay,
   ...robot,
-  ...rules,
   ...sound,
   ...stage,
   ...stats,

@@ -1,0 +1,15 @@
+import { t } from "../words/words";
+
+/** The house rules, if there are any. */
+export function HouseRules({ rules }: { rules: readonly string[] }) {
+  if (rules.length === 0) return null;
+  return (
+    <ul class="own-rules" aria-label={t("own.rules")}>
+      {rules.map((rule) => (
+        <li key={rule}>
+          <bdi>{rule}</bdi>
+        </li>
+      ))}
+    </ul>
+  );
+}
