@@ -30,7 +30,7 @@ Half: lte-edge: use 95 % → 40 %; double: cellular: use 43 % → 62 %."""
 
 _LAST_SHARE: Final = 1.1
 """Share for the smallest step: the pacer then drops single pictures, upper layers first. Ours.
-Half: modem: use 87 % → 43 %; double: the same."""
+Half: modem: use 87 % → 43 %; double: no change to speak of."""
 
 _STARTUP_S: Final = 3.0
 """Every change is immediate for this time after the start. As long as the estimator's startup.
@@ -82,7 +82,7 @@ Half: the same; double: the same."""
 
 _FIRST_PAUSE_S: Final = 5.0
 """Or is tried after this time, because nothing else probes the link. Ours.
-Half: the same; double: the same."""
+Half: no change to speak of; double: no change to speak of."""
 
 _TRY_S: Final = 5.0
 """Duration of such a try. Ours.

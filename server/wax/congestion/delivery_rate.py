@@ -13,7 +13,7 @@ from typing import Final
 
 _WINDOW_S: Final = 0.8
 """Measured over at most this much of a busy period. GCC: 0.5 to 1 s (T in 5.6).
-Half: route: recovery 0.0 s → 8.0 s; double: download: picture 877 ms → 1327 ms."""
+Half: route: recovery 0.0 s → 8.0 s; double: no change to speak of."""
 
 _MIN_BUSY_S: Final = 0.06
 """Minimum busy period: the arrivals within one feedback packet have jitter. Ours.

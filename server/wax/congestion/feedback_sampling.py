@@ -39,7 +39,7 @@ Half: the same; double: long-outage: picture 3883 ms → 266 ms."""
 
 _SOUND_EVERY_FACTOR: Final = 2.0
 """Sound begins a sample only if no picture did for this multiple of the interval. Ours.
-Half: long-outage: recovery 8.0 s → 0.9 s; double: the same."""
+Half: long-outage: recovery 8.0 s → 0.9 s; double: no change to speak of."""
 
 
 class FeedbackSampling:

@@ -49,7 +49,7 @@ Half: the same; double: no change to speak of."""
 
 _MAX_DECREASE_FACTOR: Final = 0.5
 """A fall leaves at least this share of the rate, as GCC's 1 - 0.5 p does if everything is lost.
-Half: outages: picture 222 ms → 140 ms; double: outages: recovery 23.0 s → 0.0 s."""
+Half: outages: picture 222 ms → 159 ms; double: outages: recovery 23.0 s → 0.0 s."""
 
 _USUAL_GAIN: Final = _BUCKET_S / 20
 """The usual loss is an average over about 20 s. Ours.

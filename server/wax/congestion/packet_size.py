@@ -20,7 +20,7 @@ Half: modem: use 87 % → 94 %; double: modem: use 87 % → 79 %."""
 
 _MAX_PAYLOAD_BYTES: Final = 1180
 """Fits any tunnel with all headers: IPv6 guarantees 1280 (RFC 8200, 5).
-Half: download: picture 877 ms → 1369 ms; double: download: picture 877 ms → 213 ms."""
+Half: wifi-bad: concealed 0.0 % → 2.3 %; double: loss-only: use 85 % → 90 %."""
 
 
 def payload_bytes(rate_bps: float) -> int:
