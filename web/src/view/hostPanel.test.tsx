@@ -1,0 +1,200 @@
+// @vitest-environment happy-dom
+import { getAllByRole, getByRole, getByText, queryByRole, queryByText } from "@testing-library/dom";
+import { act } from "preact/test-utils";
+import { describe, expect, it } from "vitest";
+import { room } from "../testing/messages";
+import { says } from "../words/said";
+import { actions, body, button, drawsPage, show, showHost, state } from "./page.test.setup";
+
+drawsPage();
+
+describe("the host's panel", () => {
+  const panel = () => body.querySelector(".host") as HTMLElement;
+  const within = (name: string) => getByRole(panel(), "button", { name });
+  const line = { id: 2, address: "192.0.2.0/24", invited: true, muted: false };
+  const asked = (...acts: object[]) => {
+    for (const one of acts) expect(actions.actAsHost).toHaveBeenCalledWith(one);
+    expect(actions.actAsHost).toHaveBeenCalledTimes(acts.length);
+  };
+
+  function showPeople(): void {
+    showHost({ operator: 2, watching: [1] });
+    act(() => {
+      const now = room({ operator: 2, watching: [1] });
+      for (const one of now.viewers) one.host = one.id === 1;
+      state.room.value = now;
+      state.console.value = {
+        type: "console",
+        viewers: [{ ...line, round_trip_ms: 42, picture_ms: 80, rendition: "640x480" }],
+        closed: false,
+        opens_wall_ms: null,
+      };
+    });
+  }
+
+  it("is the host's alone", () => {
+    show({ watching: [1] });
+    expect(queryByRole(body, "button", { name: "Host" })).toBeNull();
+    act(() => {
+      state.panel.value = "host";
+    });
+    expect(panel()).toBeNull();
+    showHost();
+    expect(panel()).toBeTruthy();
+  });
+
+  it("tells who is here, and how they are connected", () => {
+    showPeople();
+    const people = getByRole(panel(), "list").textContent;
+    expect(people).toContain("Bob drivinginvited");
+    expect(people).toContain("192.0.2.0/24 · 42 ms there and back");
+    expect(people).toContain("Ada watchinghost");
+  });
+
+  it("offers nothing against a host", () => {
+    showPeople();
+    expect(getAllByRole(panel(), "button", { name: "Remove…" })).toHaveLength(1);
+  });
+
+  it("asks once before it removes somebody, and takes no for an answer", () => {
+    showPeople();
+    act(() => within("Remove…").click());
+    expect(getByRole(panel(), "alert").textContent).toBe("Remove Bob?");
+    act(() => within("Cancel").click());
+    expect(actions.actAsHost).not.toHaveBeenCalled();
+    act(() => within("Remove…").click());
+    act(() => within("Remove").click());
+    act(() => within("Remove…").click());
+    act(() => within("Remove and keep out for a day").click());
+    asked({ type: "remove", viewer: 2, ban: false }, { type: "remove", viewer: 2, ban: true });
+  });
+
+  it("mutes a Stop, pauses the queue and ends this turn, no other", () => {
+    showPeople();
+    act(() => within("Mute their Stop").click());
+    act(() => getByRole(panel(), "switch", { name: "Pause the queue" }).click());
+    act(() => within("End this turn…").click());
+    act(() => within("End it").click());
+    asked(
+      { type: "mute", viewer: 2, muted: true },
+      { type: "hold_queue", held: true },
+      { type: "end_turn", turn: 1 },
+    );
+  });
+
+  it("asks before it closes; locks, and shows or hides the picture, at one press", () => {
+    showHost();
+    act(() => within("Only invited people").click());
+    act(() => within("Close for today…").click());
+    act(() => within("Close").click());
+    act(() => getByRole(panel(), "switch", { name: /Picture and sound off/ }).click());
+    asked(
+      { type: "lock", locked: true },
+      { type: "close", closed: true },
+      { type: "blank", blanked: true },
+    );
+  });
+
+  it("opens again what is closed", () => {
+    showHost();
+    act(() => {
+      const now = room({ watching: [1] });
+      now.house.locked = true;
+      state.room.value = now;
+      state.console.value = { type: "console", viewers: [], closed: true, opens_wall_ms: null };
+    });
+    act(() => within("Let strangers in again").click());
+    act(() => within("Open").click());
+    asked({ type: "lock", locked: false }, { type: "close", closed: false });
+  });
+
+  it.each([
+    ["", window.location.origin],
+    ["https://robot.example.org", "https://robot.example.org"],
+  ])("makes an invitation as it was chosen, and shows its link (%s)", (page, origin) => {
+    showHost();
+    act(() => within("Make a link").click());
+    asked({ type: "invite", purpose: "queue", uses: 1, valid_s: 86_400 });
+    act(() => {
+      state.invitation.value = {
+        type: "invitation",
+        page,
+        token: "tok",
+        purpose: "queue",
+        uses: 1,
+        ends_wall_ms: Date.now() + 3_600_000,
+      };
+    });
+    const field = getByRole<HTMLInputElement>(panel(), "textbox", { name: "Invitation link" });
+    expect(field.value).toBe(`${origin}/#invite=tok`);
+  });
+
+  it("limits the guests' speed", () => {
+    showHost();
+    const select = getByRole<HTMLSelectElement>(panel(), "combobox", { name: /Guests drive/ });
+    act(() => {
+      select.value = "0.5";
+      select.dispatchEvent(new Event("change", { bubbles: true }));
+    });
+    asked({ type: "limit_speed", fraction: 0.5 });
+  });
+
+  it("shows a message to all, and takes it away", () => {
+    showHost();
+    const field = getByRole<HTMLInputElement>(panel(), "textbox", { name: "Message to all" });
+    act(() => {
+      field.value = " Tea! ";
+      field.dispatchEvent(new Event("input", { bubbles: true }));
+    });
+    act(() => within("Show").click());
+    act(() => {
+      const now = room({ watching: [1] });
+      now.house.message = "Tea!";
+      state.room.value = now;
+    });
+    act(() => within("Take it away").click());
+    asked({ type: "announce", text: "Tea!" }, { type: "announce", text: "" });
+    expect(getByText(body, "The host says:").parentElement?.textContent).toContain("Tea!");
+  });
+});
+
+describe("the proof of the stop", () => {
+  it("is the host's", () => {
+    show({ watching: [1] });
+    expect(queryByText(body, "Prove the stop…")).toBeNull();
+    showHost();
+    expect(getByText(body, "Prove the stop…")).toBeTruthy();
+  });
+
+  it("starts only after the word that the wheels are off the floor, anew for each", () => {
+    showHost();
+    const box = getByRole<HTMLInputElement>(body, "checkbox", {
+      name: "The wheels are off the floor",
+    });
+    button("Prove it now").click();
+    expect(actions.prove).not.toHaveBeenCalled();
+    act(() => box.click());
+    act(() => button("Prove it now").click());
+    expect(actions.prove).toHaveBeenCalledOnce();
+    expect(box.checked).toBe(false);
+    expect(button("Prove it now").disabled).toBe(true);
+  });
+
+  it("shows how far it is, and where its record lies", () => {
+    showHost();
+    act(() => {
+      state.proof.value = {
+        state: "running",
+        line: says("The page is closed (3 of 40)"),
+        record: null,
+      };
+    });
+    expect(getByRole(body, "status", { name: "Proof" }).textContent).toContain("3 of 40");
+    expect(getByRole<HTMLInputElement>(body, "checkbox").disabled).toBe(true);
+    act(() => {
+      state.proof.value = { state: "done", line: says("In time."), record: "/api/proof/record" };
+    });
+    const link = getByRole(body, "link", { name: "Open the record" });
+    expect(link.getAttribute("href")).toBe("/api/proof/record");
+  });
+});

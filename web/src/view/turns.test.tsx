@@ -1,0 +1,250 @@
+// @vitest-environment happy-dom
+import { getAllByText, getByRole, getByText, queryByRole, queryByText } from "@testing-library/dom";
+import { act } from "preact/test-utils";
+import { describe, expect, it, vi } from "vitest";
+import { aboard, hello, room } from "../testing/messages";
+import { says } from "../words/said";
+import { actions, body, button, drawsPage, show, state } from "./page.test.setup";
+import { blanked, notInvited } from "./words";
+
+drawsPage();
+
+describe("a person aboard", () => {
+  const driving = "The person aboard is driving: advise them until they let go.";
+  function sits(
+    more: Parameters<typeof aboard>[0],
+    asked: "left" | null = null,
+    operator = 2,
+  ): void {
+    const now = operator === 1 ? { operator } : { operator, watching: [1] };
+    show(now);
+    act(() => {
+      state.room.value = { ...room(now), aboard: aboard(more) };
+      state.request.value = asked && { asked };
+    });
+  }
+
+  it("is not spoken of while an operator may drive", () => {
+    sits({});
+    expect(body.querySelector(".banners")?.textContent).toBe("");
+  });
+
+  it("drives, and everybody reads why nobody else does", () => {
+    sits({ mode: "hand", reason: says(driving) });
+    expect(getByText(body, driving)).toBeTruthy();
+  });
+
+  it("drives, which the operator reads beside their controls and only there", () => {
+    sits({ mode: "hand", reason: says(driving) }, null, 1);
+    act(() => {
+      state.driveReason.value = says(driving);
+    });
+    expect(getByText(body, driving).closest(".banners")).toBeNull();
+  });
+
+  it("asks, and it is read out at once", () => {
+    sits({ asked: "left", asks: 1 }, "left");
+    expect(getByRole(body, "alert").textContent).toBe("From aboard: To the left, please.");
+  });
+
+  it("has no control that answers, which is the robot's problem and said once", () => {
+    sits({ mode: "lost", reason: says("The hand control of the person aboard does not answer") });
+    expect(body.querySelector(".banners")?.textContent).toBe("");
+  });
+});
+
+describe("a call", () => {
+  function call(viewer = 1): void {
+    show({ operator: 2, waiting: [1] });
+    act(() => {
+      const now = room({ operator: 2, waiting: [1] });
+      state.room.value = { ...now, call: { viewer, until_server_ms: 28_000 } };
+    });
+  }
+  const card = () => queryByRole(body, "alertdialog");
+
+  it("asks the next one, with the time left, and changes the title", () => {
+    call();
+    expect(card()?.textContent).toContain("Your turn is next. Are you ready?");
+    expect(card()?.textContent).toContain("10 s left");
+    expect(document.title).toContain("Are you ready?");
+    show({ operator: 1 });
+    expect(card()).toBeNull();
+    expect(document.title).toContain("You are driving");
+  });
+
+  it("shakes a phone that can be, once when it comes and once when one may drive", () => {
+    const vibrate = vi.fn(() => true);
+    Object.defineProperty(navigator, "vibrate", { value: vibrate, configurable: true });
+    call();
+    expect(vibrate).toHaveBeenCalledExactlyOnceWith([200, 100, 200]);
+    act(() => {
+      state.serverMs.value = 19_000;
+    });
+    expect(vibrate).toHaveBeenCalledOnce();
+    show({ operator: 1 });
+    expect(vibrate).toHaveBeenCalledTimes(2);
+    Reflect.deleteProperty(navigator, "vibrate");
+  });
+
+  it("takes the keyboard from where one reads, not from a control", () => {
+    const turn = getByRole(body, "region", { name: "Turn" });
+    turn.tabIndex = -1;
+    turn.focus();
+    call();
+    expect(document.activeElement).toBe(button("I am ready"));
+    show({ operator: 1 });
+    button("Settings").focus();
+    call();
+    expect(document.activeElement).toBe(button("Settings"));
+  });
+
+  it("is for nobody else", () => {
+    call(3);
+    expect(card()).toBeNull();
+  });
+
+  it("is answered by a touch anywhere on it, once", () => {
+    call();
+    act(() => card()?.click());
+    expect(actions.answerCall).toHaveBeenCalledOnce();
+  });
+
+  it("is answered by its button, once, and by any key on it but Tab", () => {
+    call();
+    expect(document.activeElement).toBe(button("I am ready"));
+    act(() => button("I am ready").click());
+    expect(actions.answerCall).toHaveBeenCalledOnce();
+    button("I am ready").dispatchEvent(new KeyboardEvent("keydown", { key: "Tab" }));
+    expect(actions.answerCall).toHaveBeenCalledOnce();
+    button("I am ready").dispatchEvent(new KeyboardEvent("keydown", { key: "x" }));
+    expect(actions.answerCall).toHaveBeenCalledTimes(2);
+  });
+
+  it("takes the keyboard from nobody who types", () => {
+    show({ operator: 2, waiting: [1] });
+    const field = getByRole(body, "textbox", { name: "Your name" });
+    field.focus();
+    call();
+    expect(document.activeElement).toBe(field);
+  });
+
+  it("that was missed is told of", () => {
+    show({ operator: 2, waiting: [1] });
+    act(() => {
+      state.missedCall.value = "kept";
+    });
+    expect(getByText(body, /Your place is kept this once/)).toBeTruthy();
+  });
+});
+
+describe("who may not stay, hear or drive", () => {
+  it("reads why, and when the robot opens, and may try again", () => {
+    show({ watching: [1] });
+    act(() => {
+      state.ended.value = {
+        type: "ended",
+        text: says("The robot is closed."),
+        opens_wall_ms: Date.now() + 86_400_000,
+      };
+    });
+    expect(getByRole(body, "heading", { name: "The robot is closed." })).toBeTruthy();
+    expect(getByText(body, /It opens tomorrow at/)).toBeTruthy();
+    expect(queryByRole(body, "button", { name: "Stop" })).toBeNull();
+    act(() => button("Try again").click());
+    expect(actions.comeBack).toHaveBeenCalledOnce();
+  });
+
+  it("reads what is wrong with the link that brought them, until they have read it", () => {
+    show({ watching: [1] });
+    act(() => {
+      state.entryProblem.value = "This invitation is used up; ask the host for a new one.";
+    });
+    expect(getByText(body, /used up/)).toBeTruthy();
+    act(() => button("OK").click());
+    expect(queryByText(body, /used up/)).toBeNull();
+  });
+
+  it("reads why it takes a while before the first connection", () => {
+    act(() => {
+      state.link.value = { is: "waiting", retryAtMs: 5000, reason: "All 100 places are taken." };
+    });
+    expect(getByText(body, "All 100 places are taken.")).toBeTruthy();
+    expect(getByText(body, "This page tries again by itself.")).toBeTruthy();
+  });
+
+  it("is offered neither queue nor sound that are for the invited", () => {
+    show({ operator: 2, watching: [1] });
+    act(() => {
+      state.hello.value = hello({ viewer: 1, may_queue: false, may_hear: false });
+    });
+    expect(queryByRole(body, "button", { name: "Join the queue" })).toBeNull();
+    expect(queryByRole(body, "switch", { name: "Sound" })).toBeNull();
+    expect(queryByRole(body, "button", { name: "Turn sound on" })).toBeNull();
+    expect(getAllByText(body, notInvited()).length).toBeGreaterThan(0);
+  });
+
+  it("sees a card in the place of a picture that the host has switched off", () => {
+    show({ watching: [1] });
+    act(() => {
+      const now = room({ watching: [1] });
+      now.house.blanked = true;
+      state.room.value = now;
+    });
+    expect(getByText(body, blanked())).toBeTruthy();
+    expect(body.querySelector("video")?.classList.contains("is-off")).toBe(true);
+  });
+});
+
+describe("the queue", () => {
+  it("leaves a name alone while it is typed, whatever happens in the room", () => {
+    show({ watching: [1] });
+    const field = getByRole(body, "textbox", { name: "Your name" }) as HTMLInputElement;
+    field.value = "Ad";
+    act(() => void field.dispatchEvent(new Event("input", { bubbles: true })));
+    show({ operator: 2, watching: [1] });
+    expect(field.value).toBe("Ad");
+    field.value = "Ada";
+    act(() => void field.dispatchEvent(new Event("change", { bubbles: true })));
+    expect(actions.setName).toHaveBeenCalledWith("Ada");
+  });
+
+  it("lists everybody in order and marks oneself", () => {
+    show({ operator: 2, waiting: [1], watching: [3] });
+    const lines = [...getByRole(body, "list", { name: "Queue" }).children];
+    expect(lines.map((line) => line.textContent)).toEqual([
+      "Bob driving",
+      "Ada (you) next, about 30 s",
+      "Cleo watching",
+    ]);
+  });
+
+  it("shows a name as text", () => {
+    show({ watching: [1] });
+    act(() => {
+      const now = room({ watching: [1] });
+      for (const viewer of now.viewers) viewer.name = "<img src=x>";
+      state.room.value = now;
+    });
+    expect(getByText(body, "<img src=x>")).toBeTruthy();
+    expect(body.querySelector("img")).toBeNull();
+  });
+
+  it("tells who waits how long, in the clock, which is not read out by itself", () => {
+    show({ operator: 2, waiting: [1] });
+    expect(getByRole(body, "timer", { name: "Until your turn" }).textContent).toBe("about 30 s");
+    expect(button("Leave the queue")).toBeTruthy();
+  });
+
+  it("is joined and left by a click, but not both by a double click", () => {
+    show({ watching: [1] });
+    button("Join the queue").click();
+    expect(actions.join).toHaveBeenCalledOnce();
+    show({ operator: 1 });
+    const leave = button("End my turn");
+    leave.dispatchEvent(new MouseEvent("click", { bubbles: true, detail: 2 }));
+    expect(actions.leave).not.toHaveBeenCalled();
+    leave.dispatchEvent(new MouseEvent("click", { bubbles: true, detail: 1 }));
+    expect(actions.leave).toHaveBeenCalledOnce();
+  });
+});

@@ -1,0 +1,148 @@
+// @vitest-environment happy-dom
+import { getByRole, getByText, queryByRole, queryByText } from "@testing-library/dom";
+import { act } from "preact/test-utils";
+import { afterEach, describe, expect, it, vi } from "vitest";
+import { fingerHolder } from "../drive/inputState";
+import type { VoiceInfo } from "../messages";
+import { hello, room } from "../testing/messages";
+import {
+  actions,
+  body,
+  button,
+  drawsPage,
+  key,
+  open,
+  pointer,
+  show,
+  state,
+} from "./page.test.setup";
+
+drawsPage();
+
+describe("speaking to the people beside the robot", () => {
+  const VOICE: VoiceInfo = { speaker: null, muted: false, problem: null };
+
+  function speakable(options: Parameters<typeof room>[0], more: Partial<VoiceInfo> = {}): void {
+    vi.stubGlobal("isSecureContext", true);
+    vi.stubGlobal("navigator", { ...navigator, mediaDevices: {} });
+    show(options);
+    act(() => {
+      state.hello.value = hello({ viewer: 1, voice: { open_microphone: false } });
+      state.room.value = { ...room(options), voice: { ...VOICE, ...more } };
+    });
+  }
+
+  const speakButton = () => queryByRole(body, "button", { name: "Hold to speak" });
+
+  afterEach(() => vi.unstubAllGlobals());
+
+  it("is nothing where the robot has no speaker", () => {
+    show({ operator: 1 });
+    expect(speakButton()).toBeNull();
+  });
+
+  it("is for who drives, not for who watches", () => {
+    speakable({ operator: 2, watching: [1] });
+    expect(speakButton()).toBeNull();
+    speakable({ operator: 1 });
+    expect(speakButton()).toBeTruthy();
+    expect(getByText(body, "Arrow keys or W A S D drive, T speaks, Space stops.")).toBeTruthy();
+  });
+
+  it("holds from the press to the release of a finger or Enter, never of Space", () => {
+    speakable({ operator: 1 });
+    pointer(button("Hold to speak"), "pointerdown", 7);
+    expect(actions.speak).toHaveBeenLastCalledWith(fingerHolder(7));
+    pointer(button("Hold to speak"), "pointerup", 7);
+    expect(actions.hush).toHaveBeenLastCalledWith(fingerHolder(7));
+    key(button("Hold to speak"), "keydown", "Enter");
+    expect(actions.speak).toHaveBeenLastCalledWith("talk button");
+    key(button("Hold to speak"), "keyup", "Enter");
+    expect(actions.hush).toHaveBeenLastCalledWith("talk button");
+    key(button("Hold to speak"), "keydown", "Space");
+    expect(actions.speak).toHaveBeenCalledTimes(2);
+  });
+
+  it("says what becomes of the voice, how loud it is, and what is not heard meanwhile", () => {
+    speakable({ operator: 1 });
+    const HALF_DUPLEX = "While you speak, you do not hear the robot; the others do.";
+    expect(getByText(body, HALF_DUPLEX)).toBeTruthy();
+    act(() => {
+      state.voice.value = { ...state.voice.value, isOn: true, level: 0.4 };
+    });
+    expect(getByText(body, `The microphone is on. ${HALF_DUPLEX}`)).toBeTruthy();
+    act(() => {
+      state.voice.value = { ...state.voice.value, isHeard: true };
+    });
+    expect(getByText(body, `You are heard. ${HALF_DUPLEX}`)).toBeTruthy();
+    const meter = getByRole(body, "meter", { name: "Your voice" }) as HTMLMeterElement;
+    expect(meter.getAttribute("value")).toBe("0.4");
+    act(() => {
+      state.voice.value = {
+        ...state.voice.value,
+        problem: "No microphone was found; plug one in.",
+      };
+    });
+    expect(getByText(body, "No microphone was found; plug one in.")).toBeTruthy();
+  });
+
+  it("says nothing of the robot's sound where there is none", () => {
+    speakable({ operator: 1 });
+    act(() => {
+      state.hello.value = hello({
+        viewer: 1,
+        has_microphone: false,
+        voice: { open_microphone: false },
+      });
+      state.voice.value = { ...state.voice.value, isOn: true, isHeard: true };
+    });
+    expect(getByText(body, "You are heard.")).toBeTruthy();
+  });
+
+  it("says over plain HTTP what to do", () => {
+    speakable({ operator: 1 });
+    vi.stubGlobal("isSecureContext", false);
+    act(() => {
+      state.room.value = { ...room({ operator: 1 }), voice: VOICE };
+      state.hello.value = hello({ viewer: 1, voice: { open_microphone: true } });
+    });
+    expect(getByText(body, /^A microphone needs HTTPS/)).toBeTruthy();
+    expect(button("Hold to speak").disabled).toBe(true);
+    expect(queryByRole(body, "switch", { name: "Keep open" })).toBeNull();
+  });
+
+  it("can be left open where the host allows it", () => {
+    speakable({ operator: 1 });
+    expect(queryByRole(body, "switch", { name: "Keep open" })).toBeNull();
+    act(() => {
+      state.hello.value = hello({ viewer: 1, voice: { open_microphone: true } });
+    });
+    act(() => getByRole(body, "switch", { name: "Keep open" }).click());
+    expect(actions.keepSpeaking).toHaveBeenCalledExactlyOnceWith(true);
+    act(() => {
+      state.voice.value = { ...state.voice.value, isOn: true, isKept: true };
+    });
+    expect(button("Microphone open")).toBeTruthy();
+  });
+
+  it("tells everybody who is speaking, but not themselves", () => {
+    speakable({ operator: 2, watching: [1] }, { speaker: 2 });
+    expect(getByText(body, /^Bob is speaking to the people beside the robot/)).toBeTruthy();
+    speakable({ operator: 1 }, { speaker: 1 });
+    expect(queryByText(body, /is speaking to the people/)).toBeNull();
+  });
+
+  it("is the host's to end for everybody", () => {
+    speakable({ operator: 2, watching: [1] });
+    act(() => {
+      state.hello.value = hello({ viewer: 1, is_host: true, voice: { open_microphone: false } });
+    });
+    open("Host");
+    act(() => getByRole(body, "switch", { name: "Mute all voices" }).click());
+    expect(actions.actAsHost).toHaveBeenCalledExactlyOnceWith({ type: "mute_voices", muted: true });
+    act(() => {
+      state.room.value = { ...room({ operator: 2 }), voice: { ...VOICE, muted: true } };
+    });
+    expect(getByText(body, "The host has muted all voices.")).toBeTruthy();
+  });
+});
