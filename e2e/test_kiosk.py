@@ -89,6 +89,8 @@ async def test_the_code_leads_to_the_page(server: Server, open_viewer: OpenViewe
     assert seen is not None, "the code is no picture"
     read, _, _ = cv2.QRCodeDetector().detectAndDecode(seen)
     assert read == f"{NAME}/"
+    # What is under way when the page closes is nobody's any more.
+    await screen.page.unroute_all(behavior="ignoreErrors")
 
 
 @pytest.mark.timeout(60)

@@ -28,17 +28,17 @@ async def driving(scene: Scene) -> None:
     await scene.serves()
     await scene.comes("Bob")
     viewer = await scene.drives()
+    if not scene.is_touched:
+        await _holds_on(scene, viewer)
+        return
     await asyncio.sleep(_BEGUN_S)
 
     async def turns() -> bool:
         return await moves(scene.server, during_s=0.4)
 
-    if scene.is_touched:
-        points = await TouchPoints.of(viewer)
-        await points.press(0, viewer.page.get_by_label("Joystick", exact=True))
-        await points.slide(0, -_PUSH_PX, 0)
-    else:
-        await viewer.page.keyboard.down("ArrowLeft")
+    points = await TouchPoints.of(viewer)
+    await points.press(0, viewer.page.get_by_label("Joystick", exact=True))
+    await points.slide(0, -_PUSH_PX, 0)
     await eventually(turns, "the robot turns")
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 from typing import TYPE_CHECKING, Any, Final
 
 import pytest
+from aiohttp import web
 from tests.fuzz.target import Target, at_once
 from tests.session.test_room import OFFER, FakePeer, Rig
 
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
     from wax.rtc.peer import Channel
 
 _SETTLE_S: Final = 0.2
+_GZIP: Final = b"\x1f\x8b"
+"""What a body begins with that is said to be packed (RFC 1952, 2.3.1)."""
 
 
 class _Peer(FakePeer):
@@ -75,13 +79,15 @@ def _hear(channel: Channel, data: bytes) -> None:
 
 def _hear_offer(data: bytes) -> None:
     class Request:
+        headers: Final = {"Content-Encoding": "gzip"} if data.startswith(_GZIP) else {}
+
         async def read(self) -> bytes:
             return data
 
     try:
         body: Any = at_once(routes._body(Request(), routes.Offer))  # type: ignore[arg-type]
         clean_offer(body.sdp)
-    except (ProtocolError, SignallingError):
+    except (ProtocolError, SignallingError, web.HTTPRequestEntityTooLarge):
         pass
 
 
@@ -129,10 +135,12 @@ STATE: Final = Target(
     words=(b'"type"', b'"name"', b'"\\ud800"', "\u202e\u2028é𝕏".encode(), b"true", b"{", b"[["),
 )
 
+_OFFER: Final = _object(sdp=OFFER.replace("\n", "\r\n"), client="12345678-abcd")
+
 SIGNALLING: Final = Target(
     name="signalling",
     what="bodies of HTTP requests",
     hear=_hear_offer,
-    seeds=(_object(sdp=OFFER.replace("\n", "\r\n"), client="12345678-abcd"),),
+    seeds=(_OFFER, gzip.compress(_OFFER, mtime=0)),
     words=(b'"sdp"', b'"client"', b"\\r\\n", b"m=audio 9 x 0", b"a=rtpmap:96 x/9", b"\\ud800"),
 )
