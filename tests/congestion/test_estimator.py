@@ -107,6 +107,20 @@ def test_a_queue_that_has_emptied_is_forgotten() -> None:
     assert estimate.queue_ms <= 20
 
 
+def test_a_try_assumes_more_than_is_used() -> None:
+    """Where the rate has fallen below what comes through, a try takes a quarter more than that."""
+    sound = Sound()
+    sound.run(5.0)
+    fallen = sound.run(0.5, late_s=lambda at_s: at_s)
+    sound.estimator.try_more(sound.now_s)
+    assert sound.estimator.estimate(sound.now_s).rate_bps == fallen.rate_bps
+    steady = sound.run(1.0)
+    sound.estimator.try_more(sound.now_s)
+    tried = sound.estimator.estimate(sound.now_s)
+    assert tried.rate_bps == pytest.approx(1.25 * steady.used_bps)
+    assert tried.rate_bps > steady.rate_bps
+
+
 def test_a_longer_way_is_no_queue() -> None:
     """A new route that takes 80 ms more is taken for what it is within 5 s."""
     sound = Sound()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -299,6 +299,24 @@ async def test_what_a_decision_sends_does_not_decide_again(
     assert len(decided) == 1
     rig.congestion.sent(1200, rig.clock.now_s() + 0.6, is_media=True)
     assert len(decided) == 2
+
+
+async def test_room_is_made_once_for_each_try(monkeypatch: pytest.MonkeyPatch) -> None:
+    """When a picture that was given up is tried, and not again while that lasts."""
+    rig = Rig()
+    rig.begin()
+    await rig.run(1.0)
+    decide = rig.streams._allocator.decide
+    made: list[float] = []
+    monkeypatch.setattr(rig.congestion, "try_more", made.append)
+    for tries, expected in ((False, 0), (True, 1), (True, 1), (False, 1), (True, 2)):
+
+        def decides(*estimates: LinkEstimate, tries: bool = tries, **wanted: Any) -> Allocation:
+            return replace(decide(*estimates, **wanted), tries=tries)
+
+        monkeypatch.setattr(rig.streams._allocator, "decide", decides)
+        await rig.run(0.3)
+        assert len(made) == expected
 
 
 async def test_a_picture_that_lost_its_thread_is_helped_when_there_is_room() -> None:

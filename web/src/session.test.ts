@@ -5,6 +5,7 @@ import type { PeerEvents } from "./link/peer";
 import { MAX_NAME_CHARS, type StateIn, type StateOut } from "./messages";
 import { startSession } from "./session";
 import { aboard, elsewhere, hello, room, served } from "./testing/messages";
+import { LateWords } from "./words/lateWords";
 import { says } from "./words/said";
 
 const { FakePeer, peers } = vi.hoisted(() => {
@@ -291,6 +292,23 @@ it("speaks less where the server says that the link is slow", async () => {
   receive(served({ link_bps: 50_000 }));
   await vi.advanceTimersByTimeAsync(1000);
   expect(await rowsIn(5000)).toBe(10);
+});
+
+it("asks for the server's words once picture and sound are there, or are late", () => {
+  const ask = vi.spyOn(LateWords.prototype, "ask");
+  const { state, actions } = session;
+  actions.setSound(true);
+  open();
+  receive(hello({ viewer: 1 }));
+  const facts = { ...state.facts.value, pictureMs: 40 };
+  state.facts.value = facts;
+  expect(ask).not.toHaveBeenCalled();
+  state.facts.value = { ...facts, soundMs: 80 };
+  expect(ask).toHaveBeenCalledOnce();
+  vi.advanceTimersByTime(3900);
+  expect(ask).toHaveBeenCalledOnce();
+  vi.advanceTimersByTime(200);
+  expect(ask).toHaveBeenCalledTimes(2);
 });
 
 it("says so when it is to acknowledge and this browser cannot", async () => {

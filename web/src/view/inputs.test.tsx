@@ -5,7 +5,7 @@ import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Actions, Session } from "../actions";
 import { DRIVE_DEFAULTS } from "../drive/drivePreferences";
-import { DIRECTIONS, InputState } from "../drive/inputState";
+import type { InputState } from "../drive/inputState";
 import { DEFAULT_KEYS } from "../drive/keyMap";
 import { loadPreferences, type Preferences } from "../preferences";
 import { createState, type State } from "../state";
@@ -15,6 +15,7 @@ import { Axes } from "./drive/Axes";
 import { ScanPad } from "./drive/ScanPad";
 import { WaysPanel } from "./drive/WaysPanel";
 import { Joystick } from "./Joystick";
+import { inputTo } from "./page.test.setup";
 
 let state: State;
 let input: InputState;
@@ -28,12 +29,7 @@ const body = document.body;
 /** This page drives a robot that can pan and tilt. */
 beforeEach(() => {
   state = createState(loadPreferences(null));
-  const changed = () => {
-    state.held.value = new Set(DIRECTIONS.filter((one) => input.holds(one)));
-    state.motion.value = input.motion;
-    state.isHolding.value = input.isHolding;
-  };
-  input = new InputState({ changed, deflected: changed });
+  input = inputTo(state);
   const mine = hello({ viewer: 1 });
   state.hello.value = { ...mine, robot: { ...mine.robot, axes: ["pan", "tilt"] } };
   state.room.value = room({ operator: 1 });

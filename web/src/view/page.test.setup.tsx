@@ -3,12 +3,12 @@ import { getByRole } from "@testing-library/dom";
 import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeAll, beforeEach, vi } from "vitest";
-import type { Actions, Session } from "../actions";
+import type { Actions } from "../actions";
 import { DIRECTIONS, InputState } from "../drive/inputState";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
-import { History } from "../stats/history";
 import { hello, room } from "../testing/messages";
+import { testSession } from "../testing/session";
 import { App } from "./App";
 import { HostPanel, RulesPanel } from "./Panels";
 import { WaysPanel } from "./Settings";
@@ -33,73 +33,32 @@ export function drawsPage(): void {
 function draw(): void {
   levels = [];
   state = createState(loadPreferences(null));
-  const changed = () => {
-    state.held.value = new Set(DIRECTIONS.filter((one) => input.holds(one)));
-    state.motion.value = input.motion;
-    state.isHolding.value = input.isHolding;
-  };
-  input = new InputState({ changed, deflected: changed });
-  actions = {
-    start: vi.fn(),
-    setSound: vi.fn(),
-    setPicture: vi.fn(),
-    setSize: vi.fn(),
-    setPolicy: vi.fn(),
-    setPlayer: vi.fn(),
-    setVolume: vi.fn(),
-    setMuted: vi.fn(),
-    toggleMute: vi.fn(),
-    setOutput: vi.fn(),
-    setCameras: vi.fn(),
-    enlarge: vi.fn(),
-    setName: vi.fn(),
-    setSpeed: vi.fn(),
-    setLanguage: vi.fn(),
-    keep: vi.fn(),
-    setAxis: vi.fn(),
-    recentre: vi.fn(),
-    holdControl: vi.fn(),
-    releaseControl: vi.fn(),
-    slideControl: vi.fn(),
-    setControl: vi.fn(),
-    toggleControl: vi.fn(),
-    setDriving: vi.fn(),
-    useGamepad: vi.fn(),
-    scan: vi.fn(),
+  input = inputTo(state);
+  const session = testSession(state);
+  const real: Partial<Actions> = {
     deflect: (holder, motion) => input.deflect(holder, motion),
-    join: vi.fn(),
-    leave: vi.fn(),
-    stop: vi.fn(),
-    releaseStop: vi.fn(),
-    answerCall: vi.fn(),
-    actAsHost: vi.fn(),
-    keepTape: vi.fn(),
-    comeBack: vi.fn(),
-    open(panel) {
-      state.panel.value = panel;
-    },
-    lookAtProof: vi.fn(),
-    prove: vi.fn(),
-    speak: vi.fn(),
-    hush: vi.fn(),
-    keepSpeaking: vi.fn(),
     press: (holder, held) => input.press(holder, held),
     release: (holder) => input.release(holder),
     letGo: vi.fn(() => input.releaseAll()),
+    open(panel) {
+      state.panel.value = panel;
+    },
   };
-  const session: Session = {
-    state,
-    actions,
-    attachPicture: vi.fn(),
-    attachSound: vi.fn(),
-    pictureStream: () => null,
-    history: new History(),
-    offered: Promise.resolve(),
-    shownPicture: () => null,
-    soundLevels: async () => levels,
-    attachCamera: vi.fn(),
+  const get = (own: Actions, name: keyof Actions) => real[name] ?? own[name];
+  actions = new Proxy(session.actions, { get } as ProxyHandler<Actions>);
+  const whole = { ...session, actions, soundLevels: async () => levels };
+  act(() => render(<App session={whole} />, body));
+}
+
+/** Real input, which this state shows. */
+export function inputTo(state: State): InputState {
+  const changed = () => {
+    state.held.value = new Set(DIRECTIONS.filter((one) => made.holds(one)));
+    state.motion.value = made.motion;
+    state.isHolding.value = made.isHolding;
   };
-  act(() => render(<App session={session} />, body));
+  const made = new InputState({ changed, deflected: changed });
+  return made;
 }
 
 /** What the sound meter reads from now on. */

@@ -147,6 +147,17 @@ describe("the level of the sound", () => {
   });
 });
 
+it("tells a slow connection, and not as a problem", () => {
+  show({ watching: [1] });
+  const slow = /^Your connection is slow/;
+  expect(queryByText(body, slow)).toBeNull();
+  act(() => {
+    state.served.value = served({ in_step: false });
+  });
+  expect(getByText(body, slow).closest("[aria-live]")).toBeTruthy();
+  expect(getByRole(body, "list", { name: "Problems" }).textContent).toBe("");
+});
+
 describe("a picture that is not live", () => {
   const NOT_LIVE = "Not live: the server is not answering.";
   const isGrey = () =>
