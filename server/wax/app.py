@@ -32,6 +32,7 @@ from wax.cluster.cluster import Cluster, Sources
 from wax.cluster.rooms import published, upload_left_bps
 from wax.control.loop import ControlLoop
 from wax.control.turns import Turns
+from wax.edge.turnstile import Turnstile
 from wax.encode.choice import choose
 from wax.encode.video_encoder import IntraEncoder
 from wax.errors import StartError
@@ -178,7 +179,8 @@ class App:
         self._capsules = Capsules(_tell_of_capsule, most=settings.audio.channels)
         self._blocks = Blocks()
         ice = IceServers(settings.network, settings.relay)
-        self._network = Network(settings.network, ice, clock)
+        turnstile = Turnstile(clock)
+        self._network = Network(settings.network, ice, clock, turnstile)
         turns = Turns(settings.turns)
         self._tape = self._make_tape(counters)
         viewers = Viewers(
@@ -308,16 +310,7 @@ class App:
             state_dir.find(settings.server.state_dir), self.new_host_link
         )
         self._entrance = Entrance(routes.application(), settings.server, clock, self.tls)
-        self._metrics: MetricsListener | None = None
-        if settings.metrics.port:
-            metrics = Metrics(
-                status=self._status,
-                refused=refused,
-                stops=self._keeper.stops,
-                lateness=self._control.lateness,
-                records=self._records,
-            )
-            self._metrics = MetricsListener(settings.metrics, metrics.text)
+        self._metrics = self._make_metrics()
 
     async def run(self, on_ready: Callable[[int], None]) -> None:
         """Serve until a signal, or until a task fails; the robot stops before anything else ends.
@@ -417,6 +410,18 @@ class App:
             part.request_stop()
         for part in parts:
             part.stop()
+
+    def _make_metrics(self) -> MetricsListener | None:
+        if not self._settings.metrics.port:
+            return None
+        metrics = Metrics(
+            status=self._status,
+            refused=refused,
+            stops=self._keeper.stops,
+            lateness=self._control.lateness,
+            records=self._records,
+        )
+        return MetricsListener(self._settings.metrics, metrics.text)
 
     def _make_tape(self, counters: Counters) -> Tape | None:
         """Return the tape, if there is to be one; raises `StateError`."""

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Literal
 
 from wax.clock import SystemClock
 from wax.config.settings import NetworkSettings, RelaySettings
+from wax.edge.budget import Budget, Rates
+from wax.edge.turnstile import Meter, Turnstile
 from wax.rtc.ice_servers import IceServers
 from wax.rtc.network import Network
 
@@ -21,7 +23,14 @@ Mode = Literal["one-port", "full-ice"]
 def network(mode: Mode = "full-ice", clock: Clock | None = None) -> Network:
     """Make one that is not open yet, which full ICE does not need to be."""
     settings = NetworkSettings(mode=mode, udp_port=0)
-    return Network(settings, IceServers(settings, RelaySettings()), clock or SystemClock())
+    clock = clock or SystemClock()
+    return Network(settings, IceServers(settings, RelaySettings()), clock, Turnstile(clock))
+
+
+def rich_meter() -> Meter:
+    """Return the meter of somebody who is never over budget."""
+    budget = Budget(Rates(committed=1.0, committed_burst_s=60.0, pool=0.0, pool_burst_s=0.0))
+    return Meter(Turnstile(SystemClock()), budget.payer(""))
 
 
 @asynccontextmanager

@@ -16,7 +16,7 @@ from aiortc.rtcsctptransport import (
     SackChunk,
     serialize_packet,
 )
-from tests.rtc.networks import network
+from tests.rtc.networks import network, rich_meter
 from tests.rtc.test_peer import Events, Noted, Pictures, Sounds
 
 from wax.clock import SystemClock
@@ -93,6 +93,7 @@ async def opened() -> AsyncIterator[Link]:
     events = Events()
     peer = Peer(
         network=network(),
+        meter=rich_meter(),
         codecs=Codecs(audio="opus", video="vp8"),
         video=Pictures(),
         audio=Sounds(),

@@ -25,7 +25,7 @@ from aiortc.rtp import (
     is_rtcp,
 )
 from aiortc.sdp import SessionDescription
-from tests.rtc.networks import network, opened_network
+from tests.rtc.networks import network, opened_network, rich_meter
 
 from wax.clock import SystemClock
 from wax.congestion.control import NoCongestionControl
@@ -200,6 +200,7 @@ async def pair(request: pytest.FixtureRequest) -> AsyncIterator[Pair]:
         }
         peer = Peer(
             network=opened,
+            meter=rich_meter(),
             codecs=Codecs(audio="opus", video=codec),
             video=lane,
             audio=Sounds(),
@@ -510,6 +511,7 @@ def _peer(events: Events, congestion: CongestionControl) -> Peer:
     private.install()
     return Peer(
         network=network(),
+        meter=rich_meter(),
         codecs=Codecs(audio="opus", video="vp8"),
         video=Pictures(),
         congestion=congestion,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import pytest
 from aiortc import RTCPeerConnection, RTCSessionDescription
 from aiortc.rtp import RtcpPsfbPacket
-from tests.rtc.networks import opened_network
+from tests.rtc.networks import opened_network, rich_meter
 from tests.rtc.test_peer import Events, Noted, Pictures, Sounds
 
 from wax.clock import SystemClock
@@ -77,6 +77,7 @@ async def joined(
         browser.createDataChannel("state")
         peer = Peer(
             network=opened,
+            meter=rich_meter(),
             codecs=Codecs(audio="opus", video="vp8"),
             video=lanes[0],
             audio=Sounds(),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import re
+import time
 
 import aioice.candidate
 import aioice.ice
@@ -24,6 +25,7 @@ from aiortc import (
     rtcsctptransport,
 )
 from aiortc.rtcrtptransceiver import RTCRtpTransceiver
+from tests.rtc.networks import rich_meter
 
 from wax.clock import SystemClock
 from wax.errors import StartError
@@ -120,7 +122,7 @@ async def test_only_the_peers_inside_reach_the_network_so(monkeypatch: pytest.Mo
     """A client in the same process keeps aioice, and of the others each has the addresses told."""
     private.install()
     monkeypatch.setattr(private, "_found_addresses", lambda _4, _6: ["192.0.2.7"])
-    made = LiteConnection(UdpHub(0, list), list, SystemClock().now_s)
+    made = LiteConnection(UdpHub(0, list, rich_meter()), list, SystemClock().now_s, rich_meter())
     with private.reached_by(private.Reach(lambda: made)):
         inside = RTCIceGatherer([])
     with private.reached_by(private.Reach(None, lambda: ["192.0.2.8", "2001:db8::8"])):
@@ -235,3 +237,37 @@ async def test_nothing_is_acknowledged_once_it_is_closed() -> None:
     sctp.state = "closed"
     await asyncio.sleep(0.06)
     assert sctp.sent == 0
+
+
+async def test_what_a_datagram_costs_is_charged_before_the_next(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """All that aiortc does with it; the next one is read when the peer may go on, not before."""
+    private.install()
+    worked_s = 0.0
+    monkeypatch.setattr(time, "thread_time", lambda: worked_s)
+    meter = rich_meter()
+    charged: list[float] = []
+    monkeypatch.setattr(meter, "charge", lambda began_s: charged.append(worked_s - began_s))
+    gate = asyncio.Event()
+    monkeypatch.setattr(meter, "enter", gate.wait)
+    datagrams = [b"first", b"second"]
+
+    async def receive() -> bytes:
+        return datagrams.pop(0)
+
+    pc = RTCPeerConnection()
+    ice = pc.addTransceiver("video").receiver.transport.transport
+    monkeypatch.setattr(ice, "_recv", receive)
+    private.meter_receiving(pc, meter)
+    gate.set()
+    assert await ice._recv() == b"first"
+    gate.clear()
+    worked_s = 0.004
+    second = asyncio.ensure_future(ice._recv())
+    await asyncio.sleep(0)
+    assert charged == [0.004]
+    assert datagrams == [b"second"]
+    gate.set()
+    assert await second == b"second"
+    await pc.close()

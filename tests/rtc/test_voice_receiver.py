@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from aiortc import RTCPeerConnection, RTCSessionDescription
 from aiortc.mediastreams import AudioStreamTrack
-from tests.rtc.networks import opened_network
+from tests.rtc.networks import opened_network, rich_meter
 from tests.rtc.test_peer import Events, Noted, Pictures, Sounds
 
 from wax.clock import SystemClock
@@ -46,6 +46,7 @@ async def connected(
         browser.createDataChannel("state")
         peer = Peer(
             network=opened,
+            meter=rich_meter(),
             codecs=Codecs(audio="opus", video="vp8"),
             video=Pictures(),
             audio=Sounds(),

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Final
 
 from aiortc import RTCConfiguration, RTCIceServer, RTCIceTransportPolicy
 
+from wax.edge.budget import Budget, Rates
+from wax.edge.turnstile import Meter
 from wax.rtc import private
 from wax.rtc.announced import AnnouncedAddresses
 from wax.rtc.local_addresses import local_addresses
@@ -13,29 +15,44 @@ from wax.rtc.one_port.lite_connection import LiteConnection
 from wax.rtc.one_port.udp_hub import UdpHub
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from contextlib import AbstractContextManager
 
     from wax.clock import Clock
     from wax.config.settings import NetworkSettings
+    from wax.edge.turnstile import Turnstile
     from wax.rtc.ice_servers import IceServers
 
 _OURS: Final = "server"
 """The name of our own relay in the TURN server's log."""
+_GUESTS: Final = Rates(committed=0.01, committed_burst_s=0.02, pool=0.15, pool_burst_s=0.1)
+"""What a browser that watches sends costs 0.3 % of a core; connecting, some 10 ms once."""
+_TRUSTED: Final = Rates(committed=0.3, committed_burst_s=0.3, pool=0.0, pool_burst_s=0.0)
+"""For one operator or host, who need a hundredth of it: even theirs must leave room for a Stop."""
+_STRANGERS: Final = Rates(committed=0.05, committed_burst_s=0.05, pool=0.0, pool_burst_s=0.0)
+"""For the checks of all addresses that nobody has verified: five hundred a second."""
 
 
 class Network:
     """Owned by the composition root: opened before the first peer, closed after the last."""
 
-    def __init__(self, settings: NetworkSettings, servers: IceServers, clock: Clock) -> None:
+    def __init__(
+        self,
+        settings: NetworkSettings,
+        servers: IceServers,
+        clock: Clock,
+        turnstile: Turnstile,
+    ) -> None:
         self._settings = settings
         self._servers = servers
         self._clock = clock
-        self._hub = UdpHub(settings.udp_port, self._addresses)
+        self._turnstile = turnstile
+        self._guests = Budget(_GUESTS)
+        strangers = Meter(turnstile, Budget(_STRANGERS).payer(""))
+        self._hub = UdpHub(settings.udp_port, self._addresses, strangers)
         self._announced = AnnouncedAddresses(
             settings.public_addresses, settings.stun if settings.mode == "one-port" else []
         )
-        is_one = settings.mode == "one-port"
-        self._reach = private.Reach(self._connection if is_one else None, self._addresses)
 
     @property
     def udp_port(self) -> int | None:
@@ -59,9 +76,19 @@ class Network:
         """Close the one port; safe to call twice."""
         self._hub.close()
 
-    def reached(self) -> AbstractContextManager[None]:
+    def meter(self, address: str, is_trusted: Callable[[], bool]) -> Meter:
+        """Return what a peer at this address is charged by."""
+        trusted = Budget(_TRUSTED).payer(address)
+        return Meter(self._turnstile, self._guests.payer(address), trusted, is_trusted)
+
+    def reached(self, meter: Meter) -> AbstractContextManager[None]:
         """Cover the making of a peer and of its answer (`private.reached_by`)."""
-        return private.reached_by(self._reach)
+
+        def connect() -> LiteConnection:
+            return LiteConnection(self._hub, self._announced.now, self._clock.now_s, meter)
+
+        is_one = self._settings.mode == "one-port"
+        return private.reached_by(private.Reach(connect if is_one else None, self._addresses))
 
     def configuration(self) -> RTCConfiguration:
         """Return the configuration of one peer of ours.
@@ -80,6 +107,3 @@ class Network:
 
     def _addresses(self) -> list[str]:
         return local_addresses(self._settings.interfaces)
-
-    def _connection(self) -> LiteConnection:
-        return LiteConnection(self._hub, self._announced.now, self._clock.now_s)

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
     from wax.clock import Clock
     from wax.congestion.control import CongestionControl
+    from wax.edge.turnstile import Meter
     from wax.rtc.lane import Encoded, PictureLane, SoundLane
     from wax.rtc.network import Network
     from wax.streams.interface import CameraLane, Codecs, Kind
@@ -84,13 +85,14 @@ class Peer:
 
     `on_voice` gets the packets of the page's microphone, and None for each that cannot be read; it
     must not raise. Without it nothing is received. `video` is the driving view, to which `cameras`
-    give way.
+    give way. `meter` is charged for what the page sends.
     """
 
     def __init__(
         self,
         *,
         network: Network,
+        meter: Meter,
         codecs: Codecs,
         video: PictureLane,
         audio: SoundLane,
@@ -102,6 +104,7 @@ class Peer:
         cameras: Sequence[CameraLane] = (),
     ) -> None:
         self._network = network
+        self._meter = meter
         self._events = events
         self._codecs = codecs
         self._clock = clock
@@ -112,7 +115,7 @@ class Peer:
         self._clock_told_s: dict[Kind, float] = {}
         self._closed = False
         self._closing: asyncio.Task[None] | None = None
-        with network.reached():
+        with network.reached(meter):
             self._pc = RTCPeerConnection(network.configuration())
             sound = self._transceiver("audio", receives=on_voice is not None)
             picture = self._transceiver("video")
@@ -139,7 +142,7 @@ class Peer:
         try:
             description = RTCSessionDescription(offer, "offer")
             self._picture.shows_at_once = not is_firefox(offer)
-            with self._network.reached():
+            with self._network.reached(self._meter):
                 self._add_cameras(pictures(offer) - 1)
                 async with asyncio.timeout(_ANSWER_S):
                     await self._negotiate(description)
@@ -152,6 +155,7 @@ class Peer:
 
     async def _negotiate(self, offer: RTCSessionDescription) -> None:
         await self._pc.setRemoteDescription(offer)
+        private.meter_receiving(self._pc, self._meter)
         if self._congestion.uses_feedback:
             private.widen(self._pc, _EXTENSIONS)
         if self._pc.sctp is not None:

@@ -10,6 +10,7 @@ import asyncio
 import contextlib
 import copy
 import struct
+import time
 from abc import ABC, abstractmethod
 from collections import deque
 from contextvars import ContextVar
@@ -51,6 +52,8 @@ if TYPE_CHECKING:
     from aiortc.rtcrtpparameters import RTCRtpReceiveParameters, RTCRtpSendParameters
     from aiortc.rtp import AnyRtcpPacket
     from aiortc.sdp import MediaDescription, SessionDescription
+
+    from wax.edge.turnstile import Meter
 
 _FOR_EVER: Final = 10**9
 _SENDER: Final = "_RTCRtpTransceiver__sender"
@@ -143,6 +146,7 @@ def check() -> None:
                 "RTCDtlsTransport._unregister_rtp_sender",
                 hasattr(RTCDtlsTransport, "_unregister_rtp_sender"),
             ),
+            ("RTCIceTransport._recv", sets(RTCIceTransport, "_recv")),
             ("RTCIceTransport._send", sets(RTCIceTransport, "_send")),
             ("RTCSctpTransport._send_sack", hasattr(RTCSctpTransport, "_send_sack")),
             ("RTCSctpTransport._receive_chunk", hasattr(RTCSctpTransport, "_receive_chunk")),
@@ -540,6 +544,36 @@ def break_circles(pc: RTCPeerConnection) -> None:
             one.remove_all_listeners()
         for patched in ("_handle_rtcp_data", "_handle_rtp_data"):
             vars(dtls).pop(patched, None)
+
+
+def meter_receiving(pc: RTCPeerConnection, meter: Meter) -> None:
+    """Charge what each datagram costs to handle, and hand aiortc the next one when it may be.
+
+    Call it once the description of the other end is set: then the transports are those that stay.
+    """
+    transports = {one.receiver.transport for one in pc.getTransceivers()}
+    if pc.sctp is not None:
+        transports.add(pc.sctp.transport)
+    for dtls in transports:
+        _meter(dtls.transport, meter)
+
+
+def _meter(ice: RTCIceTransport, meter: Meter) -> None:
+    receive = ice._recv
+    began_s: float | None = None
+
+    async def metered() -> bytes:
+        # aiortc asks for the next datagram when it has done everything with the one before.
+        nonlocal began_s
+        if began_s is not None:
+            meter.charge(began_s)
+            began_s = None
+        await meter.enter()
+        data = await receive()
+        began_s = time.thread_time()
+        return data
+
+    ice._recv = metered
 
 
 def on_datagram(transport: RTCDtlsTransport, callback: Callable[[bytes], None]) -> None:

@@ -111,6 +111,7 @@ class Entry:
         lanes = viewer.lanes()
         peer = Peer(
             network=self._network,
+            meter=self._network.meter(visitor.address, lambda: self._is_trusted(viewer)),
             codecs=self._service.codecs,
             video=lanes.picture,
             audio=lanes.sound,
@@ -123,6 +124,9 @@ class Entry:
         )
         viewer.peer, viewer.elsewhere_until_s = peer, float("-inf")
         return await peer.answer(offer)
+
+    def _is_trusted(self, viewer: Viewer) -> bool:
+        return self._events.viewer_role(viewer) != "observer"
 
     def _voice_of(self, viewer: Viewer) -> Callable[[VoicePacket | None], None] | None:
         voices = self._voices

@@ -15,12 +15,15 @@ from aioice.candidate import Candidate
 from aioice.stun import Class, Message, Method, parse_message
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from tests.rtc.networks import rich_meter
 
 from wax.clock import SystemClock
+from wax.edge.turnstile import Meter, Turnstile
 from wax.errors import StartError
 from wax.rtc.one_port import lite_connection, udp_hub
 from wax.rtc.one_port.lite_connection import LiteConnection
 from wax.rtc.one_port.udp_hub import UdpHub
+from wax.rtc.one_port.viewer_socket import CAN_CONNECT
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterator, Sequence
@@ -97,26 +100,38 @@ class Rig:
     def __init__(self, hub: UdpHub) -> None:
         self.hub = hub
         clock = SystemClock()
-        self.peers = [LiteConnection(hub, lambda: ["203.0.113.7"], clock.now_s) for _ in range(2)]
+        self.peers = [
+            LiteConnection(hub, lambda: ["203.0.113.7"], clock.now_s, rich_meter())
+            for _ in range(2)
+        ]
         self.ada, self.bob = (
             Browser(hub, peer, name) for peer, name in zip(self.peers, ("ada", "bob"), strict=True)
         )
 
+    async def __aenter__(self) -> Rig:
+        for peer in self.peers:
+            await peer.gather_candidates()
+        return self
 
-@pytest.fixture
-async def rig() -> AsyncIterator[Rig]:
-    hub = UdpHub(0, lambda: [HERE])
+    async def __aexit__(self, *_: object) -> None:
+        for peer in self.peers:
+            await peer.close()
+        for browser in (self.ada, self.bob):
+            browser.socket.close()
+        self.hub.close()
+        await asyncio.sleep(0)
+
+
+@pytest.fixture(params=["a queue for each viewer", "one queue"])
+async def rig(
+    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> AsyncIterator[Rig]:
+    if request.param == "one queue":
+        monkeypatch.setattr(udp_hub, "CAN_CONNECT", False)
+    hub = UdpHub(0, lambda: [HERE], rich_meter())
     await hub.open()
-    made = Rig(hub)
-    for peer in made.peers:
-        await peer.gather_candidates()
-    yield made
-    for peer in made.peers:
-        await peer.close()
-    for browser in (made.ada, made.bob):
-        browser.socket.close()
-    hub.close()
-    await asyncio.sleep(0)
+    async with Rig(hub) as made:
+        yield made
 
 
 @contextmanager
@@ -296,6 +311,91 @@ async def test_a_flood_delays_nobody_else(rig: Rig) -> None:
     assert read.count("ada") <= 200
 
 
+@pytest.mark.skipif(not CAN_CONNECT, reason="this system has one queue for all")
+async def test_what_a_peer_does_not_read_stays_in_its_own_queue() -> None:
+    """A flood costs nobody anything: it is not even read, and the others' datagrams come."""
+    hub = UdpHub(0, lambda: [HERE], rich_meter())
+    await hub.open()
+    async with Rig(hub) as rig:
+        await rig.ada.verifies()
+        await rig.bob.verifies()
+        for number in range(1000):
+            rig.ada.sends(b"%d" % number)
+        rig.bob.sends(b"bob")
+        assert await asyncio.wait_for(rig.peers[1].recv(), 1) == b"bob"
+        await asyncio.sleep(SOON_S)
+        assert rig.peers[0]._queue.qsize() == 16
+        for number in range(100):  # and once it does read, goes on where it was
+            assert await asyncio.wait_for(rig.peers[0].recv(), 1) == b"%d" % number
+
+
+async def test_of_a_flood_in_the_common_queue_the_newest_are_kept(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where the system has one queue for all: an old command is of no use to anybody."""
+    monkeypatch.setattr(udp_hub, "CAN_CONNECT", False)
+    hub = UdpHub(0, lambda: [HERE], rich_meter())
+    await hub.open()
+    async with Rig(hub) as rig:
+        await rig.ada.verifies()
+        for number in range(300):
+            rig.ada.sends(b"%d" % number)
+        await asyncio.sleep(SOON_S)
+        assert await rig.peers[0].recv() == b"172"
+
+
+async def test_a_forged_icmp_message_ends_nothing(rig: Rig) -> None:
+    """A connected socket hears of it as an error; what comes after is read."""
+    await rig.ada.verifies()
+    address = rig.ada.socket.getsockname()
+    rig.ada.socket.close()
+    await rig.peers[0].send(b"nobody listens there")  # the kernel says so
+    await asyncio.sleep(0.01)
+    rig.ada.socket = socket.socket(type=socket.SOCK_DGRAM)
+    rig.ada.socket.setblocking(False)
+    rig.ada.socket.bind(address)
+    rig.ada.sends(b"from ada")
+    assert await asyncio.wait_for(rig.peers[0].recv(), 1) == b"from ada"
+
+
+async def test_without_another_socket_a_viewer_shares_the_common_one(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the process may open no more files, everything comes as it would elsewhere."""
+
+    def refuse(*_: object) -> None:
+        raise OSError(errno.EMFILE, "too many open files")
+
+    monkeypatch.setattr(udp_hub, "ViewerSocket", refuse)
+    await rig.ada.verifies()
+    rig.ada.sends(b"from ada")
+    assert await asyncio.wait_for(rig.peers[0].recv(), 1) == b"from ada"
+
+
+class Poor(Meter):
+    """The meter of somebody who has used up their time."""
+
+    def __init__(self) -> None:
+        super().__init__(Turnstile(SystemClock()), rich_meter()._guest)
+
+    is_open = False
+
+
+async def test_who_is_over_budget_is_not_even_answered(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A check costs a tenth of a millisecond: no stranger buys more of them than there is time."""
+    await rig.ada.verifies()
+    monkeypatch.setattr(rig.peers[0], "meter", Poor())
+    monkeypatch.setattr(rig.hub, "_strangers", Poor())
+    rig.ada.sends(rig.ada.check())
+    rig.bob.sends(rig.bob.check())
+    assert await rig.ada.hears(SOON_S) is None
+    assert await rig.bob.hears(SOON_S) is None
+    monkeypatch.undo()
+    await rig.bob.verifies()
+
+
 async def test_who_never_checks_is_given_up(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     """A half-open peer frees its place: connecting ends, with everything that it held."""
     monkeypatch.setattr(lite_connection, "_CONNECT_S", 0.05)
@@ -339,7 +439,7 @@ async def test_checks_that_nobody_answers_are_forgotten(
 
 async def test_a_port_in_use_is_a_sentence(rig: Rig) -> None:
     """It says which port, why, and what to do."""
-    second = UdpHub(rig.hub.port, lambda: [HERE])
+    second = UdpHub(rig.hub.port, lambda: [HERE], rich_meter())
     with pytest.raises(
         StartError, match=rf"UDP port {rig.hub.port}, .*used by another.*--udp-port"
     ):
@@ -349,13 +449,13 @@ async def test_a_port_in_use_is_a_sentence(rig: Rig) -> None:
 async def test_interfaces_that_are_not_there_are_a_sentence() -> None:
     """A misspelt name does not leave a server that nobody reaches."""
     with pytest.raises(StartError, match=r"none of the interfaces in \[network\] interfaces"):
-        await UdpHub(0, list).open()
+        await UdpHub(0, list, rich_meter()).open()
 
 
 async def test_addresses_come_and_go() -> None:
     """A machine that changes its network is served there without a restart, at the same port."""
     addresses = [HERE]
-    hub = UdpHub(0, lambda: list(addresses))
+    hub = UdpHub(0, lambda: list(addresses), rich_meter())
     await hub.open()
     port = hub.port
     addresses[:] = [HERE, ELSEWHERE]
@@ -372,12 +472,12 @@ async def test_addresses_come_and_go() -> None:
 
 async def test_ipv6_is_served_too() -> None:
     """Where the machine has it."""
-    hub = UdpHub(0, lambda: ["::1"])
+    hub = UdpHub(0, lambda: ["::1"], rich_meter())
     try:
         await hub.open()
     except StartError:
         pytest.skip("this machine has no IPv6")
-    peer = LiteConnection(hub, list, SystemClock().now_s)
+    peer = LiteConnection(hub, list, SystemClock().now_s, rich_meter())
     await peer.gather_candidates()
     browser = Browser(hub, peer, "ada")
     browser.socket.close()

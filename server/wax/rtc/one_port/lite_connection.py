@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from aioice.stun import Message
 
+    from wax.edge.turnstile import Meter
     from wax.rtc.one_port.lite_agent import Datagram
     from wax.rtc.one_port.udp_hub import UdpHub
 
@@ -22,8 +23,10 @@ _CONNECT_S: Final = 10.0
 _TICK_S: Final = 0.05
 _SLOW_TICK_S: Final = 1.0
 _MAX_WAITING: Final = 128
-"""Datagrams that DTLS has not read yet: those of the longest message, 64 KiB, and as many again. A
-flood beyond them is dropped."""
+"""Datagrams that DTLS has not read yet: those of the longest message, 64 KiB, and as many again. Of
+a flood beyond them the newest are kept: what ages is worth less."""
+_ENOUGH: Final = 16
+"""With so many the rest waits in the kernel, where this peer has a queue of its own."""
 
 
 class LiteConnection:
@@ -35,8 +38,13 @@ class LiteConnection:
     is_lite = True
 
     def __init__(
-        self, hub: UdpHub, announced: Callable[[], Sequence[str]], now_s: Callable[[], float]
+        self,
+        hub: UdpHub,
+        announced: Callable[[], Sequence[str]],
+        now_s: Callable[[], float],
+        meter: Meter,
     ) -> None:
+        self.meter = meter
         self._hub = hub
         self._announced = announced
         self._now_s = now_s
@@ -137,6 +145,8 @@ class LiteConnection:
         data = None if self._closed.is_set() else await self._queue.get()
         if data is None:
             raise ConnectionError("the connection is closed")
+        if self._queue.empty():
+            self._hub.resume(self)
         return data
 
     async def send(self, data: bytes) -> None:
@@ -174,8 +184,14 @@ class LiteConnection:
 
     def datagram(self, data: bytes, path: Path) -> None:
         # An empty one would end the peer: aiortc looks at the first byte.
-        if data and self._agent.heard(path, self._now_s()) and not self._queue.full():
+        if data and self._agent.heard(path, self._now_s()):
+            if self._queue.full():
+                self._queue.get_nowait()
             self._queue.put_nowait(data)
+
+    @property
+    def has_room(self) -> bool:
+        return self._queue.qsize() < _ENOUGH
 
     def displaced(self, path: Path) -> None:
         self._agent.refuse(path)

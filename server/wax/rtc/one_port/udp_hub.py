@@ -1,7 +1,8 @@
 """The sockets of the one port: hands each datagram to the peer that it is for.
 
 A check names its peer (STUN USERNAME, RFC 8445 7.1.2); everything else is known by the path that a
-peer has verified. What is nobody's is dropped without an answer.
+peer has verified, which then has a queue of its own where the system can do that. What is nobody's
+is dropped without an answer.
 """
 
 from __future__ import annotations
@@ -17,14 +18,17 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, cast
 
 import structlog
-from aioice.stun import COOKIE, Class, Message, parse_message
+from aioice.stun import COOKIE, Message, parse_message
 
 from wax.errors import StartError
 from wax.rtc.egress import runs
 from wax.rtc.one_port.lite_agent import Path
+from wax.rtc.one_port.viewer_socket import CAN_CONNECT, ViewerSocket
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+
+    from wax.edge.turnstile import Meter
 
 _LOG = structlog.get_logger(__name__)
 
@@ -38,6 +42,8 @@ _BATCH_S: Final = 0.001
 """Datagrams are read for this long at once. asyncio alone reads one each time round its loop, so
 that what somebody floods us with would delay everybody behind it; junk costs a few microseconds."""
 _LONGEST_BYTES: Final = 65_536
+_STUN_HEADER_BYTES: Final = 20
+_USERNAME: Final = 0x0006
 _TRIES: Final = 5
 """For a port that is free on all addresses, where any will do."""
 
@@ -53,6 +59,16 @@ _REFUSALS: Final = {errno.EINVAL, errno.EIO, errno.EMSGSIZE, errno.EOPNOTSUPP, e
 
 class HubPeer(Protocol):
     """A peer of the hub's; none of these may raise."""
+
+    @property
+    def meter(self) -> Meter:
+        """What is charged for the checks that come by a verified path."""
+        ...
+
+    @property
+    def has_room(self) -> bool:
+        """Whether it can take another datagram; if not, it calls `UdpHub.resume` later."""
+        ...
 
     def stun(self, message: Message, path: Path) -> None: ...
 
@@ -74,12 +90,14 @@ class UdpHub:
     """One socket for each local address, all with the same port.
 
     `addresses` returns those of this machine, which may come and go. Port 0 is any free one.
+    `strangers` is charged for checks that come by a path that nobody has verified.
     """
 
-    def __init__(self, port: int, addresses: Callable[[], list[str]]) -> None:
+    def __init__(self, port: int, addresses: Callable[[], list[str]], strangers: Meter) -> None:
         self.port = port
         self._is_any = port == 0
         self._find = addresses
+        self._strangers = strangers
         self._next = 0
         self._sockets: dict[int, _Bound] = {}
         self._numbers: dict[str, int] = {}
@@ -87,6 +105,9 @@ class UdpHub:
         self._opening = asyncio.Lock()
         self._peers: dict[str, HubPeer] = {}
         self._paths: dict[Path, HubPeer] = {}
+        self._queues: dict[Path, ViewerSocket] = {}
+        self._full: set[Path] = set()
+        self._can_connect = CAN_CONNECT
         self._asked: dict[bytes, HubPeer] = {}
 
     async def open(self) -> None:
@@ -108,7 +129,10 @@ class UdpHub:
         async with self._opening:
             wanted = self._find()
             for address in self._numbers.keys() - set(wanted):
-                self._sockets.pop(self._numbers.pop(address)).transport.close()
+                number = self._numbers.pop(address)
+                self._sockets.pop(number).transport.close()
+                for path in [path for path in self._queues if path.socket == number]:
+                    self._close_queue(path)
             for address in wanted:
                 if address not in self._numbers:
                     await self._bind(address)
@@ -150,7 +174,8 @@ class UdpHub:
         """Forget a peer and its paths."""
         if self._peers.get(username) is peer:
             del self._peers[username]
-        self._paths = {path: one for path, one in self._paths.items() if one is not peer}
+        for path in [path for path, one in self._paths.items() if one is peer]:
+            self.give_up(path, peer)
         self._asked = {number: one for number, one in self._asked.items() if one is not peer}
 
     def claim(self, path: Path, peer: HubPeer) -> None:
@@ -163,11 +188,36 @@ class UdpHub:
         self._paths[path] = peer
         if old is not None and old is not peer:
             old.displaced(path)
+        self._open_queue(path)
 
     def give_up(self, path: Path, peer: HubPeer) -> None:
         """End a claim."""
         if self._paths.get(path) is peer:
             del self._paths[path]
+            self._close_queue(path)
+
+    def resume(self, peer: HubPeer) -> None:
+        """Go on reading what comes for a peer that has room again; cheap where that is nothing."""
+        for path in [path for path in self._full if self._paths.get(path) is peer]:
+            self._full.discard(path)
+            self._queues[path].resume()
+
+    def _open_queue(self, path: Path) -> None:
+        if not self._can_connect or path in self._queues or path.socket not in self._sockets:
+            return
+
+        def take(data: bytes, host: str, port: int) -> bool:
+            self.received(path.socket, data, host, port)
+            peer = self._paths.get(path)
+            if peer is None or peer.has_room:
+                return True
+            self._full.add(path)
+            return False
+
+        try:
+            self._queues[path] = ViewerSocket(path, self._sockets[path.socket].bound, take)
+        except OSError as error:  # such as too many open files: then it stays in the shared queue
+            _LOG.warning("a viewer shares the queue of everybody", why=_reason(error))
 
     def expect(self, transaction: bytes, peer: HubPeer) -> None:
         """Hand the answer to this check to a peer."""
@@ -210,8 +260,15 @@ class UdpHub:
             index, at = index + count, end
         return segmented
 
+    def _close_queue(self, path: Path) -> None:
+        self._full.discard(path)
+        if path in self._queues:
+            self._queues.pop(path).close()
+
     def close(self) -> None:
         """Close every socket; safe to call twice."""
+        for path in list(self._queues):
+            self._close_queue(path)
         for bound in self._sockets.values():
             bound.transport.close()
         self._sockets.clear()
@@ -222,25 +279,34 @@ class UdpHub:
         if not data:  # aiortc would end the peer over its missing first byte
             return
         path = Path(number, host, port)
+        peer = self._paths.get(path)
         if data[4:8] == _COOKIE and data[0] < 4:
-            self._stun(data, path)
-        elif (peer := self._paths.get(path)) is not None:
+            self._stun(data, path, self._strangers if peer is None else peer.meter)
+        elif peer is not None:
             peer.datagram(data, path)
 
-    def _stun(self, data: bytes, path: Path) -> None:
-        if len(data) > _MAX_STUN_BYTES:
+    def _stun(self, data: bytes, path: Path, meter: Meter) -> None:
+        """Hand a check, or the answer to one, to its peer; parse nobody's."""
+        is_request = not (data[0] & 1 or data[1] & 16)
+        peer = self._peers.get(_ufrag(data)) if is_request else self._asked.get(data[8:20])
+        if peer is None or len(data) > _MAX_STUN_BYTES or not meter.is_open:
             return
-        try:
-            message = parse_message(data)
-        except (ValueError, struct.error):  # ValueError includes bad UTF-8
-            return
-        if message.message_class == Class.REQUEST:
-            username = str(message.attributes.get("USERNAME", ""))
-            peer = self._peers.get(username.partition(":")[0])
-        else:
-            peer = self._asked.get(message.transaction_id)
-        if peer is not None:
-            peer.stun(message, path)
+        began_s = time.thread_time()
+        with suppress(ValueError, struct.error):  # ValueError includes bad UTF-8
+            peer.stun(parse_message(data), path)
+        meter.charge(began_s)
+
+
+def _ufrag(data: bytes) -> str:
+    """Return for whom a check is (RFC 8445, 7.2.2), empty if it does not say."""
+    at = _STUN_HEADER_BYTES
+    while at + 4 <= len(data):
+        kind, size = struct.unpack_from("!HH", data, at)
+        if kind == _USERNAME:
+            username = data[at + 4 : at + 4 + size]
+            return username.partition(b":")[0].decode("ascii", errors="replace")
+        at += 4 + size + -size % 4
+    return ""
 
 
 class _Socket(asyncio.DatagramProtocol):

@@ -1,0 +1,1 @@
+"""What strangers' bytes may cost: charged where they become work, before they are parsed."""

@@ -1,0 +1,96 @@
+"""The turnstile: what strangers do fits into two milliseconds of each pass of the event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from typing import TYPE_CHECKING
+
+import pytest
+from tests.turned_clock import TurnedClock
+
+from wax.edge.budget import Budget, Rates
+from wax.edge.turnstile import Meter, Turnstile
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.edge.budget import Payer
+
+    Work = Callable[[float], None]
+
+
+@pytest.fixture
+def work(monkeypatch: pytest.MonkeyPatch) -> Work:
+    """Let this thread have worked for so many seconds more."""
+    worked = [0.0]
+    monkeypatch.setattr(time, "thread_time", lambda: worked[0])
+
+    def work(for_s: float) -> None:
+        worked[0] += for_s
+
+    return work
+
+
+def payer(committed: float = 1.0) -> Payer:
+    return Budget(Rates(committed, 10 * committed, 0.0, 0.0)).payer("")
+
+
+async def test_what_does_not_fit_waits_for_the_next_pass(work: Work) -> None:
+    """Forty strangers with a millisecond each are two in a pass, and the others in the next."""
+    turnstile = Turnstile(TurnedClock())
+    passes: list[int] = []
+    now = 0
+
+    async def stranger() -> None:
+        await turnstile.enter(account)
+        began_s = time.thread_time()
+        passes.append(now)
+        work(0.001)
+        turnstile.charge(account, began_s)
+
+    account = payer()
+    tasks = [asyncio.create_task(stranger()) for _ in range(40)]
+    while not all(task.done() for task in tasks):
+        now += 1
+        await asyncio.sleep(0)
+    assert max(passes.count(one) for one in passes) <= 3
+    assert len(passes) == 40
+
+
+async def test_whoever_is_trusted_waits_for_nobody(work: Work) -> None:
+    """The operator's commands pass while strangers have used up the pass and their accounts."""
+    turnstile = Turnstile(TurnedClock())
+    is_trusted = False
+    meter = Meter(turnstile, payer(0.001), payer(), lambda: is_trusted)
+    began_s = time.thread_time()
+    work(0.1)
+    meter.charge(began_s)
+    assert not meter.is_open
+    is_trusted = True
+    assert meter.is_open
+    await asyncio.wait_for(meter.enter(), 1)
+
+
+async def test_even_a_trusted_peer_has_a_bound(work: Work) -> None:
+    """An operator who floods must leave room for somebody else's Stop."""
+    meter = Meter(Turnstile(TurnedClock()), payer(), payer(0.3), lambda: True)
+    began_s = time.thread_time()
+    work(4.0)
+    meter.charge(began_s)
+    assert not meter.is_open
+
+
+async def test_a_debt_keeps_out_until_it_is_paid(work: Work) -> None:
+    """By the clock, however often the loop comes round."""
+    clock = TurnedClock()
+    turnstile = Turnstile(clock)
+    meter = Meter(turnstile, payer(0.01))
+    began_s = time.thread_time()
+    work(0.105)
+    meter.charge(began_s)
+    await asyncio.sleep(0)
+    await asyncio.sleep(0)
+    assert not meter.is_open
+    clock.time_s += 0.6
+    assert meter.is_open
