@@ -6,6 +6,7 @@ import asyncio
 import re
 import time
 
+import aioice
 import aioice.candidate
 import aioice.ice
 import aioice.stun
@@ -28,6 +29,7 @@ from aiortc.rtcrtptransceiver import RTCRtpTransceiver
 from tests.rtc.networks import rich_meter
 
 from wax.clock import SystemClock
+from wax.edge.turnstile import Meter
 from wax.errors import StartError
 from wax.rtc import private, rtp
 from wax.rtc.one_port.lite_connection import LiteConnection
@@ -45,6 +47,7 @@ def test_all_private_parts_are_there() -> None:
         (aioice.ice, "CONSENT_FAILURES"),
         (aioice.ice, "get_host_addresses"),
         (aioice.ice.Connection, "data_received"),
+        (aioice.ice.StunProtocol, "datagram_received"),
         (aioice.stun, "parse_message"),
         (aiortc.rtp, "unpack_remb_fci"),
         (aioice.stun, "COOKIE"),
@@ -87,11 +90,13 @@ def test_a_part_that_moved_is_named(
         (RTCRtpSender, "__init__", "_rtx_ssrc"),
         (RTCRtpSender, "replaceTrack", "_track_id"),
         (RTCIceGatherer, "__init__", "_connection"),
+        (RTCIceTransport, "__init__", "_recv"),
         (RTCIceTransport, "__init__", "_send"),
         (RTCIceTransport, "__init__", "_connection"),
         (RTCDtlsTransport, "__init__", "_state"),
         (RTCDtlsTransport, "__init__", "_tx_srtp"),
         (aioice.ice.Connection, "__init__", "_nominated"),
+        (aioice.ice.Connection, "__init__", "_queue"),
         (pylibsrtp.Session, "__init__", "_srtp"),
         (RTCSctpTransport, "__init__", "_data_channels"),
         (RTCSctpTransport, "__init__", "_inbound_streams"),
@@ -270,4 +275,35 @@ async def test_what_a_datagram_costs_is_charged_before_the_next(
     assert datagrams == [b"second"]
     gate.set()
     assert await second == b"second"
+    await pc.close()
+
+
+async def test_a_flood_of_full_ice_waits_in_bounds_and_its_checks_are_charged(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of what aiortc has not read the newest is kept; over budget, no check is answered."""
+    private.install()
+    meter = rich_meter()
+    pc = RTCPeerConnection()
+    ice = pc.addTransceiver("video").receiver.transport.transport
+    private.meter_receiving(pc, meter)
+    protocol = aioice.ice.StunProtocol(ice._connection)
+    protocol.local_candidate = aioice.Candidate("1", 1, "udp", 1, "192.0.2.1", 9, "host")
+    for number in range(1000):
+        protocol.datagram_received(b"%d" % number, ("192.0.2.2", 9))
+    assert ice._connection._queue.qsize() == 128
+    assert ice._connection._queue.get_nowait() == (b"872", 1)
+
+    asked: list[bytes] = []
+    monkeypatch.setattr(
+        ice._connection, "request_received", lambda message, *_: asked.append(bytes(message))
+    )
+    check = bytes(aioice.stun.Message(aioice.stun.Method.BINDING, aioice.stun.Class.REQUEST))
+    charged: list[float] = []
+    monkeypatch.setattr(meter, "charge", charged.append)
+    protocol.datagram_received(check, ("192.0.2.2", 9))
+    monkeypatch.setattr(Meter, "is_open", False)
+    protocol.datagram_received(check, ("192.0.2.2", 9))
+    assert asked == [check]
+    assert len(charged) == 1
     await pc.close()

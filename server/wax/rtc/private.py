@@ -67,6 +67,9 @@ _BURST: Final = 4
 _BURST_S: Final = 0.05
 """This many packets within this time belong to one message, whose sender may be waiting for the
 acknowledgement. Set-points are further apart."""
+_MAX_WAITING: Final = 128
+"""Datagrams that aiortc has not read yet, as on the one port."""
+_COOKIE: Final = aioice.stun.COOKIE.to_bytes(4, "big")
 _MAX_WAITING_BYTES: Final = 65_536
 _MAX_FRAGMENTS: Final = 64
 """Fragments of incomplete messages: those of the longest message, 64 KiB, and a few more."""
@@ -108,7 +111,11 @@ def check() -> None:
                 "aioice.ice.Connection.data_received",
                 hasattr(aioice.ice.Connection, "data_received"),
             ),
-            ("aioice.stun.parse_message", hasattr(aioice.stun, "parse_message")),
+            ("aioice.ice.Connection._queue", sets(aioice.ice.Connection, "_queue")),
+            (
+                "aioice.ice.StunProtocol.datagram_received",
+                "datagram_received" in vars(aioice.ice.StunProtocol),
+            ),
             ("aiortc.rtp.unpack_remb_fci", hasattr(aiortc.rtp, "unpack_remb_fci")),
             (
                 "RTCPeerConnection.__pendingRemoteDescription",
@@ -185,6 +192,7 @@ def install() -> None:
     aioice.ice.CONSENT_FAILURES = _FOR_EVER
     aioice.ice.get_host_addresses = _host_addresses
     aioice.ice.Connection.data_received = _data_received  # type: ignore[assignment,method-assign]
+    cast("Any", aioice.ice.StunProtocol).datagram_received = _datagram_received
     aioice.stun.parse_message = _parsed_stun
     aiortc.rtp.unpack_remb_fci = _unpacked_remb
     cast("Any", rtcicetransport).Connection = _connection
@@ -257,15 +265,35 @@ _found_addresses = aioice.ice.get_host_addresses
 
 
 def _data_received(connection: aioice.ice.Connection, data: bytes, component: int) -> None:
-    """Ignore empty datagrams: aiortc looks at the first byte, and a peer that has none ends.
+    """Keep so many that wait, the newest, where aioice keeps all; and ignore empty datagrams.
 
-    Anybody may send one to a port of ours, no matter who is connected to it.
+    aiortc looks at the first byte, and a peer that has none ends. Anybody may send one to a port of
+    ours, no matter who is connected to it.
     """
-    if data:
-        _take_data(connection, data, component)
+    if not data:
+        return
+    if connection._queue.qsize() >= _MAX_WAITING:
+        connection._queue.get_nowait()
+    _take_data(connection, data, component)
 
 
 _take_data = aioice.ice.Connection.data_received
+
+
+def _datagram_received(
+    protocol: aioice.ice.StunProtocol, data: bytes, address: tuple[Any, ...]
+) -> None:
+    """Charge the peer for checks, which aioice answers at once; all else is charged when read."""
+    meter: Meter | None = getattr(protocol.receiver, "meter", None)
+    if meter is None or data[4:8] != _COOKIE:
+        _take_datagram(protocol, data, address)
+    elif meter.is_open:
+        began_s = time.thread_time()
+        _take_datagram(protocol, data, address)
+        meter.charge(began_s)
+
+
+_take_datagram = aioice.ice.StunProtocol.datagram_received
 
 
 def _parsed_stun(data: bytes) -> aioice.stun.Message:
@@ -559,6 +587,7 @@ def meter_receiving(pc: RTCPeerConnection, meter: Meter) -> None:
 
 
 def _meter(ice: RTCIceTransport, meter: Meter) -> None:
+    cast("Any", ice._connection).meter = meter
     receive = ice._recv
     began_s: float | None = None
 
