@@ -7,9 +7,11 @@ import signal
 import sqlite3
 import subprocess
 import sys
+import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager
+from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -305,6 +307,26 @@ def test_what_does_not_fit_is_counted(path: Path, monkeypatch: pytest.MonkeyPatc
         dropped = records.dropped
         records.keep_ban(Ban("troll", "", 1e9))
         assert records.dropped == dropped
+
+
+def test_what_is_on_its_way_is_counted(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the writer was just told of, and has not written, still waits."""
+    path.mkdir()
+    told, goes_on = threading.Event(), threading.Event()
+
+    class Held(SimpleQueue[Any]):
+        def get(self, block: bool = True, timeout: float | None = None) -> Any:
+            found = super().get(block, timeout)
+            told.set()
+            goes_on.wait(5.0)
+            return found
+
+    monkeypatch.setattr(writer, "SimpleQueue", Held)
+    with writing(path) as records:
+        assert told.wait(5.0)
+        waiting = records.waiting
+        goes_on.set()
+    assert waiting == 2  # what each start closes: visits, and turns
 
 
 _FULL = """

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import sqlite3
 import threading
+from collections import deque
 from contextlib import closing
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Final
@@ -45,9 +46,10 @@ class RecordWriter:
         self._path = path
         self._keep_ms = int(keep_days * _DAY_MS)
         self._clock = clock
+        # It leaves here when it is in the file: on its way it is counted, too.
+        self._statements: deque[Statement] = deque()
         # Unlike `Queue`, `put` is reentrant: a garbage-collected object may end a session.
-        self._queue: SimpleQueue[Statement | None] = SimpleQueue()
-        self._waiting: list[Statement] = []  # the thread's
+        self._news: SimpleQueue[bool] = SimpleQueue()
         self._is_over = False
         self._pruned_s = -math.inf
         self._logged_s = -math.inf
@@ -59,7 +61,7 @@ class RecordWriter:
     @property
     def waiting(self) -> int:
         """How much is not written yet."""
-        return self._queue.qsize() + len(self._waiting)
+        return len(self._statements)
 
     def start(self) -> None:
         self._thread.start()
@@ -70,12 +72,13 @@ class RecordWriter:
         While the file cannot be written, twice as many that are `lasting` may wait.
         """
         if self.waiting < MAX_WAITING * (2 if lasting else 1):
-            self._queue.put((sql, values))
+            self._statements.append((sql, values))
+            self._news.put(True)
         else:
             self.dropped += 1
 
     def request_stop(self) -> None:
-        self._queue.put(None)
+        self._news.put(False)
 
     def stop(self, within_s: float = 1.0) -> None:
         """Write what waits, and end; gives up after `within_s`."""
@@ -93,7 +96,7 @@ class RecordWriter:
                     continue
                 self._failed(error)
             if self._is_over:
-                self.dropped += len(self._waiting)
+                self.dropped += self.waiting
                 return None
             self._gather(RETRY_S, RETRY_S)
 
@@ -108,15 +111,17 @@ class RecordWriter:
             self._gather(_PRUNE_S, GATHER_S)
 
     def _write(self, file: sqlite3.Connection) -> None:
-        if not self._waiting:
+        batch = list(self._statements)
+        if not batch:
             return
         with schema.transaction(file):
-            for sql, values in self._waiting:
+            for sql, values in batch:
                 try:
                     file.execute(sql, values)
                 except (sqlite3.IntegrityError, ValueError, OverflowError) as error:
                     self._refused(error)
-        self._waiting.clear()
+        for _ in batch:
+            self._statements.popleft()
         if self._is_failing:
             self._is_failing = False
             _LOG.info("records are written again", dropped=self.dropped)
@@ -127,13 +132,12 @@ class RecordWriter:
         has_first = False
         while not self._is_over:
             try:
-                statement = self._queue.get(timeout=max(0.0, deadline_s - self._clock.now_s()))
+                goes_on = self._news.get(timeout=max(0.0, deadline_s - self._clock.now_s()))
             except Empty:
                 return
-            if statement is None:
+            if not goes_on:
                 self._is_over = True
                 return
-            self._waiting.append(statement)
             if not has_first:
                 has_first = True
                 deadline_s = min(deadline_s, self._clock.now_s() + more_s)
