@@ -39,7 +39,9 @@ def checked_url(text: str) -> str:
 def page(url: str) -> Verdict:
     """Open the page."""
     try:
-        with urllib.request.urlopen(url, timeout=_ANSWER_S) as answer:
+        # Since Python 3.12 the opener keeps the context of the first request, unless given one.
+        context = ssl.create_default_context()
+        with urllib.request.urlopen(url, timeout=_ANSWER_S, context=context) as answer:
             text = answer.read(10_000).decode(errors="replace")
     except urllib.error.HTTPError as error:
         return bad(
