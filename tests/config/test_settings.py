@@ -445,6 +445,9 @@ def test_a_speed_byte_can_be_left_out(tmp_path: Path) -> None:
         (lambda file: file.write_text("a = 1\na = 2"), "is not valid TOML: "),
         (lambda file: file.write_text(f"a = 1{'0' * 5000}"), "is not valid TOML: "),
         (lambda file: file.write_text(f"a = {'[' * 5000}"), "is not valid TOML: "),
+        (lambda file: file.write_text(f"a = {'[' * 17}{']' * 17}"), "is nested more than 16 "),
+        (lambda file: file.write_text(f"video.source{'.a' * 15} = 1"), "is nested more than 16 "),
+        (lambda file: file.write_text(f"[video.source{'.a' * 2000}]"), "is nested more than 16 "),
     ],
 )
 def test_a_file_that_is_none_is_refused(

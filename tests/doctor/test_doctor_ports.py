@@ -72,7 +72,11 @@ def test_a_port_that_changes_cannot_be_forwarded(network: MakeNetwork) -> None:
 
 
 @pytest.mark.parametrize(
-    ("body", "is_ours"), [('{"ok": true}', True), ('{"ok": 1}', False), ("[]", False), ("", False)]
+    ("body", "is_ours"),
+    [
+        *(('{"ok": true}', True), ('{"ok": 1}', False)),
+        *(("[]", False), ("", False), ("[" * 1000, False)),
+    ],
 )
 async def test_only_our_own_server_may_have_it(
     network: MakeNetwork, body: str, *, is_ours: bool

@@ -107,11 +107,14 @@ async def test_what_is_no_server_of_ours_is_told() -> None:
 
     application = web.Application()
     application.router.add_get("/", hello)
+    application.router.add_post("/greets/api/offer", hello)
     async with TestServer(application) as server:
         other = await asyncio.to_thread(reach.page, f"http://127.0.0.1:{server.port}")
         missing = await asyncio.to_thread(reach.page, f"http://127.0.0.1:{server.port}/none")
         refused = await asyncio.to_thread(reach.viewer, f"http://127.0.0.1:{server.port}")
+        greeted = await asyncio.to_thread(reach.viewer, f"http://127.0.0.1:{server.port}/greets")
     assert (other.level, missing.level, refused.level) == ("warning", "bad", "bad")
+    assert (greeted.level, "not one of WAX" in greeted.sentence) == ("bad", True)
     assert "404" in missing.sentence
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, Self
 
 import aiohttp
 from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription
+from pydantic_core import from_json
 
 from wax.client.clock import ServerClock
 from wax.client.media import Media
@@ -210,7 +211,12 @@ class Client:
             await asyncio.sleep(random.uniform(*_AGAIN_S))
         if response.status != 200:
             raise SignallingError(f"{self._url}{path}: {response.status} {text[:200]}")
-        answer: dict[str, Any] = json.loads(text)
+        try:
+            answer = from_json(text)
+        except ValueError:
+            answer = None
+        if not isinstance(answer, dict):
+            raise SignallingError(f"{self._url}{path}: the answer is not one of WAX")
         return answer
 
     def ping(self) -> int:

@@ -383,6 +383,9 @@ class VoiceSettings(_Section):
     retry_s: Annotated[float, Field(ge=0.1, le=60)] = 1.0
 
 
+_MOST_LEVELS: Final = 16
+"""Twice as many as there are."""
+
 _MediaUnitMs = Literal[10, 20, 40, 60, 120]
 _HoldbackMs = Annotated[float, Field(ge=0, le=2000)]
 _SkewMs = Annotated[float, Field(ge=0, le=500)]
@@ -704,7 +707,22 @@ def load(path: Path | None) -> Settings:
         raise ConfigError(f"{path}: is not UTF-8 text; is it the right file?") from error
     except (ValueError, RecursionError) as error:  # also for huge numbers and deep nesting
         raise ConfigError(f"{path}: is not valid TOML: {error}") from error
+    if _is_deep(tree):  # dotted keys nest without the parser's recursion
+        raise ConfigError(f"{path}: is nested more than {_MOST_LEVELS} levels deep")
     return parse(tree, str(path))
+
+
+def _is_deep(tree: object) -> bool:
+    """Whether it has more levels than ours; how many Python writes out is up to its version."""
+    level: list[Any] = [tree]
+    for _ in range(_MOST_LEVELS):
+        level = [
+            inner
+            for one in level
+            for inner in (one.values() if isinstance(one, dict) else one)
+            if isinstance(inner, dict | list)
+        ]
+    return bool(level)
 
 
 def parse(tree: dict[str, Any], name: str) -> Settings:

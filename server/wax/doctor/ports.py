@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import errno
-import json
 import socket
 import ssl
 import urllib.request
 from typing import TYPE_CHECKING, Any, Final
+
+from pydantic_core import from_json
 
 from wax.doctor.verdict import Verdict, bad, ok, warning
 
@@ -38,7 +39,7 @@ def is_running(network: Network) -> bool:
     )
     try:
         with opener.open(url, timeout=_ANSWER_S) as answer:
-            return json.loads(answer.read(1000)).get("ok") is True
+            return from_json(answer.read(1000)).get("ok") is True
     except (OSError, ValueError, AttributeError):
         return False
 

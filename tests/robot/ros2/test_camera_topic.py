@@ -92,6 +92,7 @@ def test_compressed_pictures_are_decoded() -> None:
         (SimpleNamespace(format="jpeg", data=b""), "jpeg"),
         (SimpleNamespace(format="jpeg", data=None), "no picture"),
         (SimpleNamespace(data=b""), "no picture"),
+        (SimpleNamespace(format=["png"], data=b"no png"), "no picture"),
     ],
 )
 def test_what_is_no_picture_says_its_form(message: Any, what: str) -> None:

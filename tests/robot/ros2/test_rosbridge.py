@@ -314,7 +314,20 @@ def test_commands_are_as_the_protocol_has_them() -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "7", "[]", "null", '"op"', "{}", '{"op": 7}', '{"op": "publish"}', "[" * 100_000]
+    "text",
+    [
+        "",
+        "7",
+        "[]",
+        "null",
+        '"op"',
+        "{}",
+        '{"op": 7}',
+        '{"op": "publish"}',
+        "[" * 100_000,
+        '{"op": "publish", "topic": ["/odom"]}',
+        '{"op": "status", "level": "error", "msg": [[7]]}',
+    ],
 )
 def test_what_is_no_message_says_nothing(text: str) -> None:
     """What a server says beside the protocol is refused or means nothing."""
@@ -323,3 +336,17 @@ def test_what_is_no_message_says_nothing(text: str) -> None:
     except ValueError:
         return
     assert heard is None or heard == protocol.Published("", None)
+
+
+def _nested(levels: int) -> str:
+    """Return a message of so many levels, whose words look like more."""
+    inside = r'"[[\"{{", ' * 50 + "[0]" + ", [1]" * 50
+    return f'{{"op": "publish", "msg": {"[" * (levels - 2)}{inside}{"]" * (levels - 2)}}}'
+
+
+def test_levels_are_bounded_by_us() -> None:
+    """A message of 32 levels is read; a deeper one is refused, however many Python would read."""
+    assert isinstance(protocol.read(_nested(protocol.MOST_LEVELS)), protocol.Published)
+    for levels in (protocol.MOST_LEVELS + 1, 300, 5000):
+        with pytest.raises(ValueError, match="levels"):
+            protocol.read(_nested(levels))

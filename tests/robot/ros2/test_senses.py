@@ -174,14 +174,21 @@ def test_what_is_no_message_is_counted() -> None:
     assert senses.invalid == 1
 
 
-def test_an_octet_of_nothing_and_words_without_end_are_counted() -> None:
-    """Neither a level of no octet nor a message of a thousand levels raises."""
-    deep: Any = SimpleNamespace()
-    for _ in range(5000):
-        deep = SimpleNamespace(inner=deep)
+@pytest.mark.parametrize("levels", [1, 100, 5000])
+@pytest.mark.parametrize("where", ["name", "message"])
+def test_words_that_are_a_tree_are_counted(levels: int, where: str) -> None:
+    """What is no text is no message, however deep, and is never written out."""
+    tree: Any = SimpleNamespace()
+    for _ in range(levels):
+        tree = SimpleNamespace(inner=tree)
+    error = SimpleNamespace(**{"level": 2, "name": "motors", "message": "hot", where: tree})
+    senses = Senses()
+    senses.hear("diagnostics", SimpleNamespace(status=[error]), 1.0)
+    assert (senses.fault(1.0), senses.invalid) == (None, 1)
+
+
+def test_an_octet_of_nothing_is_counted() -> None:
+    """A level of no octet does not raise."""
     senses = Senses()
     senses.hear("diagnostics", status(""), 1.0)
-    error = SimpleNamespace(level=2, name="motors", message=deep)
-    senses.hear("diagnostics", SimpleNamespace(status=[error]), 1.0)
-    assert senses.fault(1.0) is None
-    assert senses.invalid == 2
+    assert (senses.fault(1.0), senses.invalid) == (None, 1)

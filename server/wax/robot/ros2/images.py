@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 import cv2
 import numpy as np
 
+from wax.robot.ros2 import members
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -35,7 +37,7 @@ def to_bgr(message: Any) -> NDArray[np.uint8]:
         data = _octets(message.data)
         if hasattr(message, "encoding"):
             return _raw(message, data)
-        return _compressed(str(message.format), data)
+        return _compressed(members.text(message.format), data)
     except (AttributeError, TypeError, OverflowError, cv2.error) as error:
         raise ValueError("no picture") from error
 
@@ -45,15 +47,9 @@ def _octets(data: Any) -> NDArray[np.uint8]:
     return np.frombuffer(base64.b64decode(data) if isinstance(data, str) else data, np.uint8)
 
 
-def _whole(number: object) -> int:
-    if not isinstance(number, int):
-        raise TypeError("no whole number")
-    return number
-
-
 def _raw(message: Any, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    form = str(message.encoding)[:_MAX_WORDS]
-    height, width, step = (_whole(n) for n in (message.height, message.width, message.step))
+    form = members.text(message.encoding)[:_MAX_WORDS]
+    height, width, step = (members.whole(n) for n in (message.height, message.width, message.step))
     if form not in _FORMS:
         raise ValueError(form)
     size, conversion = _FORMS[form]

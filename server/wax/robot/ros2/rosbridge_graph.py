@@ -46,7 +46,8 @@ class RosbridgeGraph:
             self._answers[name] = answer.values, now_s
 
     def traffic(self, now_s: float) -> Traffic:
-        kind = str(getattr(self._newest("topic_type", now_s), "type", ""))
+        kind = getattr(self._newest("topic_type", now_s), "type", "")
+        kind = kind if isinstance(kind, str) else ""
         takers = self._nodes("subscribers", kind, now_s)
         givers = self._nodes("publishers", kind, now_s)
         if givers is not None:

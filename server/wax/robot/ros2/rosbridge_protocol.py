@@ -6,9 +6,13 @@ https://github.com/RobotWebTools/rosbridge_suite/blob/ros2/ROSBRIDGE_PROTOCOL.md
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import dataclass
+from itertools import accumulate
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final
+
+from wax.robot.ros2 import members
 
 if TYPE_CHECKING:
     from wax.driver.interface import Twist
@@ -39,7 +43,12 @@ class Answer:
 
 Heard = Published | Complaint | Answer
 
+MOST_LEVELS: Final = 32
+"""Messages of ROS 2 have under ten."""
 _MAX_WORDS: Final = 200
+_PIECES: Final = re.compile(r'"[^"\\]*+(?:\\.[^"\\]*+)*+"?|[\[\]{}]', re.DOTALL)
+"""Strings, whole, and what begins or ends a level."""
+_STEP: Final = {"[": 1, "{": 1, "]": -1, "}": -1}
 
 
 def advertise(topic: str, type_name: str) -> str:
@@ -80,18 +89,31 @@ def publish(topic: str, twist: Twist, *, stamp: tuple[int, str] | None = None) -
 
 def read(text: str) -> Heard | None:
     """Return what the server says, None for what does not concern us; raises `ValueError`."""
+    if _is_deep(text):
+        raise ValueError(f"a message of more than {MOST_LEVELS} levels")
     try:
-        found = json.loads(text, object_hook=lambda members: SimpleNamespace(**members))
-    except (RecursionError, TypeError) as error:
+        return _heard(json.loads(text, object_hook=lambda found: SimpleNamespace(**found)))
+    except TypeError as error:
         raise ValueError("this is no message of rosbridge") from error
+
+
+def _heard(found: object) -> Heard | None:
     match getattr(found, "op", None):
         case "publish":
-            return Published(str(getattr(found, "topic", "")), getattr(found, "msg", None))
+            topic = members.text(getattr(found, "topic", ""))
+            return Published(topic, getattr(found, "msg", None))
         case "service_response":
             done = getattr(found, "result", False) is True
-            return Answer(
-                str(getattr(found, "id", "")), getattr(found, "values", None) if done else None
-            )
+            number = members.text(getattr(found, "id", ""))
+            return Answer(number, getattr(found, "values", None) if done else None)
         case "status" if getattr(found, "level", "") == "error":
-            return Complaint(str(getattr(found, "msg", ""))[:_MAX_WORDS])
+            return Complaint(members.text(getattr(found, "msg", ""))[:_MAX_WORDS])
     return None
+
+
+def _is_deep(text: str) -> bool:
+    """Whether it has more levels than any message; how many Python reads is up to its version."""
+    if text.count("[") + text.count("{") <= MOST_LEVELS:
+        return False
+    levels = accumulate(_STEP.get(piece, 0) for piece in _PIECES.findall(text))
+    return max(levels, default=0) > MOST_LEVELS

@@ -10,6 +10,7 @@ import math
 from typing import TYPE_CHECKING, Any, Final
 
 from wax.driver.interface import Pose
+from wax.robot.ros2 import members
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -25,10 +26,8 @@ _ERROR: Final = 2
 _BUMP: Final = 1
 _MAX_WORDS: Final = 200
 _MAX_STATUSES: Final = 256
-_NO_MESSAGE: Final = (
-    *(AttributeError, TypeError, ValueError, OverflowError),
-    *(IndexError, RecursionError),  # an empty octet; words that are a deep tree
-)
+_NO_MESSAGE: Final = (AttributeError, TypeError, ValueError, OverflowError, IndexError)
+"""What reading one raises; `IndexError` is for an octet of nothing."""
 
 
 class Senses:
@@ -97,9 +96,9 @@ class Senses:
             name: told for name, told in self._faults.items() if now_s - told[1] < FAULT_S
         }
         for status in message.status[:_MAX_STATUSES]:
-            name = str(status.name)
+            name = members.text(status.name)
             if _octet(status.level) == _ERROR and len(self._faults) < _MAX_STATUSES:
-                said = f"{name}: {status.message}"[:_MAX_WORDS]
+                said = f"{name}: {members.text(status.message)}"[:_MAX_WORDS]
                 self._faults[name] = (said, now_s)
             else:
                 self._faults.pop(name, None)
