@@ -120,6 +120,7 @@ it("tells what is heard when, by the device's own time", async () => {
 
 it.each([
   ["the decoder", () => FakeWorker.last.says({ failed: "EncodingError" }), /EncodingError/],
+  ["the silent decoder", () => FakeWorker.last.says("silent"), /decoder returns nothing/],
   ["the worklet", () => FakeNode.last.onprocessorerror?.(), /player has failed/],
   ["the device", () => vi.advanceTimersByTime(300), /device has stopped/],
 ])("gives the sound back within 300 ms when %s fails", async (_, fail, why) => {

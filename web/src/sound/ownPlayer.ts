@@ -97,7 +97,11 @@ export class OwnPlayer {
           this.#worker = worker;
           resolve(true);
         } else {
-          this.#fail(t("sound.no_decoder", { error: data.failed }));
+          this.#fail(
+            data === "silent"
+              ? t("sound.decoder_silent")
+              : t("sound.no_decoder", { error: data.failed }),
+          );
         }
       };
     });

@@ -16,7 +16,7 @@ export type ToWorker =
   | { redundancy: number | null }
   | { worklet: MessagePort };
 /** To the page. */
-export type FromWorker = "ready" | { failed: string };
+export type FromWorker = "ready" | "silent" | { failed: string };
 /** To the worklet, the left ear first; null when another sender begins. */
 export type Decoded = { rtp: number; channels: Float32Array[] } | null;
 
@@ -41,11 +41,15 @@ let worklet: MessagePort | null = null;
 /** Of the newest peer that has sent something: only its sound is played. */
 let current: Decoding | null = null;
 
-function failed(error: unknown): void {
+function failed(why: FromWorker): void {
   // From the next packet on the browser plays.
   playing = "browser";
-  const text = error instanceof Error ? error.message : String(error);
-  postMessage({ failed: text } satisfies FromWorker);
+  postMessage(why);
+}
+
+/** What the browser says of an error, which is the only one who knows. */
+function saidOf(error: unknown): FromWorker {
+  return { failed: error instanceof Error ? error.message : String(error) };
 }
 
 /** Decodes one receiver's sound. */
@@ -95,19 +99,20 @@ class Decoding {
         if (this.#pending.length === 0) this.#answeredMs = performance.now();
         this.#pending.push(rtp);
         if (performance.now() - this.#answeredMs > ANSWERS_WITHIN_MS) {
-          throw new Error("it returns nothing");
+          this.#fail("silent");
+          return;
         }
         this.#decoder.decode(new EncodedAudioChunk({ type: "key", timestamp: 0, data }));
       }
     } catch (error) {
-      this.#fail(error);
+      this.#fail(saidOf(error));
     }
   }
 
   #open(): AudioDecoder {
     const decoder = new AudioDecoder({
       output: (sound) => this.#decoded(sound),
-      error: (error) => this.#fail(error),
+      error: (error) => this.#fail(saidOf(error)),
     });
     // Each packet has one channel or two, and a decoder of two knows both (RFC 6716, 4.5.1).
     decoder.configure({ codec: "opus", sampleRate: OPUS_HZ, numberOfChannels: 2 });
@@ -128,11 +133,11 @@ class Decoding {
     worklet?.postMessage({ rtp, channels } satisfies Decoded, buffers);
   }
 
-  #fail(error: unknown): void {
+  #fail(why: FromWorker): void {
     if (this.#decoder && this.#decoder.state !== "closed") this.#decoder.close();
     this.#decoder = null;
     this.#pending.length = 0;
-    failed(error);
+    failed(why);
   }
 }
 

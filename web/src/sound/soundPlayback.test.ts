@@ -1,4 +1,6 @@
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { german } from "../words/de";
+import { ENGLISH, language } from "../words/words";
 import { SoundPlayback } from "./soundPlayback";
 
 const own = vi.hoisted(() => ({
@@ -93,6 +95,7 @@ beforeEach(() => {
 });
 
 afterEach(() => {
+  language.value = ENGLISH;
   vi.useRealTimers();
   vi.unstubAllGlobals();
 });
@@ -301,6 +304,12 @@ it("has the browser's player play where ours cannot reach the chosen device", as
   expect(changed).toHaveBeenLastCalledWith({
     by: "browser",
     why: expect.stringContaining("default device only"),
+  });
+  language.value = german;
+  await playback.setOutput("speakers");
+  expect(changed).toHaveBeenLastCalledWith({
+    by: "browser",
+    why: expect.stringContaining("nur auf dem Standardgerät"),
   });
   own.play.mockClear();
   await playback.setOutput("");

@@ -24,8 +24,6 @@ export interface SoundPlaybackEvents {
 const FILLED_SAMPLES = 4800;
 const LOOK_EVERY_MS = 20;
 const TAKES_OVER_WITHIN_MS = 1000;
-const NOT_ROUTED =
-  "in this browser the page's own player plays on the default device only, and you chose another";
 /** After a failure ours is tried again after so long, and each time after twice as long. */
 const AGAIN_AFTER_MS = 5000;
 
@@ -193,7 +191,7 @@ export class SoundPlayback {
   /** Why our own player is not to play. */
   #hindrance(choice = this.#choice): string | null {
     if (this.#problem !== null) return this.#problem;
-    if (this.#output !== "" && !routes()) return NOT_ROUTED;
+    if (this.#output !== "" && !routes()) return t("sound.not_routed");
     return choice === "auto" ? doubtful() : null;
   }
 
