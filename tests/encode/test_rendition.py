@@ -48,6 +48,10 @@ class Studio:
         """Take pictures until so many are encoded, each when the one before is."""
         return [self._next() for _ in range(pictures)]
 
+    def keyframes(self, pictures: int) -> list[int]:
+        """Film so many, twice as long as requests are coalesced; returns which are keyframes."""
+        return [at for at, one in enumerate(self.film(pictures)) if one.keyframe]
+
     def _next(self) -> EncodedPicture:
         for _ in range(100):
             taken_s = 50.0 + self.slot.count / 30
@@ -78,10 +82,24 @@ def test_the_load_is_what_encoding_takes(studio: Studio) -> None:
 
 
 def test_after_a_rest_comes_a_keyframe(studio: Studio) -> None:
-    """The first picture after an idle time is a keyframe."""
+    """The first picture after an idle time is a keyframe, and no other until one is asked for."""
     studio.rendition.want(True)
-    assert [one.keyframe for one in studio.film(5)] == [True, False, False, False, False]
+    assert studio.keyframes(60) == [0]
     studio.rendition.want(False)
     studio.rendition.want(True)
     studio.clock.time_s += 1.0
-    assert any(one.keyframe for one in studio.film(5))
+    assert len(studio.keyframes(60)) == 1
+
+
+def test_one_keyframe_serves_the_interval_and_who_asks(studio: Studio) -> None:
+    """Each request has its keyframe, as one that is due at the same moment; none comes twice."""
+    studio.rendition.want(True)
+    assert studio.keyframes(60) == [0]
+    studio.rendition.request_keyframe()
+    assert studio.keyframes(60) == [0]
+    studio.clock.time_s += 20.0  # twice the interval
+    studio.rendition.request_keyframe()
+    assert studio.keyframes(60) == [0]
+    studio.rendition.request_keyframe()
+    studio.rendition.request_keyframe()
+    assert studio.keyframes(60) == [0]

@@ -137,9 +137,8 @@ class Rendition:
             self._deliver(encoded)
 
     def _keyframe_due(self, since_s: float) -> bool:
-        if since_s >= self._keyframe_interval_s:
-            return True
-        if self._keyframe.is_set() and since_s >= _KEYFRAME_SPACING_S:
-            self._keyframe.clear()
-            return True
-        return False
+        is_asked = self._keyframe.is_set() and since_s >= _KEYFRAME_SPACING_S
+        if not is_asked and since_s < self._keyframe_interval_s:
+            return False
+        self._keyframe.clear()  # one serves whoever asked and the interval, too
+        return True
