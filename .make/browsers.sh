@@ -99,8 +99,8 @@ want_ear() {
 # Friends whose network lets no UDP out reach the robot by a TURN server.
 want_relay() {
     [ "$(uname)" = Linux ] || return 0
-    command -v turnserver >/dev/null || apt_install coturn ||
-        _missing "the relay cannot be tested; type: sudo apt-get install -y coturn"
+    { command -v turnserver && command -v nft; } >/dev/null || apt_install coturn nftables ||
+        _missing "the relay cannot be tested; type: sudo apt-get install -y coturn nftables"
 }
 
 # The other implementation of DDS behind the driver for ROS 2; 3 MB.

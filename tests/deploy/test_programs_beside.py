@@ -6,9 +6,11 @@ import asyncio
 import base64
 import hashlib
 import hmac
+import os
 import shutil
 import socket
 import subprocess
+import sys
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,6 +32,7 @@ pytestmark = pytest.mark.system
 
 FOLDER = Path(__file__).parents[2] / "config" / "deploy"
 CADDYFILE, TURNSERVER = FOLDER / "Caddyfile", FOLDER / "turnserver.conf"
+RULE = FOLDER / "turnserver.nft"
 
 
 def _program(name: str) -> str:
@@ -74,7 +77,7 @@ def test_caddy_takes_every_line() -> None:
     assert done.stdout == CADDYFILE.read_text(encoding="utf-8")
 
 
-def _put(text: str, old: str, new: str) -> str:
+def put(text: str, old: str, new: str) -> str:
     assert old in text
     return text.replace(old, new)
 
@@ -93,8 +96,8 @@ async def test_no_client_names_its_own_address(tmp_path: Path) -> None:
     port = free_port()
     async with TestServer(application) as wax, aiohttp.ClientSession() as http:
         text = CADDYFILE.read_text(encoding="utf-8")
-        text = _put(text, "robot.example.org {", f"http://127.0.0.1:{port} {{")
-        text = _put(text, "localhost:8080", f"127.0.0.1:{wax.port}")
+        text = put(text, "robot.example.org {", f"http://127.0.0.1:{port} {{")
+        text = put(text, "localhost:8080", f"127.0.0.1:{wax.port}")
         config = tmp_path / "Caddyfile"
         config.write_text(f"{{\n\tadmin off\n}}\n{text}")
         arguments = ("run", "--adapter", "caddyfile", "--config", str(config))
@@ -115,18 +118,27 @@ async def test_no_client_names_its_own_address(tmp_path: Path) -> None:
 # --- coturn ----------------------------------------------------------------------------------
 
 SECRET = "a-secret-of-the-test"
+Relay = turn.TurnClientUdpProtocol | turn.TurnClientTcpProtocol
 
 
 @asynccontextmanager
-async def _relay(port: int, secret: str) -> AsyncIterator[turn.TurnClientUdpProtocol]:
+async def relay(port: int, secret: str, over: str = "udp") -> AsyncIterator[Relay]:
     """Get a relay as a browser does, with a name and password that WAX makes of the secret."""
     name = f"{SystemClock().wall_ms() // 1000 + 600}:ada"
     digest = hmac.digest(secret.encode(), name.encode(), hashlib.sha1)
     password = base64.b64encode(digest).decode()
     server = ("127.0.0.1", port)
-    transport, client = await asyncio.get_running_loop().create_datagram_endpoint(
-        lambda: turn.TurnClientUdpProtocol(server, name, password, 600, 500), remote_addr=server
-    )
+    who, loop = (server, name, password, 600, 500), asyncio.get_running_loop()
+    transport: asyncio.BaseTransport
+    client: Relay
+    if over == "udp":
+        transport, client = await loop.create_datagram_endpoint(
+            lambda: turn.TurnClientUdpProtocol(*who), remote_addr=server
+        )
+    else:
+        transport, client = await loop.create_connection(
+            lambda: turn.TurnClientTcpProtocol(*who), *server
+        )
     try:
         await client.connect()
         yield client
@@ -142,31 +154,61 @@ def _own_address() -> str:
     return found[0]
 
 
-async def test_a_relay_leads_to_wax_alone(tmp_path: Path) -> None:
-    """Who has the secret gets a relay, which reaches WAX's address and no other; nobody else."""
+@asynccontextmanager
+async def coturn(folder: Path, wax: str) -> AsyncIterator[tuple[int, list[str]]]:
+    """Run it as configured, for a WAX at this address; yields its port and what it says."""
     turnserver = _program("turnserver")
-    ours = _own_address()
     text = TURNSERVER.read_text(encoding="utf-8")
-    text = _put(text, "static-auth-secret=CHANGE-ME", f"static-auth-secret={SECRET}")
-    text = _put(text, "allowed-peer-ip=203.0.113.5", f"allowed-peer-ip={ours}")
-    config = tmp_path / "turnserver.conf"
+    text = put(text, "static-auth-secret=CHANGE-ME", f"static-auth-secret={SECRET}")
+    text = put(text, "allowed-peer-ip=203.0.113.5", f"allowed-peer-ip={wax}")
+    config = folder / "turnserver.conf"
     config.write_text(text)
     port = free_port(socket.SOCK_DGRAM)
-    here = ("-L", "127.0.0.1", "-E", ours, "-p", str(port), "--pidfile", str(tmp_path / "pid"))
-    command = (turnserver, "-c", str(config), *here, "-b", str(tmp_path / "db"))
-    loop = asyncio.get_running_loop()
+    here = ("-L", "127.0.0.1", "-E", wax, "-p", str(port), "--pidfile", str(folder / "pid"))
+    command = (turnserver, "-c", str(config), *here, "-b", str(folder / "db"))
     async with _running(*command, until="IO method (auth thread)") as said:
+        yield port, said
+
+
+async def test_a_relay_leads_to_wax_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who has the secret gets a relay, which reaches WAX's address by UDP and nothing else."""
+    ours = _own_address()
+    loop = asyncio.get_running_loop()
+    async with coturn(tmp_path, ours) as (port, said):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as wax:
             wax.bind((ours, 0))
             wax.setblocking(False)
-            async with _relay(port, SECRET) as relay, asyncio.timeout(10):
-                await relay.send_data(b"hello", wax.getsockname())
+            async with relay(port, SECRET) as relaying, asyncio.timeout(10):
+                await relaying.send_data(b"hello", wax.getsockname())
                 assert await loop.sock_recv(wax, 99) == b"hello"
                 for denied in ("192.0.2.77", "10.0.0.1", "127.0.0.1"):
                     with pytest.raises(stun.TransactionFailed, match="403"):
-                        await relay.send_data(b"hello", (denied, 9))
+                        await relaying.send_data(b"hello", (denied, 9))
         with pytest.raises(stun.TransactionFailed, match="401"):
-            async with _relay(port, "another secret"):
+            async with relay(port, "another secret"):
+                pass
+        async with relay(port, SECRET, "tcp"):
+            pass
+        monkeypatch.setattr(turn, "UDP_TRANSPORT", 6 << 24)  # TCP to the peer, too (RFC 6062)
+        with pytest.raises(stun.TransactionFailed, match="442"):
+            async with relay(port, SECRET, "tcp"):
                 pass
     wrong = [line for line in said if "Bad configuration" in line]
     assert wrong == []
+
+
+def test_a_relay_leads_to_its_port_alone(tmp_path: Path) -> None:
+    """The rule beside coturn's configuration leaves what it relays one port of WAX's machine."""
+    for program in ("nft", "turnserver", "ip"):
+        _program(program)
+    alone = [_program("unshare"), "--net", *(["--map-root-user"] if os.getuid() else [])]
+    if subprocess.run([*alone, "true"], check=False, capture_output=True).returncode:
+        pytest.skip("no network of one's own can be made here")
+    done = subprocess.run(
+        [*alone, sys.executable, "-m", "tests.deploy.relay_port", str(tmp_path)],
+        cwd=FOLDER.parents[1],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.stdout.splitlines() == ["8081 8082", "8081"], done.stderr
