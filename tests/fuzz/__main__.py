@@ -31,7 +31,7 @@ def _try(target: Target, n: int) -> list[Row]:
         detail["why"] = "\n".join(found.report.strip().splitlines()[:_TRACE_LINES])
     row = counted(
         f"fuzz: {target.name}",
-        f"{target.what}: inputs that are neither a value nor refused, or move the robot",
+        f"{target.what}: inputs neither a value nor refused, or dear, or that move the robot",
         int(found.failed is not None),
         found.inputs,
         **detail,

@@ -106,7 +106,7 @@ def main(words: Sequence[str]) -> None:
         from tests.fuzz.plan import TARGETS  # noqa: PLC0415  # see above
         from tests.fuzz.target import quiet  # noqa: PLC0415  # see above
     with quiet():
-        atheris.Setup([sys.argv[0], *options], TARGETS[name].try_one)
+        atheris.Setup([sys.argv[0], *options], TARGETS[name].try_cost)
         atheris.Fuzz()
 
 

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import pytest
 from tests.fuzz.mutator import Mutator
 from tests.fuzz.plan import TARGETS
-from tests.fuzz.target import CORPUS, quiet
+from tests.fuzz.target import CORPUS, Target, quiet
+from tests.turned_clock import TurnedClock
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
 
@@ -40,6 +41,47 @@ def test_what_once_failed_does_so_no_more(name: str, path: Path) -> None:
 def test_every_stored_input_is_replayed() -> None:
     """No folder of the corpus belongs to a target that is gone."""
     assert {path.name for path in CORPUS.iterdir()} <= set(TARGETS)
+
+
+@pytest.mark.parametrize("name", TARGETS)
+def test_no_input_costs_more_than_its_length_may(name: str) -> None:
+    """Stored inputs, valid ones and some near them take so many steps a byte, and no more."""
+    target = TARGETS[name]
+    mutator = Mutator(Random(1), target.seeds, target.words, target.max_bytes)
+    inputs = [*target.seeds, *(path.read_bytes() for path in target.corpus())]
+    for data in (*inputs, *(mutator.draw() for _ in range(20))):
+        target.count(data)
+
+
+@pytest.mark.parametrize(
+    "hear",
+    [
+        lambda data: [None for _ in range(int.from_bytes(data[:2], "big"))],
+        lambda data: [None for _ in data.strip(b"\0") for _ in data],
+    ],
+    ids=["announces", "squares"],
+)
+def test_what_costs_more_is_found(hear: Callable[[bytes], None]) -> None:
+    """Work by a number that is only announced, or by the square of the length, fails."""
+    target = Target(name="dear", what="dear inputs", hear=hear, seeds=())
+    target.count(bytes(1000))
+    with pytest.raises(AssertionError, match=r"steps for 1000 bytes"):
+        target.count(b"\xff" * 1000)
+
+
+def test_what_takes_its_time_in_c_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The search looks at the processor's time, too, at its least of some tries."""
+    clock, took_s = TurnedClock(), [0.5]
+
+    def hear(_: bytes) -> None:
+        clock.time_s += took_s.pop() if len(took_s) > 1 else took_s[0]
+
+    monkeypatch.setattr("time.thread_time", clock.now_s)
+    target = Target(name="slow", what="slow inputs", hear=hear, seeds=())
+    with pytest.raises(AssertionError, match="500 ms for 10 bytes"):
+        target.try_cost(bytes(10))
+    took_s[:] = [0.001, 0.5, 0.5, 0.5]  # the last is the first: others had the processor
+    target.try_cost(bytes(10))
 
 
 @pytest.mark.system

@@ -50,4 +50,5 @@ CONFIG: Final = Target(
         b"a." * 40, b"\xef\xbb\xbf",
     ),
     max_bytes=2048,
+    steps=5_000_000,  # the host's own, once: what is like a wrong key is searched for
 )  # fmt: skip

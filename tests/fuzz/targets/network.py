@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import islice
 from random import Random
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -44,6 +45,8 @@ _SOUND: Final = 0x11111111
 _PICTURE: Final = 0x22222222
 _A_TIME: Final = 8
 """Packets sent between two datagrams of the page."""
+_DATAGRAMS: Final = 8
+"""So many of one input are heard: the smallest cost more here than their bytes may."""
 
 
 class Transport(RTCDtlsTransport):
@@ -156,7 +159,7 @@ def _joined(*datagrams: bytes) -> bytes:
 def _hear_rtcp(data: bytes) -> None:
     private.install()
     page = _Page()
-    for datagram in _datagrams(data):
+    for datagram in islice(_datagrams(data), _DATAGRAMS):
         page.hear(datagram)
         page.send()
 
@@ -200,6 +203,7 @@ RTCP: Final = Target(
         b"\x81\xcb", _PICTURE.to_bytes(4, "big"), _SOUND.to_bytes(4, "big"), b"\x1f\xff",
         b"\xbf\xff", b"\xd9\x00", b"REMB",
     ),
+    steps=80_000,
 )  # fmt: skip
 
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from wax.rtc.peer import Channel
 
 _SETTLE_S: Final = 0.2
+_SCENE_STEPS: Final = 150_000
 _GZIP: Final = b"\x1f\x8b"
 """What a body begins with that is said to be packed (RFC 1952, 2.3.1)."""
 
@@ -116,6 +117,7 @@ DRIVE: Final = Target(
     ),
     words=(b'"drive"', b'"ping"', b'"report"', b"true", b"null", b"[[", b"{}", b'"fast"', b"\\u"),
     max_bytes=600,
+    steps=_SCENE_STEPS,
 )
 
 STATE: Final = Target(
@@ -133,6 +135,7 @@ STATE: Final = Target(
         _object(type="received", kind="audio", rtp=5000),
     ),
     words=(b'"type"', b'"name"', b'"\\ud800"', "\u202e\u2028é𝕏".encode(), b"true", b"{", b"[["),
+    steps=_SCENE_STEPS,
 )
 
 _OFFER: Final = _object(sdp=OFFER.replace("\n", "\r\n"), client="12345678-abcd")

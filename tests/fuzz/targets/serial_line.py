@@ -128,6 +128,7 @@ SERIAL: Final = Target(
     ),
     words=_WORDS,
     max_bytes=400,
+    steps=200_000,  # what lines of a few bytes cost, at most
 )
 
 FIRMWARE: Final = Target(

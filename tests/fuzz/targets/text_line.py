@@ -72,4 +72,5 @@ TEXT: Final = Target(
     ),
     words=(b"OK\r", b"\r", b"\n", b"-", b".", b"9" * 12, b" ", b"V=", b"\xff", b"x" * 128),
     max_bytes=600,
+    steps=200_000,  # what lines of a few bytes cost, at most
 )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
+from aiohttp.test_utils import make_mocked_request
+from multidict import CIMultiDict, CIMultiDictProxy
 from tests.fuzz.target import Target
 from tests.turned_clock import TurnedClock
 from tests.visitors import make_access
@@ -11,6 +13,7 @@ from tests.visitors import make_access
 from wax.access.access import Shown
 from wax.errors import ForbiddenError
 from wax.records.records import Records
+from wax.web import cookies
 
 _CLOCK: Final = TurnedClock()
 _ACCESS: Final = make_access(Records(_CLOCK), _CLOCK)
@@ -47,4 +50,29 @@ TOKENS: Final = Target(
     seeds=tuple(one.encode() for one in (_IDENTITY, _HOST, _INVITATION)),
     words=(b".", b"..", b"=", b"\xff", b"\x00", b"eJw", b"e30", b"-", b"_", b"A" * 64),
     max_bytes=1024,
+)
+
+
+def _hear_headers(data: bytes) -> None:
+    text = data.decode("utf-8", "surrogateescape")
+    request = make_mocked_request("GET", "/")
+    # As aiohttp's parser leaves them; its helper for tests cannot encode all that it reads.
+    lines = CIMultiDict([("Cookie", line) for line in text.splitlines()])
+    request._headers = CIMultiDictProxy(lines)
+    shown = cookies.shown(request)
+    told = sum(len(cookie or "") for cookie in (shown.identity, shown.host))
+    assert told <= len(text), "more than somebody sent"
+
+
+COOKIES: Final = Target(
+    name="cookies",
+    what="Cookie headers, a line each",
+    hear=_hear_headers,
+    seeds=(
+        b"wax-id=abc.def; wax-host=ghi.jkl",
+        b'other="a b"; wax-id=x\nwax-host=y',
+    ),
+    words=(b"wax-id=", b"__Host-wax-id=", b"; ", b'="', b"\n", b"\\054", b"$Path", b"Secure;"),
+    max_bytes=8192,
+    steps=100_000,
 )

@@ -16,13 +16,17 @@ from wax.voice.packet import MAX_SAMPLES
 
 _OPUS: Final = 111
 _STEP_S: Final = 0.01
+_PACKETS: Final = 100
+"""So many of one input are heard: 10 ms of playing cost more than an empty one's byte may."""
 
 
 def _hear(data: bytes) -> None:
     """Split: a byte for the length, then as much as there is; 10 ms pass after each."""
     playout = VoicePlayout()
     at, now_s, packets, samples = 0, 100.0, 0, 0
-    while at < len(data):
+    for _ in range(_PACKETS):
+        if at >= len(data):
+            break
         end = at + 1 + data[at]
         try:
             packet = voice_packet.read(data[at + 1 : end], _OPUS)
@@ -58,4 +62,5 @@ VOICE: Final = Target(
         _packet(2**31 // 960, _SPEECH + b"\0\0\3", first=0xA0),
     ),
     words=(b"\x80\x6f", b"\x90\x6f", b"\xa0\x6f", b"\xbe\xde", b"\xff\xff\xff\xff", b"\xfb\x06"),
+    steps=100_000,
 )
