@@ -275,7 +275,7 @@ async def _asked_ten_times(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> list[
     number = packet.sequence_number.to_bytes(2, "big")
     copies = []
     for _ in range(10):
-        await sender._handle_rtcp_packet(asked)
+        await sender.transport._handle_rtcp_data(bytes(asked))
         await asyncio.sleep(0.005)
     await asyncio.sleep(0.05)
     while not wire.empty():
@@ -346,7 +346,7 @@ async def test_losses_are_told_with_their_stream(pair: Pair) -> None:
     peer = pair.peer
     for sender, fraction in ((peer._sound, 64), (peer._picture, 32)):
         about = RtcpReceiverInfo(sender._ssrc, fraction, 9, 1, 0, 0, 0)
-        await sender._handle_rtcp_packet(RtcpRrPacket(ssrc=1, reports=[about]))
+        await sender.transport._handle_rtcp_data(bytes(RtcpRrPacket(ssrc=1, reports=[about])))
     assert pair.congestion.lost_[-2:] == [("audio", 0.25), ("video", 0.125)]
 
 
@@ -435,7 +435,8 @@ async def test_a_report_that_cannot_be_made_ends_the_peer(
 async def test_a_lost_picture_asks_for_a_keyframe(pair: Pair) -> None:
     """PLI, which aiortc forgets for packet tracks, reaches the encoder."""
     sender = pair.peer._picture
-    await sender._handle_rtcp_packet(RtcpPsfbPacket(fmt=1, ssrc=1, media_ssrc=sender._ssrc))
+    asked = RtcpPsfbPacket(fmt=1, ssrc=1, media_ssrc=sender._ssrc)
+    await sender.transport._handle_rtcp_data(bytes(asked))
     await pair.events.wait("keyframe")
 
 

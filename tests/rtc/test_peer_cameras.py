@@ -138,7 +138,8 @@ async def test_a_camera_s_losses_are_its_own() -> None:
     async with joined(offered=3, cameras=2) as it:
         for sender, number in ((it.peer._picture, None), (it.peer._cameras[1], 1)):
             it.events.seen.clear()
-            sender.heard(RtcpPsfbPacket(fmt=1, ssrc=0, media_ssrc=sender.ssrc))
+            asked = RtcpPsfbPacket(fmt=1, ssrc=0, media_ssrc=sender.ssrc)
+            await sender.transport._handle_rtcp_data(bytes(asked))
             assert ("keyframe", number) in it.events.seen
 
 

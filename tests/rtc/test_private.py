@@ -10,7 +10,6 @@ import aioice
 import aioice.candidate
 import aioice.ice
 import aioice.stun
-import aiortc.rtp
 import pylibsrtp
 import pytest
 from aiortc import (
@@ -49,7 +48,6 @@ def test_all_private_parts_are_there() -> None:
         (aioice.ice.Connection, "data_received"),
         (aioice.ice.StunProtocol, "datagram_received"),
         (aioice.stun, "parse_message"),
-        (aiortc.rtp, "unpack_remb_fci"),
         (aioice.stun, "COOKIE"),
         (aioice.candidate, "candidate_priority"),
         (rtcicetransport, "Connection"),

@@ -5,10 +5,12 @@ draft-holmer-rmcat-transport-wide-cc-extensions-01, section 3.1: RTCP RTPFB (RFC
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from wax.errors import ProtocolError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 TICK_S: Final = 250e-6
 """The resolution of arrival times."""
@@ -23,63 +25,43 @@ _REFERENCE_TICKS: Final = 256
 _VECTOR: Final = 0x8000
 _TWO_BITS: Final = 0x4000
 _RUN: Final = 0x1FFF
+_SYMBOLS: Final = 0x3FFF
 _ONE_BIT_SHIFTS: Final = tuple(range(13, -1, -1))
 _TWO_BIT_SHIFTS: Final = tuple(range(12, -1, -2))
 
 
-@dataclass(frozen=True, slots=True)
-class Feedback:
-    """Feedback on consecutive packets from `sequence_number` (16 bits) on.
+class Feedback(NamedTuple):
+    """Feedback on so many consecutive `packets` from `sequence_number` (16 bits) on.
 
-    `arrivals` has one entry per packet: seconds on the browser's clock, which wraps after
-    `PERIOD_S` and may be negative; None if the packet had not arrived.
+    `arrivals` has the packets that had arrived, in their order: how many stand before it, and
+    seconds on the browser's clock, which wraps after `PERIOD_S` and may be negative. A run of
+    packets that had not is a number in two bytes, so nothing here is made of it.
     """
 
     sequence_number: int
-    arrivals: tuple[float | None, ...]
-
-
-def find(compound: bytes) -> list[bytes]:
-    """Return the feedback in one datagram of RTCP (RFC 3550, 6.1); never raises.
-
-    Everything after a wrong header or length is ignored.
-    """
-    found: list[bytes] = []
-    at, end = 0, len(compound)
-    while at + 4 <= end and compound[at] >> 6 == 2:
-        until = at + 4 * (1 + (compound[at + 2] << 8 | compound[at + 3]))
-        if until > end:
-            break
-        if compound[at + 1] == _RTPFB and compound[at] & 0x1F == _FORMAT:
-            found.append(compound[at:until])
-        at = until
-    return found
+    packets: int
+    arrivals: Sequence[tuple[int, float]]
 
 
 def parse(packet: bytes) -> Feedback:
-    """Parse one RTCP packet with its header; raises `ProtocolError` for anything but feedback."""
+    """Parse one RTCP packet with its header; raises `ProtocolError` for anything but feedback.
+
+    The work is proportional to its bytes.
+    """
     end = _checked_end(packet)
     count = packet[14] << 8 | packet[15]
-    symbols, at = _symbols(packet, end, count)
-    if 3 in symbols:
-        raise ProtocolError("transport feedback with a status that does not exist")
-    if symbols.count(1) + 2 * symbols.count(2) > end - at:
-        raise ProtocolError("transport feedback with fewer arrivals than it announces")
+    arrived, at = _arrived(packet, end, count)
     ticks = _REFERENCE_TICKS * int.from_bytes(packet[16:19], "big", signed=True)
-    arrivals: list[float | None] = []
-    for symbol in symbols:
-        if symbol == 0:
-            arrivals.append(None)
-            continue
-        if symbol == 1:
+    arrivals: list[tuple[int, float]] = []
+    for place, size in arrived:
+        if size == 1:
             ticks += packet[at]
-            at += 1
         else:
             delta = packet[at] << 8 | packet[at + 1]
             ticks += delta - 0x10000 if delta & 0x8000 else delta
-            at += 2
-        arrivals.append(ticks * TICK_S)
-    return Feedback(packet[12] << 8 | packet[13], tuple(arrivals))
+        at += size
+        arrivals.append((place, ticks * TICK_S))
+    return Feedback(packet[12] << 8 | packet[13], count, arrivals)
 
 
 def _checked_end(packet: bytes) -> int:
@@ -96,22 +78,39 @@ def _checked_end(packet: bytes) -> int:
     return len(packet) - padding
 
 
-def _symbols(packet: bytes, end: int, count: int) -> tuple[list[int], int]:
-    """Read one status for each packet; also return where the arrivals start."""
+def _arrived(packet: bytes, end: int, count: int) -> tuple[list[tuple[int, int]], int]:
+    """Return the place of each packet that arrived, and of how many bytes its time is.
+
+    And where the times start.
+    """
     if count == 0:
         raise ProtocolError("transport feedback about no packet")
-    symbols: list[int] = []
-    at = _HEADER_BYTES
-    while len(symbols) < count:
+    arrived: list[tuple[int, int]] = []
+    place, at, times = 0, _HEADER_BYTES, 0
+    while place < count:
         if at + 2 > end:
             raise ProtocolError("transport feedback with fewer statuses than it announces")
         chunk = packet[at] << 8 | packet[at + 1]
         at += 2
-        if not chunk & _VECTOR:
-            symbols += [chunk >> 13] * min(chunk & _RUN, count - len(symbols))
-        elif chunk & _TWO_BITS:
-            symbols += [chunk >> shift & 3 for shift in _TWO_BIT_SHIFTS]
-        else:
-            symbols += [chunk >> shift & 1 for shift in _ONE_BIT_SHIFTS]
-    del symbols[count:]
-    return symbols, at
+        length, symbols = _statuses(chunk, min(count - place, end))
+        for index, symbol in enumerate(symbols):
+            if symbol == 3:
+                raise ProtocolError("transport feedback with a status that does not exist")
+            if symbol:
+                arrived.append((place + index, symbol))
+                times += symbol
+        if at + times > end:
+            raise ProtocolError("transport feedback with fewer arrivals than it announces")
+        place += length
+    return arrived, at
+
+
+def _statuses(chunk: int, most: int) -> tuple[int, Sequence[int]]:
+    """Return how many statuses a chunk has, and the first `most` of them; none if all are 0."""
+    if not chunk & _VECTOR:
+        length, symbol = chunk & _RUN, chunk >> 13
+        return length, (symbol,) * min(length, most) if symbol else ()
+    shifts, mask = (_TWO_BIT_SHIFTS, 3) if chunk & _TWO_BITS else (_ONE_BIT_SHIFTS, 1)
+    if not chunk & _SYMBOLS:
+        return len(shifts), ()
+    return len(shifts), [chunk >> shift & mask for shift in shifts[:most]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from typing import TYPE_CHECKING, Final, Literal
 
 from wax.congestion.delivery import Delivery
@@ -13,26 +14,34 @@ if TYPE_CHECKING:
 FORGOTTEN_S: Final = 5.0
 """A packet without feedback for this long is forgotten."""
 
+MOST_TOLD: Final = 128
+"""Of one feedback: a quarter of a second of the largest rendition, where browsers report twenty
+times a second. After a longer outage the newest tell as much."""
+
 _MOST: Final = 2**15
 """Half of the 16-bit numbers: with more in flight they would be ambiguous."""
 
 _Kind = Literal["audio", "video", "repeat"]
+_Sent = tuple[float, int, _Kind, "int | None"]
 
 
 class InFlight:
     """Numbers packets for transport-wide feedback and matches the feedback with them.
 
     Internally, numbers and the browser's clock are unwrapped. Memory is bounded by what is sent in
-    5 s; the cost of a call is proportional to what it reports or forgets.
+    5 s. A call costs what it has arrivals, and what it newly tells or forgets: how many packets a
+    feedback spans, or repeats, costs nothing.
     """
 
     def __init__(self) -> None:
-        self._sent: dict[int, tuple[float, int, _Kind, int | None]] = {}
+        self._sent: dict[int, _Sent] = {}
+        self._untold: list[int] = []
+        """In rising order, those of which neither arrival nor loss has been told."""
         self._oldest = 0
         self._next = 0
         self._ahead = 0  # the first number after all that have arrived
-        self._missing: set[int] = set()
-        self._told_lost: set[int] = set()
+        self._doubted = range(0)
+        """Reported as missing, but nothing later has arrived yet."""
         self._newest_arrived_s: float | None = None
 
     def sent(self, now_s: float, *, size_bytes: int, kind: _Kind, train: int | None) -> int:
@@ -40,6 +49,7 @@ class InFlight:
         self._forget(now_s)
         number = self._next
         self._sent[number] = (now_s, size_bytes, kind, train)
+        self._untold.append(number)
         self._next = number + 1
         return number & 0xFFFF
 
@@ -48,35 +58,26 @@ class InFlight:
 
         An arrival is reported once. A loss is reported when a later packet has arrived, and may be
         followed by an arrival, because packets overtake each other. `arrived_s` never wraps, though
-        the browser's clock does.
+        the browser's clock does. Of more than `MOST_TOLD` the newest are returned.
         """
         self._forget(now_s)
-        arrivals = feedback.arrivals
         start = self._next + _signed16(feedback.sequence_number - self._next)
-        known = range(max(start, self._oldest), min(start + len(arrivals), self._next))
-        told: list[tuple[int, float | None]] = []
+        told: list[tuple[int, _Sent, float | None]] = []
         shift_s: float | None = None
-        for number in known:
-            if number not in self._sent:
-                continue
-            arrived_s = arrivals[number - start]
-            if arrived_s is not None:
+        for place, arrived_s in feedback.arrivals:
+            sent = self._sent.pop(start + place, None)
+            if sent is not None:
                 if shift_s is None:
                     shift_s = self._shift_s(arrived_s)
-                told.append((number, arrived_s + shift_s))
-                self._missing.discard(number)
-            elif number not in self._told_lost:
-                self._missing.add(number)
+                told.append((start + place, sent, arrived_s + shift_s))
         if told:
-            newest, self._newest_arrived_s = told[-1]
-            self._pass(newest)
-        if self._missing:
-            lost = [number for number in self._missing if number < self._ahead]
-            self._missing.difference_update(lost)
-            self._told_lost.update(lost)
-            told += [(number, None) for number in lost]
+            newest, _, self._newest_arrived_s = told[-1]
+            self._ahead = max(self._ahead, newest + 1)
+        lost = self._pass(range(start, min(start + feedback.packets, self._next)))
+        if lost:
+            told += [(number, self._sent[number], None) for number in lost]
             told.sort(key=_number)
-        return tuple([self._delivery(number, arrived_s) for number, arrived_s in told])
+        return tuple([_delivery(sent, arrived_s) for _, sent, arrived_s in told[-MOST_TOLD:]])
 
     def oldest_unreported_s(self, now_s: float) -> float | None:
         """Return how long ago the oldest packet in flight left, 5 s at most; None without one."""
@@ -91,19 +92,29 @@ class InFlight:
             return 0.0
         return round((self._newest_arrived_s - arrived_s) / PERIOD_S) * PERIOD_S
 
-    def _pass(self, arrived: int) -> None:
-        """Remove all up to this number: they arrived, are lost, or had no feedback."""
-        self._ahead = max(self._ahead, arrived + 1)
-
-    def _delivery(self, number: int, arrived_s: float | None) -> Delivery:
-        if arrived_s is None:
-            sent_s, size_bytes, kind, train = self._sent[number]
-        else:
-            sent_s, size_bytes, kind, train = self._sent.pop(number)
-            self._told_lost.discard(number)
-        return Delivery(sent_s, arrived_s, size_bytes, kind, train)
+    def _pass(self, reported: range) -> list[int]:
+        """Return what is now known to be lost: reported, not arrived, and a later one has."""
+        lost: list[int] = []
+        for some in (reported, self._doubted):
+            first = bisect_left(self._untold, some.start)
+            last = bisect_left(self._untold, min(some.stop, self._ahead), first)
+            lost += [number for number in self._untold[first:last] if number in self._sent]
+            del self._untold[first:last]
+        rest = range(max(reported.start, self._ahead), reported.stop)
+        if rest:  # libwebrtc's end with an arrival
+            old = self._doubted
+            if old.start <= rest.stop and rest.start <= old.stop:
+                rest = range(min(old.start, rest.start), max(old.stop, rest.stop))
+            self._doubted = rest
+        return lost
 
     def _forget(self, now_s: float) -> None:
+        oldest = self._oldest
+        self._forget_sent(now_s)
+        if self._oldest > oldest:
+            del self._untold[: bisect_left(self._untold, self._oldest)]
+
+    def _forget_sent(self, now_s: float) -> None:
         while self._oldest < self._next:
             number = self._oldest
             entry = self._sent.get(number)
@@ -111,15 +122,18 @@ class InFlight:
                 if now_s - entry[0] <= FORGOTTEN_S and self._next - number < _MOST:
                     return
                 del self._sent[number]
-                self._missing.discard(number)
-                self._told_lost.discard(number)
                 self._ahead = max(self._ahead, number + 1)
             self._oldest = number + 1
+
+
+def _delivery(sent: _Sent, arrived_s: float | None) -> Delivery:
+    sent_s, size_bytes, kind, train = sent
+    return Delivery(sent_s, arrived_s, size_bytes, kind, train)
 
 
 def _signed16(number: int) -> int:
     return (number + 0x8000 & 0xFFFF) - 0x8000
 
 
-def _number(told: tuple[int, float | None]) -> int:
+def _number(told: tuple[int, _Sent, float | None]) -> int:
     return told[0]

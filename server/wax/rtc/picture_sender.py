@@ -7,8 +7,6 @@ from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
-from aiortc.rtp import RtcpPsfbPacket, RtcpRtpfbPacket
-
 from wax.congestion.pacer import gap_s
 from wax.rtc import rtp
 from wax.rtc.payload import h264
@@ -18,9 +16,7 @@ from wax.rtc.sender import UINT16, UINT32, Sender, SenderContext, wire_bytes
 from wax.rtc.sent_history import SentHistory
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from aiortc.rtp import AnyRtcpPacket
+    from collections.abc import Callable, Sequence
 
     from wax.congestion.delivery import Train
     from wax.rtc.lane import Picture, PictureLane
@@ -33,9 +29,8 @@ ASK_AGAIN_S: Final = 0.05
 at most this often (RemoteEstimatorProxy)."""
 _NOT_AT_ONCE_10MS: Final = 51
 """Just above the 500 ms below which libwebrtc shows pictures at once if the least is 0."""
-_NACK: Final = 1
-_PLI: Final = 1
-_FIR: Final = 4
+_MOST_WAITING: Final = 256
+"""Packets that wait to be sent again; what does not fit is asked for once more."""
 
 
 @dataclass(slots=True)
@@ -74,7 +69,7 @@ class PictureSender(Sender):
         self._under_way: UnderWay | None = None
         self._history = SentHistory()
         self._repeats = Retransmissions()
-        self._asked_for: deque[int] = deque(maxlen=256)
+        self._asked_for: dict[int, None] = {}
         self._rtx_number = random.getrandbits(15)
 
     @property
@@ -91,12 +86,15 @@ class PictureSender(Sender):
         self._playout_delay = rtp.PlayoutDelay(steps, _NOT_AT_ONCE_10MS if is_at_once else steps)
         return self._ids.playout_delay is not None
 
-    def _asked(self, packet: AnyRtcpPacket) -> None:
-        if isinstance(packet, RtcpRtpfbPacket) and packet.fmt == _NACK:
-            self._asked_for.extend(packet.lost)
+    def asked(self, numbers: Sequence[int]) -> None:
+        for number in numbers:
+            if len(self._asked_for) < _MOST_WAITING and number in self._history:
+                self._asked_for[number] = None
+        if self._asked_for:
             self._wake()
-        elif isinstance(packet, RtcpPsfbPacket) and packet.fmt in (_PLI, _FIR):
-            self._on_keyframe_wanted()
+
+    def keyframe_asked(self) -> None:
+        self._on_keyframe_wanted()
 
     def _work(self) -> float | None:
         while True:
@@ -108,8 +106,8 @@ class PictureSender(Sender):
                 return None
             elif (wait_s := self._free_in_s(now_s)) > TICK_S:
                 return min(wait_s, ASK_AGAIN_S)
-            elif self._asked_for:
-                self._repeat(self._asked_for.popleft(), now_s)
+            elif self._repeated(now_s):
+                continue
             elif (picture := self._lane.take()) is not None:
                 self._under_way = self._begin(picture, now_s)
             else:
@@ -164,13 +162,23 @@ class PictureSender(Sender):
         self._under_way = None
         self._left(under_way.picture)
 
-    def _repeat(self, number: int, now_s: float) -> None:
-        kept = self._history.get(number)
-        if kept is None or not self._repeats.is_due(number, self._round_trip_s(), now_s):
-            return
-        lost, sent_s = kept
-        if not self._tap.congestion.may_retransmit(len(lost.payload), now_s - sent_s, now_s):
-            return
+    def _repeated(self, now_s: float) -> bool:
+        """Send the first packet again that may be; whether there is one."""
+        while self._asked_for:
+            number = next(iter(self._asked_for))
+            del self._asked_for[number]
+            kept = self._history.get(number)
+            if kept is None or not self._repeats.is_due(number, self._round_trip_s(), now_s):
+                continue
+            lost, sent_s = kept
+            age_s = now_s - sent_s
+            if self._tap.congestion.may_retransmit(wire_bytes(lost), age_s, now_s):
+                self._repeat(lost, now_s)
+                return True
+        return False
+
+    def _repeat(self, lost: rtp.Packet, now_s: float) -> None:
+        number = lost.sequence_number
         self._repeats.sent(number, now_s)
         again = lost._replace(playout_delay=None, captured_ntp=None)
         if self._extra_payload_type is not None:

@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, Any, Final, cast
 import aioice.candidate
 import aioice.ice
 import aioice.stun
-import aiortc.rtp
 import pylibsrtp
 from aiortc import (
     RTCDtlsTransport,
@@ -116,7 +115,6 @@ def check() -> None:
                 "aioice.ice.StunProtocol.datagram_received",
                 "datagram_received" in vars(aioice.ice.StunProtocol),
             ),
-            ("aiortc.rtp.unpack_remb_fci", hasattr(aiortc.rtp, "unpack_remb_fci")),
             (
                 "RTCPeerConnection.__pendingRemoteDescription",
                 sets(RTCPeerConnection, _OFFER),
@@ -194,7 +192,6 @@ def install() -> None:
     aioice.ice.Connection.data_received = _data_received  # type: ignore[assignment,method-assign]
     cast("Any", aioice.ice.StunProtocol).datagram_received = _datagram_received
     aioice.stun.parse_message = _parsed_stun
-    aiortc.rtp.unpack_remb_fci = _unpacked_remb
     cast("Any", rtcicetransport).Connection = _connection
     cast("Any", RTCIceGatherer).getLocalParameters = _local_parameters
     rtcsctptransport.decode_params = _decoded_params
@@ -307,17 +304,6 @@ def _parsed_stun(data: bytes) -> aioice.stun.Message:
 _parse_stun = aioice.stun.parse_message
 
 
-def _unpacked_remb(data: bytes) -> tuple[int, list[int]]:
-    """Refuse a list that is shorter than announced, likewise."""
-    try:
-        return _unpack_remb(data)
-    except struct.error as error:
-        raise ValueError(f"a REMB that is cut off: {error}") from error
-
-
-_unpack_remb = aiortc.rtp.unpack_remb_fci
-
-
 def _decoded_params(body: bytes) -> list[tuple[int, bytes]]:
     """Refuse a parameter of length zero (RFC 9260, 3.2.1), on which aiortc loops for ever."""
     at = 0
@@ -380,7 +366,7 @@ class SenderInPlace(ABC):
             self.end()
 
     async def _handle_rtcp_packet(self, packet: AnyRtcpPacket) -> None:
-        self.heard(packet)
+        del packet  # `on_rtcp` keeps all of it from aiortc
 
     @abstractmethod
     def begin(self, parameters: RTCRtpSendParameters) -> None:
@@ -389,10 +375,6 @@ class SenderInPlace(ABC):
     @abstractmethod
     def end(self) -> None:
         """Stop sending."""
-
-    @abstractmethod
-    def heard(self, packet: AnyRtcpPacket) -> None:
-        """Handle the browser's RTCP for this stream."""
 
 
 class ReceiverInPlace(ABC):
@@ -617,18 +599,20 @@ def on_datagram(transport: RTCDtlsTransport, callback: Callable[[bytes], None]) 
     ice._send = counted
 
 
-def on_rtcp(transport: RTCDtlsTransport, callback: Callable[[bytes], bool]) -> None:
-    """Call back with all incoming RTCP: aiortc misreads transport-wide feedback.
+def on_rtcp(transport: RTCDtlsTransport, callback: Callable[[bytes], None]) -> None:
+    """Call back with all incoming RTCP, of which aiortc gets nothing.
 
-    Where `callback` returns true, aiortc does not get it.
+    It misreads transport-wide feedback, and makes much of a little. RTP goes nowhere, unless there
+    is a receiver of ours.
     """
-    handle = transport._handle_rtcp_data
 
     async def heard(data: bytes) -> None:
-        if not callback(data):
-            await handle(data)
+        callback(data)
+
+    async def ignored(data: bytes, arrival_time_ms: int) -> None: ...
 
     transport._handle_rtcp_data = heard  # type: ignore[method-assign]  # see above
+    vars(transport).setdefault("_handle_rtp_data", ignored)
 
 
 def delay_acknowledgements(sctp: RTCSctpTransport, delay_s: float) -> None:

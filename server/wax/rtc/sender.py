@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
 import structlog
-from aiortc.rtp import RtcpRrPacket
 
 from wax.congestion.delivery import UDP_IP_BYTES
 from wax.rtc import private, rtp
@@ -27,10 +26,10 @@ if TYPE_CHECKING:
 
     from aiortc import RTCRtpSender
     from aiortc.rtcrtpparameters import RTCRtpSendParameters
-    from aiortc.rtp import AnyRtcpPacket, RtcpReceiverInfo
 
     from wax.clock import Clock
     from wax.rtc.lane import Encoded, Lane
+    from wax.rtc.rtcp import Report
     from wax.rtc.transport_tap import TransportTap
 
 _LOG = structlog.get_logger(__name__)
@@ -107,6 +106,7 @@ class Sender(private.SenderInPlace):
 
     def begin(self, parameters: RTCRtpSendParameters) -> None:
         self._tap.join(self.transport)
+        self._tap.add(self)
         numbers = {one.uri: one.id for one in parameters.headerExtensions}
         self._ids = rtp.ExtensionIds(
             transport_sequence=numbers.get(rtp.TRANSPORT_SEQUENCE),
@@ -126,26 +126,28 @@ class Sender(private.SenderInPlace):
 
     def end(self) -> None:
         self._egress = None
+        self._tap.remove(self)
         self._source.listen(_nobody)
         for timer in (self._timer, self._report_timer):
             if timer is not None:
                 timer.cancel()
 
-    def heard(self, packet: AnyRtcpPacket) -> None:
-        if isinstance(packet, RtcpRrPacket):
-            for report in packet.reports:
-                if report.ssrc == self.ssrc:
-                    self._told(report, self._now_s())
-        else:
-            self._asked(packet)
+    # --- what the browser says (transport_tap.Stream) --------------------------------------
 
-    def _told(self, report: RtcpReceiverInfo, now_s: float) -> None:
+    def reported(self, report: Report) -> None:
+        now_s = self._now_s()
         self._tap.congestion.lost(report.fraction_lost / 256, now_s, self.kind)
         self.heard_s = now_s
-        trip_s = self._reported.round_trip_s(report.lsr, report.dlsr, now_s)
+        trip_s = self._reported.round_trip_s(report.last_report, report.delay, now_s)
         if trip_s is not None:
             self.round_trip_s = trip_s
             self._tap.congestion.round_trip(trip_s, now_s)
+
+    def asked(self, numbers: Sequence[int]) -> None:
+        """Do nothing: what is lost would be late."""
+
+    def keyframe_asked(self) -> None:
+        """Do nothing: there are none."""
 
     # --- what the two kinds do differently -------------------------------------------------
 
@@ -155,10 +157,6 @@ class Sender(private.SenderInPlace):
     @abstractmethod
     def _work(self) -> float | None:
         """Send what may leave now; return in how many seconds to go on, None to wait for news."""
-
-    @abstractmethod
-    def _asked(self, packet: AnyRtcpPacket) -> None:
-        """Handle the browser's requests."""
 
     # --- sending ---------------------------------------------------------------------------
 

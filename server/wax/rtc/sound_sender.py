@@ -10,7 +10,6 @@ from wax.rtc.sender import UINT32, Sender, SenderContext
 
 if TYPE_CHECKING:
     from aiortc.rtcrtpparameters import RTCRtpSendParameters
-    from aiortc.rtp import AnyRtcpPacket
 
     from wax.encode.encoded import EncodedSound
     from wax.rtc.lane import SoundLane
@@ -19,7 +18,10 @@ _MAX_BYTES: Final = 1200
 
 
 class SoundSender(Sender):
-    """Sends sound as soon as it is ready, and repeats earlier sound on lossy links."""
+    """Sends sound as soon as it is ready, and repeats earlier sound on lossy links.
+
+    What was lost is not sent again: it would be late, and the next packets repeat it.
+    """
 
     kind = "audio"
     _extra_name = "red"
@@ -58,6 +60,3 @@ class SoundSender(Sender):
             payload=payload,
             captured_ntp=self._captured_ntp(sound, now_s),
         )
-
-    def _asked(self, packet: AnyRtcpPacket) -> None:
-        """Do nothing: lost sound would be late, and the next packets repeat it."""

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Protocol
 from weakref import WeakSet
 
 import structlog
 
 from wax.congestion.delivery import UDP_IP_BYTES
 from wax.errors import ProtocolError
-from wax.rtc import feedback, private
-from wax.rtc.in_flight import InFlight
+from wax.rtc import feedback, private, rtcp
+from wax.rtc.in_flight import MOST_TOLD, InFlight
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -22,8 +22,23 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 
+class Stream(Protocol):
+    """One of ours; none of these may raise."""
+
+    @property
+    def ssrc(self) -> int: ...
+
+    def reported(self, report: rtcp.Report) -> None: ...
+
+    def asked(self, numbers: Sequence[int]) -> None:
+        """Handle a request to send packets again."""
+        ...
+
+    def keyframe_asked(self) -> None: ...
+
+
 class TransportTap:
-    """Sits between the two senders of a peer and their common transport."""
+    """Sits between the senders of a peer and their common transport."""
 
     def __init__(
         self,
@@ -36,14 +51,23 @@ class TransportTap:
         self._on_refused = on_refused
         self._now_s = now_s
         self._transmissions = InFlight()
+        self._streams: dict[int, Stream] = {}
         self._transports: WeakSet[RTCDtlsTransport] = WeakSet()
 
     def join(self, transport: RTCDtlsTransport) -> None:
-        """Count what this transport sends and handle the feedback; safe to repeat."""
+        """Count what this transport sends and handle its RTCP; safe to repeat."""
         if transport not in self._transports:
             self._transports.add(transport)
             private.on_datagram(transport, self._sent)
             private.on_rtcp(transport, self._told)
+
+    def add(self, stream: Stream) -> None:
+        """Tell a stream what the browser says of it; safe to repeat."""
+        self._streams[stream.ssrc] = stream
+
+    def remove(self, stream: Stream) -> None:
+        """Tell a stream nothing more; safe to repeat."""
+        self._streams.pop(stream.ssrc, None)
 
     def mark(
         self,
@@ -77,20 +101,33 @@ class TransportTap:
             len(datagram) + UDP_IP_BYTES, self._now_s(), is_media=False, has_feedback=False
         )
 
-    def _told(self, rtcp: bytes) -> bool:
-        """Handle feedback; return whether there is nothing else in the datagram."""
-        found = feedback.find(rtcp)
+    def _told(self, datagram: bytes) -> None:
+        """Handle all that the browser says of what it is sent."""
+        heard = rtcp.read(datagram)
         if self.congestion.uses_feedback:
-            self._delivered(found)
-        return sum(map(len, found)) == len(rtcp)
+            self._delivered(heard.feedback)
+        for ssrc, report in heard.reports.items():
+            if (stream := self._streams.get(ssrc)) is not None:
+                stream.reported(report)
+        for ssrc, numbers in heard.asked.items():
+            if (stream := self._streams.get(ssrc)) is not None:
+                stream.asked(numbers)
+        for ssrc in heard.keyframes:
+            if (stream := self._streams.get(ssrc)) is not None:
+                stream.keyframe_asked()
 
     def _delivered(self, found: Sequence[bytes]) -> None:
         now_s = self._now_s()
+        left = MOST_TOLD
         for one in found:
             try:
-                deliveries = self._transmissions.reported(feedback.parse(one), now_s)
+                deliveries = self._transmissions.reported(feedback.parse(one), now_s)[-left:]
             except ProtocolError as error:
                 _LOG.debug("feedback refused", error=str(error))
                 self._on_refused()
                 continue
-            self.congestion.delivered(deliveries, now_s)
+            if deliveries:  # a repetition says nothing new
+                self.congestion.delivered(deliveries, now_s)
+            left -= len(deliveries)
+            if not left:
+                break

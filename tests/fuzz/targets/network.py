@@ -103,7 +103,7 @@ class _Page:
             ),
         )
         for sender in senders:
-            self.transport._rtp_router.register_sender(sender, ssrc=sender._ssrc)
+            self.tap.add(sender)
         self.send()
 
     def send(self) -> None:
