@@ -33,6 +33,7 @@ FACTS: Final = {
 }
 """Fixed by the wire, the codec or floats, and so not ours to choose."""
 BOUNDS: Final = {
+    "delivery_rate._MAX_PACKETS",
     "estimator._MAX_DELIVERY_AGE_S",
     "estimator._MAX_QUEUE_MS",
     "estimator._MAX_RATE_BPS",
@@ -45,9 +46,12 @@ BOUNDS: Final = {
     "pacer._MIN_RATE_BPS",
     "packet_trains._MAX_DISPERSION_S",
     "packet_trains._MAX_TRAINS",
+    "queuing_delay._MAX_RECENT_PACKETS",
     "send_history._KEPT_PACKETS",
+    "upload_budget._REPEAT_BURST_S",
+    "upload_budget._REPEAT_SHARE",
 }
-"""Bounds of memory, or against invalid input, that no link reaches."""
+"""Bounds of memory, of all links together, or against invalid input, that no link here reaches."""
 ELSEWHERE: Final = {
     "camera_choice._FAILED_HOLD_S",
     "camera_choice._HOLD_S",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from wax.congestion.delivery import Delivery
 from wax.congestion.sender_side import SenderSideControl
+from wax.congestion.upload_budget import UploadBudget
 
 KBIT = 1000 / 8
 
@@ -91,14 +92,47 @@ def test_what_others_take_is_counted() -> None:
     assert 12_000 < control.other_bps < 20_000  # 20 a second of 800 bit
 
 
-def test_repeats_are_a_share_and_have_a_deadline() -> None:
+def _repeated(line: Line, first_bytes: int) -> int:
+    """Ask 1000 times in a second, each after so much was sent first; return the bytes granted."""
+    granted = 0
+    for _ in range(1000):
+        line.now_s += 0.001
+        line.control.sent(first_bytes, line.now_s, is_media=True, has_feedback=False)
+        if line.control.may_retransmit(1000, 0.05, line.now_s):
+            line.control.sent(1000, line.now_s, is_media=True, has_feedback=False)
+            granted += 1000
+    return granted
+
+
+def test_repeats_are_a_share_of_the_rate_and_have_a_deadline() -> None:
     """Lost packets take a quarter of the rate, and none that would come too late."""
     line = Line(1e6)
     line.run(3.0, 3000)
     rate_bps = line.control.estimate(line.now_s).rate_bps
-    sent = sum(line.control.may_retransmit(1000, 0.05, line.now_s + n / 1000) for n in range(1000))
-    assert 0.15 * rate_bps < sent * 8000 < 0.6 * rate_bps
+    assert 0.15 * rate_bps < 8 * _repeated(line, 100) < 0.6 * rate_bps
     assert not line.control.may_retransmit(100, 3.0, line.now_s + 60)
+
+
+def test_repeats_are_a_share_of_what_was_sent_first() -> None:
+    """On a link with room, too, whoever asks for everything again is sent a quarter more."""
+    line = Line(20e6)
+    line.run(3.0, 3000)
+    _repeated(line, 100)  # what may leave at once
+    assert 0.2 * 100_000 < _repeated(line, 100) <= 0.25 * 100_000 + 2000
+    line.now_s += 10.0
+    assert _repeated(line, 0) < 100_000, "ten seconds of silence earn nothing"
+
+
+def test_repeats_need_room_in_the_upload_of_all() -> None:
+    """What everybody is sent again is a twentieth of the upload; whoever drives does not wait."""
+    budget = UploadBudget(1e6)
+    line = Line(20e6)
+    line.control = SenderSideControl(lambda _estimate, _now_s: None, budget)
+    line.run(3.0, 3000)
+    _repeated(line, 400)
+    assert 0.9 * 50_000 < 8 * _repeated(line, 400) < 1.2 * 50_000
+    line.control.full_feedback = True
+    assert 8 * _repeated(line, 400) > 200_000
 
 
 def test_a_full_link_gets_no_retransmissions() -> None:

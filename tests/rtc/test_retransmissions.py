@@ -47,15 +47,29 @@ def test_without_a_round_trip_nothing_is_held_back() -> None:
 def test_copies_of_a_packet_are_a_round_trip_apart(
     asked: list[tuple[int, float]], round_trip_s: float
 ) -> None:
-    """Whatever is asked for, and however often: only what is long forgotten may come sooner."""
+    """Whatever is asked for, and however often."""
     repeats, now_s = Retransmissions(), 100.0
     sent: dict[int, float] = {}
-    since: dict[int, int] = {}
     for number, pause_s in asked:
         now_s += pause_s
         if _again(repeats, number, round_trip_s, now_s):
-            if number in sent and since[number] < 256:
+            if number in sent:
                 assert now_s - sent[number] >= round_trip_s
             sent[number] = now_s
-            since = {other: count + 1 for other, count in since.items()} | {number: 0}
-    assert len(repeats._sent_s) <= 256
+
+
+def test_a_packet_is_sent_again_a_few_times_only() -> None:
+    """Whoever asks for one packet for ever gets five copies, and at most one each 20 ms."""
+    repeats = Retransmissions()
+    sent = [n for n in range(4000) if _again(repeats, 7, 0.0, 10 + n / 4096)]
+    assert sent == [0, 82, 164, 246, 328]
+    assert _again(repeats, 8, 0.0, 11.0)
+    assert _again(repeats, 7, 0.0, 21.0), "after minutes it is another packet's number"
+
+
+def test_what_was_sent_again_is_forgotten_at_last() -> None:
+    """Of thousands of packets the newest are remembered."""
+    repeats = Retransmissions()
+    for number in range(3000):
+        assert _again(repeats, number, 0.5, 10.0)
+    assert len(repeats._sent) == 1024

@@ -258,6 +258,23 @@ async def test_a_short_upload_is_shared_whatever_the_links_carry() -> None:
     assert rig.streams.status()["rendition"] == alone["rendition"]
 
 
+async def test_messages_are_part_of_a_share_of_the_upload() -> None:
+    """What somebody draws by a data channel is not promised to anybody else as well."""
+    rig = Rig(upload_bps=1_400_000)
+    rig.begin()
+    other = rig.service.streams(rig, SyncSettings())
+    drawn = other.lanes().congestion
+    other.want(sound=True, picture=False, size="640x480", policy=None)
+    promised_bps = []
+    for size_bytes in (0, 1000):
+        for _ in range(80):
+            drawn.sent(size_bytes, rig.clock.now_s(), is_media=False)
+            await rig.run(0.05)
+        promised_bps.append(rig.service._budget.next_bps())
+    assert promised_bps[1] < promised_bps[0] - 50_000
+    other.release()
+
+
 async def test_a_full_upload_has_no_room() -> None:
     """Nobody is let in who could be sent no picture; room is there again when somebody leaves."""
     rig = Rig(upload_bps=60_000)

@@ -23,6 +23,9 @@ _MIN_PACKETS: Final = 3
 """Minimum packets: without the longest gap, three leave one gap. Ours.
 Half: the same; double: the same."""
 
+_MAX_PACKETS: Final = 512
+"""Packets kept at most: the window at 640 a second. Bounds the work where a page's clock stands."""
+
 _BACK_TO_BACK_S: Final = 0.005
 """How much later than this packet would have come alone the one before must arrive, for both to
 count as queued. As GCC's burst_time (5.6).
@@ -33,7 +36,8 @@ class DeliveryRate:
     """Takes every packet that arrived, in the order of sending; times in seconds."""
 
     def __init__(self) -> None:
-        self._busy: deque[tuple[float, float]] = deque()  # arrival, bytes that came until then
+        self._busy: deque[tuple[float, float]] = deque(maxlen=_MAX_PACKETS)
+        """Arrival, and the bytes that came until then."""
         self._bytes = 0.0
         self._arrived_s = -math.inf
 

@@ -29,6 +29,9 @@ _RECENT_PACKETS: Final = 3
 """And over at least this many packets. Ours.
 Half: no change to speak of; double: route: picture 138 ms → 275 ms."""
 
+_MAX_RECENT_PACKETS: Final = 256
+"""And over at most this many: 3600 a second. Bounds the work where a page's clock stands."""
+
 _SMALL_PACKET_BYTES: Final = 100
 """Bytes beyond this take extra time to send, which is not queuing; a packet of sound has none.
 Half: the same; double: the same."""
@@ -64,7 +67,7 @@ class QueuingDelay:
 
     def __init__(self) -> None:
         self._base: deque[tuple[float, float]] = deque()  # rising, from buckets of time
-        self._recent: deque[tuple[float, float]] = deque()
+        self._recent: deque[tuple[float, float]] = deque(maxlen=_MAX_RECENT_PACKETS)
         self._before_s: float | None = None
         self._noise_squared = _FIRST_NOISE_S**2
         self._usual_s = 0.0

@@ -48,8 +48,7 @@ class SendHistory:
         at_s = sent_s
         first = bisect_right(self._times_s, sent_s)
         before = self._sums[first - 1] if first else self._before
-        for index in range(first, len(self._times_s)):
-            time_s, total = self._times_s[index], self._sums[index]
+        for time_s, total in zip(self._times_s[first:], self._sums[first:], strict=True):
             queued_s = max(0.0, queued_s - (time_s - at_s)) + (total - before) * 8 / rate_bps
             at_s, before = time_s, total
         return max(0.0, queued_s - (now_s - at_s))

@@ -11,6 +11,7 @@ from wax.congestion.loss_based import LossBasedControl
 from wax.congestion.pacer import Pacer
 from wax.congestion.packet_size import payload_bytes
 from wax.congestion.probing import STARTING_RATE_BPS
+from wax.congestion.upload_budget import UploadBudget
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -31,7 +32,8 @@ _OTHER_S: Final = 2.0
 Half: lte-edge: picture 234 ms → 379 ms; double: the same."""
 
 _RETRANSMISSION_SHARE: Final = 0.25
-"""Share of the rate for retransmissions: a link that loses more needs a smaller picture. Ours.
+"""Share for retransmissions, of the rate and of what is sent first: a link that loses more needs a
+smaller picture, and whoever asks for everything again gets a quarter more. Ours.
 Half: loss-only: use 85 % → 91 %; double: loss-only: picture 598 ms → 750 ms."""
 
 _RETRANSMISSION_BURST_S: Final = 0.25
@@ -61,14 +63,23 @@ Half: modem: picture 266 ms → 306 ms; double: no change to speak of."""
 
 
 class SenderSideControl:
-    """Joins estimator, pacer and sampling; `on_news` is called when allocations may change."""
+    """Joins estimator, pacer and sampling; `on_news` is called when allocations may change.
+
+    What is sent again must fit into `budget`, too.
+    """
 
     uses_feedback = True
 
-    def __init__(self, on_news: Callable[[LinkEstimate, float], None]) -> None:
+    def __init__(
+        self,
+        on_news: Callable[[LinkEstimate, float], None],
+        budget: UploadBudget | None = None,
+    ) -> None:
         self.full_feedback = False
-        """Whether to request feedback for every packet, as for the operator."""
+        """Whether to request feedback for every packet, as for the operator, who may also be sent
+        again what the budget has no room for."""
         self._on_news = on_news
+        self._budget = UploadBudget(0) if budget is None else budget
         self._sampling = FeedbackSampling()
         self._trained_s = float("-inf")
         self._estimator = LinkEstimator()
@@ -82,6 +93,8 @@ class SenderSideControl:
         self._other_s: float | None = None
         self._retransmitted_bits = 0.0
         self._retransmitted_s: float | None = None
+        self._earned_bits = 0.0
+        """For retransmissions, by what was sent since the last one."""
         self._estimate: LinkEstimate | None = None
 
     @property
@@ -131,14 +144,17 @@ class SenderSideControl:
     ) -> None:
         self._estimator.sent(size_bytes, now_s, has_feedback=has_feedback)
         self._pacer.spend(size_bytes, now_s)
-        if not is_media:
+        if is_media:
+            self._earned_bits += _RETRANSMISSION_SHARE * 8 * size_bytes
+        else:
             self._count_other(size_bytes, now_s)
         if now_s - self._updated_s >= self._update_every_s:
             self._update(now_s)
 
     def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None:
         self._estimator.delivered(deliveries, now_s)
-        self._update(now_s)
+        if now_s != self._updated_s:  # once for all that one datagram brings
+            self._update(now_s)
 
     def round_trip(self, round_trip_s: float, now_s: float) -> None:
         self._estimator.round_trip(round_trip_s, now_s)
@@ -174,11 +190,15 @@ class SenderSideControl:
         allowed_bps = _RETRANSMISSION_SHARE * known.rate_bps
         gone_s = 0.0 if self._retransmitted_s is None else max(now_s - self._retransmitted_s, 0.0)
         self._retransmitted_s = now_s
-        waiting = max(self._retransmitted_bits - gone_s * allowed_bps, 0.0)
-        if waiting > _RETRANSMISSION_BURST_S * allowed_bps:
-            self._retransmitted_bits = waiting
+        paid_bits = min(gone_s * allowed_bps, self._earned_bits)
+        self._earned_bits = 0.0
+        self._retransmitted_bits = max(self._retransmitted_bits - paid_bits, 0.0)
+        if self._retransmitted_bits > _RETRANSMISSION_BURST_S * allowed_bps:
             return False
-        self._retransmitted_bits = waiting + 8 * size_bytes
+        if not self._budget.may_repeat(size_bytes, drives=self.full_feedback, now_s=now_s):
+            return False
+        # What it earns itself, when it is counted as sent, is taken back.
+        self._retransmitted_bits += (1 + _RETRANSMISSION_SHARE) * 8 * size_bytes
         return True
 
     def _is_stuck(self, unreported_s: float | None) -> bool:

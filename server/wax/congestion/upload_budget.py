@@ -15,6 +15,10 @@ if TYPE_CHECKING:
 _MEDIA_SHARE: Final = 0.9
 """Of the upload; the rest is for retransmissions, keyframes, and the page itself. Ours.
 Half: the same; double: the same."""
+_REPEAT_SHARE: Final = 0.05
+"""Of the upload, for retransmissions to all viewers together: half of that rest. Ours."""
+_REPEAT_BURST_S: Final = 1.0
+"""A second's worth of it may leave at once. Ours."""
 _FILL_S: Final = 0.1
 """How long a level holds while nobody comes, goes, or begins to drive. Links are estimated as
 often. Ours.
@@ -32,6 +36,9 @@ class UploadBudget:
 
     def __init__(self, upload_bps: float) -> None:
         self._all_bps = _MEDIA_SHARE * upload_bps if upload_bps > 0 else float("inf")
+        self._repeat_bps = _REPEAT_SHARE * upload_bps if upload_bps > 0 else float("inf")
+        self._repeated_bits = 0.0
+        self._repeated_s = float("-inf")
         self._wants: dict[Hashable, _Want] = {}
         self._level_bps = self._all_bps
         self._filled_s = float("-inf")
@@ -47,6 +54,22 @@ class UploadBudget:
             self._filled_s = now_s
             self._level_bps = _level(self._left_bps(), self._observers())
         return min(wants_bps, self._all_bps if drives else self._level_bps)
+
+    def may_repeat(self, size_bytes: int, *, drives: bool, now_s: float) -> bool:
+        """Return whether there is room to send so much again, and count it if there is.
+
+        There always is for whoever drives; the others wait for it.
+        """
+        if self._repeat_bps == float("inf"):
+            return True
+        burst_bits = _REPEAT_BURST_S * self._repeat_bps
+        gone_s = max(now_s - self._repeated_s, 0.0)
+        self._repeated_s = now_s
+        self._repeated_bits = max(self._repeated_bits - gone_s * self._repeat_bps, 0.0)
+        if self._repeated_bits > burst_bits and not drives:
+            return False
+        self._repeated_bits = min(self._repeated_bits + 8 * size_bytes, 2 * burst_bits)
+        return True
 
     def leave(self, who: Hashable) -> None:
         """Give their share to the others; safe to call twice."""

@@ -9,27 +9,45 @@ from __future__ import annotations
 from collections import OrderedDict
 from typing import Final
 
-_REMEMBERED: Final = 256
-"""How many retransmissions to remember."""
+_REMEMBERED: Final = 1024
+"""How many packets to remember, as many as can be asked for."""
+_LEAST_S: Final = 0.02
+"""Between copies, whatever the round trip is said to be: libwebrtc asks no sooner (its NACK module
+looks every 20 ms)."""
+_MOST_COPIES: Final = 5
+"""Of one packet: where a fifth is lost, one in three thousand needs more."""
+
+_FORGOTTEN_S: Final = 10.0
+"""A number may be another packet's after this: they begin anew after some minutes. Copies are kept
+apart by a round trip of up to this."""
 
 
 class Retransmissions:
-    """Remembers when each packet was last sent again."""
+    """Remembers when each packet was last sent again, and how often."""
 
     def __init__(self) -> None:
-        self._sent_s: OrderedDict[int, float] = OrderedDict()
+        self._sent: OrderedDict[int, tuple[float, int]] = OrderedDict()
 
     def is_due(self, sequence_number: int, round_trip_s: float | None, now_s: float) -> bool:
         """Whether to send this packet again now.
 
         A copy's receipt is known only after a round trip (None if unknown).
         """
-        sent_s = self._sent_s.get(sequence_number)
-        return sent_s is None or now_s - sent_s >= (round_trip_s or 0.0)
+        sent_s, copies = self._last(sequence_number, now_s)
+        wait_s = max(round_trip_s or 0.0, _LEAST_S)
+        return copies < _MOST_COPIES and now_s - sent_s >= wait_s
 
     def sent(self, sequence_number: int, now_s: float) -> None:
         """Record that this packet was sent again."""
-        self._sent_s[sequence_number] = now_s
-        self._sent_s.move_to_end(sequence_number)
-        if len(self._sent_s) > _REMEMBERED:
-            self._sent_s.popitem(last=False)
+        _, copies = self._last(sequence_number, now_s)
+        self._sent[sequence_number] = now_s, copies + 1
+        self._sent.move_to_end(sequence_number)
+        if len(self._sent) > _REMEMBERED:
+            self._sent.popitem(last=False)
+
+    def _last(self, sequence_number: int, now_s: float) -> tuple[float, int]:
+        """Return when the last copy left, and how many there were."""
+        last = self._sent.get(sequence_number)
+        if last is None or now_s - last[0] > _FORGOTTEN_S:
+            return float("-inf"), 0
+        return last

@@ -78,7 +78,7 @@ class LiveStreams:
         """Start without knowledge of the link."""
         self._playout = PlayoutController(self._page, self._sync)
         self._notifier = ServedNotifier(self._page)
-        self._congestion = SenderSideControl(weakly(self._decide))
+        self._congestion = SenderSideControl(weakly(self._decide), self._budget)
         self._congestion.full_feedback = self._drives
         self._allocator = self._make_allocator()
         self._allocation: Allocation | None = None
@@ -236,7 +236,8 @@ class LiveStreams:
         most_bps = self._ladder.most_bps(self._size)
         if self._size is not None:
             most_bps += self._cameras.most_bps(estimate.rate_bps) / FIT_SHARE
-        wants_bps = min(estimate.rate_bps, most_bps)
+        # Data channels are part of what they are sent, whatever draws it.
+        wants_bps = min(estimate.rate_bps, most_bps + self._congestion.other_bps)
         share_bps = self._budget.share_bps(self, wants_bps, drives=self._drives, now_s=now_s)
         if share_bps >= wants_bps:
             return estimate
