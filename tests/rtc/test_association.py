@@ -3,19 +3,30 @@
 from __future__ import annotations
 
 import asyncio
+import hmac
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import pytest
 from aiortc import RTCPeerConnection, RTCSctpTransport, RTCSessionDescription
 from aiortc.rtcsctptransport import (
+    CookieEchoChunk,
     DataChunk,
     ForwardTsnChunk,
     HeartbeatChunk,
+    InboundStream,
+    InitChunk,
+    ReconfigChunk,
     SackChunk,
+    ShutdownChunk,
+    StreamAddOutgoingParam,
+    StreamResetOutgoingParam,
     serialize_packet,
 )
+from hypothesis import given
+from hypothesis import strategies as st
 from tests.rtc.networks import network, rich_meter
 from tests.rtc.test_peer import Events, Noted, Pictures, Sounds
 
@@ -25,7 +36,7 @@ from wax.rtc.peer import Peer
 from wax.streams.interface import Codecs
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncIterator, Callable
 
     from aiortc import RTCDataChannel
     from aiortc.rtcsctptransport import Chunk
@@ -70,8 +81,13 @@ class Link:
         return sum(len(one.reassembly) for one in self.ours._inbound_streams.values())
 
     async def take(self, chunk: Chunk) -> None:
-        """Let the chunk come, without the noise of a wire."""
-        await self.ours._receive_chunk(chunk)
+        """Let the chunk come, alone in a packet, without the noise of a wire."""
+        await self.take_packet(chunk)
+
+    async def take_packet(self, *chunks: Chunk) -> None:
+        whole = type("Whole", (), {"__bytes__": lambda _: b"".join(map(bytes, chunks))})()
+        tag = 0 if isinstance(chunks[0], InitChunk) else self.ours._local_verification_tag
+        await self.ours._handle_data(serialize_packet(5000, 5000, tag, whole))
 
     async def ends(self) -> bool:
         await self.events.wait("closed")
@@ -247,6 +263,155 @@ async def test_a_page_with_more_channels_than_it_needs_ends(link: Link) -> None:
     assert await link.answers("eight")
     link.page.createDataChannel("one too many")
     assert await link.ends()
+
+
+def _sent(link: Link, monkeypatch: pytest.MonkeyPatch) -> list[Chunk]:
+    """Return what our end sends from now on; nothing of it leaves."""
+    sent: list[Chunk] = []
+
+    async def kept(chunk: Chunk) -> None:
+        sent.append(chunk)
+
+    monkeypatch.setattr(link.ours, "_send_chunk", kept)
+    return sent
+
+
+def _reset(*streams: int, number: int = 7) -> ReconfigChunk:
+    chunk = ReconfigChunk()
+    request = StreamResetOutgoingParam(number, 0, 0, list(streams))
+    chunk.params = [(13, bytes(request))] * 40
+    return chunk
+
+
+def _adding() -> ReconfigChunk:
+    chunk = ReconfigChunk()
+    chunk.params = [(17, bytes(StreamAddOutgoingParam(9, 5)))] * 40
+    return chunk
+
+
+def _cookie(link: Link) -> CookieEchoChunk:
+    stamp = link.ours._get_timestamp().to_bytes(4)
+    return CookieEchoChunk(0, stamp + hmac.new(link.ours._hmac_key, stamp, "sha1").digest())
+
+
+@pytest.mark.parametrize(
+    ("chunks", "answers"),
+    [
+        pytest.param(lambda _: [HeartbeatChunk()] * 285, 1, id="heartbeats"),
+        pytest.param(lambda _: [_reset(60_000)] * 3, 1, id="resets of one stream"),
+        pytest.param(lambda _: [_adding()], 0, id="streams that are added"),
+        pytest.param(lambda link: [_cookie(link)] * 40, 1, id="cookies"),
+        pytest.param(lambda link: [HeartbeatChunk(), _cookie(link), _reset(1)], 1, id="of all"),
+        pytest.param(lambda _: [InitChunk()], 0, id="beginning again"),
+        pytest.param(lambda link: [link.data(0, flags=7)] * 58, 0, id="what came before"),
+    ],
+)
+async def test_a_packet_gets_one_answer_no_longer_than_itself(
+    link: Link,
+    monkeypatch: pytest.MonkeyPatch,
+    chunks: Callable[[Link], list[Chunk]],
+    answers: int,
+) -> None:
+    """However much in it wants one; and afterwards the association goes on."""
+    sent = _sent(link, monkeypatch)
+    packet = chunks(link)
+    await link.take_packet(*packet)
+    assert len(sent) == answers
+    assert sum(len(bytes(one)) for one in sent) <= sum(len(bytes(one)) for one in packet)
+    monkeypatch.undo()
+    assert await link.answers("it goes on")
+
+
+async def test_whoever_shuts_it_down_is_gone_without_an_answer(
+    link: Link, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Hundreds of SHUTDOWNs get none, nor is one sent again later."""
+    sent = _sent(link, monkeypatch)
+    await link.take_packet(*[ShutdownChunk(0, bytes(4))] * 100)
+    await link.take(HeartbeatChunk())
+    assert await link.ends()
+    assert not sent
+
+
+async def test_an_acknowledgement_is_no_longer_than_what_it_is_for(
+    link: Link, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With hundreds of gaps and duplicates as few are named as there came bytes."""
+    missing = link.next_tsn()
+    for number in range(2, 400, 2):
+        await link.take(link.data(missing + number, flags=FIRST | LAST | UNORDERED))
+    await asyncio.sleep(0.3)
+    sent = _sent(link, monkeypatch)
+    for size, gaps in ((1, 1), (100, 25), (1000, 199)):
+        duplicate = link.data(missing + 2, flags=FIRST | LAST | UNORDERED, text=bytes(size))
+        await link.take_packet(*[duplicate])
+        await asyncio.sleep(0.3)
+        sack = sent.pop()
+        assert isinstance(sack, SackChunk)
+        assert len(sack.gaps) == gaps
+        assert len(bytes(sack)) <= len(bytes(duplicate))
+        assert not sent
+
+
+async def test_what_goes_beyond_a_packet_comes_again(link: Link) -> None:
+    """Of more chunks than a page's packet has the first are taken, the others when sent again."""
+    first = link.next_tsn()
+    many = [link.data(first + n, flags=FIRST | LAST | UNORDERED) for n in range(58)]
+    await link.take_packet(*many)
+    assert link.ours._last_received_tsn == (first + 31) % 2**32
+    await link.take_packet(*many[32:])
+    assert link.ours._last_received_tsn == (first + 57) % 2**32
+
+
+@given(st.lists(st.integers(-5, 40), max_size=60), st.sampled_from([7, 2**32 - 12, 2**31 - 9]))
+def test_numbers_are_noted_as_aiortc_notes_them(numbers: list[int], start: int) -> None:
+    """In any order, repeated, and around the end of the numbers."""
+    ours = cast("Any", SimpleNamespace())
+    theirs: Any = RTCSctpTransport.__new__(RTCSctpTransport)
+    for one in (ours, theirs):
+        one._last_received_tsn, one._sack_misordered, one._sack_duplicates = start, set(), []
+    association = private._Association(ours)
+    for number in numbers:
+        tsn = (start + number) % 2**32
+        is_known = theirs._mark_received(tsn)
+        # aiortc sorts the bare numbers, so that it stops where they begin again.
+        while (theirs._last_received_tsn + 1) % 2**32 in theirs._sack_misordered:
+            theirs._last_received_tsn = (theirs._last_received_tsn + 1) % 2**32
+            theirs._sack_misordered.discard(theirs._last_received_tsn)
+        assert association.mark_received(tsn) == is_known
+        assert ours._last_received_tsn == theirs._last_received_tsn
+        assert ours._sack_misordered == theirs._sack_misordered
+
+
+@given(st.lists(st.integers(0, 300), unique=True, max_size=60), st.sampled_from([7, 2**32 - 90]))
+def test_chunks_wait_in_their_order(numbers: list[int], start: int) -> None:
+    """Whatever comes first, and around the end of the numbers."""
+    stream = InboundStream()
+    for number in numbers:
+        chunk = DataChunk()
+        chunk.tsn = (start + number) % 2**32
+        private._add_chunk(stream, chunk)
+    assert [(one.tsn - start) % 2**32 for one in stream.reassembly] == sorted(numbers)
+
+
+@pytest.mark.parametrize(
+    ("protocol", "text"),
+    [
+        pytest.param(50, b"\x03" + bytes(11), id="a channel that is open"),
+        pytest.param(50, b"\x03" + bytes(7) + b"\0\x01\0\0\xff", id="a name that is no text"),
+        pytest.param(51, b"\xff", id="a text that is none"),
+    ],
+)
+async def test_what_aiortc_stumbles_over_ends_its_peer_alone(
+    link: Link, protocol: int, text: bytes
+) -> None:
+    """Nothing is thrown into the event loop, and other viewers do not notice."""
+    chunk = link.data(link.next_tsn(), flags=FIRST | LAST | UNORDERED, text=text)
+    chunk.protocol = protocol
+    async with opened() as other:
+        await link.take(chunk)
+        assert await link.ends()
+        assert await other.answers("still here")
 
 
 async def test_streams_that_are_only_named_count(link: Link) -> None:

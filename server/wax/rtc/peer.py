@@ -159,8 +159,8 @@ class Peer:
         if self._congestion.uses_feedback:
             private.widen(self._pc, _EXTENSIONS)
         if self._pc.sctp is not None:
-            private.delay_acknowledgements(self._pc.sctp, _ACKNOWLEDGE_S)
             private.bound_association(self._pc.sctp, self._exceeded)
+            private.delay_acknowledgements(self._pc.sctp, _ACKNOWLEDGE_S)
         await self._pc.setLocalDescription(await self._pc.createAnswer())
 
     @property
