@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 import pytest
 from aiortc import RTCPeerConnection, RTCSctpTransport, RTCSessionDescription
 from aiortc.rtcsctptransport import (
+    Chunk,
     CookieEchoChunk,
     DataChunk,
     ForwardTsnChunk,
@@ -27,7 +28,7 @@ from aiortc.rtcsctptransport import (
 )
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.rtc.networks import network, rich_meter
+from tests.rtc.networks import Mode, opened_network, rich_meter
 from tests.rtc.test_peer import Events, Noted, Pictures, Sounds
 
 from wax.clock import SystemClock
@@ -36,14 +37,25 @@ from wax.rtc.peer import Peer
 from wax.streams.interface import Codecs
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
+    from collections.abc import AsyncIterator, Callable, Sequence
 
     from aiortc import RTCDataChannel
-    from aiortc.rtcsctptransport import Chunk
+
+    from wax.rtc.network import Network
 
 FIRST, LAST, UNORDERED = 2, 1, 4
 TEXT: Final = 51
 MANY: Final = 20_000
+
+
+class _Together(Chunk):
+    """Chunks that come in one packet."""
+
+    def __init__(self, chunks: Sequence[Chunk]) -> None:
+        self._chunks = chunks
+
+    def __bytes__(self) -> bytes:
+        return b"".join(map(bytes, self._chunks))
 
 
 @dataclass
@@ -85,9 +97,8 @@ class Link:
         await self.take_packet(chunk)
 
     async def take_packet(self, *chunks: Chunk) -> None:
-        whole = type("Whole", (), {"__bytes__": lambda _: b"".join(map(bytes, chunks))})()
         tag = 0 if isinstance(chunks[0], InitChunk) else self.ours._local_verification_tag
-        await self.ours._handle_data(serialize_packet(5000, 5000, tag, whole))
+        await self.ours._handle_data(serialize_packet(5000, 5000, tag, _Together(chunks)))
 
     async def ends(self) -> bool:
         await self.events.wait("closed")
@@ -104,11 +115,17 @@ class Link:
 
 
 @asynccontextmanager
-async def opened() -> AsyncIterator[Link]:
+async def opened(mode: Mode = "full-ice") -> AsyncIterator[Link]:
+    async with opened_network(mode) as network, _joined(network) as link:
+        yield link
+
+
+@asynccontextmanager
+async def _joined(network: Network) -> AsyncIterator[Link]:
     private.install()
     events = Events()
     peer = Peer(
-        network=network(),
+        network=network,
         meter=rich_meter(),
         codecs=Codecs(audio="opus", video="vp8"),
         video=Pictures(),

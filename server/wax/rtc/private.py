@@ -22,6 +22,7 @@ import aioice.candidate
 import aioice.ice
 import aioice.stun
 import pylibsrtp
+import structlog
 from aiortc import (
     RTCDtlsTransport,
     RTCIceGatherer,
@@ -43,9 +44,10 @@ from aiortc.rtcrtpparameters import (
 from aiortc.rtcrtptransceiver import RTCRtpTransceiver
 
 from wax.errors import StartError
+from wax.rtc import datagram
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator, Sequence
+    from collections.abc import Awaitable, Callable, Collection, Iterator, Sequence
 
     from aiortc.mediastreams import MediaStreamTrack
     from aiortc.rtcicetransport import RTCIceParameters
@@ -54,6 +56,8 @@ if TYPE_CHECKING:
     from aiortc.sdp import MediaDescription, SessionDescription
 
     from wax.edge.turnstile import Meter
+
+_LOG = structlog.get_logger(__name__)
 
 _FOR_EVER: Final = 10**9
 _SENDER: Final = "_RTCRtpTransceiver__sender"
@@ -129,6 +133,8 @@ def check() -> None:
                 "aioice.ice.StunProtocol.datagram_received",
                 "datagram_received" in vars(aioice.ice.StunProtocol),
             ),
+            ("RTCDtlsTransport._recv_next", hasattr(RTCDtlsTransport, "_recv_next")),
+            ("RTCIceTransport._recv", sets(RTCIceTransport, "_recv")),
             (
                 "RTCPeerConnection.__pendingRemoteDescription",
                 sets(RTCPeerConnection, _OFFER),
@@ -165,7 +171,6 @@ def check() -> None:
                 "RTCDtlsTransport._unregister_rtp_sender",
                 hasattr(RTCDtlsTransport, "_unregister_rtp_sender"),
             ),
-            ("RTCIceTransport._recv", sets(RTCIceTransport, "_recv")),
             ("RTCIceTransport._send", sets(RTCIceTransport, "_send")),
             *(
                 (f"RTCSctpTransport.{name}", hasattr(RTCSctpTransport, name))
@@ -232,6 +237,7 @@ def install() -> None:
     aioice.ice.get_host_addresses = _host_addresses
     aioice.ice.Connection.data_received = _data_received  # type: ignore[assignment,method-assign]
     cast("Any", aioice.ice.StunProtocol).datagram_received = _datagram_received
+    cast("Any", RTCDtlsTransport)._recv_next = _receive_next
     aioice.stun.parse_message = _parsed_stun
     cast("Any", rtcicetransport).Connection = _connection
     cast("Any", RTCIceGatherer).getLocalParameters = _local_parameters
@@ -303,13 +309,45 @@ def _host_addresses(use_ipv4: bool, use_ipv6: bool) -> list[str]:
 _found_addresses = aioice.ice.get_host_addresses
 
 
-def _data_received(connection: aioice.ice.Connection, data: bytes, component: int) -> None:
-    """Keep so many that wait, the newest, where aioice keeps all; and ignore empty datagrams.
+class _Guard:
+    """What is received by one ICE transport, without what nobody genuine can have sent."""
 
-    aiortc looks at the first byte, and a peer that has none ends. Anybody may send one to a port of
-    ours, no matter who is connected to it.
+    def __init__(self, receive: Callable[[], Awaitable[bytes]]) -> None:
+        self._receive = receive
+        self.taken = 0
+
+    async def __call__(self) -> bytes:
+        while not datagram.is_plausible(data := await self._receive()):
+            pass
+        self.taken += 1
+        return data
+
+
+async def _receive_next(dtls: RTCDtlsTransport) -> None:
+    """Handle one datagram, whose sender need not be who it says: so it may end nothing.
+
+    What has been authenticated is handled by functions of our own, which do not raise.
     """
-    if not data:
+    ice: Any = dtls.transport
+    if not isinstance(ice._recv, _Guard):
+        ice._recv = _Guard(ice._recv)
+    before = ice._recv.taken
+    try:
+        await _take_next(dtls)
+    except ConnectionError:
+        raise
+    except Exception as error:
+        if ice._recv.taken == before:
+            raise  # nothing came, so that it would be raised for ever
+        _LOG.info("a datagram was not understood", error=repr(error))
+
+
+_take_next = RTCDtlsTransport._recv_next
+
+
+def _data_received(connection: aioice.ice.Connection, data: bytes, component: int) -> None:
+    """Keep so many that wait, the newest, where aioice keeps all; and no junk among them."""
+    if not datagram.is_plausible(data):
         return
     if connection._queue.qsize() >= _MAX_WAITING:
         connection._queue.get_nowait()
@@ -336,7 +374,12 @@ _take_datagram = aioice.ice.StunProtocol.datagram_received
 
 
 def _parsed_stun(data: bytes) -> aioice.stun.Message:
-    """Refuse attributes of a wrong length with the one error that aioice expects of itself."""
+    """Refuse attributes of a wrong length with the one error that aioice expects of itself.
+
+    And what is longer than any frame, since each attribute is made into an object.
+    """
+    if len(data) > datagram.MAX_BYTES:
+        raise ValueError("a STUN message that is longer than a datagram")
     try:
         return _parse_stun(data)
     except (struct.error, IndexError) as error:

@@ -1,0 +1,55 @@
+"""Which datagrams may be for DTLS or SRTP at all, whoever sent them. Pure.
+
+Anybody can write a viewer's address and port on a datagram. What cannot be genuine is dropped
+before the libraries see it, and so is the one thing of DTLS that is believed without a key: an
+alert in the clear.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+MAX_BYTES: Final = 1500
+"""More fit into no frame of Ethernet, and pylibsrtp has no room for more."""
+
+_LEAST_RTP_BYTES: Final = 22
+"""A header (RFC 3550, 5.1) and the tag of the profiles that browsers have (RFC 5764, 4.1.2)."""
+_LEAST_RTCP_BYTES: Final = 20
+"""A header with its SSRC, the index, and the shortest tag (RFC 3711, 3.4; RFC 7714)."""
+_RTCP: Final = range(192, 224)
+"""Payload types that are RTCP's where both share a port (RFC 5761, 4)."""
+_RECORD_BYTES: Final = 13
+_ALERT: Final = 21
+_CONTENT: Final = range(20, 27)
+_DTLS_13: Final = range(32, 64)
+"""Records with the short header are encrypted (RFC 9147, 4.1)."""
+
+
+def is_plausible(data: bytes) -> bool:
+    """Whether a browser may have sent this, by what can be seen without a key (RFC 7983)."""
+    if not 2 <= len(data) <= MAX_BYTES:
+        return False
+    first = data[0]
+    if 128 <= first < 192:
+        least = _LEAST_RTCP_BYTES if data[1] in _RTCP else _LEAST_RTP_BYTES
+        return len(data) >= least
+    return first in _DTLS_13 or (first in _CONTENT and _has_whole_records(data))
+
+
+def _has_whole_records(data: bytes) -> bool:
+    """Whether these are records of DTLS (RFC 6347, 4.1), and none an alert in the clear.
+
+    Without it a handshake that fails takes until its end in time, instead of ending at once.
+    """
+    at = 0
+    while at < len(data):
+        if data[at] in _DTLS_13:
+            return True
+        if at + _RECORD_BYTES > len(data) or data[at + 1] != 0xFE or data[at] not in _CONTENT:
+            return False
+        epoch = data[at + 3] << 8 | data[at + 4]
+        length = data[at + 11] << 8 | data[at + 12]
+        if length == 0 or (epoch == 0 and data[at] == _ALERT):
+            return False
+        at += _RECORD_BYTES + length
+    return at == len(data)
