@@ -126,3 +126,31 @@ def test_a_compressed_train_shows_nothing() -> None:
     dispersion = DispersionEstimator()
     dispersion.add(TrainDispersion(0.0, 20_000, 0.02, 0.0), 0.001)
     assert len(dispersion) == 0
+
+
+@given(
+    st.lists(st.tuples(st.floats(0, 0.2), st.integers(1, 3000)), max_size=60),
+    st.integers(0, 60),
+    st.floats(0, 1),
+    st.floats(0, 1),
+    st.floats(8e3, 1e7),
+)
+def test_the_queue_is_what_each_datagram_would_find(
+    sent: list[tuple[float, int]], newest: int, queued_s: float, later_s: float, rate_bps: float
+) -> None:
+    """One after the other, each waits for those before it."""
+    history, now_s = SendHistory(), 100.0
+    left: list[tuple[float, int]] = []
+    for pause_s, size in sent:
+        now_s += pause_s
+        history.add(size, now_s)
+        left.append((now_s, size))
+    at_s = left[newest % len(left)][0] if left else now_s
+    before_s, expected_s = at_s, queued_s
+    for left_s, size in left:
+        if left_s > at_s:
+            expected_s = max(0.0, expected_s - (left_s - before_s)) + size * 8 / rate_bps
+            before_s = left_s
+    expected_s = max(0.0, expected_s - (now_s + later_s - before_s))
+    found_s = history.queue_s(queued_s, at_s, now_s + later_s, rate_bps)
+    assert found_s == pytest.approx(expected_s, abs=1e-6)
