@@ -108,7 +108,7 @@ async def test_what_has_no_key_ends_and_alters_nothing(mode: Mode) -> None:
 @pytest.mark.parametrize("mode", MODES)
 async def test_nor_while_keys_are_agreed_on(mode: Mode, monkeypatch: pytest.MonkeyPatch) -> None:
     """Before each datagram of the browser's there comes one of every kind."""
-    lite, full = LiteConnection.datagram, aioice.ice.Connection.data_received
+    lite, full = LiteConnection.datagram, private._data_received
     forged = 0
 
     def lite_datagram(self: LiteConnection, data: bytes, path: Any) -> None:
@@ -126,7 +126,7 @@ async def test_nor_while_keys_are_agreed_on(mode: Mode, monkeypatch: pytest.Monk
         full(self, data, component)
 
     monkeypatch.setattr(LiteConnection, "datagram", lite_datagram)
-    monkeypatch.setattr(aioice.ice.Connection, "data_received", full_datagram)
+    monkeypatch.setattr(private, "_data_received", full_datagram)  # `install` puts it in place
     async with opened(mode) as link:
         await _stands(link)
     assert forged > 3 * len(BEFORE_KEYS)

@@ -98,7 +98,6 @@ def test_a_part_that_moved_is_named(
         (RTCIceGatherer, "__init__", "_connection"),
         (RTCIceTransport, "__init__", "_recv"),
         (RTCIceTransport, "__init__", "_send"),
-        (RTCIceTransport, "__init__", "_recv"),
         (RTCIceTransport, "__init__", "_connection"),
         (RTCDtlsTransport, "__init__", "_state"),
         (RTCDtlsTransport, "__init__", "_tx_srtp"),

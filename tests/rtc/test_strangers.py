@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import socket
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import aioice.stun
 import pytest
-from aiortc.rtp import RtcpPsfbPacket, pack_remb_fci
+from aiortc.rtp import RtcpPsfbPacket, RtcpReceiverInfo, RtcpRrPacket, pack_remb_fci
 from aiortc.sdp import SessionDescription
 from tests.rtc.test_association import Link, opened
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
+
+    from tests.rtc.test_peer import Noted
 
 _HEADER: Final = b"\x00\x01" + (8).to_bytes(2) + aioice.stun.COOKIE.to_bytes(4) + b"0123456789ab"
 
@@ -58,3 +60,16 @@ async def test_a_report_that_is_cut_off_is_left_aside(link: Link) -> None:
     sound = link.peer._pc.getSenders()[0]
     await sound.transport._handle_rtcp_data(bytes(cut))
     assert await link.answers("still here")
+
+
+async def test_a_page_has_as_many_sources_as_it_needs(link: Link) -> None:
+    """Those that it makes up beyond that are not kept, and the first go on being heard."""
+    sound = link.peer._sound
+    told = cast("Noted", link.peer._congestion).lost_
+    page = link.theirs.transport
+    report = RtcpReceiverInfo(sound.ssrc, 64, 0, 0, 0, 0, 0)
+    for number in (*range(1, 500), *range(1, 4)):
+        await page._send_rtp(bytes(RtcpRrPacket(ssrc=number, reports=[report])))
+        await asyncio.sleep(0)
+    assert await link.answers("still here")
+    assert 20 < len(told) <= 32 + 3

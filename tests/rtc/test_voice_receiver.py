@@ -101,7 +101,10 @@ async def test_without_voice_nothing_is_received() -> None:
     """A server that has no speaker answers as it always did."""
     async with connected("sendrecv", None) as (peer, _, answer):
         assert "a=sendonly" in of_sound(answer)
-        assert "_handle_rtp_data" not in vars(_transport(peer))
+        transport = _transport(peer)
+        await transport._handle_rtp_data(b"\x80\x6f" + bytes(30), arrival_time_ms=0)
+        assert not transport._rtp_router.receivers
+        assert not transport._rtp_router.ssrc_table
 
 
 def _transport(peer: Peer) -> RTCDtlsTransport:

@@ -36,6 +36,23 @@ def is_plausible(data: bytes) -> bool:
     return first in _DTLS_13 or (first in _CONTENT and _has_whole_records(data))
 
 
+def source(data: bytes) -> bytes | None:
+    """Return the SSRC that a plausible datagram bears in the clear, None for one of DTLS."""
+    if not 128 <= data[0] < 192:
+        return None
+    return rtcp_source(data) if data[1] in _RTCP else rtp_source(data)
+
+
+def rtp_source(data: bytes) -> bytes:
+    """Return the SSRC of a packet of RTP (RFC 3550, 5.1)."""
+    return data[8:12]
+
+
+def rtcp_source(data: bytes) -> bytes:
+    """Return the SSRC of whoever sends a packet of RTCP (RFC 3550, 6.4)."""
+    return data[4:8]
+
+
 def _has_whole_records(data: bytes) -> bool:
     """Whether these are records of DTLS (RFC 6347, 4.1), and none an alert in the clear.
 

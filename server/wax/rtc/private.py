@@ -94,6 +94,8 @@ _RECONFIG_BYTES: Final = {13: 12 + 2 * _MAX_STREAMS, 16: 16}
 streams, and an answer to ours."""
 _SACK_BYTES: Final = 28
 """A packet with a SACK that has neither gaps nor duplicates."""
+_MAX_SOURCES: Final = 32
+"""Of one browser: a few for its reports, and one for a voice."""
 _WHOLE: Final = 0b11
 """The flags of a chunk that begins a message and ends it (RFC 9260, 3.3.1)."""
 _UINT32: Final = 2**32
@@ -315,12 +317,26 @@ class _Guard:
     def __init__(self, receive: Callable[[], Awaitable[bytes]]) -> None:
         self._receive = receive
         self.taken = 0
+        self.sources: set[bytes] = set()
+        """SSRCs that had the keys: libsrtp keeps a state of each for ever."""
 
     async def __call__(self) -> bytes:
-        while not datagram.is_plausible(data := await self._receive()):
+        while not self._may_pass(data := await self._receive()):
             pass
         self.taken += 1
         return data
+
+    def _may_pass(self, data: bytes) -> bool:
+        if not datagram.is_plausible(data):
+            return False
+        source = datagram.source(data)
+        return source is None or source in self.sources or len(self.sources) < _MAX_SOURCES
+
+
+def _note_source(dtls: RTCDtlsTransport, source: bytes) -> None:
+    guard: Any = dtls.transport._recv
+    if isinstance(guard, _Guard):
+        guard.sources.add(source)
 
 
 async def _receive_next(dtls: RTCDtlsTransport) -> None:
@@ -346,9 +362,7 @@ _take_next = RTCDtlsTransport._recv_next
 
 
 def _data_received(connection: aioice.ice.Connection, data: bytes, component: int) -> None:
-    """Keep so many that wait, the newest, where aioice keeps all; and no junk among them."""
-    if not datagram.is_plausible(data):
-        return
+    """Keep so many that wait, the newest, where aioice keeps all."""
     if connection._queue.qsize() >= _MAX_WAITING:
         connection._queue.get_nowait()
     _take_data(connection, data, component)
@@ -501,6 +515,7 @@ class ReceiverInPlace(ABC):
 
     async def _handle_rtp_data(self, data: bytes, arrival_time_ms: int) -> None:
         del arrival_time_ms  # by another clock
+        _note_source(self._transport, datagram.rtp_source(data))
         if self._is_receiving:
             self.heard(data)
 
@@ -692,9 +707,12 @@ def on_rtcp(transport: RTCDtlsTransport, callback: Callable[[bytes], None]) -> N
     """
 
     async def heard(data: bytes) -> None:
+        _note_source(transport, datagram.rtcp_source(data))
         callback(data)
 
-    async def ignored(data: bytes, arrival_time_ms: int) -> None: ...
+    async def ignored(data: bytes, arrival_time_ms: int) -> None:
+        del arrival_time_ms
+        _note_source(transport, datagram.rtp_source(data))
 
     transport._handle_rtcp_data = heard  # type: ignore[method-assign]  # see above
     vars(transport).setdefault("_handle_rtp_data", ignored)

@@ -63,6 +63,9 @@ class Transport(RTCDtlsTransport):
 
     async def _send(self, data: bytes) -> None: ...
 
+    async def _recv(self) -> bytes:
+        raise NotImplementedError
+
 
 class _Stock:
     """What our senders take over from aiortc's."""
