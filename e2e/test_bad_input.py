@@ -68,6 +68,7 @@ GO = {
     "speed": "fast",
     "seen_server_ms": None,
     "axes": {},
+    "beat": None,
 }
 
 
@@ -208,8 +209,13 @@ async def test_commands_of_an_old_turn_or_age_move_nothing(server: Server) -> No
 
         async def send(*, turn: int, late_ms: float = 0, **more: object) -> None:
             now_ms = driver.server_ms()
-            stamp = {"turn": turn, "sent_server_ms": now_ms - late_ms, "seen_server_ms": now_ms}
-            driver.drive.send(row(GO | stamp | {"seq": next(sequence)} | more))
+            stamp: dict[str, object] = {
+                "turn": turn,
+                "sent_server_ms": now_ms - late_ms,
+                "seen_server_ms": now_ms,
+            }
+            stamp |= {"seq": next(sequence), "beat": driver.beat}
+            driver.drive.send(row(GO | stamp | more))
             await asyncio.sleep(0.02)
 
         await send(turn=turn, linear=0.0, angular=0.0, held=False)

@@ -81,6 +81,7 @@ class LatchHarm:
         stop = await self._press()
         now_ms = operator.server_ms()
         right: dict[str, Any] = {"type": "release", "stop": stop, "sent_server_ms": now_ms}
+        right["beat"] = operator.beat
         text = json.dumps(right)
         match error:
             case "corruption":

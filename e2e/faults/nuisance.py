@@ -135,7 +135,9 @@ def replayed(found: Sequence[Arrival], one_way_s: float, max_age_ms: float) -> i
         while at < len(found) and found[at].at_s <= now_s:
             one = found[at]
             share = 0.0 if neutral else 1.0
-            command = Command(one.seq, 1, one.sent_s, share, 0.0, not neutral, "slow")
+            command = Command(
+                one.seq, 1, one.sent_s, share, 0.0, not neutral, "slow", heard_s=one.sent_s
+            )
             state, refusal = gate.accept(
                 state, _VIEWER, command, turn=turn, now_s=one.at_s, rules=rules
             )

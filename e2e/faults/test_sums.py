@@ -179,8 +179,9 @@ COMMAND: dict[str, Any] = {
     "speed": "fast",
     "seen_server_ms": None,
     "axes": {},
+    "beat": "x7-_2A",
 }
-RELEASE: dict[str, Any] = {"type": "release", "stop": 12, "sent_server_ms": 1234.5}
+RELEASE: dict[str, Any] = {"type": "release", "stop": 12, "sent_server_ms": 1234.5, "beat": None}
 
 
 def row(command: dict[str, Any]) -> str:

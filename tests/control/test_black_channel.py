@@ -28,6 +28,8 @@ from tests.control.rules import RULES
 from tests.examples import share_of
 
 from wax.control import gate, stop_latch
+from wax.control.beats import Beats
+from wax.control.command_freshness import CALM_HELD_S
 from wax.control.reasons import Hold
 from wax.control.stop_latch import StopLatch
 from wax.control.turn_view import TurnView
@@ -73,6 +75,7 @@ class Sent:
     held: bool = False
     pan: float | None = None
     stop: int = 0
+    beat: str | None = None
 
 
 @dataclass(frozen=True)
@@ -101,11 +104,12 @@ def text_of(sent: Sent, seq: int) -> str:
     if sent.kind == "drive":
         axes = {} if sent.pan is None else {"pan": sent.pan}
         seen_ms = now_ms - 50.0
-        row = ["drive", seq, sent.turn, now_ms, *sent.input, sent.held, "fast", seen_ms, axes]
-        return json.dumps(row)
+        hands = [*sent.input, sent.held, "fast"]
+        return json.dumps(["drive", seq, sent.turn, now_ms, *hands, seen_ms, axes, sent.beat])
     if sent.kind == "stop":
         return '{"type":"stop"}'
-    return json.dumps({"type": "release", "stop": sent.stop, "sent_server_ms": now_ms})
+    release = {"type": "release", "stop": sent.stop, "sent_server_ms": now_ms}
+    return json.dumps(release | {"beat": sent.beat})
 
 
 def seal(rng: random.Random, key: int, channel: str, text: str) -> bytes:
@@ -243,7 +247,8 @@ def _broken(sent: Sent, text: str) -> list[str]:
         [*good[:4], 1.5, *good[5:]],
         [*good[:4], "1", *good[5:]],
         [*good[:6], 1, *good[7:]],
-        [*good[:-1], {"pan": 2.0}],
+        [*good[:-2], {"pan": 2.0}, good[-1]],
+        [*good[:-1], 7],
     ]
     return [text[:-1], text.replace(stamp, "Infinity"), *map(json.dumps, rows)]
 
@@ -254,6 +259,7 @@ class Server:
     def __init__(self, turn: TurnView, now_s: float) -> None:
         self.turn, self.latch = turn, StopLatch()
         self.gate = gate.begin(turn.number, now_s)
+        self.beats = {viewer: Beats() for viewer in (ADA, BOB)}
 
     def begin(self, turn: TurnView, now_s: float) -> None:
         self.turn, self.gate = turn, gate.begin(turn.number, now_s)
@@ -276,7 +282,7 @@ class Server:
         self.gate, refusal = gate.accept(
             self.gate,
             record.link,
-            command_of(message),
+            command_of(message, self.beats[record.link].sent_s(message.beat)),
             turn=self.turn,
             now_s=now_s,
             rules=RULES,
@@ -289,7 +295,8 @@ class Server:
                 self.latch = stop_latch.press(self.latch, says(str(viewer)), now_s)
                 return "stopped"
             case messages.Release():
-                sent_s = message.sent_server_ms / 1000
+                heard_s = self.beats[viewer].sent_s(message.beat)
+                sent_s = min(message.sent_server_ms / 1000, heard_s + CALM_HELD_S)
                 self.latch, refusal = stop_latch.release(
                     self.latch, viewer, message.stop, sent_s, turn=self.turn, now_s=now_s
                 )
@@ -301,6 +308,7 @@ class Server:
                 return "no command"
 
     def beat(self, now_s: float) -> Setpoint:
+        """Decide anew; call it on every tick."""
         self.gate, setpoint = gate.decide(self.gate, self.turn, self.latch.stop, now_s, RULES)
         return setpoint
 
@@ -370,11 +378,13 @@ class Trace:
         self.input: tuple[float, float] = (0.0, 0.0)
         self.held = False
         self.pan: float | None = None
+        self.beats: dict[int, list[tuple[float, str]]] = {ADA: [], BOB: []}
 
     def run(self) -> str | None:
         """Play the trace; returns what went wrong, if anything did."""
         for _ in range(_TICKS):
             self.now_s += self.tick_s
+            self._send_beats()
             if self.rng.random() < 0.02:
                 self._hand_over()
             self._pages_speak()
@@ -399,6 +409,16 @@ class Trace:
         self.server.begin(self._turn(), self.now_s)
         self.oracle.begin(self.operator, self.number, self.now_s)
 
+    def _send_beats(self) -> None:
+        for viewer, beats in self.server.beats.items():
+            if beats.is_due(self.now_s, is_thin=False):
+                heard_s = self.now_s + self.channel.delay_s
+                self.beats[viewer].append((heard_s, beats.send(self.now_s)))
+
+    def _heard(self, viewer: int, by_s: float) -> str | None:
+        heard = (word for heard_s, word in reversed(self.beats[viewer]) if heard_s <= by_s)
+        return next(heard, None)
+
     def _pages_speak(self) -> None:
         """Send what the pages have to say, somewhen since the last beat."""
         rng = self.rng
@@ -409,13 +429,15 @@ class Trace:
                 self.seqs[sender] += 1
                 turn = self.believed_turn
                 meant = Sent("drive", sender, sent_s, turn, self.input, self.held, self.pan)
+                meant = replace(meant, beat=self._heard(sender, sent_s))
                 self.channel.send(meant, self.seqs[sender])
         stop = self.server.latch.stop
         if rng.random() < (self.stop_chance if stop is None else self.stop_chance / 10):
             self.channel.send(Sent("stop", rng.choice([ADA, BOB]), sent_s), 0)
         if stop is not None and rng.random() < 0.35:
             releaser = self.operator if rng.random() < 0.9 else rng.choice([ADA, BOB])
-            self.channel.send(Sent("release", releaser, sent_s, stop=stop.number), 0)
+            beat = self._heard(releaser, sent_s)
+            self.channel.send(Sent("release", releaser, sent_s, stop=stop.number, beat=beat), 0)
 
     def _move_hands(self) -> None:
         rng = self.rng

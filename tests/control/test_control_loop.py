@@ -185,6 +185,7 @@ class Bench:
             held=linear != 0,
             speed="fast",
             seen_s=self.clock.time_s,
+            heard_s=self.clock.time_s,
         )
 
     def offer(self, linear: float = 0.0, *, viewer: int = A) -> Refusal | None:
@@ -1166,7 +1167,7 @@ async def heard(driver: FakeDriver, *call: object) -> None:
 def page(seq: int, linear: float) -> Command:
     """Make what a page sends at this moment."""
     now_s = SystemClock().now_s()
-    return Command(seq, 1, now_s, linear, 0.0, linear != 0, "fast", seen_s=now_s)
+    return Command(seq, 1, now_s, linear, 0.0, linear != 0, "fast", seen_s=now_s, heard_s=now_s)
 
 
 def live(

@@ -47,6 +47,7 @@ def command(seq: int, sent_s: float, linear: float = 0.0, angular: float = 0.0) 
         held=linear != 0 or angular != 0,
         speed="fast",
         seen_s=sent_s,
+        heard_s=sent_s,
     )
 
 

@@ -41,6 +41,7 @@ class Word:
     turn: int = TURN
     seq_back: int = 0  # how far the sequence number lies behind the highest sent
     delay_s: float = 0.0
+    heard_s: float = 0.0  # how long before it arrived the newest beat was sent that it names
     hands: tuple[float, float, bool] = (0.0, 0.0, False)
     speed: str = "fast"
     picture_s: float | None = 0.0  # how old what is seen was when the command was sent
@@ -60,6 +61,7 @@ words = st.builds(
     turn=st.sampled_from([TURN] * 6 + [TURN - 1, TURN + 1]),
     seq_back=st.sampled_from([0] * 6 + [1, 2]),
     delay_s=st.one_of(st.just(0.0), st.just(0.0), st.floats(0.0, 0.2), st.floats(-0.3, 0.5)),
+    heard_s=st.one_of(st.just(0.0), st.floats(0.0, 1.0), st.just(math.inf)),
     hands=st.one_of(
         st.just((0.0, 0.0, False)),
         st.tuples(st.floats(-1, 1), st.sampled_from([0.0, 1.0, -1.0]), st.just(True)),
@@ -100,17 +102,19 @@ class Judge:
         if seen_s is not None and seen_s - now_s > 0.05 + self.one_way_s:
             seen_s = None
         seen_s = None if seen_s is None else min(seen_s, now_s)
+        # By the server's clock alone it was sent no later than this.
+        sent_s = min(command.sent_s, now_s, command.heard_s + self.one_way_s + 0.35)
         rules = [
             viewer == OPERATOR and self.present,
             command.turn == TURN,
             all(command.seq > other.seq for other in self.taken),
             all(math.isfinite(n) and abs(n) <= 1 for n in numbers),
-            now_s - command.sent_s <= 0.15 + self.one_way_s,
+            now_s - sent_s <= 0.15 + self.one_way_s,
             command.sent_s - now_s <= 0.05 + self.one_way_s,
             self.newest() is not None or self.sight(seen_s, now_s) != "none",
         ]
         if all(rules):
-            command = replace(command, sent_s=min(command.sent_s, now_s), seen_s=seen_s)
+            command = replace(command, sent_s=sent_s, seen_s=seen_s)
             self.taken.append(command)
             hands_off = command.linear == command.angular == 0 and not command.held
             if hands_off and command.sent_s >= self.hold_s and not self.released:
@@ -180,6 +184,7 @@ def test_motion_only_by_the_rules(trace: list[Word], one_way_s: float) -> None:
                     speed="slow" if word.speed == "slow" else "fast",
                     seen_s=None if word.picture_s is None else sent_s - word.picture_s,
                     axes=word.axes,
+                    heard_s=now_s - word.heard_s,
                 )
                 judge.hear(word.viewer, command, now_s)
                 state, _ = gate.accept(
@@ -229,11 +234,11 @@ def test_no_number_gets_past_the_gate(
 ) -> None:
     """NaN, infinity and what is out of range are refused, and the robot stands."""
     turn = TurnView(number=TURN, operator=OPERATOR, present=True, one_way_s=0.3, sees=True)
-    neutral = Command(1, TURN, 0.5, 0, 0, False, "fast", seen_s=0.5)
+    neutral = Command(1, TURN, 0.5, 0, 0, False, "fast", seen_s=0.5, heard_s=0.5)
     state, _ = gate.accept(
         gate.begin(TURN, 0.0), OPERATOR, neutral, turn=turn, now_s=0.5, rules=RULES
     )
-    wild = Command(2, TURN, sent_s, linear, angular, True, "fast", seen_s, {"pan": pan})
+    wild = Command(2, TURN, sent_s, linear, angular, True, "fast", seen_s, {"pan": pan}, 0.5)
     state, refusal = gate.accept(state, OPERATOR, wild, turn=turn, now_s=0.5, rules=RULES)
     sound = all(abs(n) <= 1 for n in (linear, angular, pan)) and math.isfinite(sent_s)
     assert sound or refusal is not None
@@ -268,7 +273,7 @@ def test_no_number_of_the_robots_own_gets_out(
     state = gate.begin(TURN, 0.0)
     for seq, (linear, angular) in enumerate([(0.0, 0.0), shares]):
         held = (linear, angular) != (0.0, 0.0)
-        command = Command(seq, TURN, 0.5, linear, angular, held, "fast", seen_s=0.5)
+        command = Command(seq, TURN, 0.5, linear, angular, held, "fast", seen_s=0.5, heard_s=0.5)
         state, _ = gate.accept(state, OPERATOR, command, turn=turn, now_s=0.5, rules=rules)
     _, setpoint = gate.decide(state, turn, None, 0.5, rules)
     for part, limit in (
@@ -299,7 +304,7 @@ def test_never_faster_by_more_than_the_acceleration(
         if hands is not None:
             held = hands != (0.0, 0.0)
             seen_s = now_s - picture_s
-            command = Command(seq, TURN, now_s, *hands, held, "fast", seen_s=seen_s)
+            command = Command(seq, TURN, now_s, *hands, held, "fast", seen_s, heard_s=now_s)
             state, _ = gate.accept(state, OPERATOR, command, turn=turn, now_s=now_s, rules=rules)
         state, setpoint = gate.decide(state, turn, None, now_s, rules)
         before, told = told, ramp.step(setpoint, told, gap_s, rules).twist

@@ -268,6 +268,7 @@ class Crowd:
             held=share != 0,
             speed="fast",
             seen_s=self.clock.time_s,
+            heard_s=self.clock.time_s,
         )
         sent = Sent(viewer, command)
         self.under_way.append(sent)

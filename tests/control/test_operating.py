@@ -65,6 +65,7 @@ class Rig(Bench):
             self.clock.time_s,
             held or {},
             wanted or {},
+            heard_s=self.clock.time_s,
         )
         return self.loop.operate(viewer, asked, is_host=is_host, one_way_s=0.1)
 

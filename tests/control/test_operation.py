@@ -51,7 +51,7 @@ def asked(
     held: Mapping[str, float] | None = None,
     wanted: Mapping[str, float] | None = None,
 ) -> Operation:
-    return Operation(seq, turn, sent_s, held or {}, wanted or {})
+    return Operation(seq, turn, sent_s, held or {}, wanted or {}, heard_s=min(sent_s, 10.0))
 
 
 def accept(
@@ -112,6 +112,30 @@ def test_a_time_in_the_future_makes_nothing_last_longer() -> None:
     """A clock that is a little ahead does not hold a horn for longer."""
     state = taken(OperationState(), asked(1, sent_s=10.1, held={"horn": 1}))
     assert works(state, now_s=10.001 + TTL_S) == {}
+
+
+@pytest.mark.parametrize(
+    ("viewer", "heard_s", "expected"),
+    [
+        (A, 9.31, None),
+        (A, 9.29, Refusal.TOO_OLD),
+        (B, 8.31, None),
+        (B, 8.29, Refusal.TOO_OLD),
+        (B, -math.inf, Refusal.TOO_OLD),
+    ],
+)
+def test_what_is_held_is_as_old_as_its_beat(
+    viewer: int, heard_s: float, expected: Refusal | None
+) -> None:
+    """Whatever time a page claims; who does not drive hears a beat less often."""
+    held = replace(asked(1, held={"horn": 1}), heard_s=heard_s)
+    roles = DRIVES if viewer == A else WATCHES
+    state, refusal = accept(OperationState(), held, viewer=viewer, roles=roles)
+    assert refusal is expected
+    until_s = heard_s + (0.35 if viewer == A else 1.35) + 0.1 + TTL_S
+    if expected is None:
+        assert works(state, now_s=min(until_s, 10.0 + TTL_S) - 0.001) == {"horn": True}
+        assert works(state, now_s=min(until_s, 10.0 + TTL_S) + 0.001) == {}
 
 
 def test_letting_go_is_never_too_late() -> None:
@@ -305,7 +329,9 @@ def test_held_only_by_the_rules(trace: list[Word]) -> None:
             case "ask":
                 seq += 1
                 sent_s = now_s - word.delay_s
-                what = Operation(seq - word.seq_back, word.turn, sent_s, word.held, word.wanted)
+                what = Operation(
+                    seq - word.seq_back, word.turn, sent_s, word.held, word.wanted, heard_s=now_s
+                )
                 before = state
                 state, refusal = accept(
                     state,

@@ -20,9 +20,10 @@ CORE: Final = "server/firmware/wax/src/core"
 _LONG: Final = ("properties", "black_channel", "hand_over")
 """Parts of the names of tests that try many cases, and take as long."""
 
-_GATE: Final = ("test_gate", "test_gate_properties", "test_black_channel")
+_GATE: Final = ("test_gate", "test_lying_page", "test_gate_properties", "test_black_channel")
 _LOOP: Final = ("test_control_loop",)
 _CONTROL: Final[dict[str, tuple[str, ...]]] = {
+    "beats": ("test_beats",),
     "command": _GATE,
     "command_freshness": ("test_command_freshness", *_GATE),
     "gate": _GATE,

@@ -62,5 +62,5 @@ def test_any_row_is_a_message_or_refused(values: list[Any], kind: str) -> None:
 
 def test_times_are_written_to_a_tenth_of_a_millisecond() -> None:
     """No clock of a browser is read more finely, and every byte counts."""
-    pong = messages.Pong(id=1, sent_page_ms=1.25049, server_ms=99_999.9999)
-    assert compact.write(pong) == '["pong",1,1.3,100000.0]'
+    pong = messages.Pong(id=1, sent_page_ms=1.25049, server_ms=99_999.9999, beat="x7-_2A")
+    assert compact.write(pong) == '["pong",1,1.3,100000.0,"x7-_2A"]'

@@ -103,6 +103,7 @@ class FakePeer:
         self.sent: list[dict[str, Any]] = []
         self.rows: list[list[Any]] = []
         self.room: dict[str, Any] = {}
+        self.beat: str | None = None
         self.is_alive = True
         FakePeer.made.append(self)
 
@@ -113,6 +114,7 @@ class FakePeer:
         message = json.loads(text)
         if channel == "drive":
             self.rows.append(message)
+            self.beat = message[-1] if message[0] in ("pong", "beat") else self.beat
             return
         if message["type"] == "room_change":
             message = room_change.applied(self.room, message)
@@ -134,6 +136,10 @@ class FakePeer:
     def open(self) -> None:
         self.events.connected()
         self.events.ready()
+
+    def pings(self) -> None:
+        """Ask for a pong, and hear the beat in it."""
+        self.events.received("drive", '["ping",1,0,null,null]')
 
     def says(self, **message: object) -> None:
         self.events.received("state", json.dumps(message))
@@ -214,6 +220,7 @@ class Rig:
     async def enter(self, client: str, *, is_host: bool = False) -> FakePeer:
         await self.room.answer(visitor(client, is_host=is_host), TAB, OFFER)
         FakePeer.made[-1].open()
+        FakePeer.made[-1].pings()
         return FakePeer.made[-1]
 
     def wait(self, seconds: float, *alive: FakePeer) -> None:
@@ -221,7 +228,7 @@ class Rig:
         for _ in range(round(seconds * 10)):
             self.clock.time_s += 0.1
             for peer in alive:
-                peer.events.received("drive", "x")
+                peer.pings()
             self.loop.step(self.clock.time_s)
             self.room.round(self.clock.time_s)
 
@@ -229,7 +236,8 @@ class Rig:
         """Let a page send a set-point at this moment, in the turn that runs."""
         turn = self.room.snapshot(self.clock.time_s).turn.number
         now_ms = self.clock.time_s * 1000
-        row = ["drive", seq, turn, now_ms, linear, 0.0, linear != 0, "fast", now_ms, {}]
+        hands = [linear, 0.0, linear != 0, "fast"]
+        row = ["drive", seq, turn, now_ms, *hands, now_ms, {}, peer.beat]
         peer.events.received("drive", json.dumps(row))
 
     def names(self) -> list[str]:
@@ -518,7 +526,7 @@ async def test_only_operator_and_host_release(rig: Rig) -> None:
     rig.wait(0.2, ada, bob)
 
     def release(peer: FakePeer, stop: int) -> None:
-        peer.says(type="release", stop=stop, sent_server_ms=rig.clock.time_s * 1000)
+        peer.says(type="release", stop=stop, sent_server_ms=rig.clock.time_s * 1000, beat=peer.beat)
         rig.wait(0.1, ada, bob)
 
     bob.says(type="stop")

@@ -27,7 +27,9 @@ SAID: dict[str, Callable[[int], dict[str, Any]]] = {
     "names": lambda n: {"type": "name", "name": f"{n} " * 20},
     "the queue": lambda n: {"type": "join" if n % 2 else "leave"},
     "stops": lambda n: (
-        {"type": "stop"} if n % 2 else {"type": "release", "stop": n // 2, "sent_server_ms": 0.0}
+        {"type": "stop"}
+        if n % 2
+        else {"type": "release", "stop": n // 2, "sent_server_ms": 0.0, "beat": None}
     ),
 }
 """Each floods in another way; all together in the last case."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
@@ -18,7 +19,7 @@ from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
 from wax.protocol import messages
 from wax.session.viewer import Viewer
-from wax.streams.live import LiveService
+from wax.streams.live import LiveService, LiveStreams
 from wax.telemetry import Counters
 
 if TYPE_CHECKING:
@@ -131,6 +132,7 @@ def _drive(**changes: object) -> str:
         "speed": "slow",
         "seen_server_ms": None,
         "axes": {},
+        "beat": None,
     }
     return json.dumps(list((command | changes).values()))
 
@@ -163,6 +165,8 @@ def test_a_command_becomes_a_value() -> None:
         _drive(speed="warp"),
         _drive(sent_server_ms=None),
         _drive(axes={"pan": 2}),
+        _drive(beat=7),
+        _drive(beat="7 chars"),
         _drive(axes={str(i): 0 for i in range(5)}),
         _drive().replace("0.5", "NaN"),
         _drive().replace("0.5", "1e999"),
@@ -204,7 +208,63 @@ def test_a_ping_is_answered_with_both_clocks() -> None:
     """The pong returns the page's stamp and adds the server's, on the lossy channel."""
     connected = _scene()
     connected.viewer.received("drive", '["ping",3,12.5,null,null]')
-    assert connected.room.sent[-1] == ("drive", ["pong", 3, 12.5, 100_000.0])
+    channel, (*clocks, beat) = connected.room.sent[-1]
+    assert (channel, clocks) == ("drive", ["pong", 3, 12.5, 100_000.0])
+    assert len(beat) == 6
+
+
+def _beats(connected: Connected) -> list[str]:
+    rows = [said for channel, said in connected.room.sent if channel == "drive"]
+    return [row[-1] for row in rows if row[0] in ("pong", "beat")]
+
+
+def test_a_command_is_as_old_as_the_beat_that_it_names() -> None:
+    """By the server's clock: what the page has heard tells when it can have been sent."""
+    connected = _scene()
+    connected.viewer.received("drive", '["ping",3,12.5,null,null]')
+    connected.clock.time_s += 0.05
+    connected.viewer.received("drive", _drive(beat=_beats(connected)[-1]))
+    connected.viewer.received("drive", _drive(beat="guess_"))
+    connected.viewer.received("drive", _drive(beat=None))
+    heard_s = [command.heard_s for name, command in connected.room.calls if name == "drive"]
+    assert heard_s == [100.0, -math.inf, -math.inf]
+
+
+def test_a_new_peer_has_heard_nothing() -> None:
+    """What a page heard over its connection before proves nothing over the next."""
+    connected = _scene()
+    connected.viewer.received("drive", '["ping",3,12.5,null,null]')
+    connected.viewer.lanes()
+    connected.viewer.received("drive", _drive(beat=_beats(connected)[-1]))
+    assert connected.room.calls[-1][1].heard_s == -math.inf
+
+
+@pytest.mark.parametrize(("is_thin", "heard"), [(False, 10), (True, 5)])
+def test_who_sends_commands_hears_beats(
+    is_thin: bool, heard: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ten a second, over a thin link five; who sends none hears those of the pongs alone."""
+    connected = _scene()
+    monkeypatch.setattr(LiveStreams, "is_thin", is_thin)
+    assert _beats(connected) == []
+    for _ in range(50):
+        connected.viewer.received("drive", _drive())
+        connected.clock.time_s += 0.02
+    assert abs(len(set(_beats(connected))) - heard) <= 2
+
+
+def test_a_release_counts_as_sent_when_its_beat_was_heard() -> None:
+    """A page cannot date a release of Stop by its arrival."""
+    connected = _scene()
+    connected.viewer.received("drive", '["ping",3,12.5,null,null]')
+    connected.clock.time_s += 5.0
+    now_ms, beat = connected.clock.time_s * 1000, _beats(connected)[-1]
+    late = messages.Release(type="release", stop=1, sent_server_ms=now_ms, beat=beat)
+    assert connected.viewer.release_sent_s(late) == pytest.approx(101.35)
+    unheard = late.model_copy(update={"beat": None})
+    assert connected.viewer.release_sent_s(unheard) == -math.inf
+    honest = late.model_copy(update={"sent_server_ms": 100_500.0})
+    assert connected.viewer.release_sent_s(honest) == 100.5
 
 
 def test_a_stop_passes_in_a_flood() -> None:
@@ -223,7 +283,8 @@ def test_a_stop_passes_in_a_flood() -> None:
 def test_a_release_names_its_stop() -> None:
     """The room learns which stop is meant."""
     connected = _scene()
-    connected.viewer.received("state", '{"type":"release","stop":3,"sent_server_ms":99990.0}')
+    release = {"type": "release", "stop": 3, "sent_server_ms": 99_990.0, "beat": None}
+    connected.viewer.received("state", json.dumps(release))
     assert connected.room.calls[-1] == ("release", 3)
 
 

@@ -23,7 +23,7 @@ def test_every_message_is_described() -> None:
     made = schema()
     assert set(made["properties"]) == {"DriveIn", "DriveOut", "StateIn", "StateOut"}
     names = set().union(*(members(getattr(messages, name)) for name in made["properties"]))
-    assert len(names) == 43
+    assert len(names) == 44
     assert names <= set(made["$defs"])
 
 
@@ -60,7 +60,7 @@ def test_the_page_is_told_what_stands_where_in_a_row() -> None:
     """Of every message of the drive channel all fields are listed in order, those within too."""
     made = schema()
     columns = made["constants"]["DRIVE_COLUMNS"]
-    assert set(columns) == {"drive", "operate", "ping", "report", "pong", "operated"}
+    assert set(columns) == {"drive", "operate", "ping", "report", "pong", "beat", "operated"}
     for name in members(messages.DriveIn) | members(messages.DriveOut):
         fields = made["$defs"][name]["properties"]
         assert list(columns[name.lower()]) == list(fields), name

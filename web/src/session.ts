@@ -121,6 +121,7 @@ export function startSession(): Session {
   const controller = new DriveController({
     state,
     serverMs: () => link.clock.toServerMs(performance.now()),
+    beat: () => link.beat,
     seenServerMs: () => (wants().picture ? reporter.picture.newestServerMs : null),
     uplink: () => ({
       linkBps: state.served.peek()?.link_bps ?? null,

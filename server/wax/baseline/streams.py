@@ -170,6 +170,10 @@ class BaselineStreams:
         if self._lanes:
             self._act(self._sender.round_trip(round_trip_s, self._clock.now_s()))
 
+    @property
+    def is_thin(self) -> bool:
+        return True  # it estimates no rate, and is measured over modems
+
     def reported(self, report: PlayoutReport) -> None:
         now_s = self._clock.now_s()
         state = self._sender.state()

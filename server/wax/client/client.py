@@ -108,10 +108,12 @@ class Client:
         self._pings = 0
         self._pong: tuple[int, float] | None = None
         self._answered: deque[int] = deque(maxlen=_ANSWERED)
+        self.beat: str | None = None
+        """The newest beat heard, for the next command."""
         self._receipts: Receipts | None = None
         self._reporter = Reporter()
         self.state.on("message", self._heard)
-        self.drive.on("message", self._heard_pong)
+        self.drive.on("message", self._heard_drive)
 
     async def __aenter__(self) -> Self:
         try:
@@ -315,9 +317,12 @@ class Client:
             self._on_message(message)
         self._news.set()
 
-    def _heard_pong(self, data: str | bytes) -> None:
+    def _heard_drive(self, data: str | bytes) -> None:
         now_ms = _now_ms()
         pong = compact.read(data, messages.DRIVE_COLUMNS)
+        self.beat = pong.get("beat", self.beat)
+        if pong["type"] != "pong":
+            return
         self.clock.add(pong["sent_page_ms"], now_ms, pong["server_ms"])
         if self._pong is None or pong["id"] > self._pong[0]:
             self._pong = pong["id"], now_ms

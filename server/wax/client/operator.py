@@ -139,6 +139,7 @@ class Operator(Client):
             "speed": self.speed,
             "seen_server_ms": self.server_ms() if self.sees_now else self.seen_server_ms,
             "axes": {},
+            "beat": self.beat,
         } | other
         return json.dumps(["drive", seq, *said.values()], separators=(",", ":"))
 
@@ -155,7 +156,7 @@ class Operator(Client):
 
     def release(self, stop: int) -> None:
         """Release this stop on the state channel."""
-        self.say(type="release", stop=stop, sent_server_ms=self.server_ms())
+        self.say(type="release", stop=stop, sent_server_ms=self.server_ms(), beat=self.beat)
 
     # --- inside -------------------------------------------------------------------------------
 

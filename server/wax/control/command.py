@@ -17,7 +17,8 @@ class Command:
     `linear` and `angular` are fractions of the limits in -1…1 (ahead and left are positive), `held`
     is the dead-man switch, `axes` the positions in -1…1 of the axes being held. `sent_s` and
     `seen_s` (the capture time of the newest picture on screen, None if there is none) are on the
-    server's clock.
+    server's clock, as the page claims; `heard_s` is known: when the newest beat was sent that the
+    page had heard, minus infinity if it had heard none.
     """
 
     seq: int
@@ -29,6 +30,7 @@ class Command:
     speed: Literal["slow", "fast"]
     seen_s: float | None = None
     axes: Mapping[str, float] = field(default_factory=dict)
+    heard_s: float = -math.inf
 
     @property
     def asks_for_motion(self) -> bool:

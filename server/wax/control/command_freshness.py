@@ -4,6 +4,12 @@ A backlog that a slow link delivers all at once is therefore stale. The limit is
 age plus the one-way delay measured at the start of the turn: a link with a steady long delay can
 be driven over, and one whose delay grows stops the robot. All timestamps are in seconds on the
 server's clock, to which the page has aligned its own. NaN is never fresh.
+
+A page may claim any time. So each command names the newest beat that its sender has heard
+(`wax.control.beats`), and counts as sent no later than that beat was, plus what one takes to arrive
+and may be held. By the server's clock alone a command therefore moves nothing later than
+`max_age_s` + 2 · one-way delay + `HELD_S` after its sender last heard anything. Claims of the delay
+raise that no further than `max_command_age_s` lets them.
 """
 
 from __future__ import annotations
@@ -15,6 +21,13 @@ if TYPE_CHECKING:
 
 FUTURE_S: Final = 0.050
 """A timestamp further ahead than this plus the one-way delay means the clock is not aligned."""
+
+HELD_S: Final = 0.35
+"""How long whoever drives may have held the newest beat: they are sent one each 0.1 s, and two may
+be lost."""
+
+CALM_HELD_S: Final = 1.0 + HELD_S
+"""The same for others, who hear one a second."""
 
 MAX_ONE_WAY_S: Final = 2.0
 """The largest delay allowed for: nobody drives over a slower link, whatever is configured."""
@@ -31,6 +44,16 @@ def time_to_live_s(one_way_s: float | None, rules: Rules) -> float | None:
     """Return how long a command counts after it was sent; None if the delay is too long."""
     ttl_s = rules.max_age_s + allowance_s(one_way_s)
     return ttl_s if ttl_s <= rules.max_command_age_s else None
+
+
+def credible_sent_s(
+    sent_s: float, heard_s: float, now_s: float, *, one_way_s: float | None, held_s: float = HELD_S
+) -> float:
+    """Return when something counts as sent that claims `sent_s` and has arrived by `now_s`.
+
+    `heard_s` is when the newest beat was sent that its sender had heard, minus infinity if none.
+    """
+    return min(sent_s, now_s, heard_s + allowance_s(one_way_s) + held_s)
 
 
 def is_too_old(sent_s: float, now_s: float, ttl_s: float) -> bool:

@@ -22,7 +22,12 @@ from typing import TYPE_CHECKING, Final
 
 from wax.control import speed, video_freshness
 from wax.control.command import Command
-from wax.control.command_freshness import is_from_future, is_too_old, time_to_live_s
+from wax.control.command_freshness import (
+    credible_sent_s,
+    is_from_future,
+    is_too_old,
+    time_to_live_s,
+)
 from wax.control.reasons import (
     ABOARD,
     NO_LIMITS,
@@ -57,10 +62,10 @@ released and pressed again."""
 class GateState:
     """What the gate remembers within the turn with this number.
 
-    `command` is the newest that counted; its `sent_s` is never later than its arrival, never
-    earlier than `hold_since_s`. While it is None only a neutral one is accepted; `hold` says why.
-    `refused` is why the operator's newest command did not count, None after one that did.
-    `well_s` is when command and picture were last both fresh.
+    `command` is the newest that counted; its `sent_s` is never later than its arrival or than is
+    credible, never earlier than `hold_since_s`. While it is None only a neutral one is accepted;
+    `hold` says why. `refused` is why the operator's newest command did not count, None after one
+    that did. `well_s` is when command and picture were last both fresh.
     """
 
     turn: int = 0
@@ -116,10 +121,12 @@ def accept(
         return state, refusal
     # A timestamp in the future must not make the command, or the sender's picture, last longer.
     seen_s = video_freshness.credible_seen_s(command.seen_s, now_s, turn.one_way_s)
-    refusal = _unusable(command, turn, now_s, rules) or _unseeing(state, seen_s, turn, now_s, rules)
+    sent_s = credible_sent_s(command.sent_s, command.heard_s, now_s, one_way_s=turn.one_way_s)
+    refusal = _unusable(command, sent_s, turn, now_s, rules)
+    refusal = refusal or _unseeing(state, seen_s, turn, now_s, rules)
     if refusal is not None:
         return replace(state, refused=refusal), refusal
-    command = replace(command, sent_s=min(command.sent_s, now_s), seen_s=seen_s)
+    command = replace(command, sent_s=sent_s, seen_s=seen_s)
     state = replace(state, newest_seq=command.seq, refused=None)
     if command.sent_s < state.hold_since_s:
         return state, None
@@ -178,14 +185,16 @@ def _foreign(state: GateState, viewer: int, command: Command, turn: TurnView) ->
     return None
 
 
-def _unusable(command: Command, turn: TurnView, now_s: float, rules: Rules) -> Refusal | None:
-    """Refuse what must not move the robot, whoever sends it."""
+def _unusable(
+    command: Command, sent_s: float, turn: TurnView, now_s: float, rules: Rules
+) -> Refusal | None:
+    """Refuse what must not move the robot, whoever sends it; `sent_s` is the credible time."""
     if not command.is_in_range:
         return Refusal.OUT_OF_RANGE
     ttl_s = time_to_live_s(turn.one_way_s, rules)
     if ttl_s is None:
         return Refusal.TOO_SLOW
-    if is_too_old(command.sent_s, now_s, ttl_s):
+    if is_too_old(sent_s, now_s, ttl_s):
         return Refusal.TOO_OLD
     if is_from_future(command.sent_s, now_s, one_way_s=turn.one_way_s):
         return Refusal.FROM_FUTURE

@@ -19,7 +19,14 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
-from wax.control.command_freshness import is_from_future, is_too_old, time_to_live_s
+from wax.control.command_freshness import (
+    CALM_HELD_S,
+    HELD_S,
+    credible_sent_s,
+    is_from_future,
+    is_too_old,
+    time_to_live_s,
+)
 from wax.control.reasons import Refusal
 
 if TYPE_CHECKING:
@@ -39,7 +46,8 @@ class Operation:
     """All that a page holds now, and what it sets, by the controls' names.
 
     Values are numbers: 1 for a button that is held or a toggle that is on, 0 for one that is off, a
-    slider's own value, and the place of a choice in its list.
+    slider's own value, and the place of a choice in its list. `sent_s` is what the page claims,
+    `heard_s` when the newest beat was sent that it had heard, as in `Command`.
     """
 
     seq: int
@@ -47,6 +55,7 @@ class Operation:
     sent_s: float
     held: Mapping[str, float] = field(default_factory=dict)
     wanted: Mapping[str, float] = field(default_factory=dict)
+    heard_s: float = -math.inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +129,8 @@ class Controls:
             refusal = Refusal.STOPPED
         until_s = math.inf
         if refusal is None and (operation.held or operation.wanted):
-            refusal, until_s = self._untimely(by, operation, now_s)
+            held_s = HELD_S if by.viewer == turn.operator else CALM_HELD_S
+            refusal, until_s = self._untimely(by, operation, held_s, now_s)
         if refusal is not None:
             return state, refusal
         spent = frozenset() if hand is None else hand.spent & operation.held.keys()
@@ -181,18 +191,20 @@ class Controls:
         return None
 
     def _untimely(
-        self, by: Operator, operation: Operation, now_s: float
+        self, by: Operator, operation: Operation, held_s: float, now_s: float
     ) -> tuple[Refusal | None, float]:
         """Refuse what is too old; else return until when what is held counts."""
         ttl_s = time_to_live_s(by.one_way_s, self._rules) if operation.held else SET_TTL_S
         if ttl_s is None:
             return Refusal.TOO_SLOW, math.inf
-        if is_too_old(operation.sent_s, now_s, ttl_s):
+        sent_s = credible_sent_s(
+            operation.sent_s, operation.heard_s, now_s, one_way_s=by.one_way_s, held_s=held_s
+        )
+        if is_too_old(sent_s, now_s, ttl_s):
             return Refusal.TOO_OLD, math.inf
         if is_from_future(operation.sent_s, now_s, one_way_s=by.one_way_s):
             return Refusal.FROM_FUTURE, math.inf
-        # A timestamp in the future must not make it last longer.
-        return None, min(operation.sent_s, now_s) + ttl_s
+        return None, sent_s + ttl_s
 
 
 def let_go(state: OperationState, viewer: int | None = None) -> OperationState:

@@ -28,6 +28,8 @@ Counter = Annotated[int, Field(ge=0, le=2**53)]
 Unit = Annotated[float, Field(ge=-1, le=1)]
 Role = Literal["operator", "queued", "observer"]
 Speed = Literal["slow", "fast"]
+HeardBeat = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{6}$")] | None
+"""The newest beat that the page has heard (`wax.control.beats`), null before the first."""
 
 
 class _Incoming(BaseModel):
@@ -51,7 +53,7 @@ class Drive(_Incoming):
     `linear` and `angular` are fractions of the robot's limits (ahead and left are positive). `held`
     is the dead-man: some control is held down. Without it nothing moves, whatever the fractions.
     `axes` are the positions of the axes being held; the others keep theirs. `seen_server_ms` is the
-    capture time of the newest picture on screen, null if unknown.
+    capture time of the newest picture on screen, null if unknown. `beat` proves `sent_server_ms`.
     """
 
     type: Literal["drive"]
@@ -64,6 +66,7 @@ class Drive(_Incoming):
     speed: Speed
     seen_server_ms: Ms | None
     axes: Annotated[dict[Annotated[str, Field(max_length=16)], Unit], Field(max_length=4)] = {}
+    beat: HeardBeat
 
 
 ControlName = Annotated[str, Field(max_length=16)]
@@ -84,6 +87,7 @@ class Operate(_Incoming):
     sent_server_ms: Ms
     held: Annotated[dict[ControlName, ControlNumber], Field(max_length=4)]
     wanted: Annotated[dict[ControlName, ControlNumber], Field(max_length=2)]
+    beat: HeardBeat
 
 
 class Ping(_Incoming):
@@ -187,6 +191,7 @@ class Release(_Incoming):
     type: Literal["release"]
     stop: Counter
     sent_server_ms: Ms
+    beat: HeardBeat
 
 
 class Want(_Incoming):
@@ -318,12 +323,20 @@ class Invite(_Incoming):
 
 
 class Pong(_Outgoing):
-    """Answer to a ping, on the drive channel."""
+    """Answer to a ping, on the drive channel; also a beat."""
 
     type: Literal["pong"] = "pong"
     id: int
     sent_page_ms: float
     server_ms: float
+    beat: str
+
+
+class Beat(_Outgoing):
+    """A beat between pongs for whoever sends commands, on the drive channel."""
+
+    type: Literal["beat"] = "beat"
+    beat: str
 
 
 class Operated(_Outgoing):
@@ -879,7 +892,7 @@ HostIn = (
 StateIn = (
     SetName | Join | Leave | Here | Stop | Release | Want | Look | KeepTape | Received | HostIn
 )
-DriveOut = Pong | Operated
+DriveOut = Pong | Beat | Operated
 StateOut = (
     Hello
     | RoomState

@@ -248,7 +248,7 @@ class Room:
 
     def viewer_releases(self, viewer: Viewer, release: messages.Release) -> None:
         with self._refusing(viewer):
-            sent_s = release.sent_server_ms / 1000
+            sent_s = viewer.release_sent_s(release)
             self._stops.release(viewer, release.stop, sent_s, is_host=viewer.visitor.is_host)
 
     def viewer_drives(self, viewer: Viewer, command: Command) -> None:

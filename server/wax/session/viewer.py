@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Final, Protocol
 import structlog
 
 from wax.access import permissions
+from wax.control.beats import Beats
+from wax.control.command_freshness import CALM_HELD_S
 from wax.control.gate import Command
 from wax.control.operation import Operation
 from wax.control.reasons import Refusal
@@ -116,6 +118,7 @@ class Viewer:
         self.name = f"Guest {number}"
         self.peer: Peer | None = None
         self.link = LinkMonitor(clock.now_s())
+        self._beats = Beats()
         self.report: messages.Report | None = None
         self.made_up_ms = LastMinute()
         self.frozen_ms = LastMinute()
@@ -165,6 +168,7 @@ class Viewer:
         """Make lanes for a new peer and release those of the previous one."""
         self.release()
         self.link = LinkMonitor(self._clock.now_s())
+        self._beats = Beats()
         self.boundary = self._make_boundary()
         return self.streams.lanes()
 
@@ -316,9 +320,12 @@ class Viewer:
                 if message.held and not self._commands.take(now_s):
                     self._counters.add("messages over the rate")
                     return
-                self._events.viewer_drives(self, command_of(message))
+                heard_s = self._beats.sent_s(message.beat)
+                self._events.viewer_drives(self, command_of(message, heard_s))
+                self._beat(now_s)
             case messages.Operate():
                 self._operate(message, now_s)
+                self._beat(now_s)
             case messages.Ping():
                 round_trip_s = self.link.pinged(
                     message.id, message.pong_id, message.pong_held_ms, now_s
@@ -326,7 +333,10 @@ class Viewer:
                 if round_trip_s is not None:
                     self.streams.round_trip(round_trip_s)
                 pong = messages.Pong(
-                    id=message.id, sent_page_ms=message.sent_page_ms, server_ms=now_s * 1000
+                    id=message.id,
+                    sent_page_ms=message.sent_page_ms,
+                    server_ms=now_s * 1000,
+                    beat=self._beats.send(now_s),
                 )
                 self._send("drive", compact.write(pong))
             case messages.Report():
@@ -336,11 +346,24 @@ class Viewer:
                 self.frozen_ms.count(None if picture is None else picture.frozen_ms, now_s)
                 self.streams.reported(_playout(message))
 
+    def _beat(self, now_s: float) -> None:
+        """Let a page that sends commands hear a beat, without which they count for nothing."""
+        if not self._beats.is_due(now_s, is_thin=False):
+            return
+        if self._beats.is_due(now_s, is_thin=self.streams.is_thin):
+            self._send("drive", compact.write(messages.Beat(beat=self._beats.send(now_s))))
+
+    def release_sent_s(self, release: messages.Release) -> float:
+        """Return when a release of Stop counts as sent, as far as its beat lets it be late."""
+        return min(release.sent_server_ms / 1000, self._beats.sent_s(release.beat) + CALM_HELD_S)
+
     def _operate(self, message: messages.Operate, now_s: float) -> None:
         if message.wanted and not self._sets.take(now_s):
             self._counters.add("messages over the rate")
             return
-        refusal = self._events.viewer_operates(self, operation_of(message))
+        refusal = self._events.viewer_operates(
+            self, operation_of(message, self._beats.sent_s(message.beat))
+        )
         if message.wanted or message.held:
             if refusal in _ONLY_LATE:
                 return
@@ -412,7 +435,7 @@ def _is_stop(channel: Channel, data: str | bytes) -> bool:
     return False
 
 
-def command_of(message: messages.Drive) -> Command:
+def command_of(message: messages.Drive, heard_s: float) -> Command:
     """Convert a page's set-point; its timestamps become seconds."""
     return Command(
         seq=message.seq,
@@ -424,10 +447,11 @@ def command_of(message: messages.Drive) -> Command:
         speed=message.speed,
         seen_s=None if message.seen_server_ms is None else message.seen_server_ms / 1000,
         axes=message.axes,
+        heard_s=heard_s,
     )
 
 
-def operation_of(message: messages.Operate) -> Operation:
+def operation_of(message: messages.Operate, heard_s: float) -> Operation:
     """Convert what a page asks of the controls; its timestamp becomes seconds."""
     return Operation(
         seq=message.seq,
@@ -435,6 +459,7 @@ def operation_of(message: messages.Operate) -> Operation:
         sent_s=message.sent_server_ms / 1000,
         held=message.held,
         wanted=message.wanted,
+        heard_s=heard_s,
     )
 
 

@@ -135,6 +135,11 @@ class Streams(Protocol):
         """Handle a measured round trip."""
         ...
 
+    @property
+    def is_thin(self) -> bool:
+        """Whether the link is so slow that every datagram counts."""
+        ...
+
     def received(self, kind: Kind, pts: int) -> None:
         """Handle the page's acknowledgement of a media unit's last packet; `pts` modulo 2³²."""
         ...

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from wax.streams.interface import Page
     from wax.sync.playout import PlayoutReport
 
+_THIN_BPS: Final = 100_000
 _RESUME_S: Final = 0.5
 """The least time between two keyframe requests for a lane that cannot decode."""
 
@@ -161,6 +162,11 @@ class LiveStreams:
 
     def round_trip(self, round_trip_s: float) -> None:
         self._congestion.round_trip(round_trip_s, self._clock.now_s())
+
+    @property
+    def is_thin(self) -> bool:
+        estimate = self._congestion.estimate(self._clock.now_s())
+        return not estimate.assumed and estimate.rate_bps < _THIN_BPS
 
     def received(self, kind: Kind, pts: int) -> None: ...
 

@@ -60,7 +60,7 @@ def _understood(channel: Channel, data: bytes) -> bool:
     except ProtocolError:
         return False
     if isinstance(message, messages.Drive):
-        command = command_of(message)
+        command = command_of(message, heard_s=0.0)
         assert isinstance(command, Command)
         assert -1 <= command.linear <= 1
         assert -1 <= command.angular <= 1
@@ -108,8 +108,8 @@ DRIVE: Final = Target(
     what="commands, heartbeats and reports of a page",
     hear=lambda data: _hear("drive", data),
     seeds=(
-        _row("drive", 1, 1, _NOW_MS, 1.0, 0.0, True, "fast", _NOW_MS, {}),
-        _row("drive", 7, 1, _NOW_MS, -0.5, 0.5, True, "slow", None, {"pan": 0.5}),
+        _row("drive", 1, 1, _NOW_MS, 1.0, 0.0, True, "fast", _NOW_MS, {}, "x7-_2A"),
+        _row("drive", 7, 1, _NOW_MS, -0.5, 0.5, True, "slow", None, {"pan": 0.5}, None),
         _row("ping", 3, 12.5, None, None),
         _row("ping", 4, 212.5, 3, 1.5),
         _row("report", [260, 200, None, 0, 1000], [215, 200, 30, 0], 1),
@@ -129,7 +129,7 @@ STATE: Final = Target(
         _object(type="join"),
         _object(type="leave"),
         _object(type="stop"),
-        _object(type="release", stop=1, sent_server_ms=_NOW_MS),
+        _object(type="release", stop=1, sent_server_ms=_NOW_MS, beat="x7-_2A"),
         _object(type="want", sound=True, picture=True, size="640x480", policy=None),
         _object(type="want", sound=False, picture=False, size="160x120", policy="video-first"),
         _object(type="received", kind="audio", rtp=5000),

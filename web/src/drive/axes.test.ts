@@ -28,6 +28,7 @@ beforeEach(() => {
   controller = new DriveController({
     state,
     serverMs: () => 5000,
+    beat: () => "x7-_2A",
     seenServerMs: () => 4900,
     uplink: () => ({ linkBps: 5_000_000, waitingBytes: 0 }),
     operate: () => {},

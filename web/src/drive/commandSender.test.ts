@@ -35,6 +35,7 @@ beforeEach(() => {
   sender = new CommandSender({
     controls: () => controls,
     serverMs: () => serverMs,
+    beat: () => "x7-_2A",
     seenServerMs: () => 4900,
     uplink: () => ({ linkBps: 5_000_000, waitingBytes: waitingBytes + saidBytes }),
     hung,
@@ -81,6 +82,7 @@ it("sends a complete set-point at once when a turn begins", () => {
       speed: "slow",
       seen_server_ms: 4900,
       axes: {},
+      beat: "x7-_2A",
       urgent: false,
     },
   ]);

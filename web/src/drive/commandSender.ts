@@ -16,6 +16,8 @@ export interface CommandSenderOptions {
   controls: () => Controls;
   /** The time on the server's clock, null while the clocks are not aligned. */
   serverMs: () => number | null;
+  /** The newest beat heard from the server, null before the first. */
+  beat: () => string | null;
   /** The capture time of the newest picture on screen, null if unknown. */
   seenServerMs: () => number | null;
   uplink: () => Uplink;
@@ -123,6 +125,7 @@ export class CommandSender {
         speed,
         seen_server_ms: this.options.seenServerMs(),
         axes,
+        beat: this.options.beat(),
       },
       urgent,
     );

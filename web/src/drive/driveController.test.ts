@@ -40,6 +40,7 @@ beforeEach(() => {
   controller = new DriveController({
     state,
     serverMs: () => 5000,
+    beat: () => "x7-_2A",
     seenServerMs: () => null,
     uplink: () => ({ linkBps: 5_000_000, waitingBytes: 0 }),
     operate: () => {},
@@ -314,6 +315,7 @@ it("is asked for nothing before it listens", () => {
   const another = new DriveController({
     state,
     serverMs: () => 5000,
+    beat: () => "x7-_2A",
     seenServerMs: () => null,
     uplink: () => ({ linkBps: null, waitingBytes: 0 }),
     operate: () => {},

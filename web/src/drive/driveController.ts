@@ -18,6 +18,7 @@ import { Ways } from "./ways";
 export interface DriveControllerOptions {
   state: State;
   serverMs: () => number | null;
+  beat: () => string | null;
   seenServerMs: () => number | null;
   uplink: () => Uplink;
   send: (drive: Drive, urgent: boolean) => void;

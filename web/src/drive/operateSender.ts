@@ -7,6 +7,8 @@ export interface OperateSenderOptions {
   turn: () => number;
   /** The time on the server's clock, null while the clocks are not aligned. */
   serverMs: () => number | null;
+  /** The newest beat heard from the server, null before the first. */
+  beat: () => string | null;
   send: (operate: Operate, urgent: boolean) => void;
   /** Called when the page hung and has yet to process the input of that time. */
   hung: () => void;
@@ -114,7 +116,7 @@ export class OperateSender {
   }
 
   #say(urgent: boolean): void {
-    const { held, turn, serverMs, send } = this.options;
+    const { held, turn, serverMs, beat, send } = this.options;
     const nowMs = performance.now();
     const sentMs = serverMs();
     if (sentMs === null) return;
@@ -128,7 +130,15 @@ export class OperateSender {
     this.#said.set(seq, wanted);
     this.#said.delete(seq - REMEMBERED);
     send(
-      { type: "operate", seq, turn: turn(), sent_server_ms: sentMs, held: held(), wanted },
+      {
+        type: "operate",
+        seq,
+        turn: turn(),
+        sent_server_ms: sentMs,
+        held: held(),
+        wanted,
+        beat: beat(),
+      },
       urgent,
     );
   }

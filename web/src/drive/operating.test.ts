@@ -43,6 +43,7 @@ beforeEach(() => {
     state,
     input,
     serverMs: () => serverMs,
+    beat: () => "x7-_2A",
     send: (operate, urgent) => sent.push({ ...operate, urgent }),
     refused: (why) => refused.push(why),
   });
@@ -87,6 +88,7 @@ describe("what is held", () => {
       sent_server_ms: 5000,
       held: { horn: 1 },
       wanted: {},
+      beat: "x7-_2A",
       urgent: false,
     });
     expect(state.heldControls.value).toEqual(new Set(["horn"]));

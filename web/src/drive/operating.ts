@@ -7,6 +7,7 @@ export interface OperatingOptions {
   state: State;
   input: InputState;
   serverMs: () => number | null;
+  beat: () => string | null;
   send: (operate: Operate, urgent: boolean) => void;
   /** Says why a control has no effect; null if it did not arrive. */
   refused: (why: Sentence | null) => void;

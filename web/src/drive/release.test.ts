@@ -35,6 +35,7 @@ beforeEach(() => {
   controller = new DriveController({
     state,
     serverMs: () => 5000,
+    beat: () => "x7-_2A",
     seenServerMs: () => null,
     uplink: () => ({ linkBps: 5_000_000, waitingBytes: 0 }),
     operate: (operate) => operated.push(operate),

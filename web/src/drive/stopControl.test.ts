@@ -30,6 +30,7 @@ beforeEach(() => {
     get clock() {
       return clock;
     },
+    beat: "x7-_2A",
   };
   stopControl = new StopControl({
     state: { stopNumber },
@@ -65,12 +66,12 @@ it("says so when nobody answers, unless the stop is known to be latched", async 
   expect(say).not.toHaveBeenCalled();
 });
 
-it("releases by the channel, with the number and the server's time", () => {
+it("releases by the channel, with the number, the server's time and the newest beat", () => {
   const sendState = vi.fn(() => true);
   clock.add({ sentMs: 0, receivedMs: 0, serverMs: 1_000_000 });
   vi.spyOn(performance, "now").mockReturnValue(500);
   stopNumber.value = 7;
-  const link = { sendState, clock };
+  const link = { sendState, clock, beat: "x7-_2A" };
   new StopControl({
     state: { stopNumber },
     link,
@@ -82,6 +83,7 @@ it("releases by the channel, with the number and the server's time", () => {
     type: "release",
     stop: 7,
     sent_server_ms: 1_000_500,
+    beat: "x7-_2A",
   });
   expect(done).toEqual([]);
 });

@@ -6,7 +6,7 @@ import { t } from "../words/words";
 
 export interface StopControlOptions {
   state: Pick<State, "stopNumber">;
-  link: Pick<Link, "sendState" | "clock">;
+  link: Pick<Link, "sendState" | "clock" | "beat">;
   client: () => string;
   /** Releases everything at once. */
   letGo: () => void;
@@ -39,7 +39,8 @@ export class StopControl {
     const stop = state.stopNumber.peek();
     if (stop === null) return;
     const sentMs = link.clock.toServerMs(performance.now());
-    if (sentMs !== null && link.sendState({ type: "release", stop, sent_server_ms: sentMs }))
+    const { beat } = link;
+    if (sentMs !== null && link.sendState({ type: "release", stop, sent_server_ms: sentMs, beat }))
       return;
     postRelease(client(), stop).catch((error: unknown) => {
       if (error instanceof RequestError) say(error.message);

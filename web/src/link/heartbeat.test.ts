@@ -2,8 +2,8 @@ import { expect, it } from "vitest";
 import { ServerClock } from "../clock";
 import { Heartbeat } from "./heartbeat";
 
-function pong(id: number, sentMs: number, serverMs: number) {
-  return { type: "pong", id, sent_page_ms: sentMs, server_ms: serverMs } as const;
+function pong(id: number, sentMs: number, serverMs: number, beat = "x7-_2A") {
+  return { type: "pong", id, sent_page_ms: sentMs, server_ms: serverMs, beat } as const;
 }
 
 it("numbers its pings and returns the newest pong with the time it was held", () => {
@@ -14,6 +14,16 @@ it("numbers its pings and returns the newest pong with the time it was held", ()
   heartbeat.heard(pong(2, 150, 9155), 160);
   heartbeat.heard(pong(1, 100, 9105), 165);
   expect(heartbeat.beat(200)).toMatchObject({ id: 3, pong_id: 2, pong_held_ms: 40 });
+});
+
+it("knows the beat that it has heard last, in a pong or between two", () => {
+  const heartbeat = new Heartbeat(new ServerClock());
+  expect(heartbeat.newestBeat).toBeNull();
+  heartbeat.beat(100);
+  heartbeat.heard(pong(1, 100, 9105, "first1"), 110);
+  expect(heartbeat.newestBeat).toBe("first1");
+  heartbeat.beaten("second");
+  expect(heartbeat.newestBeat).toBe("second");
 });
 
 it("aligns the clock by every pong", () => {

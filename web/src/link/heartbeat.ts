@@ -18,6 +18,7 @@ export class Heartbeat {
   #newest: { id: number; atMs: number } | null = null;
   #unansweredSinceMs: number | null = null;
   #pongs = 0;
+  #beat: string | null = null;
 
   constructor(private readonly clock: ServerClock) {}
 
@@ -34,8 +35,19 @@ export class Heartbeat {
     };
   }
 
+  /** The newest beat heard; each command names it, so that the server need not believe our clock. */
+  get newestBeat(): string | null {
+    return this.#beat;
+  }
+
+  /** Handles a beat between two pongs. */
+  beaten(beat: string): void {
+    this.#beat = beat;
+  }
+
   /** Handles an answer; even a late one helps the clock. */
   heard(pong: Pong, nowMs: number): void {
+    this.beaten(pong.beat);
     this.#unansweredSinceMs = null;
     this.#pongs++;
     this.clock.add({ sentMs: pong.sent_page_ms, serverMs: pong.server_ms, receivedMs: nowMs });

@@ -93,7 +93,7 @@ function open(): void {
 function pong(): void {
   const ping = peer().sent.findLast((message) => message.type === "ping");
   if (!ping) throw new Error("there was no ping");
-  const answer = ["pong", ping.id, ping.sentMs, ping.sentMs + 5000];
+  const answer = ["pong", ping.id, ping.sentMs, ping.sentMs + 5000, "x7-_2A"];
   peer().events.received("drive", JSON.stringify(answer));
 }
 
@@ -122,6 +122,19 @@ it("aligns the clock by its heartbeat", () => {
   open();
   pong();
   expect(link.clock.toServerMs(performance.now())).toBeCloseTo(performance.now() + 5000);
+});
+
+it("knows the newest beat, which the next command names, and none of the peer before", () => {
+  open();
+  pong();
+  expect(link.beat).toBe("x7-_2A");
+  peer().events.received("drive", JSON.stringify(["beat", "second"]));
+  expect(link.beat).toBe("second");
+  expect(answers).toEqual([]);
+  link.connect();
+  peer().events.reached();
+  peer().events.answered();
+  expect(link.beat).toBeNull();
 });
 
 it("pings five times a second while it may drive, over a slow link once", () => {
@@ -284,7 +297,7 @@ describe("a peer that has fallen silent", () => {
   it("tells by its first word that the network is back: a fresh attempt begins at once", () => {
     vi.advanceTimersByTime(400);
     const stuck = peer();
-    old.events.received("drive", JSON.stringify(["pong", 99, 0, 0]));
+    old.events.received("drive", JSON.stringify(["pong", 99, 0, 0, "x7-_2A"]));
     expect(peer()).not.toBe(stuck);
     expect(stuck.isClosed).toBe(true);
     expect(states.at(-1)?.is).toBe("connecting");
@@ -294,7 +307,7 @@ describe("a peer that has fallen silent", () => {
     vi.advanceTimersByTime(400);
     const good = peer();
     good.events.reached();
-    old.events.received("drive", JSON.stringify(["pong", 99, 0, 0]));
+    old.events.received("drive", JSON.stringify(["pong", 99, 0, 0, "x7-_2A"]));
     expect(peer()).toBe(good);
     old.events.lost("The connection was lost.", null);
     expect(peer()).toBe(good);
@@ -467,7 +480,7 @@ it("waits for an answer as long as answers take on this link", () => {
     for (let step = 0; step < seconds * 50; step++) {
       vi.advanceTimersByTime(20);
       for (const ping of peer().sent.slice(seen)) {
-        const text = JSON.stringify(["pong", ping.id, ping.sentMs, ping.sentMs + 5000]);
+        const text = JSON.stringify(["pong", ping.id, ping.sentMs, ping.sentMs + 5000, "x7-_2A"]);
         answers.push({ atMs: performance.now() + 800, text });
       }
       seen = peer().sent.length;

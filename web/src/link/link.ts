@@ -100,6 +100,11 @@ export class Link {
     return this.#peer;
   }
 
+  /** The newest beat heard, for what is sent next; null before the first. */
+  get beat(): string | null {
+    return this.#heartbeat.newestBeat;
+  }
+
   /** Connects at once, whatever the state. */
   connect(): void {
     this.#drop();
@@ -314,6 +319,7 @@ export class Link {
     if (channel === "drive") {
       const answer = readRow(text);
       if (answer.type === "pong") this.#heartbeat.heard(answer, now());
+      else if (answer.type === "beat") this.#heartbeat.beaten(answer.beat);
       else this.events.operated(answer);
       return;
     }

@@ -29,8 +29,9 @@ it("writes times to 0.1 ms and all else to a thousandth", () => {
     speed: "slow",
     seen_server_ms: 99.96,
     axes: {},
+    beat: "x7-_2A",
   };
-  expect(writeRow(drive)).toBe('["drive",1,2,1234.6,0.333,-0.123,true,"slow",100,{}]');
+  expect(writeRow(drive)).toBe('["drive",1,2,1234.6,0.333,-0.123,true,"slow",100,{},"x7-_2A"]');
 });
 
 it("is written in the order of the message type, whatever order the message has", () => {
