@@ -279,10 +279,12 @@ class Server:
             return "refused by the codec"
         if not isinstance(message, messages.Drive):
             return "no command"
+        seen_ms = message.seen_server_ms
+        seen_s = None if seen_ms is None else seen_ms / 1000
         self.gate, refusal = gate.accept(
             self.gate,
             record.link,
-            command_of(message, self.beats[record.link].sent_s(message.beat)),
+            command_of(message, self.beats[record.link].sent_s(message.beat), seen_s),
             turn=self.turn,
             now_s=now_s,
             rules=RULES,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import gc
 import json
+import math
 import weakref
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, cast
@@ -104,6 +105,7 @@ class FakePeer:
         self.rows: list[list[Any]] = []
         self.room: dict[str, Any] = {}
         self.beat: str | None = None
+        self.newest_picture_s = math.inf
         self.is_alive = True
         FakePeer.made.append(self)
 

@@ -37,6 +37,7 @@ class FakeRoom:
     sent: list[tuple[str, Any]] = field(default_factory=list)
     role: Role = "host"
     refusal: Refusal | None = None
+    newest_picture_s: float | None = 100.0
 
     def viewer_connected(self, viewer: Viewer) -> None:
         self.calls.append(("connected", viewer.number))
@@ -228,6 +229,25 @@ def test_a_command_is_as_old_as_the_beat_that_it_names() -> None:
     connected.viewer.received("drive", _drive(beat=None))
     heard_s = [command.heard_s for name, command in connected.room.calls if name == "drive"]
     assert heard_s == [100.0, -math.inf, -math.inf]
+
+
+@pytest.mark.parametrize(
+    ("claimed_ms", "sent_s", "expected"),
+    [
+        (99_900.0, 99.95, 99.9),
+        (99_990.0, 99.95, 99.95),
+        (99_990.0, None, None),
+        (None, 99.95, None),
+    ],
+)
+def test_nobody_sees_a_picture_that_was_not_sent(
+    claimed_ms: float | None, sent_s: float | None, expected: float | None
+) -> None:
+    """A page may claim one that it does not show, but none newer than it can have."""
+    connected = _scene()
+    connected.room.newest_picture_s = sent_s
+    connected.viewer.received("drive", _drive(seen_server_ms=claimed_ms))
+    assert connected.room.calls[-1][1].seen_s == expected
 
 
 def test_a_new_peer_has_heard_nothing() -> None:

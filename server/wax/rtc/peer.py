@@ -259,6 +259,11 @@ class Peer:
             on_sent=lambda sent: peer._sent(kind, sent),
         )
 
+    @property
+    def newest_picture_s(self) -> float | None:
+        """When the newest picture sent of the driving view was captured, None before it."""
+        return self._picture.newest_captured_s
+
     def _sent(self, kind: Kind, sent: Encoded) -> None:
         now_s = self._clock.now_s()
         if now_s - self._clock_told_s.get(kind, float("-inf")) < _CLOCK_EVERY_S:

@@ -193,6 +193,11 @@ class Sender(private.SenderInPlace):
         self.failed = True
         self.end()
 
+    @property
+    def newest_captured_s(self) -> float | None:
+        """When the newest content that was sent was captured, None before the first."""
+        return None if self._newest is None else self._newest[1]
+
     def _captured_ntp(self, item: Encoded, now_s: float) -> int | None:
         """Return when its content was captured, None if nobody wants to know."""
         if self._ids.capture_time is None:

@@ -321,7 +321,8 @@ class Viewer:
                     self._counters.add("messages over the rate")
                     return
                 heard_s = self._beats.sent_s(message.beat)
-                self._events.viewer_drives(self, command_of(message, heard_s))
+                seen_s = self._seen_s(message)
+                self._events.viewer_drives(self, command_of(message, heard_s, seen_s))
                 self._beat(now_s)
             case messages.Operate():
                 self._operate(message, now_s)
@@ -345,6 +346,13 @@ class Viewer:
                 self.made_up_ms.count(None if sound is None else sound.concealed_ms, now_s)
                 self.frozen_ms.count(None if picture is None else picture.frozen_ms, now_s)
                 self.streams.reported(_playout(message))
+
+    def _seen_s(self, message: messages.Drive) -> float | None:
+        """Return the capture time of the picture that they see: none that was not sent to them."""
+        sent_s = None if self.peer is None else self.peer.newest_picture_s
+        if message.seen_server_ms is None or sent_s is None:
+            return None
+        return min(message.seen_server_ms / 1000, sent_s)
 
     def _beat(self, now_s: float) -> None:
         """Let a page that sends commands hear a beat, without which they count for nothing."""
@@ -435,7 +443,7 @@ def _is_stop(channel: Channel, data: str | bytes) -> bool:
     return False
 
 
-def command_of(message: messages.Drive, heard_s: float) -> Command:
+def command_of(message: messages.Drive, heard_s: float, seen_s: float | None) -> Command:
     """Convert a page's set-point; its timestamps become seconds."""
     return Command(
         seq=message.seq,
@@ -445,7 +453,7 @@ def command_of(message: messages.Drive, heard_s: float) -> Command:
         angular=message.angular,
         held=message.held,
         speed=message.speed,
-        seen_s=None if message.seen_server_ms is None else message.seen_server_ms / 1000,
+        seen_s=seen_s,
         axes=message.axes,
         heard_s=heard_s,
     )

@@ -60,7 +60,7 @@ def _understood(channel: Channel, data: bytes) -> bool:
     except ProtocolError:
         return False
     if isinstance(message, messages.Drive):
-        command = command_of(message, heard_s=0.0)
+        command = command_of(message, heard_s=0.0, seen_s=None)
         assert isinstance(command, Command)
         assert -1 <= command.linear <= 1
         assert -1 <= command.angular <= 1
