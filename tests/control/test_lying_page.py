@@ -23,7 +23,6 @@ from tests.link.profile import Profile, load
 from wax.control import gate
 from wax.control.beats import Beats
 from wax.control.command import Command
-from wax.control.command_freshness import HELD_S
 from wax.control.turn_view import TurnView
 
 if TYPE_CHECKING:
@@ -107,7 +106,7 @@ def test_a_page_that_lies_moves_nothing_for_long(
         claimed_s = came_s if math.isinf(late_s) else last_s + late_s
         heappush(arrivals, (came_s, number, Told(last_s, claimed_s, named[guesses])))
     server.hear(Told(0.0, 0.0, first), 0.0, linear=0.0)
-    bound_s = RULES.max_age_s + 2 * (one_way_s or 0.0) + HELD_S
+    bound_s = RULES.max_age_s + 2 * (one_way_s or 0.0) + 0.35
     now_s = 0.0
     while now_s < last_s + 7.0:
         while arrivals and arrivals[0][0] <= now_s:
