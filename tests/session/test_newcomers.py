@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Final
 
 import pytest
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 from tests.examples import examples
 
 from wax.errors import FullError, TooOftenError
-from wax.session.newcomers import MOST_SILENT, SILENT_S, Asking, Newcomers
+from wax.session.newcomers import MOST_SILENT, YIELDS_S, Asking, Newcomers
 
 REFUSED: Final = (FullError, TooOftenError)
 
@@ -46,7 +47,7 @@ class Room:
 
 
 def test_two_of_an_address_connect_at_once() -> None:
-    """A third has to wait until one has connected, or has failed to for ten seconds."""
+    """A third waits until one has connected, or has been silent for three seconds, and is told."""
     room = Room()
     first = room.ask("x", 0.0)
     room.ask("x", 1.0)
@@ -56,9 +57,46 @@ def test_two_of_an_address_connect_at_once() -> None:
     room.ask("y", 2.0)
     room.newcomers.connected(first)
     room.ask("x", 2.0)
+    with pytest.raises(TooOftenError) as refused:
+        room.newcomers.check(Asking("x"), 2.0)
+    assert refused.value.retry_after_s == 2
     with pytest.raises(TooOftenError):
-        room.newcomers.check(Asking("x"), 10.9)
-    room.newcomers.check(Asking("x"), 11.0)
+        room.newcomers.check(Asking("x"), 3.9)
+    room.newcomers.check(Asking("x"), 4.0)
+    assert room.yielded == []
+    room.ask("x", 4.0)
+    assert room.yielded == [2], "the longest silent of the same address makes room"
+
+
+def test_a_neighbours_silent_offers_last_three_seconds() -> None:
+    """However many there were, a guest of that address who comes again as told gets in by then."""
+    room = Room()
+    for number in range(40):
+        with suppress(*REFUSED):
+            room.ask("x", number / 160)
+    now_s = came_s = 0.3
+    while True:
+        try:
+            room.join("x", now_s)
+            break
+        except TooOftenError as refused:
+            now_s += refused.retry_after_s
+    assert now_s - came_s <= 3.0
+
+
+def test_whoever_drives_comes_back_ahead_of_all() -> None:
+    """Others of the room who come back without end use up their own allowance only."""
+    newcomers = Room(most=10).newcomers
+
+    def returns(asking: Asking) -> None:
+        newcomers.admit(1, asking, [], 0.0, lambda: None)
+
+    for _ in range(10):
+        returns(Asking("x", has_been_here=True))
+    with pytest.raises(FullError, match="coming back"):
+        returns(Asking("x", has_been_here=True))
+    returns(Asking("x", has_been_here=True, drives=True))
+    returns(Asking("x", is_host=True, has_been_here=True))
 
 
 def test_a_school_behind_one_address_gets_in() -> None:
@@ -174,7 +212,7 @@ def test_an_unknown_address_is_limited_with_all_others_only() -> None:
     )
 )
 def test_the_limits_hold_whatever_happens(steps: list[tuple[float, str, bool, int]]) -> None:
-    """Never more than two answers an address in ten seconds without connecting, nor its share."""
+    """Never more than two answers an address in three seconds without connecting, nor its share."""
     room = Room(most=12, share=0.5)
     now_s, silent = 0.0, list[tuple[float, str, int]]()
     for wait_s, address, is_host, what in steps:
@@ -188,7 +226,7 @@ def test_the_limits_hold_whatever_happens(steps: list[tuple[float, str, bool, in
             continue
         if not is_host:
             silent.append((now_s, address, number))
-        recent = [one for one in silent if now_s - one[0] < SILENT_S]
+        recent = [one for one in silent if now_s - one[0] < YIELDS_S]
         assert all(sum(one[1] == name for one in recent) <= 2 for name in "abcdefgh")
         guests = [one for one in room.present.values() if not one.is_host]
         assert len(guests) <= 12

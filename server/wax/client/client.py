@@ -37,6 +37,7 @@ _HTTP_S: Final = 10.0
 _ANSWERED: Final = 64
 _ATTEMPTS: Final = 20
 _AGAIN_S: Final = (0.1, 0.5)
+_SOON: Final = ("1", "2", "3")
 
 # The page's heartbeat (`link/heartbeat.ts`).
 _EAGER_S: Final = 1.0
@@ -207,8 +208,8 @@ class Client:
         for attempt in range(1, _ATTEMPTS + 1):
             async with self._http.post(self._url + path, json=asked) as response:
                 text = await response.text()
-            # Others may be connecting from here at the same moment: then the server says "1".
-            if response.headers.get("Retry-After") != "1" or attempt == _ATTEMPTS:
+            # Others may be connecting from here at the same moment: then the server says when.
+            if response.headers.get("Retry-After") not in _SOON or attempt == _ATTEMPTS:
                 break
             await asyncio.sleep(random.uniform(*_AGAIN_S))
         if response.status != 200:

@@ -189,4 +189,5 @@ class Entry:
         keeps_place = viewer is not None and viewer.was_ready
         if viewer is not None and viewer.is_elsewhere(self._clock.now_s()):
             keeps_place = self._is_due(viewer)
-        return Asking(visitor.address, visitor.is_host, keeps_place)
+        drives = viewer is not None and self._is_trusted(viewer)
+        return Asking(visitor.address, visitor.is_host, keeps_place, drives)

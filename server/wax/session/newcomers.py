@@ -2,15 +2,16 @@
 
 To answer an offer costs time and memory before anything is known of who sent it. Whoever was
 answered holds a silent place until they have connected, or for ten seconds, whatever becomes of
-them: so one address costs no more than two answers in ten seconds. Where many addresses hold all
-silent places, those held for longest make room, so that an honest newcomer waits a second at most.
-The host always gets in.
+them. Where all silent places are held, those held for longest make room, of the same address where
+that has all of its own: so one address costs no more than two answers in three seconds, and an
+honest newcomer gets in by then. The host always does, and whoever drives comes back ahead of all.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from math import ceil
 from typing import TYPE_CHECKING, Final
 
 from wax.errors import FullError, NoPlaceError, TooOftenError
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 SILENT_S: Final = 10.0
 """How long an answered offer counts as connecting."""
 MOST_SILENT: Final = 32
-_YIELDS_S: Final = 3.0
+YIELDS_S: Final = 3.0
 """A silent place that is held for longer makes room; who is so slow comes again by themselves."""
 _ANSWERS_HZ: Final = 8.0
 _ANSWERS_BURST: Final = 8
@@ -42,6 +43,7 @@ class Asking:
     address: str
     is_host: bool = False
     has_been_here: bool = False
+    drives: bool = False
 
 
 class Newcomers:
@@ -60,13 +62,13 @@ class Newcomers:
         self._silent: deque[_Silent] = deque()
 
     def check(self, asking: Asking, now_s: float) -> None:
-        """Raise `TooOftenError` if this address has all its silent places; cheap."""
+        """Raise `TooOftenError` if this address has all its silent places, and just so; cheap."""
         if asking.is_host or asking.has_been_here or not asking.address:
             return
         self._expire(now_s)
-        own = sum(one.address == asking.address for one in self._silent)
-        if own >= self._most_silent_per_address:
-            raise TooOftenError(Sentence("door.address_crowded"))
+        longest = self._longest_of(asking.address)
+        if longest is not None and (rest_s := longest.since_s + YIELDS_S - now_s) > 0:
+            raise TooOftenError(Sentence("door.address_crowded"), retry_after_s=ceil(rest_s))
 
     def admit(
         self,
@@ -82,14 +84,14 @@ class Newcomers:
         newcomer gets their silent place.
         """
         if asking.has_been_here:
-            if not asking.is_host and not self._returns.take(now_s):
+            if not (asking.is_host or asking.drives) and not self._returns.take(now_s):
                 raise FullError(Sentence("door.all_come_back"))
             return
         self.check(asking, now_s)
         self._room_for(asking, list(present))
         if asking.is_host:
             return
-        self._make_silent_place(now_s)
+        self._make_silent_place(asking.address, now_s)
         # A second offer of the same viewer holds a second place.
         self._silent.append(_Silent(number, asking.address, now_s, yield_place))
 
@@ -113,20 +115,29 @@ class Newcomers:
                 retry_after_s=5,
             )
 
-    def _make_silent_place(self, now_s: float) -> None:
+    def _make_silent_place(self, address: str, now_s: float) -> None:
         self._expire(now_s)
-        full = len(self._silent) >= self._most_silent
-        if (full and now_s - self._silent[0].since_s < _YIELDS_S) or not self._answers.take(now_s):
+        longest = self._longest_of(address)
+        if longest is None and len(self._silent) >= self._most_silent:
+            longest = self._silent[0]
+        is_kept = longest is not None and now_s - longest.since_s < YIELDS_S
+        if is_kept or not self._answers.take(now_s):
             raise FullError(Sentence("door.crowded"))
-        if full:
-            self._silent.popleft().yield_place()
+        if longest is not None:
+            self._silent.remove(longest)
+            longest.yield_place()
+
+    def _longest_of(self, address: str) -> _Silent | None:
+        """Return the longest silent of an address that has all its silent places."""
+        own = [one for one in self._silent if address and one.address == address]
+        return own[0] if len(own) >= self._most_silent_per_address else None
 
     def _expire(self, now_s: float) -> None:
         while self._silent and now_s - self._silent[0].since_s >= SILENT_S:
             self._silent.popleft()
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Silent:
     number: int
     address: str
