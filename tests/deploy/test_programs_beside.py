@@ -1,4 +1,4 @@
-"""The configurations of the programs beside WAX: Caddy in front, coturn for relays."""
+"""The configurations of the programs beside WAX: Caddy or nginx in front, coturn for relays."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import subprocess
 import sys
 from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import aiohttp
 import pytest
@@ -23,7 +23,11 @@ from aioice import stun, turn
 from tests.deploy.running import free_port
 
 from wax.clock import SystemClock
+from wax.config.settings import ServerSettings
 from wax.doctor.addresses import own_addresses
+from wax.web.entrance import Entrance
+from wax.web.guards import Guards
+from wax.web.routes import _tell_errors
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -31,7 +35,10 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.system
 
 FOLDER = Path(__file__).parents[2] / "config" / "deploy"
-CADDYFILE, TURNSERVER = FOLDER / "Caddyfile", FOLDER / "turnserver.conf"
+CADDYFILE, NGINX = FOLDER / "Caddyfile", FOLDER / "nginx.conf"
+TURNSERVER = FOLDER / "turnserver.conf"
+CLIENT = "127.0.0.2"
+"""From where requests come to the proxy, which is at 127.0.0.1."""
 RULE = FOLDER / "turnserver.nft"
 
 
@@ -84,7 +91,6 @@ def put(text: str, old: str, new: str) -> str:
 
 async def test_no_client_names_its_own_address(tmp_path: Path) -> None:
     """Behind Caddy the forwarded address is the one it saw, and a large body goes no further."""
-    caddy = _program("caddy")
     bodies: list[int] = []
 
     async def tell(request: web.Request) -> web.Response:
@@ -93,15 +99,9 @@ async def test_no_client_names_its_own_address(tmp_path: Path) -> None:
 
     application = web.Application(client_max_size=10**6)
     application.router.add_route("*", "/", tell)
-    port = free_port()
     async with TestServer(application) as wax, aiohttp.ClientSession() as http:
-        text = CADDYFILE.read_text(encoding="utf-8")
-        text = put(text, "robot.example.org {", f"http://127.0.0.1:{port} {{")
-        text = put(text, "localhost:8080", f"127.0.0.1:{wax.port}")
-        config = tmp_path / "Caddyfile"
-        config.write_text(f"{{\n\tadmin off\n}}\n{text}")
-        arguments = ("run", "--adapter", "caddyfile", "--config", str(config))
-        async with _running(caddy, *arguments, until="serving initial configuration"):
+        assert wax.port is not None
+        async with _caddy(tmp_path, wax.port, CADDYFILE.read_text(encoding="utf-8")) as port:
             url = f"http://127.0.0.1:{port}/"
             claimed = {"X-Forwarded-For": "203.0.113.9", "X-Forwarded-Proto": "https"}
             async with http.get(url, headers=claimed) as answer:
@@ -113,6 +113,96 @@ async def test_no_client_names_its_own_address(tmp_path: Path) -> None:
             async with http.post(url, data=b"x" * 70_000) as answer:
                 assert answer.status in (413, 502)
         assert bodies == [0, 60_000]
+
+
+@asynccontextmanager
+async def _caddy(folder: Path, wax: int, text: str) -> AsyncIterator[int]:
+    """Run Caddy by a Caddyfile, in front of a port; yields its own."""
+    caddy, port = _program("caddy"), free_port()
+    text = put(text, "robot.example.org {", f"http://127.0.0.1:{port} {{")
+    text = put(text, "localhost:8080", f"127.0.0.1:{wax}")
+    config = folder / "Caddyfile"
+    config.write_text(f"{{\n\tadmin off\n}}\n{text}")
+    arguments = ("run", "--adapter", "caddyfile", "--config", str(config))
+    async with _running(caddy, *arguments, until="serving initial configuration"):
+        yield port
+
+
+@asynccontextmanager
+async def _nginx(folder: Path, wax: int, text: str) -> AsyncIterator[int]:
+    """Do the same by nginx, without HTTPS."""
+    nginx, port = _program("nginx"), free_port()
+    kept = [line for line in text.splitlines() if "ssl_certificate" not in line]
+    text = put("\n".join(kept), "listen 443 ssl", f"listen 127.0.0.1:{port}")
+    text = put(text, "localhost:8080", f"127.0.0.1:{wax}")
+    paths = ("client_body", "proxy", "fastcgi", "uwsgi", "scgi")
+    temporary = "".join(f"{name}_temp_path {folder}/{name};\n" for name in paths)
+    config = folder / "nginx.conf"
+    config.write_text(
+        f"daemon off; pid {folder}/pid; error_log stderr notice; events {{}}\n"
+        f"http {{\naccess_log off;\n{temporary}{text}\n}}\n"
+    )
+    async with _running(nginx, "-c", str(config), until="start worker process "):
+        yield port
+
+
+@asynccontextmanager
+async def _asked_for_sender() -> AsyncIterator[int]:
+    """Serve who a request is from, as WAX sees it behind a proxy of this machine; yields a port."""
+    settings = ServerSettings(
+        host="127.0.0.1", port=0, names=["robot.example.org"], trusted_proxies=["127.0.0.1"]
+    )
+    guards = Guards(settings, SystemClock())
+
+    async def tell(request: web.Request) -> web.Response:
+        return web.json_response({"sender": guards.sender(request)})
+
+    application = web.Application(middlewares=[_tell_errors, *guards.middlewares])
+    application.on_response_prepare.append(guards.add_headers)
+    application.router.add_get("/", tell)
+    entrance = Entrance(application, settings, SystemClock())
+    await entrance.open()
+    try:
+        yield entrance.port
+    finally:
+        await entrance.close()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has all of 127.0.0.0/8")
+@pytest.mark.parametrize(
+    ("proxy", "text", "drops"),
+    [
+        (_caddy, CADDYFILE.read_text(encoding="utf-8"), "\t\theader_up -Forwarded\n"),
+        (_nginx, NGINX.read_text(encoding="utf-8"), '\t\tproxy_set_header Forwarded "";\n'),
+    ],
+    ids=["caddy", "nginx"],
+)
+async def test_nobody_chooses_their_address(
+    tmp_path: Path, proxy: Any, text: str, drops: str
+) -> None:
+    """Whatever a client claims, WAX sees the address that the proxy saw, or refuses the request."""
+    claims: tuple[dict[str, str], ...] = (
+        {},
+        {"X-Forwarded-For": "203.0.113.9"},
+        {"Forwarded": "for=127.0.0.1"},
+        {"Forwarded": "for=127.0.0.1;proto=https", "X-Forwarded-For": "127.0.0.1"},
+        {"Forwarded": "for=unknown"},
+    )
+    here = aiohttp.TCPConnector(local_addr=(CLIENT, 0))
+    async with _asked_for_sender() as wax, aiohttp.ClientSession(connector=here) as http:
+
+        async def ask(port: int, claim: dict[str, str]) -> tuple[int, object]:
+            url = f"http://127.0.0.1:{port}/"
+            async with http.get(url, headers=claim) as answer:
+                return answer.status, (await answer.json()).get("sender")
+
+        async with proxy(tmp_path, wax, text) as port:
+            for claim in claims:
+                assert await ask(port, claim) == (200, CLIENT)
+        async with proxy(tmp_path, wax, put(text, drops, "")) as port:
+            for claim in claims:
+                expected = (400, None) if "Forwarded" in claim else (200, CLIENT)
+                assert await ask(port, claim) == expected
 
 
 # --- coturn ----------------------------------------------------------------------------------

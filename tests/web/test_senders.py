@@ -6,6 +6,7 @@ import pytest
 from aiohttp.test_utils import make_mocked_request
 from multidict import CIMultiDict
 
+from wax.errors import NotForUsError
 from wax.web.senders import Proxies, Seen, is_same_origin
 
 
@@ -95,16 +96,36 @@ def test_what_a_proxy_says_of_its_client(
     assert (seen.sender, seen.host) == expected
 
 
-def test_a_proxy_that_passes_on_what_a_client_made_up() -> None:
-    """Where two families of headers differ, one of them is made up, and neither counts."""
-    headers = {
-        "Host": "inside",
-        "X-Forwarded-For": "198.51.100.1",
-        "Forwarded": "for=203.0.113.9;host=robot.example;proto=https",
-    }
+@pytest.mark.parametrize(
+    "forwarded", ["for=203.0.113.9", "for=127.0.0.1", "for=unknown", "proto=https", "for=10.0.0.1"]
+)
+def test_a_proxy_that_passes_on_what_a_client_made_up(forwarded: str) -> None:
+    """Where two families of headers name two senders one is made up, and the request is refused."""
+    headers = {"Host": "inside", "X-Forwarded-For": "198.51.100.1", "Forwarded": forwarded}
     request = make_mocked_request("GET", "/", headers=headers).clone(remote="127.0.0.1")
-    seen = Proxies(["127.0.0.1"]).seen(request)
-    assert (seen.sender, seen.host, seen.scheme) == ("127.0.0.1", "inside", "http")
+    with pytest.raises(NotForUsError, match="two different senders") as refused:
+        Proxies(["127.0.0.1"]).seen(request)
+    assert refused.value.status == 400
+    assert Proxies([]).seen(request).sender == "127.0.0.1", "from anybody else both are ignored"
+
+
+@pytest.mark.parametrize(
+    ("x_forwarded_for", "forwarded", "expected"),
+    [
+        ([], [], "127.0.0.1"),
+        (["6.6.6.6, 198.51.100.1"], [], "198.51.100.1"),
+        (["6.6.6.6", "198.51.100.1"], [], "198.51.100.1"),
+        ([], ['for=6.6.6.6, FOR="[2001:db8::1]:9";proto=https'], "2001:db8::/64"),
+        (["nonsense"], ["for=198.51.100.1"], "127.0.0.1"),
+    ],
+)
+def test_for_whom_a_head_comes(
+    x_forwarded_for: list[str], forwarded: list[str], expected: str
+) -> None:
+    """Before a request is parsed, it is charged to the same sender as afterwards."""
+    found = Proxies(["127.0.0.1"]).sender("127.0.0.1", x_forwarded_for, forwarded)
+    assert found == expected
+    assert Proxies([]).sender("192.0.2.7", x_forwarded_for, forwarded) == "192.0.2.7"
 
 
 @pytest.mark.parametrize(

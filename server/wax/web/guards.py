@@ -80,9 +80,11 @@ class Guards:
         return (guard,)
 
     def seen(self, request: web.Request) -> Seen:
-        """Return who sent a request, and how they see us."""
+        """Return who sent a request, and how they see us; raises `NotForUsError` if unclear."""
         seen = request.get(_SEEN)
         if seen is None:
+            # Until it is clear who asks it is the proxy: an error is answered, too.
+            request[_SEEN] = self._proxies.direct(request)
             seen = request[_SEEN] = self._proxies.seen(request)
         return seen
 

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import ipaddress
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
+
+from wax.errors import NotForUsError
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -15,6 +19,8 @@ if TYPE_CHECKING:
 
 _SCHEMES: Final = ("http", "https")
 _DEFAULT_PORTS: Final = {"http": ":80", "https": ":443"}
+_FOR: Final = re.compile(r'(?i)\bfor="?([^",;]*)')
+_TWO_SENDERS: Final = Sentence("request.two_senders")
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,11 +61,10 @@ class Proxies:
         """Return a request as its sender sees it, through any number of trusted proxies.
 
         Both families of headers count, X-Forwarded-For/-Proto/-Host and Forwarded (RFC 7239). A
-        proxy sets one and may pass on what a client made up in the other; so where their senders
-        differ neither is believed, and the proxy itself is the sender. So it is where it adds none.
+        proxy sets one and may pass on what a client made up in the other: where they differ, one is
+        made up, and `NotForUsError` is raised. A proxy that adds none is the sender itself.
         """
-        host = ",".join(request.headers.getall("Host", ()))
-        direct = Seen(limited(request.remote or ""), request.scheme, host)
+        direct = self.direct(request)
         remote = parsed(request.remote or "")
         if remote is None or not self._trusts(remote):
             return direct
@@ -68,9 +73,22 @@ class Proxies:
             self._x_forwarded(request, remote, direct),
         ]
         claims = [one for one in found if one is not None]
-        if not claims or any(one.sender != claims[0].sender for one in claims):
-            return direct
-        return claims[0]
+        if any(one.sender != claims[0].sender for one in claims):
+            raise NotForUsError(_TWO_SENDERS, 400)
+        return claims[0] if claims else direct
+
+    def direct(self, request: web.Request) -> Seen:
+        """Return a request as if whoever is at the other end of the connection had sent it."""
+        host = ",".join(request.headers.getall("Host", ()))
+        return Seen(limited(request.remote or ""), request.scheme, host)
+
+    def sender(self, remote: str, x_forwarded_for: Sequence[str], forwarded: Sequence[str]) -> str:
+        """Return for whom a head comes, as `seen` does where that is clear; the proxy where not."""
+        address = parsed(remote)
+        if address is None or not self._trusts(address):
+            return limited(remote)
+        entries = _split(x_forwarded_for) or _FOR.findall(",".join(forwarded))
+        return _limited(self._walk(address, entries)[0])
 
     def _x_forwarded(self, request: web.Request, remote: Address, direct: Seen) -> Seen | None:
         senders, schemes, hosts = (
@@ -152,7 +170,11 @@ def _believed(sender: Address, scheme: str, host: str, direct: Seen) -> Seen:
 
 
 def _values(request: web.Request, name: str) -> list[str]:
-    joined = ",".join(request.headers.getall(name, ()))
+    return _split(request.headers.getall(name, ()))
+
+
+def _split(values: Sequence[str]) -> list[str]:
+    joined = ",".join(values)
     return [value.strip() for value in joined.split(",")] if joined.strip() else []
 
 
