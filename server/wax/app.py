@@ -64,6 +64,7 @@ from wax.streams.live import LiveService
 from wax.tape.tape import Tape
 from wax.tasks import TaskSupervisor
 from wax.telemetry import Counters, Rates
+from wax.web import descriptors
 from wax.web.addresses import page_urls
 from wax.web.entrance import Entrance
 from wax.web.guards import Guards
@@ -78,7 +79,7 @@ if TYPE_CHECKING:
     from wax.access.permissions import Role
     from wax.capture.source import Picture, Sound
     from wax.clock import Clock
-    from wax.config.settings import RoleSyncSettings, Settings, VoiceSettings
+    from wax.config.settings import RoleSyncSettings, ServerSettings, Settings, VoiceSettings
     from wax.control.turns import TurnEvent
     from wax.driver.interface import Driver
     from wax.encode.choice import Encoders
@@ -309,7 +310,7 @@ class App:
         self._host_link = HostLinkSocket(
             state_dir.find(settings.server.state_dir), self.new_host_link
         )
-        self._entrance = Entrance(routes.application(), settings.server, clock, self.tls)
+        self._entrance = Entrance(routes.application(), _fitting(settings), clock, self.tls)
         self._metrics = self._make_metrics()
 
     async def run(self, on_ready: Callable[[int], None]) -> None:
@@ -532,6 +533,21 @@ def _tell_of_capsule(problem: str | None) -> None:
 def _speaker_thread(settings: VoiceSettings, clock: Clock, driver: Driver) -> SpeakerThread | None:
     speaker = make_speaker(settings, clock, driver)
     return None if speaker is None else SpeakerThread(speaker, clock, retry_s=settings.retry_s)
+
+
+def _fitting(settings: Settings) -> ServerSettings:
+    """Return `[server]` with as many connections as this process can have open."""
+    descriptors.raise_limit()
+    limit = descriptors.limit()
+    most = descriptors.connections_that_fit(settings, limit)
+    if most < settings.server.max_connections:
+        _LOG.warning(
+            "fewer connections fit than [server] max_connections: raise the limit of open files"
+            " (LimitNOFILE=, ulimit -Hn)",
+            connections=most,
+            open_files=limit,
+        )
+    return settings.server.model_copy(update={"max_connections": most})
 
 
 def _claim(settings: Settings) -> str:

@@ -31,6 +31,7 @@ CHECKS = [
     "processor",
     "disk",
     "UDP buffer",
+    "open files",
 ]
 
 

@@ -92,6 +92,7 @@ def _here(read: Callable[[], Settings], path: Path | None, stun: str | None) -> 
         ),
         Check("disk", lambda: machine.disk(state_dir.find(settings.server.state_dir))),
         Check("UDP buffer", machine.udp_buffer),
+        Check("open files", lambda: machine.open_files(settings)),
     ]
 
 

@@ -15,11 +15,12 @@ from wax.capture.testcard import TestCardVideo
 from wax.clock import SystemClock
 from wax.doctor.verdict import Verdict, bad, ok, warning
 from wax.encode.choice import Encoders
+from wax.web import descriptors
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from wax.config.settings import VideoSettings
+    from wax.config.settings import Settings, VideoSettings
 
 _NOT_SYNCHRONISED: Final = 0x40
 """STA_UNSYNC (linux/timex.h)."""
@@ -127,6 +128,22 @@ def processor(
     if sum(shares) > _CORES_SHARE * cores:
         return warning(f"{told}: more than half, once every one is watched.", advice)
     return ok(f"{told}.")
+
+
+def open_files(settings: Settings, most: int | None = None) -> Verdict:
+    """Say whether the connections of the configuration fit into what the server may have open."""
+    most = descriptors.limit(hard=True) if most is None else most
+    if most is None:
+        return ok("This system does not limit how many files a program may have open.")
+    wanted = settings.server.max_connections
+    fitting = descriptors.connections_that_fit(settings, most)
+    told = f"A program of this user may have {most} files open"
+    if fitting < wanted:
+        return warning(
+            f"{told}; beside the viewers' sockets {fitting} HTTP connections fit, not {wanted}.",
+            "Raise it: `LimitNOFILE=` in the unit of systemd, or /etc/security/limits.conf.",
+        )
+    return ok(f"{told}, which is enough for {wanted} connections.")
 
 
 def disk(folder: Path, free_bytes: Callable[[Path], int] | None = None) -> Verdict:

@@ -1,0 +1,48 @@
+"""How many files and sockets the server may have open, and how many connections fit into that."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Final
+
+if sys.platform != "win32":
+    import resource
+
+if TYPE_CHECKING:
+    from wax.config.settings import Settings
+
+_OURS: Final = 128
+"""Cameras, the robot, records and the event loop itself; most are open at the start."""
+_PER_VIEWER: Final = {"one-port": 4, "full-ice": 16}
+"""One for each way to a viewer's browser, of which two may be tried at once; or one for each of
+this machine's addresses, and relays."""
+_LEAST: Final = 16
+"""As `[server] max_connections` has it."""
+
+
+def limit(*, hard: bool = False) -> int | None:
+    """Return how many may be open now, or after `raise_limit`; None where there is no limit."""
+    if sys.platform == "win32":
+        return None
+    found = resource.getrlimit(resource.RLIMIT_NOFILE)[1 if hard else 0]
+    return None if found == resource.RLIM_INFINITY else found
+
+
+def raise_limit() -> None:
+    """Raise the limit to what this user may have: shells give 1,024, whoever needs more asks."""
+    if sys.platform == "win32":
+        return
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    try:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
+    except (OSError, ValueError):  # macOS calls its limit infinite, and allows less
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+def connections_that_fit(settings: Settings, most: int | None) -> int:
+    """Return how many HTTP connections fit into a limit of `most`, beside all viewers' sockets."""
+    server = settings.server
+    if most is None:
+        return server.max_connections
+    others = _OURS + server.max_viewers * _PER_VIEWER[settings.network.mode]
+    return max(_LEAST, min(server.max_connections, most - others))

@@ -1,0 +1,50 @@
+"""Connections fit into the files that the process may have open, and it takes what it may have."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from wax.config.settings import Settings
+from wax.doctor import machine
+from wax.web import descriptors
+
+
+@pytest.mark.parametrize(
+    ("limit", "tree", "expected"),
+    [
+        (None, {}, 640),
+        (20_000, {}, 640),
+        (1024, {}, 496),
+        (1024, {"network": {"mode": "full-ice"}}, 16),
+        (1024, {"server": {"max_viewers": 10}}, 640),
+        (64, {}, 16),
+    ],
+)
+def test_how_many_fit(limit: int | None, tree: dict[str, object], expected: int) -> None:
+    """Beside the sockets of all viewers; a few always."""
+    assert descriptors.connections_that_fit(Settings.model_validate(tree), limit) == expected
+
+
+@pytest.mark.parametrize(("most", "level"), [(1024, "warning"), (4096, "ok")])
+def test_the_doctor_tells(most: int, level: str) -> None:
+    """Whether what is configured fits into what this user may have."""
+    verdict = machine.open_files(Settings(), most)
+    assert verdict.level == level
+    assert str(most) in verdict.sentence
+
+
+@pytest.mark.system
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no such limit")
+def test_the_limit_is_raised() -> None:
+    """From what a shell gives to what the user may have."""
+    program = (
+        "import resource; resource.setrlimit(resource.RLIMIT_NOFILE, (100, 300))\n"
+        "from wax.web import descriptors; descriptors.raise_limit(); print(descriptors.limit())"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == "300"
