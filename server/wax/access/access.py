@@ -58,9 +58,9 @@ class Access:
         """Return the identity that a browser was given; None if it shows none of ours."""
         return self._keyring.identity_of(shown.identity)
 
-    def new_identity(self) -> str:
-        """Return a cookie that makes a browser somebody."""
-        return self._keyring.new_identity()
+    def new_identity(self, *, bound: bool = False) -> str:
+        """Return a cookie that makes a browser somebody (`Keyring.new_identity`)."""
+        return self._keyring.new_identity(bound=bound)
 
     def visitor(self, shown: Shown, address: str) -> Visitor:
         """Return who has sent a request; without an identity of ours they are nobody."""

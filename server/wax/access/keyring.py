@@ -25,6 +25,9 @@ MAX_TOKEN_CHARS: Final = 512
 _AHEAD_S: Final = 300.0
 """A server's clock may have been set back a little since an invitation was made."""
 
+_BOUND: Final = "~"
+"""Begins the identities that are valid only in a cookie which no other site can have set."""
+
 _SIGNED_BY: Final[dict[str, Any]] = {"key_derivation": "hmac", "digest_method": hashlib.sha256}
 
 Purpose = Literal["watch", "queue"]
@@ -58,9 +61,10 @@ class Keyring:
         self._invitations = URLSafeSerializer(secret, salt="invitation", signer_kwargs=_SIGNED_BY)
         self._wall_s = wall_s
 
-    def new_identity(self) -> str:
-        """Return a cookie for a browser that has none."""
-        return self._identities.sign(secrets.token_urlsafe(12)).decode()
+    def new_identity(self, *, bound: bool = False) -> str:
+        """Return a cookie for a browser that has none; `is_bound` knows one that was made so."""
+        mark = _BOUND if bound else ""
+        return self._identities.sign(mark + secrets.token_urlsafe(12)).decode()
 
     def identity_of(self, cookie: str | None) -> str | None:
         """Return who holds this cookie; None if it is not ours."""
@@ -98,3 +102,8 @@ class Keyring:
         if now_s >= ends_s:
             raise ForbiddenError(Sentence("invitation.over"))
         return Invitation(signed.id, signed.purpose, signed.uses, ends_s)
+
+
+def is_bound(cookie: str) -> bool:
+    """Whether an identity counts only in a cookie that no other site can have set."""
+    return cookie.startswith(_BOUND)

@@ -351,7 +351,7 @@ class Routes:
 
         @web.middleware
         async def check(request: web.Request, handler: Handler) -> web.StreamResponse:
-            visitor = self._access.visitor(cookies.shown(request), self._guards.sender(request))
+            visitor = self._access.visitor(self._shown(request), self._guards.sender(request))
             request[_VISITOR] = visitor
             resource = request.match_info.route.resource
             if resource is not None:  # otherwise there is no such page
@@ -361,20 +361,27 @@ class Routes:
 
         return check
 
+    def _shown(self, request: web.Request) -> Shown:
+        headers = request.headers.getall("Cookie", ())
+        return cookies.shown(headers, self._guards.seen(request).scheme)
+
     def _somebody(self, request: web.Request) -> tuple[web.Response, str]:
         """Return a response that gives a browser an identity if it shows none, and the identity."""
         response = web.json_response({})
-        known = self._access.identity_of(cookies.shown(request))
+        shown, scheme = self._shown(request), self._guards.seen(request).scheme
+        known = self._access.identity_of(shown)
         if known is not None:
+            if cookies.to_rename(request.headers.getall("Cookie", ()), scheme):
+                cookies.give_identity(response, str(shown.identity), scheme)
             return response, known
-        cookie = self._access.new_identity()
-        cookies.give_identity(response, cookie, self._guards.seen(request).scheme)
+        cookie = self._access.new_identity(bound=scheme == "https")
+        cookies.give_identity(response, cookie, scheme)
         made = self._access.identity_of(Shown(cookie))
         assert made is not None
         return response, made
 
     def _renew(self, request: web.Request, response: web.Response) -> None:
-        cookie = self._access.renewed(cookies.shown(request))
+        cookie = self._access.renewed(self._shown(request))
         if cookie is not None:
             cookies.give_host(response, cookie, self._guards.seen(request).scheme)
         self._warn_of_plain_http(request)
