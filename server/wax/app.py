@@ -310,7 +310,14 @@ class App:
         self._host_link = HostLinkSocket(
             state_dir.find(settings.server.state_dir), self.new_host_link
         )
-        self._entrance = Entrance(routes.application(), _fitting(settings), clock, self.tls)
+        self._entrance = Entrance(
+            routes.application(),
+            _fitting(settings),
+            clock,
+            self.tls,
+            turnstile=turnstile,
+            who=routes.who,
+        )
         self._metrics = self._make_metrics()
 
     async def run(self, on_ready: Callable[[int], None]) -> None:

@@ -37,6 +37,7 @@ TARGETS: Final = {
         files.CONFIG,
         tokens.TOKENS,
         tokens.COOKIES,
+        tokens.HEADS,
         tapes.EVENTS,
         tapes.RECORDS,
         tapes.MEDIA,

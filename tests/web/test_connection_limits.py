@@ -12,28 +12,37 @@ from wax.web.connection_limits import ConnectionLimits, Place
 
 
 class Bed:
-    """Connections by name, and which were closed to make room."""
+    """Connections by name, and which were closed to make room; the clock is turned by hand."""
 
     def __init__(self, *, most: int = 4, most_per_address: int = 2) -> None:
         self.limits = ConnectionLimits(most=most, most_per_address=most_per_address)
         self.closed: list[str] = []
+        self.now_s = 0.0
 
     def enter(self, name: str, address: str, *, limited: bool = True) -> Place | None:
-        return self.limits.enter(address, partial(self.closed.append, name), limited=limited)
+        close = partial(self.closed.append, name)
+        return self.limits.enter(address, close, self.now_s, limited=limited)
+
+    def comes(self, name: str, address: str, *, answers: bool = False) -> Place:
+        """Let one enter that must find a place."""
+        place = self.enter(name, address)
+        assert place is not None
+        if answers:
+            self.limits.answers(place)
+        return place
 
 
 def test_one_address_has_a_share() -> None:
-    """Beyond it no further connection, until one leaves; others are served."""
+    """Beyond it its own make room, never others'."""
     bed = Bed()
-    first = bed.enter("a", "x")
-    assert first is not None
-    assert bed.enter("b", "x")
-    assert bed.enter("c", "x") is None
-    assert bed.enter("d", "y")
+    first = bed.comes("a", "x", answers=True)
+    bed.comes("b", "x", answers=True)
+    bed.comes("c", "y")
+    assert bed.enter("d", "x") is None
     bed.limits.leave(first)
     bed.limits.leave(first)
-    assert bed.enter("e", "x")
-    assert (bed.closed, bed.limits.refused, len(bed.limits)) == ([], 1, 3)
+    bed.comes("e", "x")
+    assert (bed.closed, bed.limits.refused, bed.limits.of("x"), len(bed.limits)) == ([], 1, 2, 3)
 
 
 def test_a_trusted_proxy_has_no_share() -> None:
@@ -42,57 +51,83 @@ def test_a_trusted_proxy_has_no_share() -> None:
     assert all(bed.enter(name, "x", limited=False) for name in "abcd")
 
 
-def test_an_idle_connection_of_the_same_address_makes_room() -> None:
-    """A class behind one address need not wait until idle connections end by themselves."""
+def test_a_neighbour_who_is_silent_makes_room() -> None:
+    """Nobody keeps others of their address out: idle ones yield, then the longest silent."""
     bed = Bed()
-    idle = bed.enter("a", "x")
-    assert idle is not None
-    bed.enter("b", "x")
+    bed.comes("a", "x")
+    idle = bed.comes("b", "x")
+    bed.limits.answers(idle)
     bed.limits.idles(idle)
-    assert bed.enter("c", "x")
-    assert bed.closed == ["a"]
-    assert bed.enter("d", "x") is None
+    for name in "cdef":
+        bed.comes(name, "x")
+    assert bed.closed == ["b", "a", "c", "d"]
 
 
-def test_who_makes_room_when_all_places_are_taken() -> None:
-    """Idle ones first, then those that have been reading for longest, and never one at work."""
+def test_a_request_that_began_again_is_not_the_longest() -> None:
+    """What counts is when the request began, not the connection."""
     bed = Bed()
-    places = [bed.enter(name, name) for name in "abcd"]
-    idle, working = places[1], places[0]
-    assert idle is not None
-    assert working is not None
-    bed.limits.answers(working)
-    bed.limits.idles(idle)
-    assert bed.enter("e", "e")
+    first = bed.comes("a", "x")
+    bed.comes("b", "x")
+    bed.limits.answers(first)
+    bed.limits.idles(first)
+    bed.limits.begins(first, 1.0)
+    bed.comes("c", "x")
     assert bed.closed == ["b"]
-    assert bed.enter("f", "f")
-    assert bed.closed == ["b", "c"]
-    for place in places[2:]:
-        assert place is not None
-    bed.limits.reads(working)
-    assert bed.enter("g", "g")
-    assert bed.closed == ["b", "c", "d"]
-    assert len(bed.limits) == 4
+
+
+def test_a_full_house_takes_from_who_has_most() -> None:
+    """Whoever reads slowly but has one connection keeps it; of the greedy the oldest goes."""
+    bed = Bed(most=6, most_per_address=3)
+    bed.comes("modem", "m", answers=True)
+    bed.now_s = 5.0
+    for name in "abc":
+        bed.comes(name, "x", answers=True)
+    for name in "de":
+        bed.comes(name, "y", answers=True)
+    bed.now_s = 6.5
+    bed.comes("f", "z")
+    bed.comes("g", "z")
+    assert bed.closed == ["a", "b"]
 
 
 def test_when_all_are_at_work_nobody_makes_room() -> None:
-    """A request under way is not broken off for a newcomer."""
+    """A request that has only just begun is not broken off for a newcomer."""
     bed = Bed()
     for name in "abcd":
-        place = bed.enter(name, name)
-        assert place is not None
-        bed.limits.answers(place)
+        bed.comes(name, name, answers=True)
+    bed.now_s = 0.9
     assert bed.enter("e", "e") is None
     assert bed.closed == []
+    bed.now_s = 1.0
+    assert bed.enter("e", "e")
+
+
+def test_a_proxys_connections_count_for_those_who_ask() -> None:
+    """One client behind it has a share, others have their own, and waiting ones are the proxy's."""
+    bed = Bed(most=9)
+    places = [bed.enter(name, "proxy", limited=False) for name in "abc"]
+    for place, now_s in zip(places, (0.0, 0.0, 1.0), strict=True):
+        assert place is not None
+        assert bed.limits.is_for(place, "troll", now_s, limited=True)
+        bed.limits.answers(place)
+    assert bed.closed == ["a"]
+    fourth = bed.enter("d", "proxy", limited=False)
+    assert fourth is not None
+    assert not bed.limits.is_for(fourth, "troll", 0.5, limited=True), "both have only begun"
+    assert bed.limits.is_for(fourth, "guest", 0.5, limited=True)
+    assert (bed.limits.of("troll"), bed.limits.of("guest"), bed.limits.of("proxy")) == (2, 1, 0)
+    assert bed.limits.is_for(fourth, "proxy", 0.5, limited=False)
+    assert (bed.limits.of("guest"), bed.limits.of("proxy"), len(bed.limits)) == (0, 1, 3)
 
 
 @examples(200)
-@given(st.lists(st.tuples(st.integers(0, 4), st.integers(0, 3)), max_size=80))
+@given(st.lists(st.tuples(st.integers(0, 5), st.integers(0, 3)), max_size=80))
 def test_the_limits_hold_whatever_happens(steps: list[tuple[int, int]]) -> None:
     """Neither in all nor for one address are there ever more, and nothing is counted twice."""
     bed = Bed(most=5, most_per_address=3)
     places: list[Place] = []
-    for what, which in steps:
+    for number, (what, which) in enumerate(steps):
+        bed.now_s = number / 4
         if what == 0:
             place = bed.enter("", "wxyz"[which])
             places += [place] if place is not None else []
@@ -101,10 +136,15 @@ def test_the_limits_hold_whatever_happens(steps: list[tuple[int, int]]) -> None:
             if what == 4:
                 places.remove(place)
                 bed.limits.leave(place)
-            elif place in bed.limits:
-                (bed.limits.reads, bed.limits.answers, bed.limits.idles)[what - 1](place)
+            elif what == 5:
+                bed.limits.is_for(place, "zyxw"[which], bed.now_s, limited=True)
+            elif what == 1:
+                bed.limits.begins(place, bed.now_s)
+            else:
+                (bed.limits.answers, bed.limits.idles)[what - 2](place)
         places = [place for place in places if place in bed.limits]
         assert len(bed.limits) == len(places) <= 5
         assert all(sum(one.address == address for one in places) <= 3 for address in "wxyz")
+        assert all(bed.limits.of(one) == sum(p.address == one for p in places) for one in "wxyz")
     bed.limits.close_all()
     assert len(bed.closed) >= len(places)

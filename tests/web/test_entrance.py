@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import errno
+import gc
 import json
 import logging
+import socket
 import ssl
 import time
 from contextlib import asynccontextmanager, suppress
@@ -17,7 +20,7 @@ from aiohttp import web
 from wax.clock import SystemClock
 from wax.config.settings import ServerSettings
 from wax.errors import StartError
-from wax.web import connection, tls, tls_gate
+from wax.web import connection, connection_limits, listening, tls, tls_gate, watch
 from wax.web.certificate import self_signed
 from wax.web.entrance import Entrance
 from wax.web.guards import Guards
@@ -25,8 +28,11 @@ from wax.web.routes import _tell_errors
 from wax.web.tls import make_tls
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncIterator, Callable
     from pathlib import Path
+
+    from wax.access.access import Shown
+    from wax.web.connection_limits import Place
 
 pytestmark = pytest.mark.system
 
@@ -40,9 +46,9 @@ LARGE: Final = 20_000_000
 
 @pytest.fixture(autouse=True)
 def _short_times(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(connection._LASTS_S, "reading", READ_S)
-    monkeypatch.setitem(connection._LASTS_S, "idle", IDLE_S)
-    monkeypatch.setitem(connection._LASTS_S, "answering", IDLE_S)
+    monkeypatch.setitem(watch._LASTS_S, "reading", READ_S)
+    monkeypatch.setitem(watch._LASTS_S, "idle", IDLE_S)
+    monkeypatch.setitem(watch._LASTS_S, "answering", IDLE_S)
     monkeypatch.setattr(connection, "_LINGER_S", 0.1)
     monkeypatch.setattr(tls_gate, "READ_S", READ_S)
 
@@ -55,6 +61,16 @@ async def _large(request: web.Request) -> web.Response:
     return web.Response(body=bytes(LARGE))
 
 
+async def _pieces(request: web.Request) -> web.StreamResponse:
+    answer = web.StreamResponse()
+    await answer.prepare(request)
+    assert isinstance(request.protocol, connection.Connection)
+    for _ in range(LARGE // 10_000):
+        await answer.write(bytes(10_000))
+        await request.protocol.drained()
+    return answer
+
+
 async def _slow(request: web.Request) -> web.Response:
     await request.read()
     await asyncio.sleep(READ_S + 0.2)
@@ -62,7 +78,9 @@ async def _slow(request: web.Request) -> web.Response:
 
 
 @asynccontextmanager
-async def open_entrance(**settings: Any) -> AsyncIterator[Entrance]:
+async def open_entrance(
+    who: Callable[[Shown, str], str | None] = lambda *_: None, **settings: Any
+) -> AsyncIterator[Entrance]:
     server = ServerSettings(host="127.0.0.1", port=0, **settings)
     clock = SystemClock()
     guards = Guards(server, clock)
@@ -73,10 +91,11 @@ async def open_entrance(**settings: Any) -> AsyncIterator[Entrance]:
             web.get("/", _echo),
             web.post("/", _echo),
             web.get("/large", _large),
+            web.get("/pieces", _pieces),
             web.post("/slow", _slow),
         ]
     )
-    entrance = Entrance(application, server, clock, make_tls(server, clock))
+    entrance = Entrance(application, server, clock, make_tls(server, clock), who=who)
     await entrance.open()
     try:
         yield entrance
@@ -114,6 +133,15 @@ async def _until_closed(
         with suppress(asyncio.CancelledError, ConnectionError):
             await sending
         writer.transport.abort()
+
+
+def _unread(port: int, more: bytes = b"") -> socket.socket:
+    """Ask for much and take nothing of it, with a window that tells soon of what was taken."""
+    made = socket.socket()
+    made.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 16_384)
+    made.connect(("127.0.0.1", port))
+    made.sendall((GET.replace(b"/ ", b"/pieces ", 1)[:-2] + more + b"\r\n") * 20)
+    return made
 
 
 async def _until_open(entrance: Entrance, number: int) -> None:
@@ -208,7 +236,7 @@ async def test_who_does_not_read_the_answer() -> None:
 
 
 async def test_one_address_has_its_share() -> None:
-    """Over it, closed at once; those that wait for nothing make room."""
+    """Over it, those that wait for nothing make room, and then those that say nothing."""
     async with open_entrance(max_connections_per_address=4) as entrance:
         idle = asyncio.create_task(_until_closed(entrance.port, GET))
         await asyncio.sleep(0.1)
@@ -217,11 +245,241 @@ async def test_one_address_has_its_share() -> None:
         assert b"200 OK" in said
         assert entrance.limits.displaced == 1, "the idle one has made room"
         await _until_open(entrance, 4)
-        _, said = await _until_closed(entrance.port, GET)
-        assert not said
-        assert entrance.limits.refused == 1
-        await asyncio.gather(*silent)
         assert b'{"read": 0}' in await _get(entrance.port)
+        assert (entrance.limits.displaced, entrance.limits.refused) == (2, 0)
+        await asyncio.gather(*silent)
+
+
+async def test_nothing_is_parsed_before_its_turn() -> None:
+    """Of twenty requests in one piece the second begins when the first was answered."""
+    async with open_entrance() as entrance:
+        reader, writer = await asyncio.open_connection("127.0.0.1", entrance.port)
+        slow = POST.replace(b"/ ", b"/slow ") + b"y" * 20
+        writer.write(slow + GET * 19)
+        await asyncio.sleep(READ_S)
+        (one,) = entrance._runner.server.connections  # type: ignore[union-attr]
+        assert isinstance(one, connection.Connection)
+        assert (one._request_count, len(one._requests)) == (1, 19 * len(GET))
+        said = b""
+        while said.count(b'{"read": 0}') < 19:
+            said += await asyncio.wait_for(reader.read(9999), 2)
+        assert said.startswith(b"HTTP/1.1 200")
+        writer.transport.abort()
+        await asyncio.sleep(0.05)
+
+
+async def test_what_comes_as_it_ends() -> None:
+    """A request whose turn comes when its connection has made room already is no error."""
+    errors: list[dict[str, Any]] = []
+    asyncio.get_running_loop().set_exception_handler(lambda _, found: errors.append(found))
+    async with open_entrance() as entrance:
+        _, writer = await asyncio.open_connection("127.0.0.1", entrance.port)
+        await _until_open(entrance, 1)
+        await asyncio.sleep(0.05)
+        (one,) = entrance._runner.server.connections  # type: ignore[union-attr]
+        assert isinstance(one, connection.Connection)
+        assert one.transport is not None
+        one.transport.abort()
+        one.data_received(GET)
+        await asyncio.sleep(0.05)
+        writer.transport.abort()
+        del one
+        gc.collect()
+    assert errors == []
+
+
+@pytest.mark.parametrize("https", [False, True])
+async def test_what_makes_room_as_it_begins(
+    https: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A connection that is displaced before asyncio has made it is closed, and no error."""
+    monkeypatch.setenv("STATE_DIRECTORY", str(tmp_path))
+    errors: list[dict[str, Any]] = []
+    asyncio.get_running_loop().set_exception_handler(lambda _, found: errors.append(found))
+    async with open_entrance(https=https) as entrance:
+        begin = entrance._begin
+
+        def displaced(made: socket.socket, place: Place, *more: Any) -> None:
+            begin(made, place, *more)
+            entrance.limits.leave(place)
+            place.close()
+
+        monkeypatch.setattr(entrance, "_begin", displaced)
+        took_s, said = await _until_closed(entrance.port, GET)
+        assert (said, took_s < READ_S) == (b"", True)
+        gc.collect()
+    assert errors == []
+
+
+async def test_headers_without_measure_are_refused() -> None:
+    """More than 16 KiB of them gets 431, with a sentence; so many cookies are no work at all."""
+    async with open_entrance() as entrance:
+        cookies = b"Cookie: " + b"a=1; " * 1000 + b"\r\n"
+        many = GET[:-2] + cookies * 3 + b"\r\n"
+        assert b'{"read": 0}' in await _get(entrance.port, many)
+        for request in (GET[:-2] + cookies * 4 + b"\r\n", b"GET /" + b"a" * 20_000):
+            _, said = await _until_closed(entrance.port, request)
+            head, _, body = said.partition(b"\r\n\r\n")
+            assert head.startswith(b"HTTP/1.1 431")
+            assert b"nosniff" in head
+            assert "cookies" in json.loads(body)["error"]
+        assert entrance.status()["cut"] == 2
+
+
+async def test_a_body_without_an_end_is_the_last() -> None:
+    """Behind chunks with extensions, or two lengths, no further request is answered."""
+    chunked = GET[:-2].replace(b"GET", b"POST") + b"Transfer-Encoding: chunked\r\n\r\n"
+    async with open_entrance() as entrance:
+        for body in (b"3;a=b;c=d\r\nyyy\r\n0\r\n\r\n", b"1\r\ny\r\n" * 3 + b"0\r\n\r\n"):
+            took_s, said = await _until_closed(entrance.port, chunked + body + GET)
+            assert (said.count(b"200 OK"), said.count(b'{"read": 3}')) == (1, 1)
+            assert took_s < READ_S
+        doubt = POST.replace(b"\r\n\r\n", b"\r\nContent-Length: 20\r\n\r\n")
+        _, said = await _until_closed(entrance.port, doubt + b"y" * 20 + GET)
+        assert said.count(b"HTTP/1.") == 1
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        b"Expect: 100-continue\r\n",
+        b"Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n",
+        b"Connection: Upgrade, HTTP2-Settings\r\nUpgrade: h2c\r\nHTTP2-Settings: AAMA\r\n",
+    ],
+)
+async def test_what_http_has_besides(more: bytes) -> None:
+    """Whoever expects or wants to change to something is answered, and asks again as usual."""
+    async with open_entrance() as entrance:
+        request = POST[:-2] + more + b"\r\n" + b"y" * 20
+        _, said = await _until_closed(entrance.port, request + GET)
+        assert said.count(b"HTTP/1.1 200") == 2
+        assert b'{"read": 20}' in said
+
+
+async def test_who_does_not_read_makes_room(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All places taken by answers that nobody takes: of who has most, the oldest is broken off."""
+    monkeypatch.setattr(connection_limits, "_ANSWERS_S", 0.2)
+    async with open_entrance(max_connections=16, max_connections_per_address=16) as entrance:
+        greedy = [_unread(entrance.port) for _ in range(16)]
+        await _until_open(entrance, 16)
+        await asyncio.sleep(0.3)
+        for _ in range(3):
+            assert b'{"read": 0}' in await _get(entrance.port)
+            await asyncio.sleep(0.05)
+        assert 1 <= entrance.limits.displaced <= 3
+        assert entrance.limits.refused == 0
+        for one in greedy:
+            one.close()
+        await asyncio.sleep(0.1)
+
+
+async def test_an_answer_that_stands_still_is_broken_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Long before the time that a slow one has; one that moves goes on."""
+    monkeypatch.setitem(watch._LASTS_S, "answering", 30.0)
+    monkeypatch.setattr(watch, "STILL_S", 0.3)
+    async with open_entrance() as entrance:
+        slow, still = _unread(entrance.port), _unread(entrance.port)
+        for _ in range(15):
+            await asyncio.sleep(0.1)
+            slow.recv(60_000)
+        assert len(entrance.limits) == 1
+        assert entrance.status()["cut"] == 1
+        slow.close()
+        still.close()
+        await asyncio.sleep(0.05)
+
+
+async def test_who_is_known_is_served_beside_a_flood() -> None:
+    """Their address has used up everything, and waits; their own request does not."""
+
+    def who(shown: Shown, _: str) -> str | None:
+        return shown.identity
+
+    async with open_entrance(who=who) as entrance:
+        flood = entrance.accounts.of_guest("127.0.0.1")
+        known = GET[:-2] + b"Cookie: wax-id=ada\r\n\r\n"
+        reader, writer = await asyncio.open_connection("127.0.0.1", entrance.port)
+        writer.write(GET)
+        await reader.readuntil(b"}")
+        for _ in range(9):
+            entrance.turnstile.charge(flood, time.thread_time() - 0.5)
+        began_s = time.monotonic()
+        waiting = asyncio.create_task(_get(entrance.port))
+        writer.write(known)
+        assert b'{"read": 0}' in await asyncio.wait_for(reader.readuntil(b"}"), 0.3)
+        assert not waiting.done()
+        assert b'{"read": 0}' in await waiting
+        assert time.monotonic() - began_s >= 0.3, "a stranger of that address waited"
+        writer.transport.abort()
+        await asyncio.sleep(0.05)
+
+
+async def test_who_drips_is_not_read_beyond_their_budget() -> None:
+    """A header in a thousand pieces is work as well: it waits in line like a request."""
+    async with open_entrance() as entrance:
+        flood = entrance.accounts.of_guest("127.0.0.1")
+        _, writer = await asyncio.open_connection("127.0.0.1", entrance.port)
+        await _until_open(entrance, 1)
+        await asyncio.sleep(0.05)
+        (one,) = entrance._runner.server.connections  # type: ignore[union-attr]
+        assert isinstance(one, connection.Connection)
+        assert one.transport is not None
+        writer.write(b"G")
+        await asyncio.sleep(0.05)
+        assert one.transport.is_reading()
+        for _ in range(4):
+            entrance.turnstile.charge(flood, time.thread_time() - 0.5)
+        writer.write(b"E")
+        await asyncio.sleep(0.05)
+        assert not one.transport.is_reading()
+        assert one._waiting is not None
+        writer.transport.abort()
+        await asyncio.sleep(READ_S + 0.3)
+
+
+async def test_behind_a_proxy_each_client_has_a_share() -> None:
+    """One who never reads takes no more places there than by themselves; others are answered."""
+    async with open_entrance(
+        trusted_proxies=["127.0.0.1"], max_connections_per_address=4
+    ) as entrance:
+        greedy = [_unread(entrance.port, b"X-Forwarded-For: 192.0.2.66\r\n") for _ in range(6)]
+        await asyncio.sleep(0.3)
+        assert entrance.limits.of("192.0.2.66") == 4
+        assert entrance.limits.refused + entrance.limits.displaced == 2
+        guest = GET[:-2] + b"X-Forwarded-For: 192.0.2.7\r\n\r\n"
+        assert b'{"read": 0}' in await _get(entrance.port, guest)
+        for one in greedy:
+            one.close()
+        await asyncio.sleep(0.05)
+
+
+async def test_without_descriptors_nothing_spins(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Accepting pauses for a moment, which the log tells once, and then goes on."""
+    monkeypatch.setattr(listening, "_PAUSE_S", 0.2)
+    tries = 0
+
+    class Full(socket.socket):
+        def accept(self) -> tuple[socket.socket, Any]:
+            nonlocal tries
+            tries += 1
+            if tries <= 2:
+                raise OSError(errno.EMFILE, "Too many open files")
+            return super().accept()
+
+    def create_server(address: Any, *, family: int, backlog: int) -> socket.socket:
+        made = Full(family, socket.SOCK_STREAM)
+        made.bind(address)
+        made.listen(backlog)
+        return made
+
+    monkeypatch.setattr(socket, "create_server", create_server)
+    async with open_entrance() as entrance:
+        began_s = time.monotonic()
+        assert b'{"read": 0}' in await _get(entrance.port)
+        assert 0.4 <= time.monotonic() - began_s <= 0.4 + SLACK_S
+    assert tries <= 5
 
 
 async def test_a_full_house_still_answers() -> None:
@@ -313,16 +571,28 @@ async def test_https(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 async def test_https_counts_handshakes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Who never shakes hands takes a place as well, and others of that address get none."""
+    """Who never shakes hands takes a place as well, and makes room for others of that address."""
     monkeypatch.setenv("STATE_DIRECTORY", str(tmp_path))
     async with open_entrance(https=True, max_connections_per_address=4) as entrance:
         silent = [asyncio.create_task(_until_closed(entrance.port)) for _ in range(4)]
         await _until_open(entrance, 4)
-        await _until_closed(entrance.port)
-        assert entrance.limits.refused == 1
-        await asyncio.gather(*silent)
         context = _trusting(tmp_path / "certificate.pem")
         assert b"200 OK" in await _get(entrance.port, ssl=context, server_hostname="localhost")
+        assert (entrance.limits.displaced, entrance.limits.refused) == (1, 0)
+        await asyncio.gather(*silent)
+
+
+async def test_handshakes_wait_in_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each is paid for by its address before it begins: the signature costs more than a request."""
+    monkeypatch.setenv("STATE_DIRECTORY", str(tmp_path))
+    async with open_entrance(https=True) as entrance:
+        context = _trusting(tmp_path / "certificate.pem")
+        flood = entrance.accounts.of_guest("127.0.0.1")
+        for _ in range(9):
+            entrance.turnstile.charge(flood, time.thread_time() - 0.5)
+        began_s = time.monotonic()
+        assert b"200 OK" in await _get(entrance.port, ssl=context, server_hostname="localhost")
+        assert time.monotonic() - began_s >= 0.3
 
 
 async def test_a_new_certificate_needs_no_restart(
@@ -332,7 +602,7 @@ async def test_a_new_certificate_needs_no_restart(
     monkeypatch.setattr(tls, "_LOOK_S", 0.0)
     now = datetime.now(UTC)
     kept = self_signed(tmp_path, ["localhost"], now)
-    files = {"certificate": str(kept.chain), "key": str(kept.key)}
+    files: dict[str, Any] = {"certificate": str(kept.chain), "key": str(kept.key)}
     async with open_entrance(**files) as entrance:
         first = _trusting(kept.chain)
         assert b"200 OK" in await _get(entrance.port, ssl=first, server_hostname="localhost")

@@ -473,14 +473,15 @@ async def test_a_page_that_is_closed_leaves_its_seat(client: Client, room: FakeR
 async def test_one_address_does_not_take_the_servers_time(
     client: Client, room: FakeRoom, clock: TurnedClock, access: Access
 ) -> None:
-    """Beyond a burst an address gets two offers a second, unread 429s else; others are served."""
+    """Beyond a burst strangers of an address get two offers a second; others are served."""
 
     async def offers(address: str, count: int) -> list[int]:
         headers = {"X-Forwarded-For": address}
-        return [
-            (await client.post("/api/offer", json=GOOD, headers=headers)).status
-            for _ in range(count)
-        ]
+        found = []
+        for _ in range(count):
+            client.session.cookie_jar.clear()
+            found.append((await client.post("/api/offer", json=GOOD, headers=headers)).status)
+        return found
 
     assert await offers("192.0.2.7", 45) == [200] * 40 + [429] * 5
     assert len(room.offers) == 40
@@ -495,6 +496,75 @@ async def test_one_address_does_not_take_the_servers_time(
     await become_host(client, access)
     host = [(await client.post("/api/offer", json=GOOD)).status for _ in range(45)]
     assert host == [200] * 45, "the host always gets in"
+
+
+async def test_neighbours_do_not_lock_out_who_is_known(
+    client: Client, room: FakeRoom, clock: TurnedClock
+) -> None:
+    """Whoever is in the room has a bucket of their own, by cookie; others are strangers."""
+    headers = {"X-Forwarded-For": "192.0.2.7"}
+
+    async def offer(**more: str) -> int:
+        return (await client.post("/api/offer", json=GOOD, headers=headers | more)).status
+
+    assert await offer() == 200
+    known = (
+        f"wax-id={client.session.cookie_jar.filter_cookies(client.make_url('/'))['wax-id'].value}"
+    )
+    found = []
+    for _ in range(60):
+        client.session.cookie_jar.clear()
+        found.append(await offer())
+    assert found[-20:] == [429] * 20
+    client.session.cookie_jar.clear()
+    assert [await offer(Cookie=known) for _ in range(10)] == [200] * 10
+    assert await offer(Cookie=known) == 429, "a reserve is no licence"
+    clock.time_s += 1.0
+    assert await offer(Cookie=known) == 200
+    assert await offer(Cookie="wax-id=made.up") in (200, 429)
+
+
+async def test_the_right_key_opens_whatever_neighbours_try(client: Client, access: Access) -> None:
+    """A link's secret works after any number of vain tries from the same address."""
+    tries = [(await client.post("/api/host", json={"secret": "x" * 32})).status for _ in range(20)]
+    assert tries == [403] * 10 + [429] * 10
+    assert (await client.post("/api/host", json={"secret": access.new_host_link()})).status == 200
+
+
+async def test_under_https_cookies_cannot_be_planted(client: Client, room: FakeRoom) -> None:
+    """They have the prefix there; an old identity is kept and renamed with the next answer."""
+    https = {"X-Forwarded-Proto": "https", "X-Forwarded-For": "192.0.2.7"}
+    old = await client.post("/api/offer", json=GOOD, headers=https | {"X-Forwarded-Proto": "http"})
+    value = old.cookies["wax-id"].value
+    client.session.cookie_jar.clear()
+    shown = https | {"Cookie": f"wax-id={value}"}
+    renamed = await client.post("/api/offer", json=GOOD, headers=shown)
+    assert renamed.cookies["__Host-wax-id"].value == value
+    assert room.visitors[0].identity == room.visitors[1].identity
+    client.session.cookie_jar.clear()
+    new = await client.post("/api/offer", json=GOOD, headers=https)
+    given = new.cookies["__Host-wax-id"]
+    assert (given["secure"], given["path"], given["domain"]) == (True, "/", "")
+    client.session.cookie_jar.clear()
+    planted = https | {"Cookie": f"wax-id={given.value}"}
+    await client.post("/api/offer", json=GOOD, headers=planted)
+    again = https | {"Cookie": f"__Host-wax-id={given.value}"}
+    await client.post("/api/offer", json=GOOD, headers=again)
+    assert room.visitors[2].identity == room.visitors[4].identity != room.visitors[3].identity
+
+
+async def test_the_page_is_made_once_for_each_name(
+    client: Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What strangers ask for most costs no file, no hash and no packing."""
+    first = await client.get("/")
+    await first.read()
+    monkeypatch.setattr(OwnPage, "html", None)
+    again = await client.get("/")
+    assert (again.status, await again.read()) == (200, await first.read())
+    same = await client.get("/", headers={"If-None-Match": again.headers["ETag"]})
+    assert (same.status, await same.read()) == (304, b"")
+    assert (await client.head("/assets/b.js")).status in (200, 403)
 
 
 async def test_unknown_paths_and_methods(client: Client) -> None:

@@ -1,113 +1,71 @@
-"""One HTTP connection: aiohttp's, which gives its client only so much time.
+"""One HTTP connection: aiohttp's, which gives its client only so much time and work.
 
-aiohttp has no time limit for headers and bodies, so a connection that says nothing, or a byte now
-and then, would stay open for ever.
+aiohttp parses whatever comes. Here it gets one request at a time, when its sender's turn has come
+(`wax.web.line`), and nothing is read meanwhile.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Literal, cast
+import json
+import time
+from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 from aiohttp import web
 
+from wax.sentence import Sentence
+from wax.web import cookies
+from wax.web.accounts import HOST
+from wax.web.request_head import Head, Requests, read_head
 from wax.web.security_headers import always
+from wax.web.timed import timed
+from wax.web.watch import IDLE_S, Watch
 
 if TYPE_CHECKING:
     import asyncio
+    from collections.abc import Callable, Coroutine
 
+    from wax.edge.budget import Payer
     from wax.web.connection_limits import Place
     from wax.web.entrance import Entrance
+    from wax.web.line import Waiting
 
-    State = Literal["idle", "reading", "answering"]
-
-READ_S: Final = 9.0
-"""From the first byte of a header, or of a body, to its last; also from nothing to the header."""
-IDLE_S: Final = 30.0
-"""How long an answered connection is kept for the next request."""
-ANSWER_S: Final = 120.0
-"""How long an answer may take: the page takes most of a minute over a modem."""
-_LASTS_S: Final[dict[State, float]] = {"idle": IDLE_S, "reading": READ_S, "answering": ANSWER_S}
+    _T = TypeVar("_T")
 
 _LINGER_S: Final = 2.0
 """How long the rest of a body is thrown away, so that the client reads why it was refused."""
-_HEADER_END: Final = b"\r\n\r\n"
 _MAX_HEADERS: Final = 64
-
-
-class Watch:
-    """Ends a connection that takes too long over what it is doing."""
-
-    def __init__(
-        self,
-        entrance: Entrance,
-        loop: asyncio.AbstractEventLoop,
-        transport: asyncio.Transport,
-        place: Place,
-    ) -> None:
-        self._entrance = entrance
-        self._loop = loop
-        self._transport = transport
-        self._place = place
-        self._state: State = "reading"
-        self._request: web.BaseRequest | None = None
-        self._last = b""
-        self._begun_s = loop.time()
-        self._timer = loop.call_at(self._begun_s + _LASTS_S["reading"], self._time_is_over)
-        place.close = transport.abort
-
-    def received(self, data: bytes) -> None:
-        self._last = (self._last + data[-len(_HEADER_END) :])[-len(_HEADER_END) :]
-        if self._state == "idle":
-            self._begin("reading")
-
-    def header_came(self, request: web.BaseRequest) -> None:
-        self._request = request
-        self._begin("answering" if request.content.is_eof() else "reading")
-
-    def answered(self) -> None:
-        self._request = None
-        # Behind the end of a request there may already be the beginning of the next one.
-        self._begin("idle" if self._last == _HEADER_END else "reading")
-
-    def end(self) -> None:
-        self._timer.cancel()
-        self._request = None
-        self._entrance.limits.leave(self._place)
-
-    def _begin(self, state: State) -> None:
-        limits = self._entrance.limits
-        if state == "idle":
-            limits.idles(self._place)
-        elif state == "reading":
-            limits.reads(self._place)
-        else:
-            limits.answers(self._place)
-        self._state = state
-        self._begun_s = self._loop.time()
-        self._timer.cancel()
-        self._timer = self._loop.call_at(self._begun_s + _LASTS_S[state], self._time_is_over)
-
-    def _time_is_over(self) -> None:
-        if self._state == "reading" and self._request and self._request.content.is_eof():
-            self._begin("answering")
-            return
-        if self._state != "idle":
-            self._entrance.cut(f"too slow while {self._state}")
-        # Not `close`, which waits until everything is sent, and this client need not read.
-        self._transport.abort()
+_PIECE_S: Final = 0.00003
+_REQUEST_S: Final = 0.00015
+"""What the event loop spends beside what is measured: on each piece that comes, and on each request
+with its tasks and system calls."""
+_URGENT: Final = frozenset({"POST /api/stop", "POST /api/release"})
 
 
 class Connection(web.RequestHandler):
-    """Made by the `Entrance` for each connection; `place` if it has one already."""
+    """Made by the `Entrance` for each connection, which has its place already."""
 
-    __slots__ = ("_entrance", "_loop_of_watch", "_place", "_watch")
+    __slots__ = (
+        "_aiohttp_reads",
+        "_body_left",
+        "_drained",
+        "_entrance",
+        "_is_answering",
+        "_loop_of_watch",
+        "_payer",
+        "_peer",
+        "_place",
+        "_requests",
+        "_waiting",
+        "_watch",
+    )
 
     def __init__(
         self,
         entrance: Entrance,
         server: web.Server,
         loop: asyncio.AbstractEventLoop,
-        place: Place | None = None,
+        place: Place,
+        peer: str,
     ) -> None:
         super().__init__(
             server,
@@ -121,38 +79,173 @@ class Connection(web.RequestHandler):
         self._entrance = entrance
         self._loop_of_watch = loop
         self._place = place
+        self._peer = peer
         self._watch: Watch | None = None
+        self._requests = Requests()
+        self._body_left: int | None = 0
+        self._is_answering = False
+        self._aiohttp_reads = True
+        self._waiting: Waiting | None = None
+        self._payer: Payer = entrance.accounts.of_guest(place.address)
+        self._drained: asyncio.Future[None] | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Begin to read, if there is a place; else close the connection at once."""
         line = cast("asyncio.Transport", transport)
-        place = self._place or self._entrance.enter(line)
-        if place is None:
+        if self._place not in self._entrance.limits:  # it has made room already
             line.abort()
             return
-        self._watch = Watch(self._entrance, self._loop_of_watch, line, place)
+        self._watch = Watch(self._entrance, self._loop_of_watch, line, self._place)
+        # Whatever is written waits here until the kernel has it all, so that nobody who does not
+        # read has more of our memory than one piece of an answer.
+        line.set_write_buffer_limits(high=1, low=0)
         super().connection_made(transport)
 
+    # --- what comes --------------------------------------------------------------------------
+
     def data_received(self, data: bytes) -> None:
-        """Pass data on; aiohttp also calls this, without data, to go on with what it has."""
-        if data and self._watch is not None:
-            self._watch.received(data)
-        super().data_received(data)
+        """Keep what came until its turn; aiohttp calls this without data, to go on itself."""
+        if not data or self._watch is None:
+            super().data_received(data)
+            return
+        began_s = time.thread_time() - _PIECE_S
+        self._watch.received()
+        self._requests.add(data)
+        self._go_on()
+        self._charge(began_s)
+
+    def _go_on(self) -> None:
+        """Get in line with what aiohttp may have next."""
+        if self._watch is None or self._waiting is not None:
+            return
+        if self._body_left != 0:
+            if self._requests:
+                self._get_in_line(self._payer, self._give_body)
+        elif not self._is_answering:
+            self._take_head()
+        self._read_or_not()
+
+    def _take_head(self) -> None:
+        requests = self._requests
+        if requests.is_no_http:
+            self._give(requests.take(None))  # which says so
+        elif (head := requests.take_head()) is not None:
+            self._head_came(head)
+        elif requests.is_full:
+            self._refuse(431, Sentence("request.too_large"))
+        elif self._entrance.turnstile.wait_s(self._payer) > 0:
+            self._get_in_line(self._payer, self._read_or_not)
+
+    def _head_came(self, data: bytes) -> None:
+        head = read_head(data)
+        payer, is_ahead = self._payer_of(head)
+        if payer is None:
+            self._refuse(503, Sentence("door.too_often"))
+            return
+        self._payer = payer
+        self._is_answering = True
+        self._body_left = head.body_bytes
+        self._get_in_line(payer, lambda: self._give_head(data), ahead=is_ahead)
+
+    def _payer_of(self, head: Head) -> tuple[Payer | None, bool]:
+        """Return who pays, None if they may have no more, and whether they pass the others."""
+        entrance = self._entrance
+        address = entrance.proxies.sender(self._peer, head.x_forwarded_for, head.forwarded)
+        if not entrance.is_for(self._place, address):
+            return None, False
+        accounts = entrance.accounts
+        # Both schemes' names: which it is matters to what one may do, not to when.
+        name = accounts.who(cookies.shown(head.cookies, "https"), address) if head.cookies else None
+        if name is not None and (payer := accounts.of_known(name)) is not None:
+            return payer, name == HOST or head.target in _URGENT
+        return accounts.of_guest(address), False
+
+    def _get_in_line(self, payer: Payer, run: Callable[[], None], *, ahead: bool = False) -> None:
+        def begin() -> None:
+            self._waiting = None
+            began_s = time.thread_time() - (_REQUEST_S if self._is_answering else 0.0)
+            run()
+            self._charge(began_s)
+
+        self._waiting = self._entrance.line.enter(payer, begin, ahead=ahead)
+
+    def _give_head(self, head: bytes) -> None:
+        self._give(head)
+        self._give_body()
+
+    def _give_body(self) -> None:
+        """Pass on what came of the body; of one without an end everything, until it is answered."""
+        data = self._requests.take(self._body_left)
+        if self._body_left is not None:
+            self._body_left -= len(data)
+        if data:
+            self._give(data)
+        self._read_or_not()
+
+    def _give(self, data: bytes) -> None:
+        # aiohttp does not expect anything of a connection that is about to be lost.
+        if self.transport is not None and not self.transport.is_closing():
+            super().data_received(data)
+
+    def _read_or_not(self) -> None:
+        """Read nothing while there is something that waits."""
+        if self.transport is None or self.transport.is_closing():
+            return
+        if self._waiting is not None or (self._is_answering and self._requests):
+            self.transport.pause_reading()
+        elif self._aiohttp_reads:
+            self.transport.resume_reading()
+
+    def pause_reading(self) -> None:
+        """Stop reading, as aiohttp wants."""
+        self._aiohttp_reads = False
+        super().pause_reading()
+
+    def resume_reading(self, *args: Any, **more: Any) -> None:
+        """Go on reading, unless it is not yet time for what has come already."""
+        self._aiohttp_reads = True
+        super().resume_reading(*args, **more)
+        self._read_or_not()
+
+    # --- what goes ---------------------------------------------------------------------------
 
     def header_came(self, request: web.BaseRequest) -> None:
         """Go on to the body; called by the first middleware."""
         if self._watch is not None:
             self._watch.header_came(request)
 
+    async def timed(self, inner: Coroutine[Any, Any, _T]) -> _T:
+        """Run a part of answering at its sender's cost."""
+        return await timed(inner, self._charge)
+
+    async def drained(self) -> None:
+        """Wait until the kernel has all that was written; raises `ConnectionError` if it ends."""
+        if self.writing_paused and self._watch is not None:
+            self._drained = self._loop_of_watch.create_future()
+            await self._drained
+
+    def resume_writing(self) -> None:
+        """Note that the client takes more."""
+        super().resume_writing()
+        if self._watch is not None:
+            self._watch.moves()
+        if self._drained is not None and not self._drained.done():
+            self._drained.set_result(None)
+
     async def finish_response(
         self, request: web.BaseRequest, resp: web.StreamResponse, start_time: float | None
     ) -> tuple[web.StreamResponse, bool]:
         """Send the answer; then wait for the next request."""
+        if self._body_left is None:
+            resp.force_close()  # nobody knows where the next one would begin
         try:
-            return await super().finish_response(request, resp, start_time)
+            return await self.timed(super().finish_response(request, resp, start_time))
         finally:
+            self._is_answering = False
             if self._watch is not None:
-                self._watch.answered()
+                self._watch.answered(more=bool(self._requests))
+                if not self._requests:
+                    self._entrance.is_for(self._place, self._entrance.counted(self._peer))
+            self._loop_of_watch.call_soon(self._go_on)
 
     def handle_error(
         self,
@@ -168,14 +261,40 @@ class Connection(web.RequestHandler):
         answer = web.json_response(
             {"error": "That is no HTTP request that this server understands."},
             status=status,
-            headers=always(),
+            headers={**always(), "Server": "WAX"},
         )
         answer.force_close()
         return answer
 
+    def _refuse(self, status: int, sentence: Sentence) -> None:
+        """Answer a request that nobody parses, and end the connection."""
+        self._entrance.cut(f"answered {status}")
+        self._requests = Requests()
+        self._is_answering = True  # nothing that comes now is read as another
+        if self.transport is None:
+            return
+        body = json.dumps({"error": str(sentence), "sentence": sentence.wire()}).encode()
+        headers = {
+            "Server": "WAX",
+            "Content-Type": "application/json",
+            "Content-Length": str(len(body)),
+        }
+        lines = [f"HTTP/1.1 {status} Refused", "Connection: close"]
+        lines += [f"{name}: {value}" for name, value in {**always(), **headers}.items()]
+        self.transport.write("\r\n".join([*lines, "", ""]).encode() + body)
+        self.transport.close()
+
     def connection_lost(self, exc: BaseException | None) -> None:
         """Give the place away."""
+        if self._waiting is not None:
+            self._waiting.leave()
+            self._waiting = None
+        if self._drained is not None and not self._drained.done():
+            self._drained.set_exception(ConnectionResetError("the connection is lost"))
         if self._watch is not None:
             self._watch.end()
             self._watch = None
         super().connection_lost(exc)
+
+    def _charge(self, began_s: float) -> None:
+        self._entrance.turnstile.charge(self._payer, began_s)

@@ -69,8 +69,13 @@ class Guards:
 
         @web.middleware
         async def guard(request: web.Request, handler: Handler) -> web.StreamResponse:
-            if isinstance(request.protocol, Connection):
-                request.protocol.header_came(request)
+            connection = request.protocol
+            if not isinstance(connection, Connection):
+                return await guarded(request, handler)
+            connection.header_came(request)
+            return await connection.timed(guarded(request, handler))
+
+        async def guarded(request: web.Request, handler: Handler) -> web.StreamResponse:
             self._check(request)
             try:
                 return await handler(request)

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import secrets
 import zlib
+from contextlib import contextmanager
 from dataclasses import replace
 from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, Literal, TypeVar
 
 import structlog
-from aiohttp import ETag, web
+from aiohttp import web
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from wax.access import permissions
@@ -21,6 +21,7 @@ from wax.access.admission import Visitor
 from wax.access.keyring import MAX_TOKEN_CHARS
 from wax.errors import (
     HTTP_STATUS,
+    ForbiddenError,
     FullError,
     NoPlaceError,
     NotAdmittedError,
@@ -34,12 +35,14 @@ from wax.rtc.signalling import MAX_SDP_CHARS
 from wax.sentence import Sentence, says
 from wax.session.token_bucket import TokenBuckets
 from wax.web import cookies
+from wax.web.accounts import HOST
 from wax.web.addresses import is_loopback
+from wax.web.built_page import BuiltPage, keeps
 from wax.web.own_page import PICTURE_PATH, STYLE_PATH
 from wax.web.security_headers import policy_of_document
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable, Mapping
+    from collections.abc import Awaitable, Callable, Iterator, Mapping
 
     from aiohttp.typedefs import Middleware
 
@@ -64,10 +67,14 @@ _OFFERS_BURST_S: Final = 20
 _ASKS_PER_OFFER: Final = 10
 """What watching elsewhere and waiting costs is a tenth of an answer's CPU at most; a page that
 watches asks every four minutes, one that waits each five seconds."""
+_OWN_HZ: Final = 1.0
+_OWN_BURST: Final = 10
+"""For somebody in the room: as often as a page comes back that has lost its connection."""
 _KNOCKS_HZ: Final = 0.2
 _KNOCKS_BURST: Final = 10
-"""Per address: tries of a secret or an invitation, which nobody could guess anyway."""
+"""Per address: vain tries of a secret or an invitation, which nobody could guess anyway."""
 _MAX_ADDRESSES: Final = 1024
+_ASSET: Final = "/{path:.+}"
 _VISITOR: Final = web.RequestKey("visitor", Visitor)
 
 PAGE: Final = Path(__file__).parent / "dist"
@@ -174,10 +181,12 @@ class Routes:
         self._offers = TokenBuckets(
             rate_hz=offers_hz, burst=ceil(offers_hz * _OFFERS_BURST_S), most=_MAX_ADDRESSES
         )
+        self._again_s = ceil(1 / offers_hz)
         asks_hz = _ASKS_PER_OFFER * offers_hz
         self._asks = TokenBuckets(
             rate_hz=asks_hz, burst=ceil(asks_hz * _OFFERS_BURST_S), most=_MAX_ADDRESSES
         )
+        self._own = TokenBuckets(rate_hz=_OWN_HZ, burst=_OWN_BURST, most=_MAX_ADDRESSES)
         self._knocks = TokenBuckets(rate_hz=_KNOCKS_HZ, burst=_KNOCKS_BURST, most=_MAX_ADDRESSES)
         self._warned: set[str] = set()
         self._proof_runner = proving
@@ -188,8 +197,12 @@ class Routes:
 
     def application(self) -> web.Application:
         """Make the application; raises `StartError` if the page was not built."""
-        if not (PAGE / "index.html").is_file():
-            raise StartError("the page is not built; run `make run`, or `pip install .` again")
+        try:
+            self._built = BuiltPage(PAGE, self._own_page)
+        except OSError as error:
+            raise StartError(
+                "the page is not built; run `make run`, or `pip install .` again"
+            ) from error
         application = web.Application(
             client_max_size=MAX_BODY_BYTES,
             middlewares=[_tell_errors, *self._guards.middlewares, self._permission],
@@ -214,40 +227,25 @@ class Routes:
                 web.post("/api/proof", self.prove),
                 web.get("/api/proof", self.proof),
                 web.get("/api/proof/record", self.record),
-                web.static("/", PAGE),
+                web.get(_ASSET, self.asset),
             ]
         )
         return application
 
     async def page(self, request: web.Request) -> web.StreamResponse:
-        built = (PAGE / "index.html").read_text(encoding="utf-8")
-        text = self._own_page.html(built, self._guards.seen(request).origin)
-        digest = hashlib.sha256(text.encode()).hexdigest()[:16]
-        # The assets have a hash in their names; the page itself must be revalidated each time.
-        headers = {"Cache-Control": "no-cache"}
-        answer = web.Response(text=text, content_type="text/html", headers=headers)
-        answer.enable_compression()
-        if any(one.value == digest for one in request.if_none_match or ()):
-            answer = web.Response(status=304, headers=headers)
-        answer.etag = ETag(value=digest, is_weak=True)  # weak, since it may be compressed
-        return answer
+        return await self._built.page(request, self._guards.seen(request).origin)
+
+    async def asset(self, request: web.Request) -> web.StreamResponse:
+        return await self._built.asset(request, request.match_info["path"])
 
     async def style(self, request: web.Request) -> web.Response:
         """Answer with the host's colours; with none, the page keeps its own."""
         own = self._own_page
-        headers = _kept(request, own.style_digest)
+        headers = keeps(request, own.style_digest)
         return web.Response(text=own.style, content_type="text/css", headers=headers)
 
-    async def preview(self, request: web.Request) -> web.Response:
-        picture = self._own_page.picture
-        if picture is None:
-            raise web.HTTPNotFound(reason="This page has no picture.")
-        # Other sites show it beside a link to the page.
-        shown = {"Cross-Origin-Resource-Policy": "cross-origin"}
-        headers = _kept(request, picture.digest) | shown
-        return web.Response(
-            body=picture.content, content_type=picture.content_type, headers=headers
-        )
+    async def preview(self, request: web.Request) -> web.StreamResponse:
+        return await self._built.preview(request)
 
     async def health(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
         return web.json_response({"ok": True})
@@ -267,18 +265,19 @@ class Routes:
         return web.json_response(told)
 
     async def become_host(self, request: web.Request) -> web.Response:
-        self._knock(request)
-        cookie = self._access.become_host((await _body(request, HostLink)).secret)
+        secret = (await _body(request, HostLink)).secret
+        with self._knocking(request):
+            cookie = self._access.become_host(secret)
         response = web.json_response({"ok": True})
         cookies.give_host(response, cookie, self._guards.seen(request).scheme)
         self._warn_of_plain_http(request)
         return response
 
     async def enter(self, request: web.Request) -> web.Response:
-        self._knock(request)
         token = (await _body(request, Entry)).token
         response, identity = self._somebody(request)
-        invitation = self._access.enter(token, identity)
+        with self._knocking(request):
+            invitation = self._access.enter(token, identity)
         response.text = json.dumps({"purpose": invitation.purpose})
         return response
 
@@ -355,11 +354,19 @@ class Routes:
             request[_VISITOR] = visitor
             resource = request.match_info.route.resource
             if resource is not None:  # otherwise there is no such page
-                route = f"{request.method} {resource.canonical or '/assets'}"
+                path = "/assets" if resource.canonical == "/{path}" else resource.canonical
+                route = f"{request.method} {path}"
                 permissions.check(self._room.role_of(visitor), route)
             return await handler(request)
 
         return check
+
+    def who(self, shown: Shown, address: str) -> str | None:
+        """Return who shows this, by name, if they are in the room; None of a stranger."""
+        visitor = self._access.visitor(shown, address)
+        if visitor.is_host:
+            return HOST
+        return None if self._room.role_of(visitor) == "stranger" else visitor.identity
 
     def _shown(self, request: web.Request) -> Shown:
         headers = request.headers.getall("Cookie", ())
@@ -387,14 +394,28 @@ class Routes:
         self._warn_of_plain_http(request)
 
     def _limit(self, request: web.Request, buckets: TokenBuckets) -> None:
-        """Refuse an address that asks too often, before a body is read."""
-        visitor = request[_VISITOR]
-        if not visitor.is_host and not buckets.take(visitor.address, self._clock.now_s()):
-            raise TooOftenError(Sentence("door.too_often"))
+        """Refuse whoever asks too often, before a body is read: an address, or somebody known.
 
-    def _knock(self, request: web.Request) -> None:
-        if not self._knocks.take(self._guards.sender(request), self._clock.now_s()):
-            raise TooOftenError(Sentence("door.too_many_tries"))
+        Whoever is in the room has a bucket of their own, which no neighbour can empty.
+        """
+        visitor = request[_VISITOR]
+        if visitor.is_host:
+            return
+        now_s = self._clock.now_s()
+        if self._room.role_of(visitor) != "stranger" and self._own.take(visitor.identity, now_s):
+            return
+        if not buckets.take(visitor.address, now_s):
+            raise TooOftenError(Sentence("door.too_often"), retry_after_s=self._again_s)
+
+    @contextmanager
+    def _knocking(self, request: web.Request) -> Iterator[None]:
+        """Count tries that fail: whoever has the right key gets in, whatever neighbours try."""
+        try:
+            yield
+        except ForbiddenError:
+            if not self._knocks.take(self._guards.sender(request), self._clock.now_s()):
+                raise TooOftenError(Sentence("door.too_many_tries")) from None
+            raise
 
     def _warn_of_plain_http(self, request: web.Request) -> None:
         seen = self._guards.seen(request)
@@ -407,13 +428,6 @@ class Routes:
             " start with --https",
             sender=seen.sender,
         )
-
-
-def _kept(request: web.Request, digest: str) -> dict[str, str]:
-    """Return how long an answer may be kept: for good where the address names its content."""
-    if request.query_string == digest:
-        return {"Cache-Control": "public, max-age=31536000, immutable"}
-    return {"Cache-Control": "public, max-age=3600"}
 
 
 async def _body(request: web.Request, model: type[_Body]) -> _Body:
@@ -435,7 +449,7 @@ def _unpacked(data: bytes) -> bytes:
     try:
         unpacked = unpacking.decompress(data, MAX_BODY_BYTES)
     except zlib.error as error:
-        raise ProtocolError(f"the body: {error}") from error
+        raise ProtocolError("the body is no gzip") from error
     if not unpacking.eof:
         if len(unpacked) < MAX_BODY_BYTES:
             raise ProtocolError("the body: it is cut off")

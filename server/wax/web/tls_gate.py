@@ -10,7 +10,7 @@ import asyncio
 import ssl
 from typing import TYPE_CHECKING, Final, cast
 
-from wax.web.connection import READ_S
+from wax.web.watch import READ_S
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -26,23 +26,26 @@ _CLOSE_S: Final = 2.0
 class TlsGate(asyncio.Protocol):
     """Shakes hands, then makes the `Connection` and hands over."""
 
-    def __init__(self, entrance: Entrance, tls: Tls, make: Callable[[Place], Connection]) -> None:
+    def __init__(
+        self, entrance: Entrance, tls: Tls, make: Callable[[], Connection], place: Place
+    ) -> None:
         self._entrance = entrance
         self._tls = tls
         self._make = make
+        self._place = place
         self._early = bytearray()
         self._lost = False
         self._task: asyncio.Task[None] | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         line = cast("asyncio.Transport", transport)
-        place = self._entrance.enter(line)
-        if place is None:
+        if self._place not in self._entrance.limits:  # it has made room already
             line.abort()
             return
+        self._place.close = line.abort
         # Nothing of the handshake may be read before TLS is there to read it.
         line.pause_reading()
-        self._task = asyncio.create_task(self._shake_hands(line, place))
+        self._task = asyncio.create_task(self._shake_hands(line))
 
     def data_received(self, data: bytes) -> None:
         """Keep what came with the end of the handshake."""
@@ -51,7 +54,7 @@ class TlsGate(asyncio.Protocol):
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002  # asyncio's form
         self._lost = True
 
-    async def _shake_hands(self, line: asyncio.Transport, place: Place) -> None:
+    async def _shake_hands(self, line: asyncio.Transport) -> None:
         handed_over = False
         try:
             secured = await asyncio.get_running_loop().start_tls(
@@ -64,7 +67,7 @@ class TlsGate(asyncio.Protocol):
             )
             if secured is None or self._lost:
                 return
-            connection = self._make(place)
+            connection = self._make()
             connection.connection_made(secured)
             secured.set_protocol(connection)
             handed_over = True
@@ -75,4 +78,4 @@ class TlsGate(asyncio.Protocol):
         finally:
             if not handed_over:
                 line.abort()
-                self._entrance.limits.leave(place)
+                self._entrance.limits.leave(self._place)

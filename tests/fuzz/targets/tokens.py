@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from tests.fuzz.target import Target
 from tests.turned_clock import TurnedClock
@@ -12,6 +12,13 @@ from wax.access.access import Shown
 from wax.errors import ForbiddenError
 from wax.records.records import Records
 from wax.web import cookies
+from wax.web.request_head import Requests, read_head
+from wax.web.senders import Proxies
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+_PROXIES: Final = Proxies(["127.0.0.1", "10.0.0.0/8"])
 
 _CLOCK: Final = TurnedClock()
 _ACCESS: Final = make_access(Records(_CLOCK), _CLOCK)
@@ -71,4 +78,43 @@ COOKIES: Final = Target(
     ),
     words=(b"wax-id=", b"__Host-wax-id=", b"; ", b'="', b"\n", b"\\054", b"$Path", b"Secure;"),
     max_bytes=8192,
+)
+
+
+def _hear_heads(data: bytes) -> None:
+    """Take the requests of one connection apart, each with the body that its head says."""
+    requests = Requests()
+    requests.add(data)
+    given = 0
+    while (head := requests.take_head()) is not None:
+        body = requests.take(read_head(head).body_bytes)
+        given += len(head) + len(body)
+        _PROXIES.sender("127.0.0.1", *_forwarded(head))
+    assert given + len(requests) <= len(data), "more than somebody sent"
+
+
+def _forwarded(head: bytes) -> tuple[Sequence[str], Sequence[str]]:
+    found = read_head(head)
+    return found.x_forwarded_for, found.forwarded
+
+
+HEADS: Final = Target(
+    name="heads",
+    what="requests, one behind the other",
+    hear=_hear_heads,
+    seeds=(
+        b"GET / HTTP/1.1\r\nHost: a\r\nCookie: wax-id=x\r\n\r\n",
+        b"POST /api/stop HTTP/1.1\r\nX-Forwarded-For: 192.0.2.7, 10.0.0.1\r\n"
+        b"Content-Length: 2\r\n\r\n{}GET / HTTP/1.0\r\nForwarded: for=192.0.2.7\r\n\r\n",
+    ),
+    words=(
+        b"\r\n",
+        b"\r\n\r\n",
+        b": ",
+        b"Transfer-Encoding: chunked",
+        b"for=",
+        b"[::1]:",
+        b"9" * 20,
+    ),
+    max_bytes=16_384,
 )

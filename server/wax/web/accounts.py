@@ -1,0 +1,54 @@
+"""Who pays for HTTP's share of the event loop: guests by address, who is known by who they are."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from wax.edge.budget import Budget, Rates
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.access.access import Shown
+    from wax.edge.budget import Payer
+    from wax.edge.turnstile import Turnstile
+
+HOST: Final = "host"
+"""What `who` of `Accounts` says of the host."""
+
+_GUESTS: Final = Rates(committed=0.005, committed_burst_s=0.05, pool=0.2, pool_burst_s=0.6)
+"""All guests together get a fifth of a core, one address half of that: at half a millisecond a
+request, a page of ten, and then ten requests a second, whatever the others do."""
+_KNOWN: Final = Rates(committed=0.01, committed_burst_s=0.1, pool=0.1, pool_burst_s=0.3)
+"""Whoever is in the room has a reserve that no neighbour of their address can use up."""
+_HOST: Final = Rates(committed=0.5, committed_burst_s=1.0, pool=0.0, pool_burst_s=0.0)
+_MOST: Final = 1024
+"""So many accounts are kept, those that were used last."""
+
+
+class Accounts:
+    """`who` tells who shows these cookies, from this address; None of a stranger."""
+
+    def __init__(
+        self, turnstile: Turnstile, who: Callable[[Shown, str], str | None] = lambda *_: None
+    ) -> None:
+        self._turnstile = turnstile
+        self.who = who
+        self._budgets = {"guest": Budget(_GUESTS), "known": Budget(_KNOWN), "host": Budget(_HOST)}
+        self._payers: dict[tuple[str, str], Payer] = {}
+
+    def of_guest(self, address: str) -> Payer:
+        """Return the account of an address."""
+        return self._payer("guest", address)
+
+    def of_known(self, name: str) -> Payer | None:
+        """Return the account of somebody known; None if it is used up, so that they are a guest."""
+        payer = self._payer(HOST if name == HOST else "known", name)
+        return payer if self._turnstile.wait_s(payer) <= 0 else None
+
+    def _payer(self, kind: str, name: str) -> Payer:
+        payer = self._payers.pop((kind, name), None) or self._budgets[kind].payer(name)
+        self._payers[kind, name] = payer
+        if len(self._payers) > _MOST:
+            del self._payers[next(iter(self._payers))]
+        return payer

@@ -1,0 +1,122 @@
+"""The built page in memory: what everybody asks for first, and strangers as often as they like.
+
+Everything is read, packed and hashed once. What is large goes out piece by piece, each when the
+kernel has the one before, so that a client that does not read keeps no more of it here.
+"""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+import mimetypes
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from aiohttp import ETag, hdrs, web
+
+from wax.web.connection import Connection
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from wax.web.own_page import OwnPage
+
+_PIECE_BYTES: Final = 16_384
+_MOST_ORIGINS: Final = 16
+"""So many names and addresses of this server have a page that is kept."""
+_PACKED: Final = ".gz"
+_UNPACKED_TYPE: Final = "application/octet-stream"
+
+
+@dataclass(frozen=True, slots=True)
+class _File:
+    content: bytes
+    packed: bytes | None
+    content_type: str
+    digest: str
+
+
+class BuiltPage:
+    """Reads `folder`; raises `OSError` if there is no page. `own` makes it the host's."""
+
+    def __init__(self, folder: Path, own: OwnPage) -> None:
+        self._own = own
+        self._index = (folder / "index.html").read_text(encoding="utf-8")
+        self._pages: dict[str, _File] = {}
+        self._files = {
+            str(path.relative_to(folder)): _read(path)
+            for path in folder.rglob("*")
+            if path.is_file() and path.suffix != _PACKED and not path.name.startswith(".")
+        }
+
+    async def page(self, request: web.Request, origin: str) -> web.StreamResponse:
+        """Answer with the page as it is for browsers that call this server so."""
+        page = self._pages.pop(origin, None) or _file(
+            self._own.html(self._index, origin).encode(), "text/html; charset=utf-8"
+        )
+        self._pages[origin] = page
+        if len(self._pages) > _MOST_ORIGINS:
+            del self._pages[next(iter(self._pages))]
+        # The assets have a hash in their names; the page itself must be revalidated each time.
+        return await _send(request, page, {"Cache-Control": "no-cache"})
+
+    async def asset(self, request: web.Request, path: str) -> web.StreamResponse:
+        """Answer with a file of the page; raises `HTTPNotFound`."""
+        file = self._files.get(path)
+        if file is None:
+            raise web.HTTPNotFound
+        return await _send(request, file, {})
+
+    async def preview(self, request: web.Request) -> web.StreamResponse:
+        """Answer with the host's picture, which other sites show beside a link to the page."""
+        picture = self._own.picture
+        if picture is None:
+            raise web.HTTPNotFound(reason="This page has no picture.")
+        file = _File(picture.content, None, picture.content_type, picture.digest)
+        shown = {"Cross-Origin-Resource-Policy": "cross-origin"}
+        return await _send(request, file, keeps(request, picture.digest) | shown)
+
+
+def keeps(request: web.Request, digest: str) -> dict[str, str]:
+    """Return how long an answer may be kept: for good where the address names its content."""
+    if request.query_string == digest:
+        return {"Cache-Control": "public, max-age=31536000, immutable"}
+    return {"Cache-Control": "public, max-age=3600"}
+
+
+async def _send(request: web.Request, file: _File, headers: dict[str, str]) -> web.StreamResponse:
+    headers = {**headers, "Vary": "Accept-Encoding"}
+    answer = web.StreamResponse(headers=headers)
+    answer.etag = ETag(value=file.digest, is_weak=True)  # weak, since it may be packed
+    if any(one.value == file.digest for one in request.if_none_match or ()):
+        answer.set_status(304)
+        await answer.prepare(request)
+        return answer
+    content = file.content
+    if file.packed is not None and "gzip" in request.headers.get(hdrs.ACCEPT_ENCODING, "").lower():
+        content = file.packed
+        answer.headers[hdrs.CONTENT_ENCODING] = "gzip"
+    answer.headers[hdrs.CONTENT_TYPE] = file.content_type
+    answer.content_length = len(content)
+    await answer.prepare(request)
+    if request.method == hdrs.METH_HEAD:
+        return answer
+    connection = request.protocol
+    whole = memoryview(content)
+    for start in range(0, len(whole), _PIECE_BYTES):
+        await answer.write(whole[start : start + _PIECE_BYTES])
+        if isinstance(connection, Connection):
+            await connection.drained()
+    return answer
+
+
+def _read(path: Path) -> _File:
+    kind = mimetypes.guess_type(path.name)[0] or _UNPACKED_TYPE
+    packed = path.with_name(path.name + _PACKED)
+    return _file(path.read_bytes(), kind, packed.read_bytes() if packed.is_file() else None)
+
+
+def _file(content: bytes, content_type: str, packed: bytes | None = None) -> _File:
+    packed = gzip.compress(content, mtime=0) if packed is None else packed
+    digest = hashlib.sha256(content).hexdigest()[:16]
+    return _File(content, packed, content_type, digest)

@@ -1,0 +1,104 @@
+"""The head of a request, looked at before it is parsed: its length, its body's, and who asks. Pure.
+
+It decides in which order requests are served and where each ends, nothing else: what a request may,
+the guards and the routes ask again of aiohttp's own parser.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+MAX_HEAD_BYTES: Final = 16_384
+"""Of the request line and all headers; browsers send one or two thousand."""
+_END: Final = b"\r\n\r\n"
+_LINE: Final = b"\r\n"
+_VERSIONS: Final = (" HTTP/1.1", " HTTP/1.0")
+_WANTED: Final = frozenset(
+    {"content-length", "cookie", "forwarded", "transfer-encoding", "x-forwarded-for"}
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Head:
+    """What one head says; `body_bytes` is None where nobody can tell where the body ends."""
+
+    target: str
+    body_bytes: int | None
+    cookies: Sequence[str]
+    forwarded: Sequence[str]
+    x_forwarded_for: Sequence[str]
+
+
+class Requests:
+    """The bytes of one connection, given out request by request: nothing of the next before."""
+
+    def __init__(self) -> None:
+        self._held = bytearray()
+        self._searched = 0
+
+    def __len__(self) -> int:
+        return len(self._held)
+
+    def add(self, data: bytes) -> None:
+        self._held += data
+
+    @property
+    def is_full(self) -> bool:
+        """Whether there is as much as any head may have."""
+        return len(self._held) >= MAX_HEAD_BYTES
+
+    @property
+    def is_no_http(self) -> bool:
+        """Whether this begins as no request does, such as a TLS handshake."""
+        return bool(self._held) and not 65 <= self._held[0] <= 90 and self._held[0] not in _LINE
+
+    def take_head(self) -> bytes | None:
+        """Take the next head, if all of it has come."""
+        while self._held.startswith(_LINE):  # RFC 9112, 2.2
+            del self._held[: len(_LINE)]
+        found = self._held.find(_END, max(0, self._searched - len(_END)), MAX_HEAD_BYTES)
+        if found < 0:
+            self._searched = len(self._held)
+            return None
+        return self.take(found + len(_END))
+
+    def take(self, most: int | None) -> bytes:
+        """Take so many bytes, or what there is."""
+        taken = bytes(self._held[:most])
+        del self._held[: len(taken)]
+        self._searched = 0
+        return taken
+
+
+def read_head(head: bytes) -> Head:
+    """Read a head that ends with its empty line; whatever it holds, it costs about 20 µs."""
+    request, *lines = head.decode("utf-8", "surrogateescape").split("\r\n")
+    found: dict[str, list[str]] = {name: [] for name in _WANTED}
+    for line in lines:
+        name, _, value = line.partition(":")
+        if (values := found.get(name.lower())) is not None:
+            values.append(value.strip())
+    return Head(
+        target=" ".join(request.split(" ")[:2]),
+        body_bytes=(
+            _body_bytes(found["content-length"], found["transfer-encoding"])
+            if request.endswith(_VERSIONS)
+            else None
+        ),
+        cookies=found["cookie"],
+        forwarded=found["forwarded"],
+        x_forwarded_for=found["x-forwarded-for"],
+    )
+
+
+def _body_bytes(lengths: Sequence[str], codings: Sequence[str]) -> int | None:
+    if codings or len(lengths) > 1:
+        return None
+    if not lengths:
+        return 0
+    text = lengths[0]
+    return int(text) if text.isascii() and text.isdigit() and len(text) < 16 else None

@@ -1,0 +1,124 @@
+"""Ends a connection whose client takes too long: to say what it wants, or to take the answer.
+
+aiohttp has no time limit for headers and bodies, so a connection that says nothing, or a byte now
+and then, would stay open for ever.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Final, Literal
+
+if sys.platform != "win32":
+    import fcntl
+    import termios
+
+if TYPE_CHECKING:
+    import asyncio
+
+    from aiohttp import web
+
+    from wax.web.connection_limits import Place
+    from wax.web.entrance import Entrance
+
+    State = Literal["idle", "reading", "answering"]
+
+READ_S: Final = 9.0
+"""From the first byte of a header, or of a body, to its last; also from nothing to the header."""
+IDLE_S: Final = 30.0
+"""How long an answered connection is kept for the next request."""
+ANSWER_S: Final = 120.0
+"""How long an answer may take: the page takes most of a minute over a modem."""
+STILL_S: Final = 15.0
+"""How long nothing of an answer need be taken: TCP sends a lost segment a fourth time by then."""
+_LASTS_S: Final[dict[State, float]] = {"idle": IDLE_S, "reading": READ_S, "answering": ANSWER_S}
+
+
+class Watch:
+    """Ends a connection that takes too long over what it is doing."""
+
+    def __init__(
+        self,
+        entrance: Entrance,
+        loop: asyncio.AbstractEventLoop,
+        transport: asyncio.Transport,
+        place: Place,
+    ) -> None:
+        self._entrance = entrance
+        self._loop = loop
+        self._transport = transport
+        self.place = place
+        self._state: State = "reading"
+        self._request: web.BaseRequest | None = None
+        self._moves = 0
+        self._seen = (0, 0)
+        self._until_s = loop.time() + _LASTS_S["reading"]
+        self._timer = loop.call_at(self._until_s, self._time_is_over)
+        place.close = transport.abort
+
+    def received(self) -> None:
+        if self._state == "idle":
+            self._begin("reading")
+
+    def header_came(self, request: web.BaseRequest) -> None:
+        self._request = request
+        self._begin("answering" if request.content.is_eof() else "reading")
+
+    def answered(self, *, more: bool) -> None:
+        """Wait for the next request, of which there is something already if there is `more`."""
+        self._request = None
+        self._begin("reading" if more else "idle")
+
+    def moves(self) -> None:
+        """Note that the client takes more."""
+        self._moves += 1
+
+    def _stands_still(self) -> bool:
+        """Whether the client has taken nothing of an answer since this was last asked."""
+        unread = self._transport.get_write_buffer_size()
+        try:
+            line = self._transport.get_extra_info("socket")
+            found = fcntl.ioctl(line.fileno(), termios.TIOCOUTQ, bytes(4))
+            unread += int.from_bytes(found, sys.byteorder)
+        except OSError:  # only Linux tells; elsewhere `ANSWER_S` remains
+            return False
+        before, self._seen = self._seen, (unread, self._moves)
+        return unread > 0 and self._seen == before
+
+    def end(self) -> None:
+        self._timer.cancel()
+        self._request = None
+        self._entrance.limits.leave(self.place)
+
+    def _begin(self, state: State) -> None:
+        limits = self._entrance.limits
+        now_s = self._loop.time()
+        if state == "idle":
+            limits.idles(self.place)
+        elif state == "answering":
+            limits.answers(self.place)
+        elif self._state != "reading":
+            limits.begins(self.place, now_s)
+        self._state = state
+        self._until_s = now_s + _LASTS_S[state]
+        self._set_timer()
+
+    def _set_timer(self) -> None:
+        self._timer.cancel()
+        until_s = self._until_s
+        if self._state == "answering":
+            until_s = min(until_s, self._loop.time() + STILL_S)
+        self._timer = self._loop.call_at(until_s, self._time_is_over)
+
+    def _time_is_over(self) -> None:
+        now_s = self._loop.time()
+        if self._state == "reading" and self._request and self._request.content.is_eof():
+            self._begin("answering")
+            return
+        if self._state == "answering" and now_s < self._until_s and not self._stands_still():
+            self._set_timer()
+            return
+        if self._state != "idle":
+            self._entrance.cut(f"too slow while {self._state}")
+        # Not `close`, which waits until everything is sent, and this client need not read.
+        self._transport.abort()

@@ -1,0 +1,136 @@
+"""Who asks without end waits behind themselves; everybody else is served in the next pass."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from typing import Final
+
+from tests.turned_clock import TurnedClock
+
+from wax.access.access import Shown
+from wax.edge.turnstile import Turnstile
+from wax.web.accounts import HOST, Accounts
+from wax.web.line import Line
+
+PASS: Final = 4
+
+
+class Bed:
+    """A line and the order in which requests began."""
+
+    def __init__(self) -> None:
+        self.clock = TurnedClock()
+        self.turnstile = Turnstile(self.clock)
+        self.line = Line(self.turnstile)
+        self.accounts = Accounts(self.turnstile)
+        self.begun: list[str] = []
+
+    def ask(self, address: str, name: str, *, ahead: bool = False) -> bool:
+        """Whether a request of this address, or of somebody known, begins at once."""
+        payer = self.accounts.of_known(address) if ahead else self.accounts.of_guest(address)
+        assert payer is not None
+        return self.line.enter(payer, lambda: self.begun.append(name), ahead=ahead) is None
+
+    def spend(self, address: str, cost_s: float) -> None:
+        self.turnstile.charge(self.accounts.of_guest(address), time.thread_time() - cost_s)
+
+
+async def passes(number: int) -> None:
+    for _ in range(number):
+        await asyncio.sleep(0)
+
+
+async def test_a_few_begin_in_each_pass() -> None:
+    """What forty ask at once is spread over ten passes, and the addresses take turns."""
+    bed = Bed()
+    for number in range(39):
+        bed.ask("flood", str(number))
+    bed.ask("guest", "guest")
+    assert len(bed.begun) == PASS
+    await passes(1)
+    assert len(bed.begun) <= 2 * PASS
+    await passes(2)
+    assert "guest" in bed.begun
+    await passes(60)
+    assert len(bed.begun) == 40
+    assert [one for one in bed.begun if one != "guest"] == [str(n) for n in range(39)]
+
+
+async def test_whoever_has_used_up_their_budget_waits() -> None:
+    """Others do not, and in a moment they may go on themselves."""
+    bed = Bed()
+    for _ in range(2):
+        bed.spend("flood", 1.0)
+    await passes(2)
+    assert not bed.ask("flood", "flood")
+    assert bed.ask("guest", "guest")
+    await passes(3)
+    assert bed.begun == ["guest"]
+    bed.clock.time_s += 2.0
+    bed.ask("guest", "wakes the line")
+    await passes(3)
+    assert bed.begun[-1] == "flood"
+
+
+async def test_what_is_urgent_passes_the_others() -> None:
+    """The host, or Stop of somebody known, at an address that waits, in a pass that is full."""
+    bed = Bed()
+    for _ in range(2):
+        bed.spend("flood", 1.0)
+    assert not bed.turnstile.is_open
+    assert not bed.ask("flood", "flood")
+    assert bed.ask("ada", "stop", ahead=True)
+    assert bed.ask(HOST, "host", ahead=True)
+    assert bed.begun == ["stop", "host"]
+
+
+async def test_who_leaves_does_not_begin() -> None:
+    """A connection that has gone is forgotten, and may be forgotten again."""
+    bed = Bed()
+    for number in range(PASS):
+        bed.ask("x", str(number))
+    waiting = bed.line.enter(bed.accounts.of_guest("x"), lambda: bed.begun.append("gone"))
+    assert waiting is not None
+    waiting.leave()
+    waiting.leave()
+    await passes(5)
+    assert bed.begun == ["0", "1", "2", "3"]
+
+
+async def test_a_reserve_is_no_licence() -> None:
+    """Somebody known who asks without end is a guest like any other, until they have paused."""
+    bed = Bed()
+    payer = bed.accounts.of_known("troll")
+    assert payer is not None
+    for _ in range(40):
+        bed.turnstile.charge(payer, time.thread_time() - 0.05)
+    assert bed.accounts.of_known("troll") is None
+    assert bed.accounts.of_known("ada") is not None
+    bed.clock.time_s += 5.0
+    assert bed.accounts.of_known("troll") is payer
+
+
+async def test_who_stays_below_a_page_a_second_never_waits() -> None:
+    """Whatever all others do, ten cheap requests of an address begin at once."""
+    bed = Bed()
+    for number in range(30):
+        bed.spend(f"troll {number}", 1.0)
+    guest = bed.accounts.of_guest("guest")
+    for _ in range(10):
+        assert bed.turnstile.wait_s(guest) == 0
+        bed.turnstile.charge(guest, time.thread_time() - 0.0005)
+
+
+def test_an_account_outlives_its_connections() -> None:
+    """Who comes again finds their debt; only the longest unused of a thousand is forgotten."""
+    accounts = Accounts(Turnstile(TurnedClock()), lambda shown, _: shown.identity)
+    first = accounts.of_guest("0")
+    for number in range(1, 1024):
+        accounts.of_guest(str(number))
+    assert accounts.of_guest("0") is first
+    second = accounts.of_guest("1")
+    for number in range(1024):
+        accounts.of_guest(f"new {number}")
+    assert accounts.of_guest("1") is not second
+    assert accounts.who(Shown("ada"), "x") == "ada"
