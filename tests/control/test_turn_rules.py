@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from wax.config.settings import TurnSettings
 from wax.control.fairness import Person
 from wax.control.turns import (
+    COMES_S,
     Called,
     PassedOver,
     PlaceLost,
@@ -16,7 +19,9 @@ from wax.control.turns import (
     TurnStarted,
     Why,
 )
+from wax.sentence import Sentence
 
+STRANGER = Person("stranger", may_queue=False)
 A, B, C, D = 1, 2, 3, 4
 
 
@@ -39,18 +44,154 @@ def test_two_pages_of_one_person_have_one_place() -> None:
         turns.connect(viewer, 0.0, Person("ann"))
         turns.join(viewer, 0.0)
     assert (turns.operator, turns.queue) == (A, ())
-    assert turns.has_place_elsewhere(B)
+    assert turns.refusal(A) is None
+    assert turns.refusal(B) == Sentence("queue.other_tab")
     turns.leave(A, 1.0)
     assert turns.join(B, 1.0) == (TurnStarted(2, B, 61.0),)
 
 
-def test_those_who_wait_are_counted_by_address() -> None:
-    """The room refuses the next one where too many of one address wait already."""
-    turns = Turns(TurnSettings())
+@pytest.mark.parametrize("join", ["ask", "auto"])
+def test_those_who_wait_are_counted_by_address(join: str) -> None:
+    """However they came: the next one of an address gets no place, one of another does."""
+    turns = crowd(join=join)
+    assert (turns.operator, turns.queue) == (A, (B,))
+    assert turns.refusal(C) == Sentence("queue.neighbours", {"n": 1})
+    turns.connect(D, 0.0, Person("dan", address="home"))
+    turns.join(D, 0.0)
+    assert turns.queue == (B, D)
+
+
+def test_who_has_just_driven_has_no_place_beyond_their_address() -> None:
+    """As long as nobody of it has driven on; otherwise there is room again."""
+    turns = crowd()
+    turns.hold(True, 59.0)
+    neighbours = Sentence("queue.neighbours", {"n": 1})
+    assert turns.tick(60.0) == (TurnEnded(1, A, Why.EXPIRED), PlaceLost(A, neighbours))
+    turns = crowd()
+    assert turns.tick(60.0) == (TurnEnded(1, A, Why.EXPIRED), TurnStarted(2, B, 120.0))
+    assert list(turns.queue) == [A]
+    turns.connect(D, 61.0, Person("dan", address="home"))
+    turns.join(D, 61.0)
+    turns.leave(A, 61.0)
+    turns.join(C, 61.0)
+    assert turns.tick(120.0)[-1] == PlaceLost(B, neighbours)
+    assert (turns.operator, list(turns.queue)) == (D, [C])
+
+
+def crowd(*, join: str = "ask") -> Turns:
+    """Have three of one address come and join, of whom one may wait."""
+    raw = {"max_waiting_per_address": 1, "join": join}
+    turns = Turns(TurnSettings.model_validate(raw))
     for viewer in (A, B, C):
         turns.connect(viewer, 0.0, Person(str(viewer), address="school"))
         turns.join(viewer, 0.0)
-    assert (turns.waiting_at("school"), turns.waiting_at("home")) == (2, 0)
+    return turns
+
+
+# --- who may ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("join", ["ask", "auto"])
+def test_who_may_not_queue_gets_no_place(join: str) -> None:
+    """Neither by connecting, nor by asking, nor by coming back."""
+    turns = Turns(TurnSettings.model_validate({"join": join}))
+    turns.connect(A, 0.0, STRANGER)
+    turns.join(A, 1.0)
+    turns.lost(A, 2.0)
+    turns.tick(30.0)
+    turns.returned(A, 31.0)
+    assert (turns.operator, turns.queue) == (None, ())
+    assert turns.refusal(A) == Sentence("queue.not_invited")
+
+
+def test_who_may_not_queue_any_more_loses_place_and_turn() -> None:
+    """At once, and the next one drives."""
+    turns = make(A, B, C)
+    why = Sentence("queue.not_invited")
+    assert turns.change(B, STRANGER, 1.0) == (PlaceLost(B, why),)
+    assert turns.change(A, STRANGER, 2.0) == (
+        TurnEnded(1, A, Why.NOT_ALLOWED),
+        TurnStarted(2, C, 62.0),
+    )
+    assert turns.change(A, STRANGER, 3.0) == ()
+    assert turns.queue == ()
+
+
+def test_who_moves_to_a_crowded_address_loses_the_place() -> None:
+    """Otherwise an address would have as many as join elsewhere first."""
+    turns = crowd()
+    turns.connect(D, 0.0, Person("dan", address="home"))
+    turns.join(D, 0.0)
+    moved = Person("dan", address="school")
+    neighbours = Sentence("queue.neighbours", {"n": 1})
+    assert turns.connect(D, 1.0, moved) == (PlaceLost(D, neighbours),)
+
+
+# --- who waits elsewhere ---------------------------------------------------------------------
+
+
+def test_no_turn_begins_for_somebody_elsewhere() -> None:
+    """Who is here drives, and drives on; who comes in time has the next turn."""
+    turns = away(B)
+    assert list(turns.queue) == [B, C]
+    assert turns.leave(A, 10.0) == (TurnEnded(1, A, Why.LEFT), TurnStarted(2, C, 70.0))
+    assert list(turns.queue) == [B]
+    assert turns.wait_s(B, 60.0) == 10.0
+    turns.connect(B, 60.0, Person("p2"))
+    assert turns.tick(70.0)[-1] == TurnStarted(3, B, 130.0)
+
+
+def test_who_never_comes_loses_the_place() -> None:
+    """When the next turn begins or renews after they had the time to come; while nobody drives,
+    once they have had it.
+    """
+    turns = away(B)
+    turns.leave(A, 10.0)
+    assert turns.tick(70.0) == (PlaceLost(B), TurnRenewed(2, C, 130.0))
+    turns = away(A, B)
+    assert (turns.operator, turns.queue) == (C, (A, B))
+    turns.leave(C, 1.0)
+    assert turns.tick(COMES_S - 0.1) == ()
+    assert turns.tick(COMES_S) == (PlaceLost(A),)
+    assert turns.tick(2 * COMES_S) == (PlaceLost(B),)
+
+
+def test_turns_that_end_early_cost_nobody_elsewhere_their_place() -> None:
+    """A page that is told of its turn a minute before cannot come at once."""
+    turns = away(B)
+    turns.connect(D, 0.0)
+    turns.join(D, 0.0)
+    turns.leave(A, 10.0)
+    turns.leave(C, 12.0)
+    assert (turns.operator, turns.queue) == (D, (B,))
+
+
+def test_an_operator_elsewhere_is_lost() -> None:
+    """Nobody drives from there: the turn is kept for the grace time, and not a moment longer."""
+    turns = make(A, B)
+    turns.connect(A, 1.0, is_here=False)
+    assert turns.is_lost(A)
+    turns.connect(A, 5.0, is_here=False)
+    grace_s = TurnSettings().grace_s
+    assert turns.tick(1.0 + grace_s)[0] == TurnEnded(1, A, Why.GONE)
+
+
+def test_who_is_elsewhere_is_called_before_their_turn() -> None:
+    """So that their page comes; who still is elsewhere then is not counted on."""
+    turns = away(B, ready_s=20.0)
+    assert turns.tick(40.0) == (Called(B, 60.0),)
+    turns.answer(B, 45.0)
+    turns.answer(C, 50.0)
+    assert turns.tick(60.0)[-1] == TurnStarted(2, C, 120.0)
+
+
+def away(*elsewhere: int, **settings: float) -> Turns:
+    """Have three join at 0 s, some of whom wait elsewhere."""
+    turns = Turns(TurnSettings.model_validate(settings))
+    for viewer in (A, B, C):
+        turns.connect(viewer, 0.0, Person(f"p{viewer}"), is_here=viewer not in elsewhere)
+        turns.join(viewer, 0.0)
+    return turns
 
 
 # --- who goes first --------------------------------------------------------------------------
@@ -273,7 +414,7 @@ def test_a_lone_turn_ends_while_the_queue_is_held() -> None:
     turns = make(A)
     turns.hold(True, 10.0)
     assert turns.tick(60.0) == (TurnEnded(1, A, Why.EXPIRED),)
-    assert turns.queue == (A,)
+    assert list(turns.queue) == [A]
 
 
 def test_a_hold_withdraws_the_call() -> None:

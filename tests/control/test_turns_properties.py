@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from hypothesis import strategies as st
@@ -13,6 +14,7 @@ from wax.config.settings import TurnSettings
 from wax.control.fairness import Person
 from wax.control.turn_time import MAX_PAUSE_S
 from wax.control.turns import (
+    COMES_S,
     Called,
     PassedOver,
     PlaceLost,
@@ -42,7 +44,8 @@ PEOPLE = {
 
 
 class TurnsMachine(RuleBasedStateMachine):
-    """Random connects, joins, leaves, losses, returns, answers, acts of the host, late ticks.
+    """Random connects here and elsewhere, joins, leaves, losses, returns, answers, late ticks;
+    acts of the host, who also changes their mind about who may queue.
 
     It keeps its own, naive record of who is there, and checks each event against it.
     """
@@ -61,7 +64,9 @@ class TurnsMachine(RuleBasedStateMachine):
         self.is_paused = False  # its clock stands still: it was told at the newest tick
         self.is_held = False
         self.late_s = 0.0
+        self.people = dict(PEOPLE)
         self.known: set[int] = set()
+        self.away_since_s: dict[int, float] = {}
         self.lost: set[int] = set()
         self.lost_since_s: dict[int, float] = {}
         self.acted_s: dict[int, float] = {}
@@ -84,6 +89,7 @@ class TurnsMachine(RuleBasedStateMachine):
                 "max_share_per_person": st.sampled_from([1.0, 1.0, 0.4]),
                 "max_share_per_address": st.sampled_from([1.0, 1.0, 0.5]),
                 "invited_first": st.booleans(),
+                "max_waiting_per_address": st.sampled_from([50, 2, 1]),
             }
         )
     )
@@ -107,6 +113,7 @@ class TurnsMachine(RuleBasedStateMachine):
                 assert self.running is None, "two operators"
                 assert operator in self.known
                 assert operator not in self.lost, "a turn was given to somebody lost"
+                assert operator not in self.away_since_s, "a turn began for somebody elsewhere"
                 assert not self.is_held, "a turn began while the queue was held"
                 assert ends_s == self.now_s + self.policy.turn_s, "not a whole turn"
                 assert number == self.number + 1, "the number did not rise by one"
@@ -127,30 +134,45 @@ class TurnsMachine(RuleBasedStateMachine):
                 self.renewed_s = ends_s - self.policy.turn_s
                 self.begin_clock()
                 self.begin_calls()
-            case TurnEnded(number, operator, why):
-                assert (number, operator) == (self.number, self.running)
-                if why is Why.EXPIRED:
-                    drove_s = self.now_s - self.renewed_s - self.stood_s
-                    assert drove_s >= self.policy.turn_s - EPSILON_S
-                if why is Why.IDLE:
-                    assert self.now_s >= self.acted_s.get(operator, 0.0) + self.policy.idle_s
-                self.driven.append((PEOPLE[operator], self.begun_s, self.now_s))
-                self.running, self.is_paused = None, False
+            case TurnEnded():
+                self.end(event)
             case Called(viewer, until_s):
                 if self.running is None and not self.there():
                     self.passed_over.clear()  # nobody else is there
                 assert not self.is_held
-                assert viewer in self.there()
+                may_come = {*self.away_since_s} - self.lost - self.passed_over
+                is_to_come = self.running is not None and viewer in may_come
+                assert viewer in self.there() or is_to_come
                 assert until_s == self.now_s + self.policy.ready_s
                 self.called, self.answered = event, None
             case PassedOver(viewer):
                 self.expire(viewer, times=1)
-            case PlaceLost(viewer):
+            case PlaceLost(viewer, None):
                 self.lose_place(viewer)
+            case PlaceLost(viewer, why):
+                assert self.turns.refusal(viewer) == why
+                self.drop(viewer)
+
+    def end(self, ended: TurnEnded) -> None:
+        assert (ended.number, ended.operator) == (self.number, self.running)
+        if ended.why is Why.EXPIRED:
+            drove_s = self.now_s - self.renewed_s - self.stood_s
+            assert drove_s >= self.policy.turn_s - EPSILON_S
+        if ended.why is Why.IDLE:
+            assert self.now_s >= self.acted_s.get(ended.operator, 0.0) + self.policy.idle_s
+        if ended.why is Why.NOT_ALLOWED:
+            assert not self.people[ended.operator].may_queue
+        self.driven.append((self.people[ended.operator], self.begun_s, self.now_s))
+        self.running, self.is_paused = None, False
 
     def lose_place(self, viewer: int) -> None:
+        called = self.called
+        is_called = called is not None and called.viewer == viewer and self.answered is None
         if viewer in self.lost:
             assert self.now_s >= self.lost_since_s[viewer] + self.policy.grace_s
+        elif viewer in self.away_since_s and not is_called:
+            assert self.now_s >= self.away_since_s[viewer] + COMES_S - EPSILON_S
+            self.drop(viewer)
         else:
             self.expire(viewer, times=2)
             self.passed_over.discard(viewer)  # who comes again begins anew
@@ -179,12 +201,12 @@ class TurnsMachine(RuleBasedStateMachine):
         return self.now_s - self.acted_s[viewer] < most_s
 
     def there(self) -> list[int]:
-        gone = self.lost | self.passed_over
+        gone = self.lost | self.passed_over | {*self.away_since_s}
         return [] if self.is_held else [v for v in self.turns.queue if v not in gone]
 
     def yields(self, viewer: int) -> bool:
         """Whether cool-down or shares let others go before this one, as the manual has it."""
-        person, rules = PEOPLE[viewer], self.policy
+        person, rules = self.people[viewer], self.policy
         ended_s = [end_s for one, _, end_s in self.driven if one.key == person.key]
         if ended_s and self.now_s < max(ended_s) + rules.cooldown_s + EPSILON_S:
             return True
@@ -202,12 +224,12 @@ class TurnsMachine(RuleBasedStateMachine):
         if self.answered == operator or (self.called and self.called.viewer == operator):
             return  # who was called goes, whoever came meanwhile
         for other in before:
-            if other not in self.turns.queue or other in self.lost | self.passed_over:
+            if other not in self.there():
                 continue
             is_other_class = PEOPLE[operator].is_invited and not PEOPLE[other].is_invited
             if self.policy.invited_first and is_other_class:
                 continue
-            just_drove = bool(self.driven) and self.driven[-1][0].key == PEOPLE[other].key
+            just_drove = bool(self.driven) and self.driven[-1][0].key == self.people[other].key
             assert self.yields(other) or just_drove, f"{other} was overtaken"
 
     def check_order(self, before: list[int], events: tuple[TurnEvent, ...]) -> None:
@@ -218,7 +240,7 @@ class TurnsMachine(RuleBasedStateMachine):
         assert [v for v in after if v in stayed] == stayed
 
     def renew_promises(self) -> None:
-        waiting = [v for v in self.turns.queue if v not in self.lost]
+        waiting = [v for v in self.turns.queue if v not in self.lost | {*self.away_since_s}]
         for viewer in list(self.drives_by_s):
             if viewer not in waiting or self.turns.wait_s(viewer, self.now_s) is None:
                 del self.drives_by_s[viewer]
@@ -268,14 +290,36 @@ class TurnsMachine(RuleBasedStateMachine):
 
     # --- what can happen ---------------------------------------------------------------------
 
-    @rule(viewer=VIEWERS)
-    def connect(self, viewer: int) -> None:
-        if viewer not in self.known:
-            self.known.add(viewer)
+    @rule(viewer=VIEWERS, is_here=st.sampled_from([True, True, False]))
+    def connect(self, viewer: int, is_here: bool) -> None:
+        self.act(self.tick)
+        if viewer not in self.known or viewer in self.lost:
             self.acted_s[viewer] = self.now_s
-            if PEOPLE[viewer].is_invited:
-                self.drives_by_s.clear()
-        self.act(lambda now_s: self.turns.connect(viewer, now_s, PEOPLE[viewer]))
+        is_back = viewer not in self.known or viewer in self.lost or viewer in self.away_since_s
+        if is_back and PEOPLE[viewer].is_invited:
+            self.drives_by_s.clear()
+        self.known.add(viewer)
+        if is_here:
+            self.away_since_s.pop(viewer, None)
+        else:
+            self.away_since_s.setdefault(viewer, self.now_s)
+            self.drives_by_s.pop(viewer, None)
+        if is_here or viewer != self.running:
+            self.lost.discard(viewer)
+        elif viewer not in self.lost:
+            self.lost.add(viewer)
+            self.lost_since_s[viewer] = self.now_s
+        person = self.people[viewer]
+        self.act(lambda now_s: self.turns.connect(viewer, now_s, person, is_here=is_here))
+
+    @rule(viewer=VIEWERS, may_queue=st.booleans(), address=st.sampled_from(["home", "school"]))
+    def the_door_says_otherwise(self, viewer: int, may_queue: bool, address: str) -> None:
+        self.act(self.tick)
+        person = replace(self.people[viewer], may_queue=may_queue, address=address)
+        self.people[viewer] = person
+        if viewer in self.known:
+            self.drives_by_s.clear()  # another's share, counted by address, may be another one now
+            self.act(lambda now_s: self.turns.change(viewer, person, now_s))
 
     @rule(viewer=VIEWERS)
     def join(self, viewer: int) -> None:
@@ -341,6 +385,7 @@ class TurnsMachine(RuleBasedStateMachine):
         self.drop(viewer)
         self.known.discard(viewer)
         self.lost.discard(viewer)
+        self.away_since_s.pop(viewer, None)
         self.act(self.turns.gone, viewer)
         assert self.turns.place(viewer) is None
 
@@ -392,8 +437,12 @@ class TurnsMachine(RuleBasedStateMachine):
     @invariant()
     def everybody_has_one_role(self) -> None:
         line = [v for v in (self.turns.operator, *self.turns.queue) if v is not None]
-        assert len({PEOPLE[v].key for v in line}) == len(line), "one person has two places"
+        assert len({self.people[v].key for v in line}) == len(line), "one person has two places"
         assert set(line) <= self.known
+        assert all(self.people[v].may_queue for v in line), "somebody has a place who may not"
+        at = [self.people[v].address for v in self.turns.queue]
+        most = self.policy.max_waiting_per_address
+        assert all(at.count(one) <= most for one in at), "too many of one address wait"
         assert {v for v in self.known if self.turns.is_lost(v)} == self.lost
 
     @invariant()

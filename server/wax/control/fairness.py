@@ -19,11 +19,15 @@ WINDOW_S: Final = 3600.0
 
 @dataclass(frozen=True, slots=True)
 class Person:
-    """Who is behind one or more viewers: a browser, at an address. Both are only compared."""
+    """Who is behind one or more viewers: a browser, at an address. Both are only compared.
+
+    `may_queue` is what the door says of them now.
+    """
 
     key: str
     address: str = ""
     is_invited: bool = False
+    may_queue: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -177,10 +177,13 @@ class ControlLoop:
 
     # --- viewers ---------------------------------------------------------------------------
 
-    def connect(self, viewer: int, person: Person | None = None) -> None:
-        """Register a viewer's page, at its first connection or a new one, and whose it is."""
+    def connect(self, viewer: int, person: Person | None = None, *, is_here: bool = True) -> None:
+        """Register a viewer's page, at its first connection or a new one, and whose it is.
+
+        With `is_here` false it waits elsewhere, without a connection.
+        """
         now_s = self._clock.now_s()
-        self._follow(self._turns.connect(viewer, now_s, person), now_s)
+        self._follow(self._turns.connect(viewer, now_s, person, is_here=is_here), now_s)
         self._operating.begin_anew(viewer)
         self._begin_anew(viewer, now_s)
 
@@ -190,10 +193,16 @@ class ControlLoop:
         self._follow(self._turns.returned(viewer, now_s), now_s)
         self._begin_anew(viewer, now_s)
 
-    def join(self, viewer: int) -> None:
-        """Put a viewer into the queue."""
+    def change(self, viewer: int, person: Person) -> None:
+        """Register what is known of a viewer now."""
+        now_s = self._clock.now_s()
+        self._follow(self._turns.change(viewer, person, now_s), now_s)
+
+    def join(self, viewer: int) -> Sentence | None:
+        """Put a viewer into the queue, or return why not."""
         now_s = self._clock.now_s()
         self._follow(self._turns.join(viewer, now_s), now_s)
+        return self._turns.refusal(viewer)
 
     def here(self, viewer: int) -> None:
         """Register that a viewer is there, who may have been called."""

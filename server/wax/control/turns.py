@@ -11,6 +11,14 @@
   everybody waiting is lost, nobody drives.
 * With ``join = "auto"`` everybody queues at connect; those who leave observe until they join.
 
+Who may have a place is asked here, where places are given, and nowhere else: `refusal` is asked of
+whoever connects, joins, comes back or has just driven. It is asked again when what is known of a
+person changes, so that an invitation that ends takes the place or the turn with it.
+
+Somebody may wait elsewhere, without a connection. No turn begins for them: whoever is next of those
+who are here drives, and they keep their place in front. Who has not come `COMES_S` after a turn
+could have been theirs loses the place, when nobody drives or the next turn begins.
+
 What a host may add:
 
 * Who goes first is a question of `wax.control.fairness`; among equals it is first come, first
@@ -31,15 +39,22 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from wax.control.fairness import Fairness, Person
 from wax.control.ready_check import ReadyCheck
 from wax.control.turn_time import TurnTime
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from wax.config.settings import TurnSettings
     from wax.control.ready_check import Call
+
+COMES_S: Final = 20.0
+"""A page that waits elsewhere asks every five seconds, and connects in a few more."""
+
+_NOT_INVITED: Final = Sentence("queue.not_invited")
+_OTHER_TAB: Final = Sentence("queue.other_tab")
 
 
 class Why(Enum):
@@ -50,6 +65,7 @@ class Why(Enum):
     GONE = "gone"
     IDLE = "idle"
     ENDED = "ended by the host"
+    NOT_ALLOWED = "not allowed any more"
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,9 +112,14 @@ class PassedOver:
 
 @dataclass(frozen=True, slots=True)
 class PlaceLost:
-    """A waiting viewer stayed lost for `grace_s`, or missed two calls, and lost their place."""
+    """A waiting viewer has lost their place.
+
+    They stayed lost for `grace_s`, missed two calls or did not come for their turn; or they may not
+    have a place any more, for which `why` is a sentence.
+    """
 
     viewer: int
+    why: Sentence | None = None
 
 
 TurnEvent = TurnStarted | TurnRenewed | TurnEnded | Called | PassedOver | PlaceLost
@@ -123,6 +144,8 @@ class Turns:
         self._people: dict[int, Person] = {}
         self._lost_since_s: dict[int, float] = {}  # within grace; in the order of loss
         self._lapsed: set[int] = set()  # lost for longer than that
+        self._away: set[int] = set()  # who wait elsewhere
+        self._missing: tuple[int, float] | None = None  # who was to come, and since when
         self._queue: list[int] = []
         self._turn: _Turn | None = None
         self._number = 0
@@ -180,16 +203,19 @@ class Turns:
             return 0
         return self._queue.index(viewer) + 1 if viewer in self._queue else None
 
-    def has_place_elsewhere(self, viewer: int) -> bool:
-        """Whether the same person waits or drives as another viewer."""
+    def refusal(self, viewer: int) -> Sentence | None:
+        """Return why a viewer without a place gets none; None if they have one, or would get it."""
         person = self._people.get(viewer)
-        return person is not None and any(
-            other != viewer and self._people[other].key == person.key for other in self._line()
-        )
-
-    def waiting_at(self, address: str) -> int:
-        """Return how many wait at an address."""
-        return sum(self._people[viewer].address == address for viewer in self._queue)
+        if person is None or self.place(viewer) is not None:
+            return None
+        if not person.may_queue:
+            return _NOT_INVITED
+        if any(self._people[one].key == person.key for one in self._line()):
+            return _OTHER_TAB
+        most = self._settings.max_waiting_per_address
+        if sum(self._people[one].address == person.address for one in self._queue) >= most:
+            return Sentence("queue.neighbours", {"n": most})
+        return None
 
     def wait_s(self, viewer: int, now_s: float) -> float | None:
         """Return the longest time the viewer may wait, in seconds: 0 for the operator.
@@ -212,17 +238,40 @@ class Turns:
         return rest_s + first * self._settings.turn_s
 
     def connect(
-        self, viewer: int, now_s: float, person: Person | None = None
+        self, viewer: int, now_s: float, person: Person | None = None, *, is_here: bool = True
     ) -> tuple[TurnEvent, ...]:
-        """Register a viewer, once; without a person they are somebody of their own."""
+        """Register a viewer's connection, or with `is_here` false that they wait elsewhere.
+
+        It may be the first, or another one after a loss. Without a person they are somebody of
+        their own. An operator who is not here is lost.
+        """
         events = self._catch_up(now_s)
         if viewer not in self._people:
             self._people[viewer] = person or Person(str(viewer))
+            self._be(viewer, is_here)
             self._welcome(viewer, now_s)
+        else:
+            events += self._change(viewer, person, now_s)
+            self._be(viewer, is_here)
+            if is_here or viewer != self.operator:
+                self._return(viewer, now_s)
+            elif not self.is_lost(viewer):
+                self._lost_since_s[viewer] = now_s
+        return (*events, *self._catch_up(now_s))
+
+    def change(self, viewer: int, person: Person, now_s: float) -> tuple[TurnEvent, ...]:
+        """Register what is known of a viewer now; who may not queue any more loses their place."""
+        if self._people.get(viewer, person) == person:
+            return ()
+        events = self._catch_up(now_s)
+        events += self._change(viewer, person, now_s)
         return (*events, *self._catch_up(now_s))
 
     def join(self, viewer: int, now_s: float) -> tuple[TurnEvent, ...]:
-        """Put a viewer at the end of the queue; no effect if they have a place or are lost."""
+        """Put a viewer at the end of the queue.
+
+        No effect if they have a place, are lost, or `refusal` says why not.
+        """
         events = self._catch_up(now_s)
         if viewer in self._people and not self.is_lost(viewer):
             self._enqueue(viewer, now_s)
@@ -258,10 +307,7 @@ class Turns:
     def returned(self, viewer: int, now_s: float) -> tuple[TurnEvent, ...]:
         """Register that a lost viewer is back."""
         events = self._catch_up(now_s)
-        self._lost_since_s.pop(viewer, None)
-        if viewer in self._lapsed:
-            self._lapsed.remove(viewer)
-            self._welcome(viewer, now_s)
+        self._return(viewer, now_s)
         return (*events, *self._catch_up(now_s))
 
     def gone(self, viewer: int, now_s: float) -> tuple[TurnEvent, ...]:
@@ -271,6 +317,7 @@ class Turns:
         self._people.pop(viewer, None)
         self._lost_since_s.pop(viewer, None)
         self._lapsed.discard(viewer)
+        self._away.discard(viewer)
         return (*events, *self._catch_up(now_s))
 
     def end(self, now_s: float) -> tuple[TurnEvent, ...]:
@@ -284,6 +331,7 @@ class Turns:
         """Hold the queue for the host, or let it go on."""
         events = self._catch_up(now_s)
         self._is_held = is_held
+        self._missing = None
         if is_held and self._ready.call is not None:
             self._ready.withdraw(self._ready.call.viewer)
         return (*events, *self._catch_up(now_s))
@@ -304,7 +352,7 @@ class Turns:
         events: list[TurnEvent] = []
         while True:
             grace_s, call_s = self._first_grace_s(), self._ready.expires_s
-            over_s = self._over_s()
+            over_s, comes_s = self._over_s(), self._comes_s()
             # At the same instant grace goes first: a viewer given up does not queue again.
             if grace_s <= min(now_s, over_s, call_s):
                 events += self._lapse(now_s)
@@ -312,10 +360,15 @@ class Turns:
                 events += self._miss(now_s)
             elif over_s <= now_s:
                 events += self._turn_over(now_s)
+            elif comes_s <= now_s:
+                events += self._give_up_missing(now_s)
             elif next_events := self._start_next(now_s):
                 events += next_events
             else:
                 break
+        for event in list(events):
+            if isinstance(event, TurnEnded) and event.operator in self._queue:
+                events += self._ask_again(event.operator)
         is_wanted = self._turn is not None and bool(self._there())
         self._wanted_s = min(self._wanted_s, now_s) if is_wanted else math.inf
         return events
@@ -352,9 +405,9 @@ class Turns:
         if self._idles_s() < turn.time.ends_s:
             return self._give_up(turn.operator, Why.IDLE, now_s)
         if self._may_renew(turn):
-            return [self._renew(turn, now_s)]
+            return [*self._pass_by(now_s), self._renew(turn, now_s)]
         self._end_turn(turn, now_s)
-        self._queue.append(turn.operator)
+        self._queue.append(turn.operator)  # as far as there is room, once the next one drives
         return [TurnEnded(self._number, turn.operator, Why.EXPIRED)]
 
     def _may_renew(self, turn: _Turn) -> bool:
@@ -372,6 +425,7 @@ class Turns:
 
     def _give_up(self, viewer: int, why: Why, now_s: float) -> list[TurnEvent]:
         self._ready.forget(viewer)
+        self._expect_no_more(viewer)
         if self._turn is not None and viewer == self._turn.operator:
             self._end_turn(self._turn, now_s)
             return [TurnEnded(self._number, viewer, why)]
@@ -391,16 +445,16 @@ class Turns:
         if not self._ready.is_due(self.ends_s, now_s):
             return []
         viewer = self._next(now_s)
-        if viewer is None and self._turn is None and self._waiting():
+        if viewer is None and self._turn is None and self._here(self._waiting()):
             self._ready.begin_turn()  # nobody else is there: those passed over are asked again
             viewer = self._next(now_s)
         if viewer is None:
-            return []
+            return self._pass_by(now_s) if self._turn is None else []
         if not self._ready.is_ready(viewer, now_s):
             call = self._ready.ask(viewer, now_s)
             return [] if call is None else [Called(viewer, call.until_s)]
         if self._turn is None:
-            return [self._start(viewer, now_s)]
+            return [*self._pass_by(now_s), self._start(viewer, now_s)]
         self._ready.count_on(viewer)
         return []
 
@@ -413,14 +467,24 @@ class Turns:
         return TurnStarted(self._number, viewer, self._turn.time.ends_s)
 
     def _next(self, now_s: float) -> int | None:
-        """Return who drives next of those who are there."""
-        there = self._there()
+        """Return who drives next; while somebody drives, it may be one who is still to come."""
+        there = self._there() if self._turn is None else self._willing()
         if self._ready.call is not None and self._ready.call.viewer in there:
             return self._ready.call.viewer
-        return min(there, key=lambda one: self._rank(one, now_s), default=None)
+        return self._first(there, now_s)
+
+    def _first(self, viewers: list[int], now_s: float) -> int | None:
+        return min(viewers, key=lambda one: self._rank(one, now_s), default=None)
 
     def _there(self) -> list[int]:
-        """Return those who wait and were not passed over; nobody while the queue is held."""
+        """Return those whose turn may begin now; nobody while the queue is held."""
+        return self._here(self._willing())
+
+    def _here(self, viewers: list[int]) -> list[int]:
+        return [one for one in viewers if one not in self._away]
+
+    def _willing(self) -> list[int]:
+        """Return those who wait, here or elsewhere, and were not passed over."""
         return [one for one in self._waiting() if not self._ready.is_passed_over(one)]
 
     def _waiting(self) -> list[int]:
@@ -461,11 +525,82 @@ class Turns:
             return lost_since_s + self._settings.grace_s
         return math.inf
 
+    # --- who waits elsewhere -----------------------------------------------------------------
+
+    def _pass_by(self, now_s: float) -> list[TurnEvent]:
+        """Note who does not get the turn that begins now, or could, because they are not here.
+
+        Who was noted `COMES_S` ago has had the time to come, and loses the place.
+        """
+        events = self._give_up_missing(now_s) if self._missed_s() <= now_s else []
+        first = self._first(self._willing(), now_s)
+        if first in self._away and self._missed_s() == math.inf:
+            self._missing = first, now_s
+        return events
+
+    def _missed_s(self) -> float:
+        """Return by when whoever was noted must have come; infinite where nobody is missing."""
+        if self._missing is None:
+            return math.inf
+        return self._missing[1] + COMES_S
+
+    def _comes_s(self) -> float:
+        """Return the same while nobody drives; otherwise the next turn's beginning settles it."""
+        return self._missed_s() if self._turn is None else math.inf
+
+    def _give_up_missing(self, now_s: float) -> list[TurnEvent]:
+        assert self._missing is not None
+        viewer, _ = self._missing
+        self._give_up(viewer, Why.GONE, now_s)
+        return [PlaceLost(viewer)]
+
+    def _be(self, viewer: int, is_here: bool) -> None:
+        if not is_here:
+            self._away.add(viewer)
+            return
+        self._away.discard(viewer)
+        self._expect_no_more(viewer)
+
+    def _expect_no_more(self, viewer: int) -> None:
+        if self._missing is not None and self._missing[0] == viewer:
+            self._missing = None
+
+    # --- who gets a place --------------------------------------------------------------------
+
+    def _change(self, viewer: int, person: Person | None, now_s: float) -> list[TurnEvent]:
+        """Let somebody be who they are now, and keep their place only if that still may be."""
+        if viewer not in self._people or person in (None, self._people[viewer]):
+            return []
+        self._people[viewer] = person
+        if viewer == self.operator:
+            return [] if person.may_queue else self._give_up(viewer, Why.NOT_ALLOWED, now_s)
+        if viewer not in self._queue:
+            return []
+        return self._ask_again(viewer)
+
+    def _ask_again(self, viewer: int) -> list[TurnEvent]:
+        """Take a place in the queue where `refusal` would give none."""
+        place = self._queue.index(viewer)
+        del self._queue[place]
+        why = self.refusal(viewer)
+        if why is None:
+            self._queue.insert(place, viewer)
+            return []
+        self._ready.forget(viewer)
+        self._expect_no_more(viewer)
+        return [PlaceLost(viewer, why)]
+
+    def _return(self, viewer: int, now_s: float) -> None:
+        self._lost_since_s.pop(viewer, None)
+        if viewer in self._lapsed:
+            self._lapsed.remove(viewer)
+            self._welcome(viewer, now_s)
+
     def _welcome(self, viewer: int, now_s: float) -> None:
         if self._settings.join == "auto":
             self._enqueue(viewer, now_s)
 
     def _enqueue(self, viewer: int, now_s: float) -> None:
-        if self.place(viewer) is None and not self.has_place_elsewhere(viewer):
+        if self.place(viewer) is None and self.refusal(viewer) is None:
             self._queue.append(viewer)
             self._ready.acted(viewer, now_s)

@@ -1,6 +1,7 @@
 """Those who watch in a room of the cluster: their seats there, their places in the queue here.
 
 Somebody who waits is a viewer without a peer; ten seconds before their turn their page connects.
+Until it has, no turn of theirs begins (`wax.control.turns`).
 """
 
 from __future__ import annotations
@@ -36,12 +37,11 @@ Wants = Literal["join", "leave", "here", "stay"]
 WATCHING_IS_FULL: Final = Sentence("door.watching_full")
 _TOO_MANY: Final = Sentence("door.watching_full_for_address")
 _NOT_QUEUED: Final = Sentence("queue.not_in")
+_NO_ROOMS: Final = Sentence("queue.no_rooms")
 _FULL_AFTER_S: Final = 5
 _LEAST_PER_ADDRESS: Final = 4
 _STAYS_S: Final = 20.0
 """A page that waits asks four times as often."""
-_COMES_S: Final = 1.0
-"""By then the page of the next operator is connected: it begins ten seconds before."""
 _DUE_S: Final = 15.0
 _CHECKED_AT_ONCE: Final = 200
 """A millisecond's work; driving does not wait for a crowd to be looked through."""
@@ -49,9 +49,10 @@ _SENT_AWAY_S: Final = 60.0
 
 
 class Elsewhere:
-    """Gives and takes the seats; `check_queue` raises `ForbiddenError` for who may not queue.
+    """Gives and takes the seats.
 
-    `connect` makes a viewer known to the turns, `forget` drops one.
+    `wait` tells the turns that a viewer waits elsewhere, `join` gives them a place in the queue or
+    raises `ForbiddenError`, `forget` drops them.
     """
 
     def __init__(
@@ -66,8 +67,8 @@ class Elsewhere:
         control: ControlLoop,
         entry: Entry,
         announcements: Announcements,
-        connect: Callable[[Viewer], None],
-        check_queue: Callable[[Viewer], None],
+        wait: Callable[[Viewer], None],
+        join: Callable[[Viewer], None],
         forget: Callable[[Viewer], None],
         lost_after_s: float,
     ) -> None:
@@ -79,8 +80,8 @@ class Elsewhere:
         self._control = control
         self._entry = entry
         self._announcements = announcements
-        self._connect = connect
-        self._check_queue = check_queue
+        self._wait = wait
+        self._join = join
         self._forget = forget
         self._lost_after_s = lost_after_s
         self._share = settings.max_share_per_address
@@ -177,17 +178,20 @@ class Elsewhere:
         """Do what a page asks for that watches elsewhere; returns its line in the room.
 
         It has to ask again within `_STAYS_S`. `name` is how others are to see it. Raises
-        `NotAdmittedError`, `FullError`, and `ForbiddenError` with the reason why it may not queue.
+        `NotAdmittedError`, `FullError`, and `ForbiddenError` with the reason why it may not queue:
+        where there are no rooms, nobody can watch and wait elsewhere.
         """
+        if not self._cluster.is_used:
+            raise ForbiddenError(_NO_ROOMS)
         now_s = self._clock.now_s()
         viewer = self._viewers.of_tab(visitor.identity, tab)
         if viewer is None:
             if wants != "join":
                 raise ForbiddenError(_NOT_QUEUED)
             viewer = self._entry.expect(visitor, tab)
-            self._connect(viewer)
-        if viewer.peer is None and not viewer.is_elsewhere(now_s):
-            self._control.returned(viewer.number)
+        if viewer.peer is None:
+            viewer.be(visitor, self._access.admit(visitor))
+            self._wait(viewer)
         viewer.elsewhere_until_s = now_s + _STAYS_S
         with self._leaving_none(viewer):
             self._do(viewer, wants)
@@ -199,8 +203,7 @@ class Elsewhere:
     def _do(self, viewer: Viewer, wants: Wants) -> None:
         match wants:
             case "join":
-                self._check_queue(viewer)
-                self._control.join(viewer.number)
+                self._join(viewer)
             case "leave":
                 self._control.leave(viewer.number)
             case "here":
@@ -237,14 +240,6 @@ class Elsewhere:
                 except NotAdmittedError as error:
                     self._end(name, error.sentence)
         del self._unchecked[:_CHECKED_AT_ONCE]
-
-    def wait(self, viewer: Viewer, now_s: float) -> None:
-        """Pass over somebody who has not come when their turn does."""
-        if self._turns.is_lost(viewer.number):
-            return
-        wait_s = self._turns.wait_s(viewer.number, now_s)
-        if viewer.number == self._turns.operator or (wait_s is not None and wait_s < _COMES_S):
-            self._control.lost(viewer.number)
 
     def news(self, room: messages.RoomState, now_s: float) -> str | None:
         """Return what all elsewhere are told of the room; None if nobody is there."""

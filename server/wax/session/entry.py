@@ -107,7 +107,7 @@ class Entry:
             number = self._viewers.take_number() if viewer is None else number
         if viewer is None:
             viewer = self._enter(visitor, grant, tab, number)
-        viewer.visitor, viewer.grant = visitor, grant
+        viewer.be(visitor, grant)
         lanes = viewer.lanes()
         peer = Peer(
             network=self._network,

@@ -65,9 +65,7 @@ _GOODBYE_S: Final = 0.1
 _GOODBYE: Final = Sentence("door.goodbye")
 _CHECK_S: Final = 1.0
 """How often is looked whether everybody may still stay: hours and invitations end by themselves."""
-_NOT_INVITED: Final = Sentence("queue.not_invited")
 _NO_TAPE: Final = Sentence("tape.none")
-_OTHER_TAB: Final = Sentence("queue.other_tab")
 
 
 class Room:
@@ -146,8 +144,8 @@ class Room:
             control=control,
             entry=self._entry,
             announcements=announcements,
-            connect=lambda viewer: control.connect(viewer.number, _person(viewer)),
-            check_queue=self._check_queue,
+            wait=self._waits_elsewhere,
+            join=self._join,
             forget=self._forget,
             lost_after_s=_LOST_S,
         )
@@ -181,10 +179,7 @@ class Room:
                 viewer.number, viewer.visitor, viewer.grant, lost_after_s=_LOST_S
             )
         )
-        if self._turns.is_lost(viewer.number):
-            self._control.returned(viewer.number)
-        else:
-            self._control.connect(viewer.number, _person(viewer))
+        self._control.connect(viewer.number, _person(viewer))
         if (told := self._updates.told) is not None:
             # The next change will be from that; of themselves they learn at once.
             viewer.send(told)
@@ -225,8 +220,7 @@ class Room:
         with self._refusing(viewer):
             match request:
                 case messages.Join():
-                    self._check_queue(viewer)
-                    self._control.join(viewer.number)
+                    self._join(viewer)
                 case messages.Leave():
                     self._control.leave(viewer.number)
                 case messages.Here():
@@ -320,23 +314,25 @@ class Room:
         for viewer in self._viewers:
             visitor = self._access.again(viewer.visitor)
             try:
-                viewer.visitor, viewer.grant = visitor, self._access.admit(visitor)
+                grant = self._access.admit(visitor)
             except NotAdmittedError as error:
                 self.send_away(viewer, error.sentence, error.opens_wall_ms)
+            else:
+                viewer.be(visitor, grant)
+                self._control.change(viewer.number, _person(viewer))
 
     def check_elsewhere(self) -> None:
         """Do the same for everybody who watches elsewhere, soon."""
         self._elsewhere.check_all()
 
-    def _check_queue(self, viewer: Viewer) -> None:
-        """Raise `ForbiddenError` with the reason why a viewer may not queue."""
-        most = self._settings.turns.max_waiting_per_address
-        if not viewer.grant.queue:
-            raise ForbiddenError(_NOT_INVITED)
-        if self._turns.has_place_elsewhere(viewer.number):
-            raise ForbiddenError(_OTHER_TAB)
-        if self._turns.waiting_at(viewer.visitor.address) >= most:
-            raise ForbiddenError(Sentence("queue.neighbours", {"n": most}))
+    def _join(self, viewer: Viewer) -> None:
+        """Put a viewer into the queue; raises `ForbiddenError` with the reason why not."""
+        refusal = self._control.join(viewer.number)
+        if refusal is not None:
+            raise ForbiddenError(refusal)
+
+    def _waits_elsewhere(self, viewer: Viewer) -> None:
+        self._control.connect(viewer.number, _person(viewer), is_here=False)
 
     @contextmanager
     def _refusing(self, viewer: Viewer) -> Iterator[None]:
@@ -356,7 +352,7 @@ class Room:
         now_s = self._clock.now_s()
         self._control.lost(viewer.number)
         if viewer.is_elsewhere(now_s):  # their page said so before it went
-            self._control.returned(viewer.number)
+            self._waits_elsewhere(viewer)
         else:
             self._gone_since_s[viewer.number] = now_s
         self._viewers.changed()
@@ -418,7 +414,6 @@ class Room:
     def _sweep(self, now_s: float) -> None:
         for viewer in self._viewers:
             if viewer.is_elsewhere(now_s):
-                self._elsewhere.wait(viewer, now_s)
                 continue
             if viewer.peer is None:
                 if not self._turns.is_lost(viewer.number):  # their page asks no more
@@ -470,4 +465,6 @@ class Room:
 
 def _person(viewer: Viewer) -> Person:
     visitor = viewer.visitor
-    return Person(visitor.identity, visitor.address, visitor.invited_to is not None)
+    return Person(
+        visitor.identity, visitor.address, visitor.invited_to is not None, viewer.grant.queue
+    )

@@ -125,6 +125,7 @@ class Viewer:
         self.is_ready = False
         self.was_ready = False
         self.wants_picture = True
+        self._wanted: messages.Want | None = None
         self.elsewhere_until_s = float("-inf")
         """Until then they watch elsewhere, and keep a place here without a peer."""
         self._clock = clock
@@ -158,6 +159,13 @@ class Viewer:
         )
         self.streams = service.streams(weakref.proxy(self), sync)
 
+    def be(self, visitor: Visitor, grant: Grant) -> None:
+        """Be who the door says, with what they may now; who may not hear any more hears no more."""
+        may_hear, self.visitor, self.grant = self.grant.hear, visitor, grant
+        if grant.hear != may_hear and self._wanted is not None:
+            with self.boundary:
+                self._want(self._wanted)
+
     def is_elsewhere(self, now_s: float) -> bool:
         """Whether they watch elsewhere, and only wait here."""
         return self.peer is None and now_s < self.elsewhere_until_s
@@ -176,6 +184,7 @@ class Viewer:
         """Release the lanes; safe to call twice."""
         self.streams.release()
         self.is_ready = False
+        self._wanted = None
         self.report = None
         self.drive_status, self._drive_told = None, (None, float("-inf"))
 
@@ -408,6 +417,7 @@ class Viewer:
             refusal = Sentence("want.no_size", {"size": want.size, "sizes": sizes})
             self.send(messages.Notice(text=refusal))
             return
+        self._wanted = want
         self.wants_picture = want.picture
         self.streams.want(
             sound=want.sound and self.grant.hear,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax.control.turns import TurnEnded, Why
+from wax.control.turns import PlaceLost, TurnEnded, Why
 from wax.protocol import messages
 from wax.sentence import Sentence
 
@@ -23,6 +23,7 @@ _LOG = structlog.get_logger(__name__)
 _TOLD: Final = {
     Why.IDLE: Sentence("turn.idle"),
     Why.ENDED: Sentence("turn.ended"),
+    Why.NOT_ALLOWED: Sentence("queue.not_invited"),
 }
 """What an operator is told of the end of a turn that they did not expect."""
 
@@ -89,6 +90,8 @@ class Viewers:
             _LOG.info("turn", what=type(event).__name__, number=getattr(event, "number", None))
             if isinstance(event, TurnEnded) and event.why in _TOLD:
                 self._tell(event.operator, _TOLD[event.why])
+            elif isinstance(event, PlaceLost) and event.why is not None:
+                self._tell(event.viewer, event.why)
         for viewer in self:
             drives = viewer.number == self._turns.operator
             with viewer.boundary:
