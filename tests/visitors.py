@@ -19,7 +19,7 @@ EVERYTHING: Final = Grant(hear=True, queue=True)
 
 def visitor(identity: str, *, is_host: bool = False, address: str = "192.0.2.1") -> Visitor:
     """Return somebody who was not invited."""
-    return Visitor(identity, address, is_host)
+    return Visitor(identity, address, "a sign-in" if is_host else "")
 
 
 def make_access(

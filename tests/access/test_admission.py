@@ -24,7 +24,7 @@ from wax.errors import FullError, NotAdmittedError
 
 MONDAY_S = datetime(2026, 11, 23, 12, 0, tzinfo=UTC).timestamp()
 HOUR_S = 3600.0
-HOST = Visitor("host", "192.0.2.1", is_host=True)
+HOST = Visitor("host", "192.0.2.1", "a sign-in")
 ANN = Visitor("ann", "192.0.2.1")
 FRIEND = Visitor("friend", "198.51.100.1", invited_to="queue")
 GUEST = Visitor("guest", "198.51.100.1", invited_to="watch")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
 import pytest
@@ -158,7 +159,7 @@ async def test_a_closed_door_empties_the_rooms(rig: Rig, rooms: Rooms) -> None:
     """As it does here; the host's own pages stay, and who asks is told why."""
     host = await rig.enter("hedy-111", is_host=True)
     rig.room.elsewhere.seat(EVE, TAB)
-    rig.room.elsewhere.seat(visitor("hedy-111", is_host=True), "tab-2222")
+    rig.room.elsewhere.seat(replace(visitor("hedy-111"), sign_in=rig.sign_in()), "tab-2222")
     host.says(type="close", closed=True)
     rig.wait(0.1, host)
     assert rooms.removed == [(NAME, True)]

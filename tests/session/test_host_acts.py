@@ -8,7 +8,9 @@ import pytest
 from tests.session.test_room import OFFER, Rig, rig
 from tests.visitors import TAB, visitor
 
+from wax.access.access import Shown
 from wax.access.admission import BANNED, LOCKED
+from wax.access.host_secrets import OVERLAP_S
 from wax.errors import NotAdmittedError
 from wax.session.host_acts import REMOVED
 from wax.session.house import BLANKED
@@ -164,6 +166,61 @@ async def test_closed_for_the_day(rig: Rig, host: FakePeer) -> None:
     await rig.enter("bob-1111")
 
 
+async def test_the_others_are_signed_out(rig: Rig, host: FakePeer) -> None:
+    """At once, with all their pages; the host who did it stays, and so do guests."""
+    thief, bob = await rig.enter("thief-11", is_host=True), await rig.enter("bob-1111")
+    thief.says(type="name", name="Host")
+    host.says(type="sign_out_others")
+    assert thief.last("ended")["text"] == {"code": "host.signed_out"}
+    thief.says(type="lock", locked=True)
+    assert host.last("notice")["text"] == {
+        "code": "host.signed_out_others",
+        "values": {"n": 1},
+    }
+    rig.wait(1.2, host, bob)
+    assert rig.names() == ["Guest 1", "Guest 3"]
+    assert not rig.access.admission.is_locked
+
+
+async def test_the_host_reads_of_a_cookie_that_is_used_again(
+    rig: Rig, host: FakePeer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From where, until they have signed out the others."""
+    cookie = rig.access.become_host(rig.access.new_host_link())
+    rig.access.renewed(Shown(host=cookie))
+    rig.wait(1.2, host)
+    assert host.last("console")["reused"] is None
+    monkeypatch.setattr(rig.clock, "wall_ms", lambda: round(OVERLAP_S * 1000))
+    assert not rig.access.visitor(Shown(host=cookie), "198.51.100.7").is_host
+    rig.wait(1.2, host)
+    assert host.last("console")["reused"] == "198.51.100.0/24"
+    host.says(type="sign_out_others")
+    rig.wait(1.2, host)
+    assert host.last("console")["reused"] is None
+
+
+async def test_an_address_whose_people_press_is_told_and_ignored(rig: Rig, host: FakePeer) -> None:
+    """The host sees who, as they name themselves, and how often; then nothing stops from there."""
+    bob = await rig.enter("bob-1111")
+    bob.says(type="stop")
+    rig.wait(1.2, host, bob)
+    [presser] = host.last("console")["pressers"]
+    assert presser == {
+        "id": presser["id"],
+        "address": "192.0.2.0/24",
+        "by": {"code": "by.named", "values": {"name": "Guest 2"}},
+        "presses": 1,
+        "muted": False,
+    }
+    host.says(type="mute_address", presser=presser["id"], muted=True)
+    host.says(type="release", stop=1, sent_server_ms=rig.clock.time_s * 1000)
+    bob.says(type="stop")
+    assert bob.last("notice")["text"] == {"code": "stop.muted"}
+    assert rig.loop.latched is None
+    rig.wait(1.2, host, bob)
+    assert host.last("console")["pressers"][0]["muted"]
+
+
 async def test_guests_do_none_of_it(rig: Rig, host: FakePeer) -> None:
     """An observer who sends the host's messages reads that they may not."""
     bob = await rig.enter("bob-1111")
@@ -172,6 +229,8 @@ async def test_guests_do_none_of_it(rig: Rig, host: FakePeer) -> None:
         {"type": "lock", "locked": True},
         {"type": "remove", "viewer": 1, "ban": True},
         {"type": "blank", "blanked": True},
+        {"type": "mute_address", "presser": 1, "muted": True},
+        {"type": "sign_out_others"},
     ):
         bob.says(**act)
         assert bob.last("notice")["text"] == {"code": "may.host"}

@@ -15,6 +15,7 @@ from tests.rtc.networks import network
 from tests.turned_clock import TurnedClock
 from tests.visitors import TAB, make_access, visitor
 
+from wax.access.access import Shown
 from wax.cluster.cluster import Cluster
 from wax.config.settings import Settings
 from wax.control.loop import ControlLoop
@@ -220,10 +221,16 @@ class Rig:
         )
 
     async def enter(self, client: str, *, is_host: bool = False) -> FakePeer:
-        await self.room.answer(visitor(client, is_host=is_host), TAB, OFFER)
+        sign_in = self.sign_in() if is_host else ""
+        await self.room.answer(replace(visitor(client), sign_in=sign_in), TAB, OFFER)
         FakePeer.made[-1].open()
         FakePeer.made[-1].pings()
         return FakePeer.made[-1]
+
+    def sign_in(self) -> str:
+        """Sign in as the host, by a link of its own."""
+        cookie = self.access.become_host(self.access.new_host_link())
+        return self.access.visitor(Shown(host=cookie), "192.0.2.1").sign_in
 
     def wait(self, seconds: float, *alive: FakePeer) -> None:
         """Let time pass in steps; those who are alive are heard."""
@@ -539,7 +546,7 @@ async def test_only_operator_and_host_release(rig: Rig) -> None:
     assert ada.last("room")["stop"] is None
     bob.says(type="stop")
     host = list(rig.viewers)[1]
-    host.visitor = replace(host.visitor, is_host=True)
+    host.visitor = replace(host.visitor, sign_in=rig.sign_in())
     release(bob, 2)
     assert ada.last("room")["stop"] is None
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import closing
+from contextlib import closing, suppress
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Literal, cast
 
@@ -19,6 +19,7 @@ from wax.records.writer import RecordWriter
 from wax.session.house import House
 from wax.session.record_keeper import RecordKeeper
 from wax.session.stop_authority import (
+    KNOWN_S,
     MUTED,
     ONLY_THE_OPERATOR_STOPS,
     TOO_OFTEN,
@@ -26,6 +27,7 @@ from wax.session.stop_authority import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     from wax.control.loop import ControlLoop
@@ -69,6 +71,7 @@ def stops(
     clock: TurnedClock | None = None,
     house: House | None = None,
     records: Records | None = None,
+    since_s: Mapping[str, float] | None = None,
 ) -> StopAuthority:
     turns = cast("Turns", SimpleNamespace(operator=operator))
     clock = clock or TurnedClock()
@@ -81,6 +84,7 @@ def stops(
         keeper=RecordKeeper(
             records=records or Records(clock), clock=clock, viewers=(), refused=dict
         ),
+        watch=lambda address: since_s or {} if address == BOB.visitor.address else {},
     )
 
 
@@ -142,17 +146,82 @@ def test_a_person_has_a_budget(control: Control) -> None:
     assert authority.press(BOB, is_host=False) == 7
 
 
-def test_the_first_press_of_everybody_counts(control: Control) -> None:
-    """Also where the others of their address have used up what it has; their second does not."""
+def person(name: str, address: str = "192.0.2.1") -> Viewer:
+    of = visitor(name, address=address)
+    return cast("Viewer", SimpleNamespace(number=9, name=name, visitor=of))
+
+
+def pressed(authority: StopAuthority, *names: str) -> int:
+    """Count how many of these are heard, one press each."""
+    heard = 0
+    for name in names:
+        with suppress(ForbiddenError):
+            heard += authority.press(person(name), is_host=False) == 7
+    return heard
+
+
+def test_new_browsers_have_no_more_than_their_address(control: Control) -> None:
+    """Forty-six press once each in 45 s, and are heard as one address is; it fills again."""
+    clock = TurnedClock()
+    newcomers = [f"eve{number}" for number in range(46)]
+    authority = stops(control, clock=clock, since_s=dict.fromkeys(newcomers, 999.0))
+    heard = 0
+    for name in newcomers:
+        heard += pressed(authority, name)
+        clock.time_s += 45 / 46
+    assert heard <= 5, "an address was heard more often than `max_per_minute_per_address`"
+    clock.time_s += 60.0
+    assert pressed(authority, "fay") == 1
+
+
+def test_whoever_was_here_before_is_heard_in_a_flood(control: Control) -> None:
+    """Their first press a minute, whatever new browsers of their address do; not their second."""
+    clock = TurnedClock()
+    since_s = {f"eve{number}": clock.time_s - KNOWN_S + 1 for number in range(40)}
+    authority = stops(control, clock=clock, since_s={**since_s, "bob": clock.time_s - KNOWN_S})
+    assert pressed(authority, *since_s) == 3
+    for _ in range(3):
+        assert pressed(authority, "bob") == 1
+        assert pressed(authority, "bob", *since_s) <= 3
+        clock.time_s += 60.0
+        since_s = {f"{name}x": clock.time_s for name in since_s}
+
+
+def test_few_of_an_address_are_known(control: Control) -> None:
+    """Those who have watched longest, so that waiting with many browsers is of no use."""
+    clock = TurnedClock()
+    since_s = {f"eve{number:02}": float(number) for number in range(40)}
+    authority = stops(control, clock=clock, since_s={"bob": -1.0, **since_s})
+    assert pressed(authority, *reversed(since_s)) == 3 + 1
+    assert pressed(authority, "bob") == 1
+
+
+def test_presses_in_vain_cost_neighbours_nothing(control: Control) -> None:
+    """Somebody who hammers on Stop uses up their own budget, not all of their address's."""
     authority = stops(control)
-    for number in range(10, 20):
-        eve = cast(
-            "Viewer", SimpleNamespace(number=number, name="Eve", visitor=visitor(f"eve{number}"))
-        )
-        assert authority.press(eve, is_host=False) == 7
-        if number > 15:
-            with pytest.raises(ForbiddenError, match=str(TOO_OFTEN)):
-                authority.press(eve, is_host=False)
+    assert pressed(authority, *["eve"] * 100) == 3
+    assert authority.press(person("fay", "198.51.100.1"), is_host=False) == 7
+
+
+def test_the_host_is_told_who_presses_and_ignores_an_address(control: Control) -> None:
+    """Whatever new browsers come from it; its operator's Stop counts all the same."""
+    clock, house = TurnedClock(), House()
+    authority = stops(control, clock=clock, house=house)
+    authority.press(ADA, is_host=False)
+    assert authority.pressers() == []
+    pressed(authority, "eve", "eva")
+    [presser] = authority.pressers()
+    assert (presser.address, str(presser.by), presser.presses) == ("192.0.2.1", "eva", 2)
+    authority.mute(presser.number, True)
+    with pytest.raises(ForbiddenError, match=str(MUTED)):
+        authority.press(person("new"), is_host=False)
+    assert authority.press(person("far", "198.51.100.1"), is_host=False) == 7
+    assert authority.press(ADA, is_host=False) == 7
+    clock.time_s += 3600.0
+    assert [one.presses for one in authority.pressers()] == [3], "ignored, it is still told"
+    authority.mute(presser.number, False)
+    assert authority.pressers() == []
+    assert authority.press(person("new"), is_host=False) == 7
 
 
 def test_stops_are_recorded(control: Control, tmp_path: Path) -> None:

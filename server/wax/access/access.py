@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 from zoneinfo import ZoneInfo
+
+import structlog
 
 from wax.access.admission import Admission, Visitor
 from wax.access.host_secrets import HostSecrets
@@ -21,6 +23,9 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.config.settings import AccessSettings
     from wax.records.records import Records
+
+
+_LOG = structlog.get_logger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +52,8 @@ class Access:
             lasting.bans,
         )
         self._hosts = HostSecrets(lasting.host_cookies, records.keep_host_cookie)
+        self.reused_at: str | None = None
+        """The newest address at which somebody may have a copy of a host's cookie."""
         self._invited: defaultdict[str, dict[str, Invited]] = defaultdict(dict)
         """By identity, then by invitation."""
         for one in lasting.invited:
@@ -65,18 +72,22 @@ class Access:
     def visitor(self, shown: Shown, address: str) -> Visitor:
         """Return who has sent a request; without an identity of ours they are nobody."""
         identity = self.identity_of(shown) or ""
-        return Visitor(
-            identity,
-            address,
-            is_host=self._hosts.is_host(shown.host, self._now_s()),
-            invited_to=self._invited_to(identity),
-        )
+        sign_in = self._hosts.sign_in(shown.host, self._now_s())
+        if shown.host is not None and not sign_in:
+            self._watch_for_copies(shown.host, address)
+        return Visitor(identity, address, sign_in, self._invited_to(identity))
 
     def again(self, visitor: Visitor) -> Visitor:
-        """Return a visitor with what they are invited to now."""
-        return Visitor(
-            visitor.identity, visitor.address, visitor.is_host, self._invited_to(visitor.identity)
-        )
+        """Return a visitor with what they are invited to now, and a host if they still are."""
+        is_host = visitor.is_host and self._hosts.is_signed_in(visitor.sign_in, self._now_s())
+        invited_to = self._invited_to(visitor.identity)
+        return replace(visitor, sign_in=visitor.sign_in if is_host else "", invited_to=invited_to)
+
+    def _watch_for_copies(self, cookie: str, address: str) -> None:
+        if self._hosts.was_replaced(cookie, self._now_s()):
+            if self.reused_at != address:
+                _LOG.warning("a host's cookie that was replaced is used again", address=address)
+            self.reused_at = address
 
     def admit(self, visitor: Visitor) -> Grant:
         """Return what a visitor may do; raises `NotAdmittedError` with a sentence for them."""
@@ -98,6 +109,11 @@ class Access:
     def renewed(self, shown: Shown) -> str | None:
         """Return the cookie that replaces the host's; None if theirs stays or is none."""
         return None if shown.host is None else self._hosts.rotate(shown.host, self._now_s())
+
+    def sign_out_others(self, host: Visitor) -> int:
+        """End all other hosts' sign-ins and unused links; returns how many were signed in."""
+        self.reused_at = None
+        return self._hosts.sign_out_others(host.sign_in)
 
     # --- invitations -------------------------------------------------------------------------
 

@@ -30,13 +30,18 @@ TOO_MANY_TABS: Final = Sentence("door.too_many_tabs")
 class Visitor:
     """Somebody at the door: a browser's identity, its address, and what they have shown.
 
-    `address` is as limits count it: an IPv4 address or an IPv6 /64 prefix.
+    `address` is as limits count it: an IPv4 address or an IPv6 /64 prefix. `sign_in` is the host's,
+    empty for guests.
     """
 
     identity: str
     address: str
-    is_host: bool = False
+    sign_in: str = ""
     invited_to: Purpose | None = None
+
+    @property
+    def is_host(self) -> bool:
+        return bool(self.sign_in)
 
 
 @dataclass(frozen=True, slots=True)

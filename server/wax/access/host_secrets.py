@@ -1,12 +1,16 @@
 """The host is who holds a secret: a link that works once, then a cookie that changes with each use.
 
-Only hashes are kept, so that the records let nobody in.
+The cookies that replace each other are one sign-in, which ends with all of them. One that was
+replaced and is used again all the same is a sign that somebody has a copy (RFC 9700, 4.14.2); that
+is known of the newest ones since the server's start. Only hashes are kept, so that the records let
+nobody in.
 """
 
 from __future__ import annotations
 
 import hashlib
 import secrets
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
@@ -18,6 +22,13 @@ COOKIE_S: Final = 30 * 86_400.0
 OVERLAP_S: Final = 60.0
 """The previous cookie is good for so long: another tab may be using it right now."""
 _MOST_LINKS: Final = 8
+_MOST_REPLACED: Final = 1024
+
+
+@dataclass(frozen=True, slots=True)
+class _Cookie:
+    ends_s: float
+    sign_in: str
 
 
 class HostSecrets:
@@ -30,7 +41,9 @@ class HostSecrets:
         self, kept: Iterable[tuple[str, float]], keep: Callable[[str, float], None]
     ) -> None:
         self._links: dict[str, float] = {}
-        self._cookies = dict(kept)
+        # Of an earlier server it is not known which belong together: each is a sign-in of its own.
+        self._cookies = {name: _Cookie(ends_s, name) for name, ends_s in kept}
+        self._replaced: dict[str, str] = {}  # which sign-in they are of, the newest last
         self._keep = keep
 
     def new_link(self, now_s: float) -> str:
@@ -48,29 +61,51 @@ class HostSecrets:
             return None
         return self._new_cookie(now_s)
 
-    def is_host(self, cookie: str | None, now_s: float) -> bool:
-        """Whether this cookie is the host's."""
-        return cookie is not None and now_s < self._cookies.get(_hash(cookie), 0.0)
+    def sign_in(self, cookie: str | None, now_s: float) -> str:
+        """Return which sign-in of a host this cookie belongs to; empty if it is not the host's."""
+        found = None if cookie is None else self._cookies.get(_hash(cookie))
+        return "" if found is None or now_s >= found.ends_s else found.sign_in
+
+    def is_signed_in(self, sign_in: str, now_s: float) -> bool:
+        """Whether a sign-in is in force."""
+        return any(one.sign_in == sign_in and now_s < one.ends_s for one in self._cookies.values())
+
+    def was_replaced(self, cookie: str, now_s: float) -> bool:
+        """Whether this cookie was replaced by one that is in force."""
+        return self.is_signed_in(self._replaced.get(_hash(cookie), ""), now_s)
+
+    def sign_out_others(self, sign_in: str) -> int:
+        """End all other sign-ins, and all links that nobody has used; returns how many ended."""
+        self._links.clear()
+        others = [name for name, one in self._cookies.items() if one.sign_in != sign_in]
+        ended = {self._cookies.pop(name).sign_in for name in others}
+        for name in others:
+            self._keep(name, 0.0)
+        return len(ended)
 
     def rotate(self, cookie: str, now_s: float) -> str | None:
         """Return the cookie that replaces this one; None if it is over or was replaced already."""
         name = _hash(cookie)
-        ends_s = self._cookies.get(name, 0.0)
-        if now_s + OVERLAP_S >= ends_s:
+        found = self._cookies.get(name)
+        if found is None or now_s + OVERLAP_S >= found.ends_s:
             return None
-        self._set(name, now_s + OVERLAP_S)
-        return self._new_cookie(now_s)
+        self._set(name, replace(found, ends_s=now_s + OVERLAP_S))
+        self._replaced[name] = found.sign_in
+        if len(self._replaced) > _MOST_REPLACED:
+            del self._replaced[next(iter(self._replaced))]
+        return self._new_cookie(now_s, found.sign_in)
 
-    def _new_cookie(self, now_s: float) -> str:
-        for name in [one for one, ends_s in self._cookies.items() if now_s >= ends_s]:
+    def _new_cookie(self, now_s: float, sign_in: str = "") -> str:
+        for name in [name for name, one in self._cookies.items() if now_s >= one.ends_s]:
             del self._cookies[name]
         cookie = secrets.token_urlsafe(32)
-        self._set(_hash(cookie), now_s + COOKIE_S)
+        name = _hash(cookie)
+        self._set(name, _Cookie(now_s + COOKIE_S, sign_in or name))
         return cookie
 
-    def _set(self, name: str, ends_s: float) -> None:
-        self._cookies[name] = ends_s
-        self._keep(name, ends_s)
+    def _set(self, name: str, cookie: _Cookie) -> None:
+        self._cookies[name] = cookie
+        self._keep(name, cookie.ends_s)
 
 
 def _hash(secret: str) -> str:

@@ -58,6 +58,7 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
     messages.EndTurn: _HOST,
     messages.Remove: _HOST,
     messages.Mute: _HOST,
+    messages.MuteAddress: _HOST,
     messages.MuteVoices: _HOST,
     messages.Lock: _HOST,
     messages.Close: _HOST,
@@ -65,6 +66,7 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
     messages.LimitSpeed: _HOST,
     messages.Announce: _HOST,
     messages.Invite: _HOST,
+    messages.SignOutOthers: _HOST,
     # Pages and requests.
     "GET /": _ANYBODY,
     "GET /assets": _ANYBODY,

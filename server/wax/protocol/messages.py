@@ -268,6 +268,20 @@ class Mute(_Incoming):
     muted: bool
 
 
+class MuteAddress(_Incoming):
+    """Ignore the Stop of everybody at an address, one of `Console.pressers`, or heed it again."""
+
+    type: Literal["mute_address"]
+    presser: Counter
+    muted: bool
+
+
+class SignOutOthers(_Incoming):
+    """Make everybody else who is signed in as the host a guest, and all unused host links void."""
+
+    type: Literal["sign_out_others"]
+
+
 class MuteVoices(_Incoming):
     """Let nobody speak through the robot, or let them speak again."""
 
@@ -809,13 +823,33 @@ class ConsoleViewer(_Outgoing):
     rendition: str | None
 
 
+class Presser(_Outgoing):
+    """An address, shortened, that has pressed Stop in the last minutes, or is `muted`.
+
+    `by` is who did so last, to be named after “by”; `presses` counts refused ones, too.
+    """
+
+    id: int
+    address: str
+    by: Sentence
+    presses: int
+    muted: bool
+
+
 class Console(_Outgoing):
-    """What only the host sees; sent when it changes. `opens_wall_ms` is as in `Ended`."""
+    """What only the host sees; sent when it changes. `opens_wall_ms` is as in `Ended`.
+
+    `pressers` are those of the last ten minutes, the newest first, without operators and hosts.
+    `reused` is the address, shortened, from which a host's cookie that had been replaced was used
+    again, null if none was: somebody may have a copy.
+    """
 
     type: Literal["console"] = "console"
     viewers: list[ConsoleViewer]
     closed: bool
     opens_wall_ms: float | None
+    pressers: list[Presser] = []
+    reused: str | None = None
 
 
 class InvitationLink(_Outgoing):
@@ -881,6 +915,7 @@ HostIn = (
     | EndTurn
     | Remove
     | Mute
+    | MuteAddress
     | MuteVoices
     | Lock
     | Close
@@ -888,6 +923,7 @@ HostIn = (
     | LimitSpeed
     | Announce
     | Invite
+    | SignOutOthers
 )
 StateIn = (
     SetName | Join | Leave | Here | Stop | Release | Want | Look | KeepTape | Received | HostIn

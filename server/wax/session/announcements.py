@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from wax.driver.interface import Driver, RobotState
     from wax.fanout.camera import Camera
     from wax.session.house import House
+    from wax.session.stop_authority import Presser
     from wax.session.viewer import Viewer
     from wax.session.voices import Voices
     from wax.streams.interface import Service
@@ -167,8 +168,9 @@ class Announcements:
             room=for_guests(room).model_copy(update={"viewers": first}),
         )
 
-    def console(self, viewers: Iterable[Viewer]) -> messages.Console:
+    def console(self, viewers: Iterable[Viewer], pressers: Iterable[Presser]) -> messages.Console:
         """Return what only the host sees."""
+        reused_at = self._access.reused_at
         lines = []
         for viewer in viewers:
             with viewer.boundary:
@@ -177,6 +179,17 @@ class Announcements:
             viewers=lines,
             closed=not self._access.is_open,
             opens_wall_ms=self._access.opens_wall_ms,
+            pressers=[
+                messages.Presser(
+                    id=one.number,
+                    address=shortened(one.address),
+                    by=one.by,
+                    presses=one.presses,
+                    muted=one.address in self._house.muted_addresses,
+                )
+                for one in pressers
+            ],
+            reused=None if reused_at is None else shortened(reused_at),
         )
 
     def _console_line(self, viewer: Viewer) -> messages.ConsoleViewer:

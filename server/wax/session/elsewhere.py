@@ -95,6 +95,10 @@ class Elsewhere:
         """Whether this browser watches elsewhere."""
         return self._seats.has(visitor.identity)
 
+    def since_s(self, address: str) -> dict[str, float]:
+        """Return since when each browser of an address watches elsewhere."""
+        return self._seats.since_s(address)
+
     def seat(self, visitor: Visitor, tab: str) -> messages.Elsewhere:
         """Return where somebody may watch; renews a seat that they have.
 

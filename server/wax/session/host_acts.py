@@ -18,12 +18,14 @@ if TYPE_CHECKING:
     from wax.control.turns import Turns
     from wax.records.records import Records
     from wax.session.house import House
+    from wax.session.stop_authority import StopAuthority
     from wax.session.viewer import Viewer
     from wax.session.viewers import Viewers
 
 _LOG = structlog.get_logger(__name__)
 
 REMOVED: Final = Sentence("door.removed")
+SIGNED_OUT: Final = Sentence("host.signed_out")
 _MAX_MESSAGE_CHARS: Final = 200
 
 
@@ -55,6 +57,7 @@ class HostActs:
         viewers: Viewers,
         records: Records,
         door: Door,
+        stops: StopAuthority,
         public_url: str = "",
     ) -> None:
         self._access = access
@@ -64,6 +67,7 @@ class HostActs:
         self._viewers = viewers
         self._records = records
         self._door = door
+        self._stops = stops
         self._public_url = public_url
 
     def handle(self, host: Viewer, act: messages.HostIn) -> None:
@@ -86,6 +90,8 @@ class HostActs:
                     self._control.end_turn()
             case messages.Mute():
                 self._mute(act)
+            case messages.MuteAddress():
+                self._stops.mute(act.presser, act.muted)
             case messages.MuteVoices():
                 self._house.are_voices_muted = act.muted
             case messages.Blank():
@@ -108,6 +114,10 @@ class HostActs:
                 self._check_all()
             case messages.Invite():
                 self._invite(host, act)
+            case messages.SignOutOthers():
+                n = self._access.sign_out_others(host.visitor)
+                self._check_all()
+                host.send(messages.Notice(text=Sentence("host.signed_out_others", {"n": n})))
             case _:
                 return False
         return True

@@ -15,8 +15,8 @@ class House:
     """`max_fraction` of the robot's speed is what guests may use; `message` is shown to all.
 
     While `is_blanked`, everybody sees a card instead of the picture and hears nothing, and the
-    robot stands. The Stop of the `muted` identities is not heard, and of voices nobody's while
-    `are_voices_muted`.
+    robot stands. The Stop of the `muted` identities, and of everybody at `muted_addresses` who does
+    not drive, is not heard, and of voices nobody's while `are_voices_muted`.
     """
 
     max_fraction: float = 1.0
@@ -24,6 +24,7 @@ class House:
     are_voices_muted: bool = False
     message: str = ""
     muted: set[str] = field(default_factory=set)
+    muted_addresses: set[str] = field(default_factory=set)
 
     @property
     def on_hold(self) -> Sentence | None:

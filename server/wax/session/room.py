@@ -16,7 +16,7 @@ from wax.session import names
 from wax.session.diagnosis import for_guests
 from wax.session.elsewhere import Elsewhere
 from wax.session.entry import Entry
-from wax.session.host_acts import HostActs
+from wax.session.host_acts import SIGNED_OUT, HostActs
 from wax.session.room_updates import RoomUpdates
 from wax.session.stop_authority import StopAuthority
 
@@ -109,6 +109,7 @@ class Room:
             turns=turns,
             control=control,
             keeper=keeper,
+            watch=self._watches_from,
         )
         self._host_acts = HostActs(
             access=access,
@@ -118,6 +119,7 @@ class Room:
             viewers=viewers,
             records=records,
             door=self,
+            stops=self._stops,
             public_url=settings.server.public_url,
         )
         self._entry = Entry(
@@ -286,6 +288,15 @@ class Room:
         self._stops.release(viewer, stop, None, is_host=visitor.is_host)
         self._viewers.changed()
 
+    def _watches_from(self, address: str) -> dict[str, float]:
+        """Return since when each browser of an address has watched, here or elsewhere."""
+        since_s = self._elsewhere.since_s(address)
+        for one in self._viewers:
+            if one.was_ready and one.visitor.address == address:
+                who = one.visitor.identity
+                since_s[who] = min(one.since_s, since_s.get(who, one.since_s))
+        return since_s
+
     def _acting(self, visitor: Visitor, tab: str | None) -> Viewer | None:
         """Return the viewer behind a request: the operator if this browser drives, else the tab."""
         own = self._viewers.of_identity(visitor.identity)
@@ -313,6 +324,10 @@ class Room:
         """Send away everybody who may not stay any more, and update what the others may."""
         for viewer in self._viewers:
             visitor = self._access.again(viewer.visitor)
+            if viewer.visitor.is_host and not visitor.is_host:
+                viewer.visitor = visitor
+                self.send_away(viewer, SIGNED_OUT)
+                continue
             try:
                 grant = self._access.admit(visitor)
             except NotAdmittedError as error:
@@ -398,7 +413,7 @@ class Room:
         hosts = [one for one in self._viewers if one.visitor.is_host and one.is_ready]
         if not hosts:
             return
-        text = self._announcements.console(self._viewers).model_dump_json()
+        text = self._announcements.console(self._viewers, self._stops.pressers()).model_dump_json()
         for host in hosts:
             host.send_text(text)
 

@@ -6,7 +6,7 @@ within minutes even where nobody tells the cluster.
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -30,6 +30,7 @@ class Seated:
     tab: str
     rooms: tuple[str, ...]
     until_s: float
+    since_s: float
 
     @property
     def person(self) -> str:
@@ -43,7 +44,7 @@ class Seats:
     def __init__(self) -> None:
         self._seats: dict[str, Seated] = {}
         self._tabs: Counter[str] = Counter()
-        self._addresses: Counter[str] = Counter()
+        self._addresses: defaultdict[str, set[str]] = defaultdict(set)
 
     def __len__(self) -> int:
         return len(self._seats)
@@ -58,7 +59,15 @@ class Seats:
 
     def at(self, address: str) -> int:
         """Return how many seats an address has."""
-        return self._addresses[address]
+        return len(self._addresses.get(address, ()))
+
+    def since_s(self, address: str) -> dict[str, float]:
+        """Return since when each browser of an address has had a seat."""
+        since_s: dict[str, float] = {}
+        for one in (self._seats[name] for name in self._addresses.get(address, ())):
+            who = one.visitor.identity
+            since_s[who] = min(one.since_s, since_s.get(who, one.since_s))
+        return since_s
 
     def of_identity(self, identity: str) -> list[Seated]:
         """Return all seats of one browser."""
@@ -72,18 +81,24 @@ class Seats:
 
     def give(self, visitor: Visitor, tab: str, rooms: Sequence[str], now_s: float) -> None:
         """Give a seat, or renew it."""
-        self.take(person(visitor.identity, tab))
-        seated = Seated(visitor, tab, tuple(rooms), now_s + SEAT_S)
+        before = self.take(person(visitor.identity, tab))
+        since_s = now_s if before is None else before.since_s
+        seated = Seated(visitor, tab, tuple(rooms), now_s + SEAT_S, since_s)
         self._seats[seated.person] = seated
         self._tabs[visitor.identity] += 1
-        self._addresses[visitor.address] += 1
+        self._addresses[visitor.address].add(seated.person)
 
     def take(self, name: str) -> Seated | None:
         """Take this person's seat and return it; None if they have none."""
         seated = self._seats.pop(name, None)
         if seated is not None:
-            _one_less(self._tabs, seated.visitor.identity)
-            _one_less(self._addresses, seated.visitor.address)
+            address = seated.visitor.address
+            self._tabs[seated.visitor.identity] -= 1
+            if not self._tabs[seated.visitor.identity]:
+                del self._tabs[seated.visitor.identity]
+            self._addresses[address].remove(name)
+            if not self._addresses[address]:
+                del self._addresses[address]
         return seated
 
     def expire(self, now_s: float) -> list[Seated]:
@@ -96,9 +111,3 @@ class Seats:
             self.take(seated.person)
             over.append(seated)
         return over
-
-
-def _one_less(counter: Counter[str], key: str) -> None:
-    counter[key] -= 1
-    if not counter[key]:
-        del counter[key]

@@ -1,14 +1,29 @@
-"""Who may press Stop, on the data channel or by HTTP; the latch decides who may release it."""
+"""Who may press Stop, on the data channel or by HTTP; the latch decides who may release it.
+
+Stop is for everybody, and so it is for whoever wants nobody to drive. Each person has a budget, and
+each address has one for all of its people together, in which every press counts, the first one too:
+otherwise forty browsers of one address would press forty times a minute. Part of it is kept for the
+first press a minute of those who are known: the few who have watched longest from there, and for at
+least `KNOWN_S`. So whoever was here before a flood of new browsers stops the robot all the same.
+
+The price: somebody new, at an address whose budget others have just used up, is not heard. It takes
+an attacker at their own address, and the robot was stopped twelve times within that minute. The
+operator's and the host's own presses always count, and so do everybody's at other addresses.
+The host sees who presses, by address, since browsers are cheap, and can ignore an address.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from wax.errors import ForbiddenError
 from wax.sentence import Sentence
-from wax.session.token_bucket import TokenBuckets
+from wax.session.minute_limits import MinuteLimits
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
     from wax.access.admission import Visitor
     from wax.clock import Clock
     from wax.config.settings import StopSettings
@@ -25,15 +40,29 @@ HOST: Final = Sentence("by.host")
 ELSEWHERE: Final = Sentence("by.elsewhere")
 TOO_OFTEN: Final = Sentence("stop.too_often")
 
+KNOWN_S: Final = 10.0
+MOST_KNOWN: Final = 8
+"""Of one address; fewer where its budget is small."""
 _MOST: Final = 1024
-_MINUTE_S: Final = 60.0
+_MOST_TOLD: Final = 8
+_TOLD_S: Final = 600.0
+
+
+@dataclass(slots=True)
+class Presser:
+    """An address that has pressed Stop: `by` whom last, and how often, refused `presses` too."""
+
+    number: int
+    address: str
+    by: Sentence
+    presses: int = 0
+    newest_s: float = 0.0
 
 
 class StopAuthority:
     """Checks requests to the stop latch.
 
-    The operator's and the host's own presses always count. Of the others' each person has a budget,
-    and so has each address; a person's first press counts even where the address has used up its.
+    `watch` returns who watches from an address, by identity, and since when.
     """
 
     def __init__(
@@ -45,6 +74,7 @@ class StopAuthority:
         turns: Turns,
         control: ControlLoop,
         keeper: RecordKeeper,
+        watch: Callable[[str], Mapping[str, float]],
     ) -> None:
         self._settings = settings
         self._clock = clock
@@ -52,10 +82,13 @@ class StopAuthority:
         self._turns = turns
         self._control = control
         self._keeper = keeper
-        person, address = settings.max_per_minute, settings.max_per_minute_per_address
-        self._first = TokenBuckets(rate_hz=1 / _MINUTE_S, burst=1, most=_MOST)
-        self._people = TokenBuckets(rate_hz=person / _MINUTE_S, burst=person, most=_MOST)
-        self._addresses = TokenBuckets(rate_hz=address / _MINUTE_S, burst=address, most=_MOST)
+        self._watch = watch
+        address = settings.max_per_minute_per_address
+        self._most_known = max(1, min(MOST_KNOWN, address // 2))
+        self._people = MinuteLimits(each=settings.max_per_minute, most=_MOST)
+        self._addresses = MinuteLimits(each=max(1, address - self._most_known), most=_MOST)
+        self._pressers: dict[str, Presser] = {}  # the newest last
+        self._numbers = 0
 
     def press(self, viewer: Viewer | None, *, is_host: bool) -> int:
         """Latch the stop before anything else; returns its number. Raises `ForbiddenError`.
@@ -63,13 +96,14 @@ class StopAuthority:
         `viewer` is None for a host without a page.
         """
         drives = viewer is not None and viewer.number == self._turns.operator
+        by = HOST if viewer is None else _named(viewer)
         if not (drives or is_host):
-            self._check(None if viewer is None else viewer.visitor)
-        return self._press(viewer, HOST if viewer is None else _named(viewer), is_host=is_host)
+            self._check(None if viewer is None else viewer.visitor, by)
+        return self._press(viewer, by, is_host=is_host)
 
     def press_elsewhere(self, visitor: Visitor) -> int:
         """Do the same for somebody who watches in a room of the cluster."""
-        self._check(visitor)
+        self._check(visitor, ELSEWHERE)
         return self._press(None, ELSEWHERE, is_host=False)
 
     def release(
@@ -82,6 +116,25 @@ class StopAuthority:
             raise ForbiddenError(refusal.value)
         self._keeper.stop_released(str(HOST) if viewer is None else viewer.name)
 
+    def pressers(self) -> list[Presser]:
+        """Return the addresses of the last ten minutes, and those that are ignored; newest first.
+
+        Without the operator's and the host's own presses.
+        """
+        since_s, muted = self._clock.now_s() - _TOLD_S, self._house.muted_addresses
+        told = [one for one in self._pressers.values() if one.newest_s >= since_s]
+        told += [one for one in self._pressers.values() if one.address in muted and one not in told]
+        return told[::-1]
+
+    def mute(self, number: int, is_muted: bool) -> None:
+        """Ignore the Stop of everybody at a presser's address, or heed it again."""
+        for one in self._pressers.values():
+            if one.number == number:
+                if is_muted:
+                    self._house.muted_addresses.add(one.address)
+                else:
+                    self._house.muted_addresses.discard(one.address)
+
     def _press(self, viewer: Viewer | None, by: Sentence, *, is_host: bool) -> int:
         number = self._control.press_stop(
             by, viewer=None if viewer is None else viewer.number, by_host=is_host
@@ -89,19 +142,49 @@ class StopAuthority:
         self._keeper.stop_pressed(viewer, str(by), number)
         return number
 
-    def _check(self, visitor: Visitor | None) -> None:
+    def _check(self, visitor: Visitor | None, by: Sentence) -> None:
         if visitor is None or self._settings.by != "everybody":
             raise ForbiddenError(ONLY_THE_OPERATOR_STOPS)
-        if visitor.identity in self._house.muted:
+        now_s = self._clock.now_s()
+        self._note(visitor.address, by, now_s)
+        house = self._house
+        if visitor.identity in house.muted or visitor.address in house.muted_addresses:
             raise ForbiddenError(MUTED)
-        if not self._has_budget(visitor):
+        if not self._has_budget(visitor, now_s):
             raise ForbiddenError(TOO_OFTEN)
 
-    def _has_budget(self, visitor: Visitor) -> bool:
-        now_s = self._clock.now_s()
-        is_first = self._first.take(visitor.identity, now_s)
-        is_within = self._people.take(visitor.identity, now_s)
-        return (self._addresses.take(visitor.address, now_s) and is_within) or is_first
+    def _has_budget(self, visitor: Visitor, now_s: float) -> bool:
+        """Whether this press counts; one beyond a person's own costs their address nothing."""
+        own = self._people.taken(visitor.identity, now_s)
+        return (
+            own < self._settings.max_per_minute
+            and (
+                self._addresses.take(visitor.address, now_s)
+                or (own == 0 and self._is_known(visitor, now_s))
+            )
+            and self._people.take(visitor.identity, now_s)
+        )
+
+    def _is_known(self, visitor: Visitor, now_s: float) -> bool:
+        """Whether somebody is among the few of their address who have watched longest."""
+        since = {who: (since_s, who) for who, since_s in self._watch(visitor.address).items()}
+        own = since.get(visitor.identity)
+        if own is None or now_s - own[0] < KNOWN_S:
+            return False
+        return sum(other < own for other in since.values()) < self._most_known
+
+    def _note(self, address: str, by: Sentence, now_s: float) -> None:
+        one = self._pressers.pop(address, None)
+        if one is None:
+            self._numbers += 1
+            one = Presser(self._numbers, address, by)
+        one.by, one.presses, one.newest_s = by, one.presses + 1, now_s
+        self._pressers[address] = one
+        if len(self._pressers) > _MOST_TOLD:
+            muted = self._house.muted_addresses
+            oldest = next((each for each in self._pressers if each not in muted), None)
+            if oldest is not None:
+                del self._pressers[oldest]
 
 
 def _named(viewer: Viewer) -> Sentence:

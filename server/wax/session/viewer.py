@@ -116,6 +116,7 @@ class Viewer:
         self.grant = grant
         self.tab = tab
         self.name = f"Guest {number}"
+        self.since_s = clock.now_s()
         self.peer: Peer | None = None
         self.link = LinkMonitor(clock.now_s())
         self._beats = Beats()
@@ -297,7 +298,12 @@ class Viewer:
     # --- from the page ---------------------------------------------------------------------
 
     def received(self, channel: Channel, data: str | bytes) -> None:
-        """Handle a message; never raises, since that would close the peer."""
+        """Handle a message; never raises, since that would close the peer.
+
+        Who was sent away has a connection for a moment longer, on which nothing counts any more.
+        """
+        if self.peer is None:
+            return
         now_s = self._clock.now_s()
         self.link.heard(now_s)
         if not self._limits[channel].take(now_s) and not _is_stop(channel, data):

@@ -2,6 +2,7 @@
 import { getAllByRole, getByRole, getByText, queryByRole, queryByText } from "@testing-library/dom";
 import { act } from "preact/test-utils";
 import { describe, expect, it } from "vitest";
+import type { Console } from "../messages";
 import { room } from "../testing/messages";
 import { says } from "../words/said";
 import { actions, body, button, drawsPage, show, showHost, state } from "./page.test.setup";
@@ -28,6 +29,8 @@ describe("the host's panel", () => {
         viewers: [{ ...line, round_trip_ms: 42, picture_ms: 80, rendition: "640x480" }],
         closed: false,
         opens_wall_ms: null,
+        pressers: [],
+        reused: null,
       };
     });
   }
@@ -54,6 +57,46 @@ describe("the host's panel", () => {
   it("offers nothing against a host", () => {
     showPeople();
     expect(getAllByRole(panel(), "button", { name: "Remove…" })).toHaveLength(1);
+  });
+
+  function tells(some: Partial<Console>): void {
+    state.console.value = {
+      type: "console",
+      viewers: [],
+      closed: false,
+      opens_wall_ms: null,
+      pressers: [],
+      reused: null,
+      ...some,
+    };
+  }
+
+  it("tells who pressed Stop, and asks before it ignores an address", () => {
+    showHost();
+    expect(queryByText(panel(), "Who pressed Stop")).toBeNull();
+    const by = { code: "by.named", values: { name: "Eve" } };
+    const presser = { id: 3, address: "192.0.2.0/24", by, presses: 46, muted: false };
+    act(() => tells({ pressers: [presser] }));
+    expect(panel().textContent).toContain("46 times, last by Eve 192.0.2.0/24");
+    act(() => within("Ignore Stop from there…").click());
+    act(() => within("Ignore").click());
+    act(() => tells({ pressers: [{ ...presser, muted: true }] }));
+    act(() => within("Heed Stop from there again").click());
+    asked(
+      { type: "mute_address", presser: 3, muted: true },
+      { type: "mute_address", presser: 3, muted: false },
+    );
+  });
+
+  it("warns of a copied cookie, and asks before it signs out the other hosts", () => {
+    showHost();
+    expect(queryByRole(panel(), "alert")).toBeNull();
+    act(() => tells({ reused: "198.51.100.0/24" }));
+    expect(getByRole(panel(), "alert").textContent).toContain("from 198.51.100.0/24");
+    act(() => within("Sign out the others…").click());
+    expect(actions.actAsHost).not.toHaveBeenCalled();
+    act(() => within("Sign them out").click());
+    asked({ type: "sign_out_others" });
   });
 
   it("asks once before it removes somebody, and takes no for an answer", () => {
@@ -101,7 +144,7 @@ describe("the host's panel", () => {
       const now = room({ watching: [1] });
       now.house.locked = true;
       state.room.value = now;
-      state.console.value = { type: "console", viewers: [], closed: true, opens_wall_ms: null };
+      tells({ closed: true });
     });
     act(() => within("Let strangers in again").click());
     act(() => within("Open").click());

@@ -110,7 +110,14 @@ export function showHost(options: Parameters<typeof room>[0] = { watching: [1] }
   show(options);
   act(() => {
     state.hello.value = hello({ viewer: 1, is_host: true });
-    state.console.value = { type: "console", viewers: [], closed: false, opens_wall_ms: null };
+    state.console.value = {
+      type: "console",
+      viewers: [],
+      closed: false,
+      opens_wall_ms: null,
+      pressers: [],
+      reused: null,
+    };
     state.panel.value = "host";
   });
 }

@@ -70,6 +70,10 @@ beforeEach(() => {
     type: "console",
     closed: true,
     opens_wall_ms: Date.now(),
+    pressers: [
+      { id: 1, address: "192.0.2.0/24", by: { code: "by.host" }, presses: 2, muted: false },
+    ],
+    reused: "192.0.2.0/24",
     viewers: [3, 4].map((id) => ({
       id,
       address: "",

@@ -3,9 +3,11 @@ import { useState } from "../context";
 import { ProofPanel } from "../ProofPanel";
 import { Calibration } from "./Calibration";
 import { Door } from "./Door";
+import { Hosts } from "./Hosts";
 import { Invitation } from "./Invitation";
 import { Message } from "./Message";
 import { People } from "./People";
+import { Pressers } from "./Pressers";
 import { Turns } from "./Turns";
 
 /** Only for the host: who is here, and what may be done about them. */
@@ -15,8 +17,10 @@ export function HostPanel() {
   return (
     <div class="host">
       <People />
+      <Pressers />
       <Turns />
       <Door />
+      <Hosts />
       <Invitation />
       <Message />
       <Calibration />

@@ -1,0 +1,38 @@
+"""How often a minute: at most so many within any minute, of each of many keys. Pure."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Final
+
+_MINUTE_S: Final = 60.0
+
+
+class MinuteLimits:
+    """Allows each key `each` within any 60 s; beyond `most` keys the least recent is dropped.
+
+    A token bucket of the same numbers would allow twice as many in its first minute.
+    """
+
+    def __init__(self, *, each: int, most: int) -> None:
+        self._each = each
+        self._most = most
+        self._taken_s: dict[str, deque[float]] = {}
+
+    def take(self, key: str, now_s: float) -> bool:
+        """Count one more of this key; False, uncounted, if there is none left."""
+        if self.taken(key, now_s) >= self._each:
+            return False
+        taken_s = self._taken_s.pop(key, None) or deque[float]()
+        taken_s.append(now_s)
+        self._taken_s[key] = taken_s
+        if len(self._taken_s) > self._most:
+            del self._taken_s[next(iter(self._taken_s))]
+        return True
+
+    def taken(self, key: str, now_s: float) -> int:
+        """Return how many this key has taken within the last minute."""
+        taken_s = self._taken_s.get(key, ())
+        while taken_s and now_s - taken_s[0] >= _MINUTE_S:
+            taken_s.popleft()
+        return len(taken_s)

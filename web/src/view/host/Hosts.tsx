@@ -1,0 +1,21 @@
+import { t } from "../../words/words";
+import { Ask } from "../Ask";
+import { useActions, useState } from "../context";
+
+/** Who else is signed in as the host: all of them can be made guests. */
+export function Hosts() {
+  const { console } = useState();
+  const { actAsHost } = useActions();
+  const reused = console.value?.reused;
+  return (
+    <section class="host-section" aria-labelledby="hosts-title">
+      <h3 id="hosts-title">{t("host.others")}</h3>
+      {reused && <p role="alert">{t("host.reused", { address: reused })}</p>}
+      <Ask
+        name={t("host.sign_out_name")}
+        question={t("host.sign_out_question")}
+        answers={{ [t("host.sign_out")]: () => actAsHost({ type: "sign_out_others" }) }}
+      />
+    </section>
+  );
+}
