@@ -8,16 +8,25 @@ from typing import TYPE_CHECKING, Final
 
 from wax.protocol.messages import MAX_NAME_CHARS
 from wax.sentence import Sentence
+from wax.session.lookalikes import skeleton
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
 _MAX_MARKS: Final = 2
 """Combining marks in a row: more of them paint over what is above."""
-_TITLES: Final = re.compile(
-    r"(the)?(host|admin|administrator|moderator|operator|server|wax|somebody)"
+_TITLES: Final = (
+    "host",
+    "admin",
+    "administrator",
+    "moderator",
+    "operator",
+    "server",
+    "wax",
+    "somebody",
 )
-_GUEST: Final = re.compile(r"guest\d+")
+_GUEST: Final = re.compile(r"guest[\dlo]+")
+"""0 and 1 look like O and l."""
 
 
 def clean_name(name: str) -> str:
@@ -27,14 +36,24 @@ def clean_name(name: str) -> str:
     return bounded.strip()[:MAX_NAME_CHARS].strip()
 
 
-def refusal(name: str, others: Iterable[str]) -> Sentence | None:
-    """Return why a guest may not be called so: it is a title, or the name of somebody else."""
-    folded = _folded(name)
-    if _TITLES.fullmatch(folded) or _GUEST.fullmatch(folded):
+def refusal(name: str, others: Iterable[str], robot: str = "") -> Sentence | None:
+    """Return why a guest may not be called so.
+
+    It is, or looks like, a title, what a guest is called without a name, the name of the `robot` or
+    of somebody else.
+    """
+    looks = _looks(name)
+    is_guest = any(_GUEST.fullmatch(one) for one in looks)
+    if is_guest or looks & _RESERVED or (robot and looks & _looks(robot)):
         return Sentence("name.title", {"name": name})
-    if any(_folded(other) == folded for other in others):
+    if any(_looks(other) & looks for other in others):
         return Sentence("name.taken", {"name": name})
     return None
+
+
+def _looks(name: str) -> set[str]:
+    """Return what a name is and what it looks like, which case may change: Ι is ι, and like l."""
+    return {_folded(name), _folded(skeleton(name))}
 
 
 def _folded(name: str) -> str:
@@ -50,3 +69,8 @@ def _without_piles(name: str) -> str:
         if marks <= _MAX_MARKS:
             kept.append(c)
     return "".join(kept)
+
+
+_RESERVED: Final = frozenset[str]().union(
+    *(_looks(article + title) for article in ("", "the") for title in _TITLES)
+)

@@ -211,7 +211,8 @@ class Room:
         others = (
             one.name for one in self._viewers if one.visitor.identity != viewer.visitor.identity
         )
-        why = None if not name or viewer.visitor.is_host else names.refusal(name, others)
+        robot = self._settings.page.name
+        why = None if not name or viewer.visitor.is_host else names.refusal(name, others, robot)
         if why is None:
             viewer.name = name or f"Guest {viewer.number}"
             self._viewers.changed()
