@@ -24,11 +24,12 @@ from wax.client import Client, Operator
 from wax.clock import SystemClock
 from wax.control.reasons import Refusal
 from wax.errors import SignallingError
-from wax.session.stop_authority import MUTED, TOO_OFTEN
+from wax.session.stop_authority import KNOWN_S, MUTED, TOO_OFTEN
 
 if TYPE_CHECKING:
     from asyncio import StreamReader, StreamWriter
     from collections.abc import AsyncIterator, Awaitable, Callable
+    from pathlib import Path
 
     from e2e.conftest import OpenViewer, Serve
     from e2e.harness.server import Server
@@ -137,6 +138,64 @@ async def test_stop_is_for_those_who_watch(server: Server, host: Operator, come:
         host.release(host.stopped or 0)
     assert str(MUTED) in await refusal(other.press_stop())
     assert await host.until(lambda: host.stopped is None)
+
+
+@pytest.mark.full
+async def test_a_flood_of_browsers_stops_no_more_than_its_address_may(
+    serve: Serve, tmp_path: Path
+) -> None:
+    """New ones press once each; whoever was there before is heard all the same, and the host sees
+    where it comes from, ignores it, and who drives goes on.
+    """
+    settings = toml.card_with(stop="max_per_minute_per_address = 4")
+    async with AsyncExitStack() as leaving, serve(tmp_path, settings) as server:
+
+        async def one(cookies: aiohttp.CookieJar | None = None) -> Operator:
+            return await leaving.enter_async_context(Operator(server.url, cookies=cookies))
+
+        host, known = await one(await server.host_cookies()), await one()
+        await asyncio.sleep(KNOWN_S + 0.5)
+        flood = [await one() for _ in range(5)]
+        for new in flood[:2]:
+            await new.press_stop()
+        for new in flood[2:]:
+            assert str(TOO_OFTEN) in await refusal(new.press_stop())
+        await known.press_stop()
+        assert await host.until(lambda: bool(host.newest("console").get("pressers")))
+        [presser] = host.newest("console")["pressers"]
+        host.say(type="mute_address", presser=presser["id"], muted=True)
+        host.release(host.stopped or 0)
+        assert await host.until(lambda: host.stopped is None)
+        assert str(MUTED) in await refusal(known.press_stop())
+
+
+async def test_nobody_waits_by_http_alone(server: Server, host: Operator) -> None:
+    """Where there are no rooms to watch in; no request leaves a place, or anybody in the room."""
+    _, before = await server.get("/api/status", host.cookies)
+    async with aiohttp.ClientSession(headers=_from(TROLLS)) as http:
+        for number in range(12):
+            body = {"client": f"waiting-{number:02}", "wants": "join"}
+            async with http.post(f"{server.url}/api/queue", json=body) as response:
+                assert response.status == 403
+            http.cookie_jar.clear()
+    _, after = await server.get("/api/status", host.cookies)
+    assert len(after["viewers"]) <= len(before["viewers"])
+    assert after["turn"]["number"] == before["turn"]["number"]
+
+
+async def test_a_copied_host_cookie_is_taken_back(serve: Serve, tmp_path: Path) -> None:
+    """By the host's other page it is a host's until then; afterwards it opens nothing."""
+    async with serve(tmp_path, toml.card_with()) as server:
+        mine, copied = await server.host_cookies(), await server.host_cookies()
+        async with (
+            Operator(server.url, cookies=mine) as host,
+            Operator(server.url, cookies=copied) as thief,
+        ):
+            assert (await server.get("/api/status", copied))[0] == 200
+            host.say(type="sign_out_others")
+            assert await thief.until(lambda: bool(thief.newest("ended")))
+            assert (await server.get("/api/status", copied))[0] == 403
+            assert (await server.get("/api/status", mine))[0] == 200
 
 
 async def test_the_hosts_stop_is_released_by_the_host(host: Operator, come: Come) -> None:
