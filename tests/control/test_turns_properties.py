@@ -166,11 +166,11 @@ class TurnsMachine(RuleBasedStateMachine):
         self.running, self.is_paused = None, False
 
     def lose_place(self, viewer: int) -> None:
-        called = self.called
-        is_called = called is not None and called.viewer == viewer and self.answered is None
+        called = self.called if viewer in self.missed else None
+        has_missed = called is not None and called.viewer == viewer and called.until_s <= self.now_s
         if viewer in self.lost:
             assert self.now_s >= self.lost_since_s[viewer] + self.policy.grace_s
-        elif viewer in self.away_since_s and not is_called:
+        elif viewer in self.away_since_s and not has_missed:
             assert self.now_s >= self.away_since_s[viewer] + COMES_S - EPSILON_S
             self.drop(viewer)
         else:
