@@ -213,7 +213,7 @@ async def test_an_address_whose_people_press_is_told_and_ignored(rig: Rig, host:
         "muted": False,
     }
     host.says(type="mute_address", presser=presser["id"], muted=True)
-    host.says(type="release", stop=1, sent_server_ms=rig.clock.time_s * 1000)
+    host.says(type="release", stop=1, sent_server_ms=rig.clock.time_s * 1000, beat=host.beat)
     bob.says(type="stop")
     assert bob.last("notice")["text"] == {"code": "stop.muted"}
     assert rig.loop.latched is None
