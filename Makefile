@@ -40,7 +40,7 @@ faults: ## break each link from finger to wheel while the robot drives: make fau
 	@sh .make/install.sh test
 	@sh .make/suite.sh faults $(ARGS)
 
-public: ## strangers who flood and dawdle while somebody drives: make public ARGS="--only slow-connections"
+public: ## hostile strangers while somebody drives, and bad days: make public ARGS="--only hostile-mix"
 	@sh .make/install.sh test
 	@sh .make/suite.sh public $(ARGS)
 

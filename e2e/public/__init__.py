@@ -1,1 +1,1 @@
-"""Open to the public: strangers who flood, dawdle and come back; ``python -m e2e.public``."""
+"""Open to the public: strangers who attack, and networks that fail; ``python -m e2e.public``."""

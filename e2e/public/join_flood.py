@@ -16,13 +16,13 @@ from e2e.measure.errors import MeasureError
 from e2e.measure.row import judged, summed
 from e2e.measure.summary import summarize
 from e2e.public.command_times import CommandTimes
+from e2e.public.hostile import begin
 from e2e.public.strangers import strangers
 
 if TYPE_CHECKING:
     from e2e.measure.row import Row
     from e2e.public.strangers import Strangers
 
-RATE_HZ: Final = 200.0
 MORE_MS: Final = 10.0
 FEWER_FPS: Final = 0.05
 MORE_MIB: Final = 100.0
@@ -59,7 +59,8 @@ async def join_flood(n: int, addresses: int, *, load: Load = LOAD) -> list[Row]:
             await asyncio.sleep(_SETTLE_S)
             calm = await _window(operator, n)
             before_mib = meter.rss_mib()
-            async with strangers("flooder", stage.server.port, RATE_HZ, n, addresses) as flood:
+            async with strangers("attacks", stage.server.port) as flood:
+                await begin(flood, f"offers-{addresses}", n)
                 memory = Peak(meter)
                 watching = asyncio.create_task(memory.watch())
                 hosts = asyncio.create_task(_hosts(joiner, n))
@@ -67,6 +68,7 @@ async def join_flood(n: int, addresses: int, *, load: Load = LOAD) -> list[Row]:
                 host_s = await hosts
                 guest = await _join(joiner, "guest")
                 account = await flood.account()
+                account["sent_hz"] = account["did"]["offers"] / n
             back_mib, back_s = await _back(meter, before_mib)
             watching.cancel()
             if changing.done():
@@ -76,9 +78,8 @@ async def join_flood(n: int, addresses: int, *, load: Load = LOAD) -> list[Row]:
         calm_ms = times.between(calm["since_s"], calm["until_s"])
         flooded_ms = times.between(flooded["since_s"], flooded["until_s"])
         stops = sum(flooded["since_s"] <= at_s <= flooded["until_s"] for at_s in times.stands_s)
-    key = f"join-flood-{addresses}"
     return _rows(
-        key,
+        f"join-flood-{addresses}",
         addresses,
         calm=calm_ms,
         flooded=flooded_ms,

@@ -12,6 +12,8 @@ import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev
 from e2e.faults.stage import LIGHT, staged
 from e2e.harness import toml
 from e2e.measure.row import counted, summed
+from e2e.public.attacks import ATTACKS
+from e2e.public.hostile import begin
 from e2e.public.strangers import strangers
 
 if TYPE_CHECKING:
@@ -19,19 +21,17 @@ if TYPE_CHECKING:
     from e2e.harness.server import Server
     from e2e.measure.row import Row
 
-NUMBER: Final = 500
-ADDRESSES: Final = 50
 CLOSED_S: Final = 10.0
 OTHERS_MS: Final = 200.0
 _OTHERS_EVERY_S: Final = 0.05
 _PATHS: Final = ("/", "/healthz", "/icon.svg")
 _BACK_S: Final = 5.0
 _LOOK_S: Final = 0.1
+_LASTS_S: Final = 20.0
+"""After that what is still open counts as never closed."""
 
 
-async def slow_connections(
-    n: int, *, number: int = NUMBER, addresses: int = ADDRESSES, load: Load = LIGHT
-) -> list[Row]:
+async def slow_connections(n: int, *, load: Load = LIGHT) -> list[Row]:
     """Open them all, `n` times one after the other; others ask 20 times a second meanwhile."""
     lasted_s: dict[str, list[float | None]] = {}
     others_ms: list[float | None] = []
@@ -41,7 +41,8 @@ async def slow_connections(
         await _ask(stage.server, "/")
         for _ in range(n):
             before = process.num_fds()
-            async with strangers("dawdler", stage.server.port, number, addresses) as dawdling:
+            async with strangers("attacks", stage.server.port) as dawdling:
+                await begin(dawdling, "slow", _LASTS_S)
                 asking = asyncio.create_task(_others(stage.server, others_ms))
                 account = await dawdling.account()
                 asking.cancel()
@@ -52,7 +53,7 @@ async def slow_connections(
     return [
         summed(
             "slow-connections",
-            f"{number} slow connections from {addresses} addresses: closed after",
+            f"{ATTACKS['slow'].what}: closed after",
             "s",
             every,
             CLOSED_S,
@@ -69,7 +70,7 @@ async def slow_connections(
             OTHERS_MS,
             judged="p99",
         ),
-        counted("slow-connections: left", "… descriptors that are left", left, n * number),
+        counted("slow-connections: left", "… descriptors that are left", left, len(every)),
     ]
 
 

@@ -1,4 +1,4 @@
-"""Raw HTTP from many loopback addresses: what floods and dawdles, in a process of its own."""
+"""Strangers in a process of their own, and the loopback addresses that they come from."""
 
 from __future__ import annotations
 

@@ -1,0 +1,152 @@
+"""What the hostile write, byte by byte: RTCP, SCTP, HTTP. Pure, and nothing of it is the server's.
+
+The server's parsers must not judge themselves: a mistake that both ends shared would be no attack.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from struct import pack, unpack_from
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+TRANSPORT_SEQUENCE: Final = (
+    "http://www.ietf.org/id/draft-holmer-rmcat-transport-wide-cc-extensions-01"
+)
+EXTENSION_ID: Final = 5
+"""Of the transport-wide sequence number, in the offers that `with_feedback` writes."""
+
+
+# --- RTCP ---------------------------------------------------------------------------------
+
+
+def rtcp(count: int, kind: int, body: bytes) -> bytes:
+    """Write one packet (RFC 3550, 6.4.1); `body` is of whole words."""
+    return pack("!BBH", 0x80 | count, kind, len(body) // 4) + body
+
+
+def announces_lost(first: int, packets: int) -> bytes:
+    """Write transport-wide feedback by which so many packets from `first` on never came."""
+    runs = [min(0x1FFF, packets - at) for at in range(0, packets, 0x1FFF)]
+    chunks = b"".join(pack("!H", run) for run in runs)
+    chunks += bytes(-len(chunks) % 4)
+    head = pack("!LLHHL", 1, 1, first & 0xFFFF, packets, 0)
+    return rtcp(15, 205, head + chunks)
+
+
+def announces_arrived(arrivals: Sequence[tuple[int, float]], count: int) -> bytes:
+    """Write honest feedback on consecutive packets: number, and when it came, s of any clock."""
+    reference = int(arrivals[0][1] / 0.064)
+    ticks = [round((at_s - reference * 0.064) / 0.000_25) for _, at_s in arrivals]
+    deltas = b"".join(pack("!h", after - before) for before, after in pairwise([0, *ticks]))
+    body = pack("!LLHHL", 1, 1, arrivals[0][0], len(arrivals), reference % 2**24 << 8 | count % 256)
+    body += pack("!H", 2 << 13 | len(arrivals)) + deltas
+    return rtcp(15, 205, body + bytes(-len(body) % 4))
+
+
+def nack(ssrc: int, newest: int, packets: int) -> bytes:
+    """Ask for so many packets up to `newest` again, seventeen in four bytes (RFC 4585, 6.2.1)."""
+    firsts = range(newest - packets + 1, newest + 1, 17)
+    wanted = b"".join(pack("!HH", first & 0xFFFF, 0xFFFF) for first in firsts)
+    return rtcp(1, 205, pack("!LL", 1, ssrc) + wanted)
+
+
+def receiver_report(ssrc: int) -> bytes:
+    """Write a report about nobody: the shortest valid RTCP (RFC 3550, 6.4.2)."""
+    return rtcp(0, 201, pack("!L", ssrc))
+
+
+def media_numbers(datagram: bytes) -> tuple[int, int, int | None] | None:
+    """Return SSRC, sequence number and transport-wide number of media; None for anything else."""
+    if len(datagram) < 12 or datagram[0] >> 6 != 2 or 192 <= datagram[1] <= 223:
+        return None
+    sequence, ssrc = unpack_from("!H4xL", datagram, 2)
+    at = 16 + 4 * (datagram[0] & 0x0F)
+    while datagram[0] & 0x10 and at + 3 <= len(datagram) and datagram[at]:
+        if datagram[at] >> 4 == EXTENSION_ID:
+            return ssrc, sequence, unpack_from("!H", datagram, at + 1)[0]
+        at += 2 + (datagram[at] & 0x0F)
+    return ssrc, sequence, None
+
+
+# --- SCTP ---------------------------------------------------------------------------------
+
+
+def _crc32c_table() -> list[int]:
+    table = []
+    for byte in range(256):
+        rest = byte
+        for _ in range(8):
+            rest = rest >> 1 ^ (0x82F63B78 if rest & 1 else 0)
+        table.append(rest)
+    return table
+
+
+_TABLE: Final = _crc32c_table()
+
+
+def sctp(tag: int, chunks: bytes) -> bytes:
+    """Write a packet of the association with this tag (RFC 9260, 3.1)."""
+    head = pack("!HHL", 5000, 5000, tag)
+    rest = 0xFFFFFFFF
+    for byte in head + bytes(4) + chunks:
+        rest = rest >> 8 ^ _TABLE[(rest ^ byte) & 0xFF]
+    return head + pack("<L", rest ^ 0xFFFFFFFF) + chunks
+
+
+def chunk(kind: int, body: bytes = b"") -> bytes:
+    """Write one chunk (RFC 9260, 3.2); `body` is of whole words."""
+    return pack("!BBH", kind, 0, 4 + len(body)) + body
+
+
+DEMANDING: Final = (
+    chunk(4),  # a heartbeat of nothing
+    chunk(7, pack("!L", 0)),  # a shutdown
+    chunk(130, pack("!HHLLL", 13, 16, 1, 1, 1)),  # to reset no stream that there is (RFC 6525)
+)
+"""The shortest chunks that demand an answer each."""
+
+
+def full_of(one: bytes) -> bytes:
+    """Repeat a chunk as often as a datagram holds it."""
+    return one * (1140 // len(one))
+
+
+# --- SDP and HTTP -------------------------------------------------------------------------
+
+
+def with_feedback(offer: str) -> str:
+    """Offer transport-wide feedback, as browsers do and aiortc does not."""
+    lines: list[str] = []
+    is_media = False
+    for line in offer.splitlines():
+        lines.append(line)
+        if line.startswith("m="):
+            is_media = line.startswith(("m=audio", "m=video"))
+        elif is_media and line.startswith("a=mid:"):
+            lines.append(f"a=extmap:{EXTENSION_ID} {TRANSPORT_SEQUENCE}")
+        elif is_media and line.startswith("a=rtpmap:") and " rtx/" not in line:
+            lines.append(f"a=rtcp-fb:{line[9:].split()[0]} transport-cc")
+    return "\r\n".join(lines) + "\r\n"
+
+
+def http(
+    method: str, path: str, *, body: bytes = b"", headers: Iterable[tuple[str, str]] = ()
+) -> bytes:
+    """Write a request; of several headers with one name, each gets its line."""
+    lines = [f"{method} {path} HTTP/1.1", "Host: 127.0.0.1"]
+    lines += [f"{name}: {value}" for name, value in headers]
+    if body:
+        lines += ["Content-Type: application/json", f"Content-Length: {len(body)}"]
+    return "\r\n".join([*lines, "", ""]).encode() + body
+
+
+def many_cookies(size_bytes: int) -> Sequence[tuple[str, str]]:
+    """Return `Cookie` headers of so many bytes in all, each as long as HTTP servers take.
+
+    No name is a name: a parser that is lenient tries each in every way that it knows.
+    """
+    line = "a a;" * 2000
+    return [("Cookie", line)] * (size_bytes // len(line))
