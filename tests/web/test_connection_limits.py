@@ -102,6 +102,20 @@ def test_when_all_are_at_work_nobody_makes_room() -> None:
     assert bed.enter("e", "e")
 
 
+def test_whoever_has_fewer_waits_for_no_answer() -> None:
+    """Addresses that fill the house at once keep nobody out, not even for the first second."""
+    bed = Bed(most=6, most_per_address=3)
+    for name in "abc":
+        bed.comes(name, "x", answers=True)
+    for name in "def":
+        bed.comes(name, "y", answers=True)
+    bed.comes("first", "guest")
+    assert bed.closed == ["a"]
+    bed.comes("second", "guest")
+    assert bed.closed == ["a", "d"]
+    assert bed.enter("third", "guest") is None, "now nobody has more"
+
+
 def test_a_proxys_connections_count_for_those_who_ask() -> None:
     """One client behind it has a share, others have their own, and waiting ones are the proxy's."""
     bed = Bed(most=9)

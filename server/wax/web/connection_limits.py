@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     State = Literal["idle", "reading", "answering"]
 
 _ANSWERS_S: Final = 1.0
-"""An answer under way is not broken off before."""
+"""An answer under way is not broken off before, but by an address that has fewer places."""
 
 
 class Place:
@@ -59,9 +59,11 @@ class ConnectionLimits:
         """Return a place, or None if there is none; `limited` addresses may have only so many."""
         own = self._by_address.get(address, ())
         if limited and len(own) >= self._most_per_address:
-            has_room = self._displace(own, now_s)
+            has_room = self._displace(own, now_s, least_s=_ANSWERS_S)
         elif self._number >= self._most:
-            has_room = self._displace(max(self._by_address.values(), key=len), now_s)
+            most = max(self._by_address.values(), key=len)
+            has_fewer = len(own) + 1 < len(most)
+            has_room = self._displace(most, now_s, least_s=0.0 if has_fewer else _ANSWERS_S)
         else:
             has_room = True
         if not has_room:
@@ -95,7 +97,11 @@ class ConnectionLimits:
         if place not in self or place.address == address:
             return True
         own = self._by_address.get(address, ())
-        if limited and len(own) >= self._most_per_address and not self._displace(own, now_s):
+        if (
+            limited
+            and len(own) >= self._most_per_address
+            and not self._displace(own, now_s, least_s=_ANSWERS_S)
+        ):
             self.refused += 1
             return False
         self.leave(place)
@@ -118,7 +124,7 @@ class ConnectionLimits:
         for place in [one for own in self._by_address.values() for one in own]:
             place.close()
 
-    def _displace(self, places: Collection[Place], now_s: float) -> bool:
+    def _displace(self, places: Collection[Place], now_s: float, *, least_s: float) -> bool:
         """Take the place from one of these; False if none of them has been at work for long."""
         first: dict[State, Place] = {}
         for place in places:
@@ -126,7 +132,7 @@ class ConnectionLimits:
         longest = first.get("idle") or first.get("reading") or first.get("answering")
         if longest is None:
             return False
-        if longest.state == "answering" and now_s - longest.since_s < _ANSWERS_S:
+        if longest.state == "answering" and now_s - longest.since_s < least_s:
             return False
         self.displaced += 1
         self.leave(longest)
