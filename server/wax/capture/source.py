@@ -35,11 +35,14 @@ class Picture:
 
     `i420` has shape ``(height * 3 // 2, width)``, dtype uint8: the luma plane on top, below it
     the two chroma planes. Width and height are even. The array is never changed afterwards.
-    `captured_s` is the moment of capture on the server's monotonic clock.
+    `captured_s` is the moment of capture on the server's monotonic clock. `within_s` is what that
+    may err by, counted as age where it is decided who may drive; None if nobody knows how old the
+    picture is: then people watch, and nobody drives by it.
     """
 
     i420: NDArray[np.uint8]
     captured_s: float
+    within_s: float | None = None
 
     @property
     def width(self) -> int:
@@ -50,11 +53,13 @@ class Picture:
         return int(self.i420.shape[0]) * 2 // 3
 
     @classmethod
-    def from_bgr(cls, bgr: NDArray[np.uint8], captured_s: float) -> Picture:
+    def from_bgr(
+        cls, bgr: NDArray[np.uint8], captured_s: float, within_s: float | None = None
+    ) -> Picture:
         """Convert an OpenCV image ``(height, width, 3)``; an odd edge is cut off."""
         height, width = bgr.shape[0] & ~1, bgr.shape[1] & ~1
         i420 = cv2.cvtColor(bgr[:height, :width], cv2.COLOR_BGR2YUV_I420)
-        return cls(i420=i420, captured_s=captured_s)  # type: ignore[arg-type]  # cv2 forgets the dtype
+        return cls(i420, captured_s, within_s)  # type: ignore[arg-type]  # cv2 forgets the dtype
 
 
 @dataclass(frozen=True, slots=True)

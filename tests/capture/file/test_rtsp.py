@@ -136,6 +136,7 @@ def test_the_newest_picture_is_shown(server: RealServer, transport: Transport) -
         assert 0.7 < pictures[-1].captured_s - late.captured_s < 1.5
         assert CLOCK.now_s() - pictures[-1].captured_s < 0.3
         assert pictures[-1].width == 320
+        assert pictures[-1].within_s is not None
     finally:
         source.close()
 

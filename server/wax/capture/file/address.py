@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
@@ -17,6 +18,7 @@ from av.error import (
 )
 from av.stream import Disposition
 
+from wax.capture.dating import Dating
 from wax.errors import SourceError
 from wax.sentence import Sentence
 
@@ -32,6 +34,16 @@ _TIMEOUT_S: Final = (5.0, 2.0)
 
 Transport = Literal["auto", "tcp", "udp"]
 
+_HTTP: Final = frozenset({"http", "https"})
+_NO_MULTIPART: Final = frozenset(
+    {
+        *(".jpg", ".jpeg", ".png", ".m3u8", ".mpd"),
+        *(".mp4", ".m4v", ".mov", ".ts", ".mkv", ".webm", ".flv", ".avi"),
+        *(".mp3", ".aac", ".ogg", ".opus", ".wav", ".flac"),
+    }
+)
+"""Endings of what is certainly something else, and need not be asked for twice."""
+
 _RTSP: Final = frozenset({"rtsp", "rtsps"})
 _TRANSPORT: Final[dict[Transport, dict[str, str]]] = {
     # UDP loses packets of keyframes, and with them pictures; TCP costs one round trip.
@@ -43,8 +55,22 @@ _TRANSPORT: Final[dict[Transport, dict[str, str]]] = {
 _AT_ONCE: Final = {"fflags": "nobuffer", "flags": "low_delay", "analyzeduration": "1000000"}
 """Nothing is kept back, and a stream is looked at for at most a second before it is shown."""
 
+_BARE_JPEG: Final = {"fpsprobesize": "0", "analyzeduration": "100000"}
+
 _LIVE_SCHEMES: Final = frozenset({"rtsp", "rtsps", "rtp", "rtmp", "rtmps", "udp", "srt", "tcp"})
+_DATAGRAMS: Final = frozenset({"udp", "rtp"})
+_UNBOUNDED: Final = frozenset({"mpegts", "mpeg"})
+"""Their packets of video do not say how long they are (ISO/IEC 13818-1, 2.4.3.7)."""
+
 _SEGMENTED: Final = frozenset({"hls", "dash"})
+_ONE_PICTURE: Final = ("image2", "_pipe")
+"""Demuxers of single pictures: whoever asks again and again may get an old one each time."""
+
+_NO_TIMESTAMPS: Final = 0x80
+_GENERIC_INDEX: Final = 0x100
+"""Flags of FFmpeg's demuxers (libavformat/avformat.h): its stamps are made up; a bare stream, whose
+parser finds where a picture ends."""
+
 _DEFAULT_PERIOD_S: Final = {"video": 0.04, "audio": 0.02}
 
 
@@ -96,7 +122,7 @@ def open_container(address: str, transport: Transport = "auto") -> InputContaine
             options = _TRANSPORT[transport] | _AT_ONCE
             return av.open(address, timeout=_TIMEOUT_S, options=options)
         if is_network(address):
-            return av.open(address, timeout=_TIMEOUT_S)
+            return _open_http(address) or av.open(address, timeout=_TIMEOUT_S)
         return av.open(f"file:{address}")
     except InvalidDataError:
         # By RTSP it is also what FFmpeg calls an answer that never came.
@@ -114,14 +140,69 @@ def open_container(address: str, transport: Transport = "auto") -> InputContaine
         raise SourceError(Sentence("file.not_open", {"name": name, "why": reason})) from None
 
 
+def _open_http(address: str) -> InputContainer | None:
+    """Open what may be a network camera's JPEG, or return None where there is none to ask for.
+
+    By itself FFmpeg takes most multipart JPEG for bare JPEG: it looks at it for 5 s, and shows each
+    picture only when the next one has begun; or, where the first boundary is missing, for nothing.
+    """
+    parts = urlsplit(address)
+    if parts.scheme not in _HTTP or Path(parts.path).suffix.lower() in _NO_MULTIPART:
+        return None
+    with suppress(InvalidDataError, EOFError):
+        return av.open(address, timeout=_TIMEOUT_S, format="mpjpeg")
+    try:
+        return av.open(address, timeout=_TIMEOUT_S)
+    except InvalidDataError:
+        found = av.open(address, timeout=_TIMEOUT_S, format="mjpeg", options=_BARE_JPEG)
+        if found.streams.video[0].width:
+            return found
+        found.close()
+        raise
+
+
 def is_live(address: str, container: InputContainer) -> bool:
     """Whether the remote end sets the pace, so that nothing may be queued here."""
     if not is_network(address):
         return False
     if urlsplit(address).scheme in _LIVE_SCHEMES:
         return True
+    if is_one_picture(container):
+        return False
     endless = container.duration is None and container.size <= 0  # no Content-Length
     return endless and container.format.name not in _SEGMENTED
+
+
+def is_one_picture(container: InputContainer) -> bool:
+    """Whether it is a still picture, as a camera's snapshot is."""
+    return container.format.name.endswith(_ONE_PICTURE)
+
+
+def has_own_clock(address: str, container: InputContainer) -> bool:
+    """Whether what is played and not live is a demonstration: a film of this machine's own.
+
+    It is played by our clock, so it is "captured" when it is shown. Everything else has waited
+    somewhere for nobody knows how long: segments, a film by HTTP, a snapshot, also one in a file,
+    which another program may write anew.
+    """
+    segmented = container.format.name in _SEGMENTED
+    return not (is_network(address) or segmented or is_one_picture(container))
+
+
+def live_dating(address: str, container: InputContainer, transport: Transport) -> Dating:
+    """Return what dates the packets of a live stream."""
+    return Dating(
+        stamped=not int(container.format.flags) & _NO_TIMESTAMPS,
+        queues=urlsplit(address).scheme not in _DATAGRAMS
+        and not (is_rtsp(address) and transport == "udp"),
+    )
+
+
+def ends_with_next(container: InputContainer) -> bool:
+    """Whether a picture is handed over only when the next one begins, which ends it."""
+    form = container.format
+    is_bare = int(form.flags) & _NO_TIMESTAMPS and int(form.flags) & _GENERIC_INDEX
+    return bool(is_bare) or form.name in _UNBOUNDED
 
 
 def find_tracks(container: InputContainer) -> dict[Kind, Track]:

@@ -6,8 +6,8 @@ two kinds of address:
 
 * **paced** (files, HLS, DASH): played at their own speed by their timestamps; reopened at the end,
   so that every pass is like the first, and continued without a gap;
-* **live** (RTSP, RTP, RTMP, SRT, endless HTTP, …): passed on as they arrive; the timeline follows
-  the shortest time from timestamp to arrival, so delay cannot build up.
+* **live** (RTSP, RTP, RTMP, SRT, endless HTTP, …): passed on as they arrive, so delay cannot build
+  up, and dated by their arrival and their stamps (`wax.capture.dating`).
 """
 
 from __future__ import annotations
@@ -15,19 +15,24 @@ from __future__ import annotations
 import threading
 from collections import deque
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import structlog
 from av.error import FFmpegError
 
+from wax.capture.dating import Dating, Repeats
 from wax.capture.file.address import (
     Kind,
     RefusedError,
     Track,
     Transport,
+    ends_with_next,
     find_tracks,
+    has_own_clock,
     is_live,
     is_network,
+    is_one_picture,
+    live_dating,
     open_container,
     shown_name,
 )
@@ -58,14 +63,15 @@ _PATIENCE_S: Final = 2.0
 _REBUFFER_S: Final = 0.5
 _STALL_S: Final = 1.0
 _SHORTEST_PASS_S: Final = 0.02
-_LIVE_JUMP_S: Final = 2.0
-_LIVE_RELAX: Final = 0.002
+_PICTURE_BY_PICTURE: Final = frozenset({"mjpeg", "jpeg2000", "png"})
+"""Codecs of which equal packets are equal pictures."""
 
 
 @dataclass(frozen=True, slots=True)
 class Coded:
     """A packet for its decoder, due at `due_s`; `zero_s` is the stream's time 0.
 
+    `within_s` is what the time of capture may err by, None if nobody knows it.
     A track other than the previous packet's means that a new pass has begun.
     """
 
@@ -73,6 +79,7 @@ class Coded:
     track: Track
     zero_s: float
     due_s: float
+    within_s: float | None
 
 
 @dataclass(slots=True)
@@ -118,6 +125,12 @@ class Demuxer:
         self._queues: dict[Kind, _Queue] = {kind: _Queue() for kind in wanted}
         self._condition = threading.Condition()
         self._zero_s: float | None = None
+        self._within_s: float | None = None
+        self._recorded = False
+        self._ends_with_next = False
+        self._handed_s: dict[int, float] = {}
+        self._dating = Dating(stamped=False)
+        self._repeats = Repeats()
         self._horizon_s = float("-inf")
         self._found: frozenset[Kind] | None = None
         self._failure: SourceError | None = None
@@ -222,6 +235,12 @@ class Demuxer:
         with open_container(self._address, self._transport) as container:
             found = find_tracks(container)
             self.live = is_live(self._address, container)
+            self._dating = live_dating(self._address, container, self._transport)
+            self._repeats = Repeats()
+            self._ends_with_next, self._handed_s = ends_with_next(container), {}
+            # A recording that comes as a live stream does, from a recorder, is one all the same.
+            self._recorded = container.duration is not None
+            self._within_s = 0.0 if has_own_clock(self._address, container) else None
             with self._condition:
                 self._found = frozenset(found)
                 self._condition.notify_all()
@@ -252,7 +271,8 @@ class Demuxer:
                     count += 1
                     yield packet
         except FFmpegError as error:
-            if self._network or not count:
+            # A snapshot without a length ends when its connection does.
+            if not count or (self._network and not is_one_picture(container)):
                 raise
             _LOG.warning("file is damaged; played as far as possible", file=self.name, why=error)
         if self.live:
@@ -280,39 +300,57 @@ class Demuxer:
         """Map a packet to the timeline and queue it."""
         time_base = packet.time_base
         stamp = packet.pts if packet.pts is not None else packet.dts
+        decoded_s = None if packet.dts is None else float(packet.dts * time_base)
         if stamp is None:
             # A bare elementary stream has no timestamps: count.
             stamp = packet.dts = round(ends_s[track.index] / time_base)
         time_s = float(stamp * time_base)
-        if duration_us and time_s > ends_s[track.index] + duration_us / 1e6 + 1:
+        if duration_us and not self.live and time_s > ends_s[track.index] + duration_us / 1e6 + 1:
             return  # a damaged timestamp: it would never be due
         length_s = float((packet.duration or 0) * time_base) or track.period_s
         ends_s[track.index] = max(ends_s[track.index], time_s + length_s)
         now_s = self._clock.now_s()
         with self._condition:
             self.delivered = True
-            zero_s = self._follow(time_s, now_s)
-            due_s = now_s if self.live else zero_s + time_s
+            if self.live:
+                repeats = self._repeated(packet, track, now_s)
+                if repeats == "again":
+                    return
+                came_s = self._arrival_s(track, now_s)
+                zero_s, within_s = self._dating.date(track.index, time_s, decoded_s, came_s)
+                if repeats == "old" or self._recorded:
+                    within_s = None
+                due_s = now_s
+            else:
+                zero_s, within_s = self._follow(time_s, now_s), self._within_s
+                due_s = zero_s + time_s
             longest_s = _KEPT_S + (0 if self.live else _AHEAD_STARVED_S)
-            self._queues[track.kind].put(Coded(packet, track, zero_s, due_s), longest_s)
+            self._queues[track.kind].put(Coded(packet, track, zero_s, due_s, within_s), longest_s)
             self._horizon_s = max(self._horizon_s, due_s)
             self._condition.notify_all()
 
     def _follow(self, time_s: float, now_s: float) -> float:
-        """Return the time of stream time 0, shifted if the network requires it."""
+        """Return the time of a paced stream's time 0, shifted if the network requires it."""
         arrived_s = now_s - time_s
         if self._zero_s is None:
             self._zero_s = arrived_s
         late_s = arrived_s - self._zero_s
-        if self.live:
-            if late_s < 0 or late_s > _LIVE_JUMP_S:
-                self._zero_s = arrived_s
-            else:
-                # Upwards only slowly: one late packet means little, a drifting clock makes many.
-                self._zero_s += late_s * _LIVE_RELAX
-        elif self._network and late_s > _REBUFFER_S:
+        if self._network and late_s > _REBUFFER_S:
             self._zero_s += late_s + _REBUFFER_S
         return self._zero_s
+
+    def _arrival_s(self, track: Track, now_s: float) -> float:
+        """Return when a packet had come: where the next one ends it, when the last was given."""
+        before_s = self._handed_s.get(track.index, now_s)
+        self._handed_s[track.index] = now_s
+        return before_s if self._ends_with_next and track.kind == "video" else now_s
+
+    def _repeated(
+        self, packet: Packet[Any], track: Track, now_s: float
+    ) -> Literal["new", "again", "old"]:
+        if track.kind != "video" or track.decoder.name not in _PICTURE_BY_PICTURE:
+            return "new"
+        return self._repeats.of(bytes(packet), now_s)
 
 
 def _pass_length_s(length_s: float, duration_us: int | None) -> float:

@@ -125,7 +125,8 @@ class MediaFile:
 class FileVideo(StreamDecoder):
     """The file's pictures, scaled to the configured size.
 
-    `captured_s` is when a picture is due on the file's timeline. In a long pause the last picture
+    `captured_s` is when a picture is due on the file's timeline; `wax.capture.file.demuxer` says
+    within what. In a long pause the last picture
     is repeated; a machine that is too slow skips late ones.
     """
 
@@ -143,6 +144,7 @@ class FileVideo(StreamDecoder):
         self._width, self._height = size
         self._frames: deque[tuple[VideoFrame, Coded]] = deque()
         self._shown: NDArray[np.uint8] | None = None
+        self._within_s: float | None = None
 
     def close(self) -> None:
         super().close()
@@ -186,17 +188,18 @@ class FileVideo(StreamDecoder):
             return self._show(frame, item, due_s)
 
     def _show(self, frame: VideoFrame, item: Coded, due_s: float) -> Picture:
+        self._within_s = item.within_s
         self._shown = fit_frame(
             frame, self._width, self._height, pixel_aspect=item.track.pixel_aspect
         )
         self.wait_until(due_s)
-        return Picture(i420=self._shown, captured_s=due_s)
+        return Picture(self._shown, due_s, item.within_s)
 
     def _repeat(self, until_s: float) -> Picture:
         self.wait_until(until_s)
         if self._shown is None:
             self._shown = black(self._width, self._height)
-        return Picture(i420=self._shown, captured_s=self.clock.now_s())
+        return Picture(self._shown, self.clock.now_s(), self._within_s)
 
 
 class FileAudio(StreamDecoder):
