@@ -38,7 +38,7 @@ class SteadyCamera:
         self._number += 1
         self._due_s += 1.0 / RATE_HZ
         time.sleep(max(0.0, self._due_s - time.monotonic()))
-        return Picture(self._pictures[self._number % 4], self._clock.now_s())
+        return Picture(self._pictures[self._number % 4], self._clock.now_s(), within_s=0.0)
 
     def close(self) -> None: ...
 

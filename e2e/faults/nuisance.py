@@ -15,6 +15,7 @@ from e2e.measure.row import judged
 from wax.config.settings import Settings
 from wax.control import gate
 from wax.control.gate import Command, TurnView
+from wax.control.picture_clock import PictureClock
 from wax.control.rules import Rules
 from wax.driver.interface import Limits
 
@@ -127,7 +128,14 @@ def replayed(found: Sequence[Arrival], one_way_s: float, max_age_ms: float) -> i
         max_age_s=max_age_ms / 1000,
         max_command_age_s=2.0,
     )
-    turn = TurnView(number=1, operator=_VIEWER, present=True, one_way_s=one_way_s, sees=False)
+    turn = TurnView(
+        number=1,
+        operator=_VIEWER,
+        present=True,
+        one_way_s=one_way_s,
+        sees=False,
+        picture=PictureClock(),
+    )
     state = gate.begin(1, found[0].sent_s)
     stops, moved, neutral = 0, False, True
     now_s, at = found[0].at_s, 0

@@ -31,6 +31,7 @@ from wax.capture.timestamp_overlay import TimestampOverlay
 from wax.cluster.cluster import Cluster, Sources
 from wax.cluster.rooms import published, upload_left_bps
 from wax.control.loop import ControlLoop
+from wax.control.picture_clock import PictureClock
 from wax.control.turns import Turns
 from wax.edge.turnstile import Turnstile
 from wax.encode.choice import choose
@@ -168,6 +169,7 @@ class App:
                     self._audio if settings.access.strangers_hear else None,
                 ),
             )
+        self._picture_clock = PictureClock()
         self._captures = self._make_captures(
             find_sources.make_sources(
                 settings.video,
@@ -212,6 +214,7 @@ class App:
             link_delay_s=viewers.link_delay_s,
             sees=viewers.sees,
             camera_fails=self._camera_fails,
+            picture_clock=lambda: self._picture_clock,
             on_hold=lambda: self._house.on_hold,
             max_fraction=viewers.max_fraction,
             on_events=each(
@@ -243,6 +246,7 @@ class App:
                 driver=self._driver,
                 turns=turns,
                 captures=self._captures,
+                picture_clock=lambda: self._picture_clock,
                 access=self._access,
                 house=self._house,
                 voices=self._voices,
@@ -303,6 +307,7 @@ class App:
                 clock=clock,
                 control=self._control,
                 captures=self._captures,
+                picture_clock=lambda: self._picture_clock,
                 is_stopping=self._stopping.is_set,
             ),
         )
@@ -459,9 +464,10 @@ class App:
         )
 
     def _camera_fails(self) -> bool:
-        """Whether nobody gets a picture from a camera that there is."""
+        """Whether nobody gets a picture to drive by from a camera that there is."""
         camera = self._captures.get("video")
-        return camera is not None and camera.problem is not None
+        is_doubted = self._picture_clock.is_doubted(self._clock.now_s())
+        return camera is not None and (camera.problem is not None or is_doubted)
 
     def _make_voices(self, counters: Counters, viewers: Viewers) -> Voices | None:
         if self._speaker is None:
@@ -514,7 +520,13 @@ class App:
         put: Callable[[Picture], None] = self._video.slot.put
         if self._settings.video.timestamp_overlay:
             put = TimestampOverlay(self._clock, put)
-        return lambda picture: put(self._blanking.picture(picture))
+
+        def take(picture: Picture) -> None:
+            # First, so that no command counts by a picture of which this is not yet known.
+            self._picture_clock = self._picture_clock.after(picture.captured_s, picture.within_s)
+            put(self._blanking.picture(picture))
+
+        return take
 
     def _take_sound(self, sound: Sound) -> None:
         """Handle sound, in the microphone's thread."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
+from wax.control.picture_clock import PictureClock
 from wax.control.rules import Rules
 from wax.driver.interface import Limits
 
@@ -25,3 +27,6 @@ RULES: Final = Rules(
     braking_rps2=8.0,
 )
 """A robot that stands soon enough at any speed, braked at once."""
+
+VOUCHED: Final = PictureClock(since_s=-math.inf)
+"""Of every picture it is known exactly when it was captured."""

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Final
 import pytest
 from cryptography.exceptions import InvalidTag
 from cryptography.hazmat.primitives.ciphers.aead import AESGCM
-from tests.control.rules import RULES
+from tests.control.rules import RULES, VOUCHED
 from tests.examples import share_of
 
 from wax.control import gate, stop_latch
@@ -403,7 +403,14 @@ class Trace:
 
     def _turn(self) -> TurnView:
         one_way_s = self.channel.delay_s
-        return TurnView(self.number, self.operator, present=True, one_way_s=one_way_s, sees=True)
+        return TurnView(
+            self.number,
+            self.operator,
+            present=True,
+            one_way_s=one_way_s,
+            sees=True,
+            picture=VOUCHED,
+        )
 
     def _hand_over(self) -> None:
         self.number, self.operator = self.number + 1, _other(self.operator)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from structlog.testing import capture_logs
+from tests.control.rules import VOUCHED
 from tests.turned_clock import Turnable, TurnedClock
 
 from wax.clock import SystemClock
@@ -139,6 +140,7 @@ class Bench:
             link_delay_s=self.delays_s.get,
             sees=self._sees,
             camera_fails=lambda: self.camera_fails,
+            picture_clock=lambda: VOUCHED,
             on_hold=lambda: self.on_hold,
             max_fraction=lambda _: self.max_fraction,
             on_events=self._on_events,
@@ -1188,6 +1190,7 @@ def live(
         link_delay_s=lambda _: 1.0,
         sees=lambda _: True,
         camera_fails=lambda: False,
+        picture_clock=lambda: VOUCHED,
         on_hold=lambda: None,
         max_fraction=lambda _: 1.0,
         on_events=lambda _: None,

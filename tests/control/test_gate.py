@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, get_args
 
 import pytest
-from tests.control.rules import RULES
+from tests.control.rules import RULES, VOUCHED
 
 from wax.control import gate
 from wax.control.command import Command
@@ -32,7 +32,9 @@ if TYPE_CHECKING:
     from wax.control.rules import Rules
 
 OPERATOR, OTHER = 7, 8
-TURN = TurnView(number=3, operator=OPERATOR, present=True, one_way_s=0.1, sees=True)
+TURN = TurnView(
+    number=3, operator=OPERATOR, present=True, one_way_s=0.1, sees=True, picture=VOUCHED
+)
 START_S = 100.0
 
 

@@ -7,11 +7,12 @@ from dataclasses import dataclass, field, replace
 
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.control.rules import RULES
+from tests.control.rules import RULES, VOUCHED
 from tests.examples import examples
 
 from wax.control import gate, ramp, stop_latch
 from wax.control.command import Command
+from wax.control.picture_clock import PictureClock
 from wax.control.reasons import Hold
 from wax.control.stop_latch import StopLatch
 from wax.control.turn_view import TurnView
@@ -82,6 +83,7 @@ class Judge:
     hold_s: float
     present: bool = True
     sees: bool = True
+    picture: PictureClock = VOUCHED
     taken_by: Aboard = LEAVES
     stopped: bool = False
     taken: list[Command] = field(default_factory=list)
@@ -90,7 +92,13 @@ class Judge:
 
     def turn(self) -> TurnView:
         return TurnView(
-            TURN, OPERATOR, self.present, self.one_way_s, self.sees, aboard=self.taken_by
+            TURN,
+            OPERATOR,
+            self.present,
+            self.one_way_s,
+            self.sees,
+            self.picture,
+            aboard=self.taken_by,
         )
 
     def hold(self, now_s: float) -> None:
@@ -128,7 +136,9 @@ class Judge:
     def sight(self, seen_s: float | None, now_s: float) -> str:
         if not self.sees:
             return "off"
-        age_s = math.inf if seen_s is None else now_s - seen_s - self.one_way_s
+        if seen_s is None or not seen_s >= self.picture.since_s:
+            return "none"
+        age_s = now_s - seen_s + self.picture.within_s - self.one_way_s
         return "clear" if age_s <= 0.4 else "late" if age_s <= 0.8 else "none"
 
     def allows(self, now_s: float) -> Command | None:
@@ -161,12 +171,18 @@ def expected(command: Command, sight: str) -> Twist:
 
 
 @examples(400)
-@given(st.lists(words, min_size=10, max_size=80), st.sampled_from([0.0, 0.02, 0.2]))
-def test_motion_only_by_the_rules(trace: list[Word], one_way_s: float) -> None:
+@given(
+    st.lists(words, min_size=10, max_size=80),
+    st.sampled_from([0.0, 0.02, 0.2]),
+    st.sampled_from([VOUCHED, VOUCHED, PictureClock(1000.5, 0.3), PictureClock(doubted_s=0.0)]),
+)
+def test_motion_only_by_the_rules(
+    trace: list[Word], one_way_s: float, picture: PictureClock
+) -> None:
     """Whatever repeats, overtakes, delays or lies: only the newest that keeps all rules moves."""
     now_s, seq = 1000.0, 10
     state, stop = gate.begin(TURN, now_s), StopLatch()
-    judge = Judge(one_way_s=one_way_s, hold_s=now_s)
+    judge = Judge(one_way_s=one_way_s, hold_s=now_s, picture=picture)
     for word in trace:
         now_s += word.gap_s
         turn = judge.turn()
@@ -233,7 +249,9 @@ def test_no_number_gets_past_the_gate(
     linear: float, angular: float, pan: float, sent_s: float, seen_s: float
 ) -> None:
     """NaN, infinity and what is out of range are refused, and the robot stands."""
-    turn = TurnView(number=TURN, operator=OPERATOR, present=True, one_way_s=0.3, sees=True)
+    turn = TurnView(
+        number=TURN, operator=OPERATOR, present=True, one_way_s=0.3, sees=True, picture=VOUCHED
+    )
     neutral = Command(1, TURN, 0.5, 0, 0, False, "fast", seen_s=0.5, heard_s=0.5)
     state, _ = gate.accept(
         gate.begin(TURN, 0.0), OPERATOR, neutral, turn=turn, now_s=0.5, rules=RULES
@@ -269,7 +287,7 @@ def test_no_number_of_the_robots_own_gets_out(
 ) -> None:
     """Whatever limits a driver gives, what comes out is within them and finite, or standstill."""
     rules = replace(RULES, limits=limits, max_stop_distance_m=distance_m, braking_mps2=braking_mps2)
-    turn = TurnView(TURN, OPERATOR, present=True, one_way_s=one_way_s, sees=True)
+    turn = TurnView(TURN, OPERATOR, present=True, one_way_s=one_way_s, sees=True, picture=VOUCHED)
     state = gate.begin(TURN, 0.0)
     for seq, (linear, angular) in enumerate([(0.0, 0.0), shares]):
         held = (linear, angular) != (0.0, 0.0)
@@ -296,7 +314,7 @@ def test_never_faster_by_more_than_the_acceleration(
 ) -> None:
     """What the robot is told is within its limits, and gets faster no sooner than it may."""
     rules = replace(RULES, soft_braking=soft_braking)
-    turn = TurnView(TURN, OPERATOR, present=True, one_way_s=None, sees=True)
+    turn = TurnView(TURN, OPERATOR, present=True, one_way_s=None, sees=True, picture=VOUCHED)
     now_s, told = 1000.0, STANDSTILL
     state = gate.begin(TURN, now_s)
     for seq, (gap_s, hands, picture_s) in enumerate([(0.02, (0.0, 0.0), 0.0), *trace]):

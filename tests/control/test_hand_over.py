@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import pytest
+from tests.control.rules import VOUCHED
 from tests.turned_clock import TurnedClock
 
 from wax.config.settings import DriveSettings, RobotSettings, TurnSettings
@@ -102,6 +103,7 @@ class Crowd:
             link_delay_s=lambda _: ONE_WAY_S,
             sees=lambda _: True,
             camera_fails=lambda: False,
+            picture_clock=lambda: VOUCHED,
             on_hold=lambda: None,
             max_fraction=lambda _: 1.0,
             on_events=self._on_events,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.control.rules import RULES
+from tests.control.rules import RULES, VOUCHED
 from tests.examples import examples
 
 from wax.config.controls import ControlSettings
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from wax.driver.interface import ControlValue
 
 A, B = 1, 2
-TURN = TurnView(number=7, operator=A, present=True, one_way_s=0.1, sees=True)
+TURN = TurnView(number=7, operator=A, present=True, one_way_s=0.1, sees=True, picture=VOUCHED)
 TTL_S = RULES.max_age_s + 0.1
 CONTROLS = Controls(
     [

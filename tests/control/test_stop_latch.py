@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from tests.control.rules import VOUCHED
 
 from wax.control.reasons import Refusal
 from wax.control.stop_latch import LatchedStop, Releaser, StopLatch, press, release
@@ -13,7 +14,7 @@ from wax.control.turn_view import TurnView
 from wax.sentence import says
 
 ADA, BOB = 1, 2
-TURN = TurnView(number=3, operator=ADA, present=True, one_way_s=0.1, sees=True)
+TURN = TurnView(number=3, operator=ADA, present=True, one_way_s=0.1, sees=True, picture=VOUCHED)
 PRESSED = press(press(StopLatch(newest=1), says("Bob"), 90.0), says("Eve"), 100.0)
 NOW_S = 101.0
 

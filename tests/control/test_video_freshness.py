@@ -6,12 +6,12 @@ import math
 from dataclasses import replace
 
 import pytest
-from tests.control.rules import RULES
+from tests.control.rules import RULES, VOUCHED
 
 from wax.control.turn_view import TurnView
 from wax.control.video_freshness import VideoFreshness, credible_seen_s, judge
 
-TURN = TurnView(number=1, operator=1, present=True, one_way_s=0.125, sees=True)
+TURN = TurnView(number=1, operator=1, present=True, one_way_s=0.125, sees=True, picture=VOUCHED)
 
 
 @pytest.mark.parametrize(

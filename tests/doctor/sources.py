@@ -29,6 +29,19 @@ class DeafOnTheLeft(Muted):
         return Sound(samples=np.column_stack((zeros, zeros + 900)), captured_s=0.0)
 
 
+class Undated:
+    """A camera that does not say within what its times of capture are right."""
+
+    def __init__(self, settings: object, clock: object) -> None: ...
+
+    def open(self) -> None: ...
+
+    def read(self) -> Picture:
+        return Picture(np.zeros((72, 64), np.uint8), captured_s=0.0)
+
+    def close(self) -> None: ...
+
+
 class Dark:
     """A camera that opens and gives nothing."""
 

@@ -7,6 +7,8 @@ import pty
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+import cv2
+import numpy as np
 import pytest
 import serial
 from tests.doctor.sources import Dark
@@ -40,6 +42,19 @@ def test_a_camera_that_gives_pictures_is_well() -> None:
     """It is opened, and the size of a picture is told."""
     verdict = _camera("testcard")
     assert (verdict.level, "640×480" in verdict.sentence) == ("ok", True)
+
+
+def test_a_camera_by_which_nobody_drives_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its pictures can be watched; the sentence says why nobody drives, and what to do."""
+    monkeypatch.setattr(devices, "_DATED_S", 0.05)
+    plugin = _camera("tests.doctor.sources:Undated")
+    assert (plugin.level, "within_s" in plugin.advice) == ("warning", True)
+    still = tmp_path / "snapshot.png"
+    cv2.imwrite(str(still), np.zeros((48, 64, 3), np.uint8))
+    picture = _camera(str(still))
+    assert (picture.level, "nobody knows how old" in picture.advice) == ("warning", True)
 
 
 @pytest.mark.parametrize(

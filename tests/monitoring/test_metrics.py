@@ -15,6 +15,7 @@ from tests.turned_clock import TurnedClock
 
 from wax.config.settings import MetricSettings
 from wax.control.lateness import Lateness
+from wax.control.picture_clock import PictureClock
 from wax.errors import StartError
 from wax.monitoring.listener import MetricsListener
 from wax.monitoring.metrics import Metrics
@@ -209,12 +210,23 @@ class Rig:
         self.video = SimpleNamespace(problem=None)
         self.audio = SimpleNamespace(problem=None)
         self.is_stopping = False
+        self.picture_clock = PictureClock()
         self.readiness = Readiness(
             clock=self.clock,
             control=cast("ControlLoop", self.control),
             captures=cast("Any", {"video": self.video, "audio": self.audio}),
+            picture_clock=lambda: self.picture_clock,
             is_stopping=lambda: self.is_stopping,
         )
+
+
+def test_not_ready_by_pictures_of_unknown_age() -> None:
+    """A server by whose camera one may only watch is not ready, once that lasts."""
+    rig = Rig()
+    rig.picture_clock = rig.picture_clock.after(rig.clock.time_s, None)
+    assert rig.readiness() == {}
+    rig.control.stepped_s = rig.clock.time_s = rig.clock.time_s + 3.1
+    assert "nobody knows how old it is" in rig.readiness()["camera"]
 
 
 def test_ready_is_when_somebody_could_drive() -> None:

@@ -26,12 +26,13 @@ _CONTROL: Final[dict[str, tuple[str, ...]]] = {
     "beats": ("test_beats",),
     "command": _GATE,
     "command_freshness": ("test_command_freshness", *_GATE),
-    "gate": _GATE,
+    "gate": ("test_picture_clock", *_GATE),
     "lateness": ("test_lateness",),
     "local_hand": ("test_local_hand", "test_local_hand_properties"),
     "loop": _LOOP,
     "loop_timer": ("test_loop_timer", *_LOOP),
     "operator_delay": ("test_operator_delay", *_LOOP),
+    "picture_clock": ("test_picture_clock",),
     "ramp": ("test_ramp", *_LOOP),
     "reasons": (*_GATE, *_LOOP),
     "rules": ("test_rules", *_LOOP),
@@ -40,7 +41,7 @@ _CONTROL: Final[dict[str, tuple[str, ...]]] = {
     "stop_latch": ("test_stop_latch", *_LOOP),
     "stopping_distance": ("test_stopping_distance", "test_speed"),
     "turns": ("test_turns", "test_turns_properties"),
-    "video_freshness": ("test_video_freshness", *_GATE),
+    "video_freshness": ("test_video_freshness", "test_picture_clock", *_GATE),
 }
 _ROBOT: Final[dict[str, tuple[str, ...]]] = {
     "hand/line": ("test_hand_line",),

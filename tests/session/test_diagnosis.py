@@ -37,7 +37,7 @@ def _failing(**more: Any) -> messages.RoomState:
     named = Sentence("camera.named", {"name": "Door", "problem": FILE})
     parts = {
         "robot": _robot(LOST),
-        "video": source,
+        "video": messages.ViewStatus(problem=FILE, undated=FILE),
         "audio": source,
         "voice": messages.VoiceInfo(speaker=None, muted=False, problem=FILE),
         "cameras": [messages.SourceStatus(problem=named), messages.SourceStatus(problem=None)],
@@ -52,7 +52,10 @@ def test_a_guest_reads_what_a_fault_means_and_no_particulars() -> None:
     """Whatever fails is told in a plain sentence of its own, without path, port or address."""
     told = json.loads(for_guests(_failing()).model_dump_json())
     assert told["robot"]["problem"] == {"code": "robot.trouble"}
-    assert told["video"]["problem"] == {"code": "camera.trouble"}
+    assert told["video"] == {
+        "problem": {"code": "camera.trouble"},
+        "undated": {"code": "drive.undated"},
+    }
     assert told["audio"]["problem"] == {"code": "microphone.trouble"}
     assert told["voice"]["problem"] == {"code": "speaker.silent"}
     door = {"name": "Door", "problem": {"code": "camera.trouble"}}

@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 import pytest
+from tests.control.rules import VOUCHED
 from tests.rtc.networks import network
 from tests.turned_clock import TurnedClock
 from tests.visitors import TAB, make_access, visitor
@@ -170,6 +171,7 @@ class Rig:
             upload_bps=settings.network.upload_bps,
         )
         self.house = House()
+        self.picture_clock = VOUCHED
         self.records = Records(self.clock)
         self.access = make_access(self.records, self.clock, settings.access)
         self.viewers = Viewers(sync=settings.sync, turns=turns, has_camera=True, house=self.house)
@@ -188,6 +190,7 @@ class Rig:
             link_delay_s=self.viewers.link_delay_s,
             sees=self.viewers.sees,
             camera_fails=lambda: False,
+            picture_clock=lambda: self.picture_clock,
             on_hold=lambda: self.house.on_hold,
             max_fraction=self.viewers.max_fraction,
             on_events=self.viewers.turn_events,
@@ -209,6 +212,7 @@ class Rig:
                 driver=self.robot,
                 turns=turns,
                 captures={"video": cast("SourceThread[Picture]", self.camera)},
+                picture_clock=lambda: self.picture_clock,
                 access=self.access,
                 house=self.house,
             ),

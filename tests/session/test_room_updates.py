@@ -51,7 +51,7 @@ def room(*viewers: messages.ViewerInfo, **more: Any) -> messages.RoomState:
         "house": messages.House(
             held=False, locked=False, blanked=False, message="", max_fraction=1.0
         ),
-        "video": messages.SourceStatus(problem=None),
+        "video": messages.ViewStatus(problem=None),
         "audio": messages.SourceStatus(problem=None),
         "tape": None,
         "aboard": None,

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from wax.capture.source import Picture, Sound
-
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from wax.capture.source import Picture, Sound
 
 _BLACK: Final = 16
 _GREY: Final = 128
@@ -33,7 +33,7 @@ class Blanking:
             return picture
         black = np.full_like(picture.i420, _GREY)
         black[: picture.height] = _BLACK
-        return Picture(black, picture.captured_s)
+        return replace(picture, i420=black)
 
     def sound(self, sound: Sound) -> Sound:
         """Return the sound, or as much silence."""

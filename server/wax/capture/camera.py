@@ -32,6 +32,9 @@ _OPEN_S: Final = 8.0
 _RAW_MAX_BYTES_PER_S: Final = 20_000_000
 """More than this does not fit through USB 2 uncompressed: request Motion JPEG."""
 
+_WITHIN_S: Final = 0.1
+"""Exposure and transfer of common USB cameras take 20 to 60 ms, and one frame may wait."""
+
 _IS_MAC: Final = sys.platform == "darwin"
 
 
@@ -61,8 +64,7 @@ class OpenCvCamera:
     """A camera by number (``0``) or path (``/dev/video0``), at the size and rate of the settings.
 
     If the camera delivers another size, the picture is scaled in proportion, with bars.
-    `captured_s` is when OpenCV received the frame; exposure and transfer before that, 20 to 60 ms
-    for common USB cameras, are unknown.
+    `captured_s` is when OpenCV received the frame.
 
     OpenCV's reads cannot be interrupted (V4L2 waits 10 s for a frame), so each opening has a thread
     that grabs frames, and `read` gives up on it after 1.8 s. A hung thread is abandoned: it
@@ -97,7 +99,7 @@ class OpenCvCamera:
             raise SourceError(f"{self.name} was read before it was opened.")
         bgr, captured_s = self._grabber.newest(_SILENT_S)
         fitted = fit_bgr(bgr, self._settings.width, self._settings.height)
-        return Picture.from_bgr(fitted, captured_s)
+        return Picture.from_bgr(fitted, captured_s, _WITHIN_S)
 
     def close(self) -> None:
         grabber, self._grabber = self._grabber, None

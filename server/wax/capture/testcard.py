@@ -120,7 +120,7 @@ class TestCardVideo:
         self._frame = max(self._frame, math.floor(late))
         _sleep_until(self._start_s + self._frame / self._fps, self._clock, self._sleep)
         captured_s, wall_ms = self._clock.now_s(), self._clock.wall_ms()
-        picture = Picture(i420=self._draw(wall_ms), captured_s=captured_s)
+        picture = Picture(self._draw(wall_ms), captured_s, within_s=0.0)
         self._frame += 1
         return picture
 

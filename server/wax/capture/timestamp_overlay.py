@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
 
-from wax.capture.source import Picture
-
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
+    from wax.capture.source import Picture
     from wax.clock import Clock
 
 _FONT: Final = cv2.FONT_HERSHEY_SIMPLEX
@@ -51,7 +51,7 @@ def overlay_time(picture: Picture, wall_ms: int) -> Picture:
     i420 = picture.i420.copy()
     luma = i420[: picture.height]
     draw_text(luma, wall_text(wall_ms), bottom=picture.height - max(2, picture.height // 40))
-    return Picture(i420=i420, captured_s=picture.captured_s)
+    return replace(picture, i420=i420)
 
 
 def draw_text(luma: NDArray[np.uint8], text: str, *, bottom: int) -> None:

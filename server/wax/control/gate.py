@@ -155,7 +155,7 @@ def decide(
     if command is None:
         return state, _held_back(state)
     seen = video_freshness.judge(command.seen_s, now_s, turn, rules)
-    lapse = _lapse(command, seen, now_s, ttl_s)
+    lapse = _lapse(command, seen, turn, now_s, ttl_s)
     if now_s - state.well_s > LAPSE_S:
         state = require_neutral(state, now_s, Hold.LAPSED)
         return state, _held_back(state)
@@ -206,7 +206,7 @@ def _unseeing(
 ) -> Refusal | None:
     """Refuse to start driving without a picture: nobody reacts to a picture they do not see."""
     is_blind = video_freshness.judge(seen_s, now_s, turn, rules) is VideoFreshness.NONE
-    return Refusal.BLIND if is_blind and state.command is None else None
+    return _blind(turn) if is_blind and state.command is None else None
 
 
 def _refusal(state: GateState, turn: TurnView) -> Sentence:
@@ -223,11 +223,18 @@ def _held_back(state: GateState) -> Setpoint:
     return Setpoint(reason=(state.refused or state.hold).value, soft=state.hold is Hold.LAPSED)
 
 
-def _lapse(command: Command, seen: VideoFreshness, now_s: float, ttl_s: float) -> Refusal | None:
+def _lapse(
+    command: Command, seen: VideoFreshness, turn: TurnView, now_s: float, ttl_s: float
+) -> Refusal | None:
     """Return what is interrupted now and may be back in a moment."""
     if is_too_old(command.sent_s, now_s, ttl_s):
         return Refusal.TOO_OLD
-    return Refusal.BLIND if seen is VideoFreshness.NONE else None
+    return _blind(turn) if seen is VideoFreshness.NONE else None
+
+
+def _blind(turn: TurnView) -> Refusal:
+    """Return why there is no picture to drive by."""
+    return Refusal.BLIND if turn.picture.doubted_s is None else Refusal.UNDATED
 
 
 def _driven(

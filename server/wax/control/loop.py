@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from wax.control.fairness import Person
     from wax.control.lateness import Lateness
     from wax.control.operation import Operation
+    from wax.control.picture_clock import PictureClock
     from wax.control.reasons import Refusal
     from wax.control.stop_latch import LatchedStop, Releaser
     from wax.control.turns import TurnEvent, Turns
@@ -53,8 +54,9 @@ class ControlLoop:
     `link_delay_s` returns the operator's one-way delay; it is called until somebody can drive with
     it, and again when the turn renews or the operator reconnects. `sees` returns whether a viewer
     wants the picture: False if it is switched off or the robot has no camera. `camera_fails`
-    returns whether nobody gets a picture, `on_hold` why nobody may drive by the host's wish,
-    `max_fraction` how much of the robot's speed the host lets a viewer use.
+    returns whether nobody gets a picture to drive by, `picture_clock` whose word its age is,
+    `on_hold` why nobody may drive by the host's wish, `max_fraction` how much of the robot's speed
+    the host lets a viewer use.
     `on_events` gets every change of the turns. `on_status` gets the operator, whether the robot
     moves, a sentence if it is held or slowed, and what part of the speed asked for is left to it,
     whenever one of them changes. `witness` hears of every command and set-point. `controls` are
@@ -72,6 +74,7 @@ class ControlLoop:
         link_delay_s: Callable[[int], float | None],
         sees: Callable[[int], bool],
         camera_fails: Callable[[], bool],
+        picture_clock: Callable[[], PictureClock],
         on_hold: Callable[[], Sentence | None],
         max_fraction: Callable[[int], float],
         on_events: Callable[[tuple[TurnEvent, ...]], None],
@@ -87,6 +90,7 @@ class ControlLoop:
         self._operator_delay = OperatorDelay(link_delay_s, self._rules)
         self._sees = sees
         self._camera_fails = camera_fails
+        self._picture_clock = picture_clock
         self._on_hold = on_hold
         self._max_fraction = max_fraction
         self._on_events = on_events
@@ -428,6 +432,7 @@ class ControlLoop:
             present=operator is not None and not self._turns.is_lost(operator),
             one_way_s=self._operator_delay.one_way_s(operator),
             sees=operator is not None and self._sees(operator),
+            picture=self._picture_clock(),
             max_fraction=0.0 if operator is None else self._max_fraction(operator),
             aboard=self._safe_driver.state.aboard,
         )

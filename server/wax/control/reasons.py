@@ -29,6 +29,7 @@ class Refusal(Enum):
     TOO_OLD = Sentence("drive.too_old")
     FROM_FUTURE = Sentence("drive.from_future")
     BLIND = Sentence("drive.blind")
+    UNDATED = Sentence("drive.undated")
     NOT_YOUR_STOP = Sentence("stop.not_yours")
     THE_HOSTS_STOP = Sentence("stop.the_hosts")
     OTHER_STOP = Sentence("stop.other")

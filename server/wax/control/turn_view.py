@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from wax.control.picture_clock import PictureClock
     from wax.driver.interface import Aboard
 
 
@@ -15,7 +16,8 @@ class TurnView:
 
     `present` is false while the operator's connection is lost. `one_way_s` is the delay of
     their link, measured at the start of the turn, None if unknown. `sees` is false if the picture
-    is switched off on purpose or the robot has no camera. `max_fraction` is how much of the robot's
+    is switched off on purpose or the robot has no camera. `picture` is whose word the age of the
+    driving view is. `max_fraction` is how much of the robot's
     speed the host lets them use. `aboard` is what the robot last told of the person aboard, None
     where there is none.
     """
@@ -25,5 +27,6 @@ class TurnView:
     present: bool
     one_way_s: float | None
     sees: bool
+    picture: PictureClock
     max_fraction: float = 1.0
     aboard: Aboard | None = None

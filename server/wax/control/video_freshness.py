@@ -1,8 +1,10 @@
 """How fresh the operator's picture is: fresh, late, switched off, or too old to drive by.
 
 Its age is that of the newest picture on the operator's screen, as each command reports it, minus
-the one-way delay of their link. It grows between commands too. An operator who has switched the
-picture off, or drives a robot without a camera, knows that they see nothing. NaN is never fresh.
+the one-way delay of their link, plus what the source's clock may err by: a picture that nobody
+vouches for (`PictureClock`) is as good as none. The age grows between commands too. An operator who
+has switched the picture off, or drives a robot without a camera, knows that they see nothing. NaN
+is never fresh.
 """
 
 from __future__ import annotations
@@ -41,9 +43,9 @@ def judge(seen_s: float | None, now_s: float, turn: TurnView, rules: Rules) -> V
     """Judge at `now_s` the picture of an operator whose newest was captured at `seen_s`."""
     if not turn.sees:
         return VideoFreshness.OFF
-    if seen_s is None:
+    if seen_s is None or seen_s < turn.picture.since_s:
         return VideoFreshness.NONE
-    age_s = now_s - seen_s - allowance_s(turn.one_way_s)
+    age_s = now_s - seen_s + turn.picture.within_s - allowance_s(turn.one_way_s)
     if age_s <= rules.slow_picture_age_s:
         return VideoFreshness.CLEAR
     return VideoFreshness.LATE if age_s <= rules.stop_picture_age_s else VideoFreshness.NONE

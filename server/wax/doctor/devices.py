@@ -10,6 +10,7 @@ import serial
 from wax.capture.file.address import is_network, shown_name
 from wax.capture.find_sources import Sources, make_camera, make_sources
 from wax.capture.source import Picture, Sound
+from wax.capture.undated import undated
 from wax.clock import SystemClock
 from wax.doctor.verdict import Verdict, bad, ok, warning
 from wax.errors import ConfigError, SourceError
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 _PIECES: Final = 20
 """A microphone's first pieces may be empty."""
+_DATED_S: Final = 2.0
 _BUSY: Final = "Stop the server to check it here, or look at the page, which says how it is."
 
 
@@ -82,6 +84,11 @@ def _delivers(settings: Settings, what: str, name: str) -> Verdict:
             if name == "auto":
                 name = str(getattr(source, "name", "of the robot"))
             if isinstance(first, Picture):
+                if not _is_dated(source, first):
+                    return warning(
+                        f"The camera {name} gives pictures of {first.width}×{first.height}.",
+                        str(undated(settings.video.source)),
+                    )
                 return ok(
                     f"The camera {name} gives pictures of {first.width}×{first.height};"
                     f" the first came after {took_s:.1f} s."
@@ -93,6 +100,14 @@ def _delivers(settings: Settings, what: str, name: str) -> Verdict:
         return bad(str(error), f"Correct {key} or robot.driver.")
     except SourceError as error:
         return bad(str(error), f"Or set {key} to another one of `wax devices`.")
+
+
+def _is_dated(source: Any, first: Picture) -> bool:
+    """Whether it is known how old the pictures are; a stream's are not at the beginning."""
+    end_s = time.monotonic() + _DATED_S
+    while first.within_s is None and time.monotonic() < end_s:
+        first = source.read()
+    return first.within_s is not None
 
 
 def _sources(settings: Settings, what: str) -> Sources:

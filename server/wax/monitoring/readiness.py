@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from wax.control.reasons import Refusal
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
@@ -11,6 +13,7 @@ if TYPE_CHECKING:
     from wax.capture.source_thread import SourceThread
     from wax.clock import Clock
     from wax.control.loop import ControlLoop
+    from wax.control.picture_clock import PictureClock
 
 _BEAT_S: Final = 0.5
 """A control loop that has not run for so long is stuck: 25 ticks."""
@@ -28,11 +31,13 @@ class Readiness:
         clock: Clock,
         control: ControlLoop,
         captures: Mapping[str, SourceThread[Picture] | SourceThread[Sound]],
+        picture_clock: Callable[[], PictureClock],
         is_stopping: Callable[[], bool],
     ) -> None:
         self._clock = clock
         self._control = control
         self._captures = captures
+        self._picture_clock = picture_clock
         self._is_stopping = is_stopping
 
     def __call__(self) -> dict[str, str]:
@@ -48,4 +53,6 @@ class Readiness:
         camera = self._captures.get("video")
         if camera is not None and camera.problem is not None:
             missing["camera"] = str(camera.problem)
+        elif self._picture_clock().is_doubted(self._clock.now_s()):
+            missing["camera"] = str(Refusal.UNDATED.value)
         return missing

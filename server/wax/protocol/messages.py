@@ -607,6 +607,12 @@ class SourceStatus(_Outgoing):
     problem: Sentence | None
 
 
+class ViewStatus(SourceStatus):
+    """The driving view; `undated` says why nobody drives by it: nobody knows how old it is."""
+
+    undated: Sentence | None = None
+
+
 class VoiceInfo(_Outgoing):
     """Who speaks through the robot, the viewer's number or null.
 
@@ -667,7 +673,7 @@ class RoomState(_Outgoing):
     stop: StopInfo | None
     house: House
     robot: RobotStatus
-    video: SourceStatus
+    video: ViewStatus
     audio: SourceStatus
     voice: VoiceInfo | None = None
     tape: Tape | None
@@ -691,7 +697,7 @@ class RoomChange(_Outgoing):
     stop: StopInfo | None = _ABSENT
     house: House = _ABSENT
     robot: RobotStatus = _ABSENT
-    video: SourceStatus = _ABSENT
+    video: ViewStatus = _ABSENT
     audio: SourceStatus = _ABSENT
     voice: VoiceInfo | None = _ABSENT
     tape: Tape | None = _ABSENT

@@ -6,6 +6,7 @@ from operator import itemgetter
 from typing import TYPE_CHECKING, Final
 
 from wax import __version__
+from wax.capture.undated import undated
 from wax.control import reasons
 from wax.control.gate import LAPSE_S
 from wax.driver.interface import Aboard, KnowsItsView
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from wax.capture.source_thread import SourceThread
     from wax.config.page import PageSettings
     from wax.config.settings import Settings
+    from wax.control.picture_clock import PictureClock
     from wax.control.stop_latch import LatchedStop
     from wax.control.turns import Turns
     from wax.driver.interface import Driver, RobotState
@@ -56,6 +58,7 @@ class Announcements:
         driver: Driver,
         turns: Turns,
         captures: Mapping[str, SourceThread[Picture] | SourceThread[Sound]],
+        picture_clock: Callable[[], PictureClock],
         access: Access,
         house: House,
         voices: Voices | None = None,
@@ -72,6 +75,7 @@ class Announcements:
         self._own_view = driver.own_view if isinstance(driver, KnowsItsView) else None
         self._turns = turns
         self._captures = captures
+        self._picture_clock = picture_clock
         self._access = access
         self._house = house
         self._voices = voices
@@ -149,7 +153,10 @@ class Announcements:
                 beyond=equipment.beyond(self._settings.gauges, state),
                 ttl_ms=_ms(state.ttl_s),
             ),
-            video=messages.SourceStatus(problem=self._problem("video", Sentence("camera.none"))),
+            video=messages.ViewStatus(
+                problem=self._problem("video", Sentence("camera.none")),
+                undated=self._undated(now_s),
+            ),
             audio=messages.SourceStatus(problem=self._problem("audio", None)),
             voice=None if self._voices is None else self._voices.info(),
             tape=self._tape(),
@@ -310,6 +317,11 @@ class Announcements:
         if number == 0:  # the rooms that are watched elsewhere have the driving view alone
             return []
         return [messages.CameraInfo(name=one.name, axes=one.settings.axes) for one in self._cameras]
+
+    def _undated(self, now_s: float) -> Sentence | None:
+        """Return why nobody drives by the driving view although it delivers."""
+        is_doubted = self._picture_clock().is_doubted(now_s)
+        return undated(self._settings.video.source) if is_doubted else None
 
     def _problem(self, stream: str, absent: Sentence | None) -> Sentence | None:
         capture = self._captures.get(stream)

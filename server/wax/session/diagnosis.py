@@ -35,6 +35,7 @@ _AROUND: Final = frozenset({"camera.named", "tape.stands", "tape.kept_but"})
 """Sentences that are for everybody around one that may not be."""
 
 _ROBOT: Final = Sentence("robot.trouble")
+_UNDATED: Final = Sentence("drive.undated")
 _CAMERA: Final = Sentence("camera.trouble")
 _MICROPHONE: Final = Sentence("microphone.trouble")
 _SPEAKER: Final = Sentence("speaker.silent")
@@ -80,9 +81,14 @@ def _parts(room: RoomState | RoomChange) -> dict[str, Any]:
 
 def _part(part: Any, instead: Sentence) -> Any:
     """Return a part of the room that may be none and may have a problem."""
-    if part is None or part.problem is None:
+    if part is None:
         return part
-    return part.model_copy(update={"problem": _plain(part.problem, instead)})
+    told: dict[str, Any] = {}
+    if part.problem is not None:
+        told["problem"] = _plain(part.problem, instead)
+    if getattr(part, "undated", None) is not None:
+        told["undated"] = _UNDATED
+    return part.model_copy(update=told) if told else part
 
 
 def _plain(sentence: Sentence, instead: Sentence) -> Sentence:

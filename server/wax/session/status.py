@@ -112,6 +112,7 @@ class Status:
             "streams": {
                 "video": {
                     "problem": _text(snapshot.video.problem),
+                    "undated": _text(snapshot.video.undated),
                     "failures": self._failures("video"),
                     "captured_fps": self._rates.hz("video.captured"),
                     "encoded_fps": {n: self._rates.hz(f"video.{n}") for n in self._video.names},

@@ -41,7 +41,7 @@ class Eye:
         time.sleep(1.0 / self._settings.fps)
         self._number = (self._number + 1) % 250
         shape = (self._settings.height * 3 // 2, self._settings.width)
-        return Picture(np.full(shape, self._number, np.uint8), self._clock.now_s())
+        return Picture(np.full(shape, self._number, np.uint8), self._clock.now_s(), within_s=0.05)
 
     def close(self) -> None: ...
 

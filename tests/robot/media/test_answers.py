@@ -174,10 +174,11 @@ def test_a_picture_in_memory_is_copied_out() -> None:
     near, far = PictureMemory(descriptor), PictureMemory(descriptor)
     first = np.arange(32 * 48, dtype=np.uint8).reshape(48, 32)
     far.write(first)
-    picture = near.read(32, 32, 5.0)
+    picture = near.read(32, 32, 5.0, 0.1)
     far.write(np.zeros((48, 32), np.uint8))
     assert np.array_equal(picture.i420, first)
     assert (picture.width, picture.height, picture.captured_s) == (32, 32, 5.0)
+    assert picture.within_s == 0.1
     os.close(descriptor)
 
 
@@ -207,6 +208,8 @@ def yuv(*shape: int) -> Any:
         Picture(yuv(48, 31), 1.0),
         Picture(yuv(0, 0), 1.0),
         Picture(yuv(3, 2), math.nan),
+        Picture(yuv(3, 2), 1.0, math.nan),
+        Picture(yuv(3, 2), 1.0, -0.1),
         Picture(yuv(3, 2), None),  # type: ignore[arg-type]
         Picture(np.broadcast_to(np.uint8(0), (48, 4000)), 1.0),
     ],

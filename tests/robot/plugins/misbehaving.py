@@ -192,7 +192,7 @@ class _Eye:
 
     def read(self) -> Any:
         time.sleep(0.05)
-        return Picture(np.zeros(self._shape, np.uint8), self._clock.now_s())
+        return Picture(np.zeros(self._shape, np.uint8), self._clock.now_s(), within_s=0.0)
 
     def close(self) -> None: ...
 

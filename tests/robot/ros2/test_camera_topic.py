@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import threading
 import time
 from types import SimpleNamespace
@@ -14,13 +15,17 @@ import pytest
 from tests.robot.ros2.base import Base, own_domain
 from tests.robot.ros2.bridge import Bridge
 from tests.robot.ros2.robots import ros2_settings
+from tests.turned_clock import TurnedClock
 
+from wax.capture.dating import LIVE_WITHIN_S
 from wax.clock import SystemClock
 from wax.config.settings import VideoSettings
 from wax.driver.interface import HasCamera
 from wax.errors import SourceError
 from wax.robot.find_driver import make_driver
+from wax.robot.ros2.camera import Ros2Camera
 from wax.robot.ros2.images import to_bgr
+from wax.robot.ros2.settings import Ros2Settings
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -99,6 +104,87 @@ def test_what_is_no_picture_says_its_form(message: Any, what: str) -> None:
     """What cannot be shown is refused with what it is."""
     with pytest.raises(ValueError, match=what):
         to_bgr(message)
+
+
+class Timed(TurnedClock):
+    """One whose time of day goes on, too."""
+
+    def wall_ms(self) -> int:
+        return round(self.time_s * 1000)
+
+
+class Replayed:
+    """A link that hands over pictures with these stamps, one each 0.1 s of a clock."""
+
+    def __init__(self, stamps_s: list[float], clock: TurnedClock) -> None:
+        self._stamps_s = stamps_s
+        self._clock = clock
+
+    def take(self, timeout_s: float) -> list[tuple[str, Any]]:
+        if not self._stamps_s:
+            self._clock.time_s += timeout_s
+            return []
+        self._clock.time_s += 0.1
+        stamp_s = self._stamps_s.pop(0)
+        message = raw("bgr8", BGR)
+        stamp = SimpleNamespace(sec=int(stamp_s), nanosec=round(stamp_s % 1 * 1e9))
+        message.header = SimpleNamespace(stamp=stamp)
+        return [("camera", message)]
+
+    def close(self) -> None: ...
+
+
+def replayed(
+    monkeypatch: pytest.MonkeyPatch, stamps_s: list[float], *, stamped: bool
+) -> list[tuple[float, float | None]]:
+    """Return how old each picture is said to be, and within what."""
+    clock = Timed()
+    link = Replayed(list(stamps_s), clock)
+    monkeypatch.setattr("wax.robot.ros2.camera.open_link", lambda *_, **__: link)
+    ros2 = Ros2Settings.model_validate({"camera": "/image", "stamped": stamped})
+    source = Ros2Camera(ros2, VideoSettings(width=64, height=48), clock)
+    source.open()
+    seen = []
+    with contextlib.suppress(SourceError):
+        while True:
+            picture = source.read()
+            seen.append((round(clock.now_s() - picture.captured_s, 3), picture.within_s))
+    return seen
+
+
+@pytest.mark.parametrize(
+    ("off_s", "knows"), [(0.0, True), (-0.5, True), (0.5, False), (-9.3, False)]
+)
+def test_a_stamp_that_cannot_be_is_nobodys(
+    monkeypatch: pytest.MonkeyPatch, off_s: float, *, knows: bool
+) -> None:
+    """A robot whose clock is 9.3 s behind, or ahead, is watched; nobody drives by its pictures."""
+    wall_s = Timed().wall_ms() / 1000
+    stamps_s = [wall_s + off_s + 0.1 * number for number in range(1, 6)]
+    seen = replayed(monkeypatch, stamps_s, stamped=True)
+    assert [within_s is not None for _, within_s in seen] == [knows] * 5
+    assert [age_s for age_s, _ in seen] == [-off_s if knows else 0.0] * 5
+
+
+def test_without_a_common_clock_a_stamp_tells_what_has_waited(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Stamps of any clock: a picture that was on its way for longer than others is as old."""
+    jammed_s = [8.41, 8.42, 8.43, 8.53]
+    stamps_s = [7.0 + 0.1 * number for number in range(15)] + jammed_s
+    seen = replayed(monkeypatch, stamps_s, stamped=False)
+    ages_s = [age_s for age_s, _ in seen[12:]]
+    assert ages_s == pytest.approx([0, 0, 0, 0.09, 0.18, 0.27, 0.27], abs=0.01)
+    assert [within_s for _, within_s in seen[12:]] == [LIVE_WITHIN_S] * 7
+
+
+def test_a_picture_that_is_published_again_is_not_new(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With its stamp of before, as a latched topic repeats it, it is left out, and then old."""
+    stamps_s = [7.0 + 0.1 * min(number, 12) for number in range(30)]
+    seen = replayed(monkeypatch, stamps_s, stamped=False)
+    assert [within_s is not None for _, within_s in seen[9:13]] == [False, True, True, True]
+    assert all(within_s is None for _, within_s in seen[13:])
+    assert 5 < len(seen[13:]) < 10
 
 
 def camera(settings: Any) -> VideoSource:

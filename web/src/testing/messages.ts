@@ -195,7 +195,7 @@ export function room(options: RoomOptions): RoomState {
       beyond: {},
       ttl_ms: null,
     },
-    video: { problem: null },
+    video: { problem: null, undated: null },
     audio: { problem: null },
     voice: null,
     tape: null,

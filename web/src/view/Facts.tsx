@@ -13,7 +13,7 @@ import {
   sentSoundWords,
   skewWords,
 } from "./figures";
-import { batteryWords } from "./words";
+import { batteryWords, isUndated } from "./words";
 
 /**
  * The delays: how well it plays, what is sent, and why. The picture age runs from when the server
@@ -21,8 +21,9 @@ import { batteryWords } from "./words";
  */
 export function Facts() {
   const { facts, served, playout, player, room } = useState();
-  const { pictureMs, pictureErrorMs, soundMs, skewMs, roundTripMs, fps } = facts.value;
+  const { pictureErrorMs, soundMs, skewMs, roundTripMs, fps } = facts.value;
   const { pauses, freezes } = facts.value;
+  const pictureMs = isUndated(room.value) ? null : facts.value.pictureMs;
   const battery = room.value && batteryWords(room.value.robot);
   return (
     <dl class="facts">

@@ -8,7 +8,7 @@ import { LinkStatus } from "./LinkStatus";
 import { robotName } from "./robotName";
 import { SoundMeter } from "./SoundMeter";
 import { TapeBadge } from "./TapeBadge";
-import { batteryWords, silenceWords } from "./words";
+import { batteryWords, isUndated, silenceWords } from "./words";
 
 /** Over the picture's upper edge: what one glances at while driving, and nothing else. */
 export function Hud() {
@@ -92,11 +92,12 @@ function Sound() {
 
 /** How old what one sees is, as a colour and a number; opens the details. */
 function Delay() {
-  const { facts, isConnected, isSilent, hello, panel } = useState();
+  const { facts, room, isConnected, isSilent, hello, panel } = useState();
   const { open } = useActions();
   if (!isConnected.value) return null;
   const { pictureMs, soundMs } = facts.value;
-  const measuredMs = isSilent.value ? null : (pictureMs ?? soundMs);
+  const isUnknown = isSilent.value || isUndated(room.value);
+  const measuredMs = isUnknown ? null : (pictureMs ?? soundMs);
   // By the error of the clocks what is fresh may seem to come from the future.
   const ageMs = measuredMs === null ? null : Math.max(0, measuredMs);
   const limitMs = hello.value?.on_loss.slow_picture_age_ms;

@@ -99,10 +99,21 @@ describe("sound and picture", () => {
     act(() => {
       state.room.value = {
         ...room({ watching: [1] }),
-        video: { problem: says("it was unplugged") },
+        video: { problem: says("it was unplugged"), undated: null },
       };
     });
     expect(getByText(body, "Camera: it was unplugged")).toBeTruthy();
+  });
+
+  it("says why nobody drives by a picture of unknown age, and shows no age", () => {
+    show({ watching: [1] });
+    act(() => {
+      const undated = { code: "drive.undated", values: {} };
+      state.room.value = { ...room({ watching: [1] }), video: { problem: null, undated } };
+      state.facts.value = { ...state.facts.value, pictureMs: 5 };
+    });
+    expect(getByText(body, /nobody knows how old it is/)).toBeTruthy();
+    expect(button(/^Delay/).textContent).toBe("Delay–");
   });
 });
 

@@ -206,7 +206,8 @@ describe("the turn's clock", () => {
       "the person aboard has the robot.",
     );
     expect(stands({ aboard: aboard() })).toContain("nobody can drive");
-    expect(stands({ video: { problem: says("unplugged") } })).toContain("there is no picture");
+    const video = { problem: says("unplugged"), undated: null };
+    expect(stands({ video })).toContain("there is no picture");
     expect(stands({})).toBe("The clock stands still while nobody can drive.");
   });
 });

@@ -113,6 +113,11 @@ export function missedWords(missed: MissedCall): string | null {
   }
 }
 
+/** Whether nobody knows how old the picture is, whatever its time of capture says. */
+export function isUndated(room: RoomState | null): boolean {
+  return Boolean(room?.video.undated);
+}
+
 /** Why the clock of a turn stands still; null while it runs. */
 export function standingWords(room: RoomState | null): string | null {
   if (!room || room.turn.stands_left_ms === null) return null;
@@ -284,6 +289,7 @@ export function problemWords(room: RoomState | null): string[] {
     ...(isLost ? [t("robot.not_connected")] : []),
     ...(robot.bumpers ? [t("robot.bumper")] : []),
     ...(video.problem ? [t("robot.camera", { problem: said(video.problem) })] : []),
+    ...(video.undated ? [said(video.undated)] : []),
     ...(audio.problem ? [t("robot.microphone", { problem: said(audio.problem) })] : []),
   ];
 }

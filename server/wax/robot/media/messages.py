@@ -55,11 +55,13 @@ class MediaBegin(_Message):
 class Answer(_Message):
     """Process → server: what was asked for is there, or why it is not.
 
-    `width` and `height` are of the picture in memory, `channels` of the sound that follows.
+    `within_s`, `width` and `height` are of the picture in memory, `channels` of the sound that
+    follows.
     """
 
     problem: Sentence | None = None
     captured_s: float = 0.0
+    within_s: Annotated[float, Field(ge=0)] | None = None
     width: Annotated[int, Field(ge=0, le=MAX_WIDTH, multiple_of=2)] = 0
     height: Annotated[int, Field(ge=0, le=MAX_HEIGHT, multiple_of=2)] = 0
     channels: Annotated[int, Field(ge=1, le=2)] = 1

@@ -120,7 +120,12 @@ class CameraOutlet(_SourceOutlet):
         self._seen, picture = found
         self._memory.write(picture.i420)
         return encode(
-            Answer(captured_s=picture.captured_s, width=picture.width, height=picture.height)
+            Answer(
+                captured_s=picture.captured_s,
+                within_s=picture.within_s,
+                width=picture.width,
+                height=picture.height,
+            )
         )
 
 
@@ -235,6 +240,8 @@ def checked_picture(picture: object) -> Picture:
         raise _odd(f"{width} by {height} pixels")
     if not _is_time(picture.captured_s):
         raise _odd("no time of capture")
+    if picture.within_s is not None and not (_is_time(picture.within_s) and picture.within_s >= 0):
+        raise _odd("a time of capture that errs by no time")
     return picture
 
 

@@ -47,7 +47,8 @@ class PictureMemory:
         """Put in a picture of at most `MAX_WIDTH` × `MAX_HEIGHT`."""
         self._bytes[: i420.size].reshape(i420.shape)[:] = i420
 
-    def read(self, width: int, height: int, captured_s: float) -> Picture:
+    def read(self, width: int, height: int, captured_s: float, within_s: float | None) -> Picture:
         """Return a copy of the picture that is there."""
         shape = (height * 3 // 2, width)
-        return Picture(self._bytes[: shape[0] * width].reshape(shape).copy(), captured_s)
+        i420 = self._bytes[: shape[0] * width].reshape(shape).copy()
+        return Picture(i420, captured_s, within_s)

@@ -42,7 +42,7 @@ class RemoteCamera:
                 raise SenseError(Sentence("camera.silent"))
         except SenseError as error:
             raise SourceError(error.sentence) from error
-        return memory.read(answer.width, answer.height, answer.captured_s)
+        return memory.read(answer.width, answer.height, answer.captured_s, answer.within_s)
 
     def close(self) -> None:
         """Do nothing: the process keeps the camera open, or opens it again."""

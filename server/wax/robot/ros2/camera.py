@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from typing import TYPE_CHECKING, Any, Final
 
+from wax.capture.dating import Dating, Repeats
 from wax.capture.letterbox import fit_bgr
 from wax.capture.source import Picture
 from wax.errors import DriverError, SourceError
@@ -25,14 +27,17 @@ SILENT_S: Final = 1.8
 FIRST_S: Final = 8.0
 """To find the robot may take longer, so `open` waits for its first picture."""
 MAX_AGE_S: Final = 2.0
+_AGREE_S: Final = 0.05
+"""Two clocks that agree do so within this."""
 _KIND: Final = "camera"
 
 
 class Ros2Camera:
     """A `VideoSource` of the configured topic, with a connection of its own.
 
-    `captured_s` is the picture's own stamp where both clocks are said to agree (`stamped`), else
-    when it arrived: exposure, encoding and the way are unknown then.
+    `captured_s` is the picture's own stamp where both clocks are said to agree (`stamped`); one
+    that cannot be is nobody's. Else it is when it arrived, and how much later than others by its
+    stamp (`wax.capture.dating`).
     """
 
     def __init__(self, ros2: Ros2Settings, settings: VideoSettings, clock: Clock) -> None:
@@ -41,9 +46,12 @@ class Ros2Camera:
         self._clock = clock
         self._link: Link | None = None
         self._first: Any = None
+        self._dating = Dating(stamped=True)
+        self._repeats = Repeats()
 
     def open(self) -> None:
         self.close()
+        self._dating, self._repeats = Dating(stamped=True), Repeats()
         if not self._ros2.camera:
             raise SourceError(Sentence("ros2.no_camera"))
         wanted = Wanted(_KIND, self._ros2.camera, self._ros2.camera_type)
@@ -56,8 +64,15 @@ class Ros2Camera:
             raise
 
     def read(self) -> Picture:
-        message, self._first = self._first or self._next(SILENT_S), None
-        arrived_s = self._clock.now_s()
+        """Return the next picture; repetitions of one are left out, until they go on and on."""
+        end_s = self._clock.now_s() + SILENT_S
+        while True:
+            message, self._first = self._first or self._next(end_s - self._clock.now_s()), None
+            picture = self._picture(message, self._clock.now_s())
+            if picture is not None:
+                return picture
+
+    def _picture(self, message: Any, arrived_s: float) -> Picture | None:
         try:
             bgr = to_bgr(message)
         except ValueError as error:
@@ -65,7 +80,12 @@ class Ros2Camera:
                 Sentence("ros2.strange_picture", {"topic": self._ros2.camera, "what": str(error)})
             ) from error
         fitted = fit_bgr(bgr, self._settings.width, self._settings.height)
-        return Picture.from_bgr(fitted, arrived_s - self._age_s(message))
+        captured_s, within_s = self._captured_s(message, arrived_s)
+        # Without noise, as a simulated camera is, only the stamp tells a new one from a repetition.
+        repeats = self._repeats.of(fitted.tobytes() + repr(_stamp_s(message)).encode(), arrived_s)
+        if repeats == "again":
+            return None
+        return Picture.from_bgr(fitted, captured_s, None if repeats == "old" else within_s)
 
     def close(self) -> None:
         link, self._link, self._first = self._link, None, None
@@ -83,15 +103,26 @@ class Ros2Camera:
                 return heard[-1][1]
         raise SourceError(Sentence("ros2.no_picture", {"topic": self._ros2.camera}))
 
-    def _age_s(self, message: Any) -> float:
-        """Return the age by the stamp; one that cannot be is taken as none."""
+    def _captured_s(self, message: Any, arrived_s: float) -> tuple[float, float | None]:
+        """Return when it was captured, and within what that is certain (None: unknown)."""
+        stamp_s = _stamp_s(message)
         if not self._ros2.stamped:
-            return 0.0
-        with contextlib.suppress(AttributeError, TypeError, ValueError):
-            stamp = message.header.stamp
-            age_s = self._clock.wall_ms() / 1000.0 - (stamp.sec + stamp.nanosec / 1e9)
-            return age_s if 0.0 <= age_s <= MAX_AGE_S else 0.0
-        return 0.0
+            shown_s = 0.0 if stamp_s is None else stamp_s
+            zero_s, within_s = self._dating.date(0, shown_s, stamp_s, arrived_s)
+            return zero_s + shown_s, within_s
+        age_s = -1.0 if stamp_s is None else self._clock.wall_ms() / 1000.0 - stamp_s
+        if not -_AGREE_S <= age_s <= MAX_AGE_S:
+            return arrived_s, None
+        return arrived_s - max(age_s, 0.0), _AGREE_S
+
+
+def _stamp_s(message: Any) -> float | None:
+    """Return the time that the robot says, None where it says none."""
+    with contextlib.suppress(AttributeError, TypeError, ValueError, OverflowError):
+        stamp = message.header.stamp
+        stamp_s = float(stamp.sec + stamp.nanosec / 1e9)
+        return stamp_s if 0.0 < stamp_s < math.inf else None
+    return None
 
 
 @contextlib.contextmanager

@@ -67,7 +67,7 @@ class SimulatedCamera:
         image = self._artist.draw(senses.pose, senses.pan_rad)
         if self._is_lit:
             image = lit(image, senses.lamp)
-        return Picture.from_bgr(image, senses.at_s)
+        return Picture.from_bgr(image, senses.at_s, within_s=0.0)
 
     def close(self) -> None:
         self._closed.set()
