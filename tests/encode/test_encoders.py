@@ -9,10 +9,13 @@ import cv2
 import numpy as np
 import pytest
 from av.packet import Packet
+from av.video.reformatter import ColorRange, Colorspace
+from tests.encode.encoders import GOOD
 
 from wax.capture.source import Picture
 from wax.config.settings import RenditionSettings
-from wax.encode.video_encoder import VideoEncoder, resize_i420
+from wax.encode.hardware import HardwareEncoder
+from wax.encode.video_encoder import PictureEncoder, VideoEncoder, resize_i420
 
 if TYPE_CHECKING:
     from wax.encode.encoded import EncodedPicture
@@ -56,6 +59,27 @@ def _is_keyframe(codec: str, data: bytes) -> bool:
     if codec == "vp8":
         return not data[0] & 1  # RFC 6386, 9.1
     return any(data[i : i + 3] == b"\0\0\1" and data[i + 3] & 31 == 5 for i in range(len(data) - 3))
+
+
+def test_a_browser_is_told_the_colours() -> None:
+    """Each stream says that it is BT.601 in limited range: H.264 is else taken for BT.709."""
+    grey = Picture(np.full((180, 160), 128, np.uint8), 5000.0)
+    makers: dict[str, PictureEncoder] = {
+        "vp8": VideoEncoder(codec="vp8", rendition=SMALL),
+        "h264": VideoEncoder(codec="h264", rendition=SMALL),
+        "hardware": HardwareEncoder(GOOD, SMALL),
+    }
+    for name, encoder in makers.items():
+        encoded = encoder.encode(grey, keyframe=True)
+        assert encoded is not None
+        decoder = av.CodecContext.create("vp8" if name == "vp8" else "h264", "r")
+        assert isinstance(decoder, av.VideoCodecContext)
+        (frame,) = decoder.decode(Packet(encoded.data))
+        assert (name, frame.color_range, frame.colorspace) == (
+            name,
+            ColorRange.MPEG,
+            Colorspace.ITU601,
+        )
 
 
 @pytest.mark.parametrize("codec", CODECS)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
+from wax.capture.colour import to_i420
+
 if TYPE_CHECKING:
     from av.video.frame import VideoFrame
     from numpy.typing import NDArray
@@ -26,10 +28,7 @@ def fit_frame(
         shown_width, shown_height = shown_height, shown_width
     inner_width, inner_height = inner_size(shown_width, shown_height, width, height)
     scaled_size = (inner_height, inner_width) if quarters % 2 else (inner_width, inner_height)
-    scaled = frame.reformat(
-        width=scaled_size[0], height=scaled_size[1], format="yuv420p", interpolation="AREA"
-    )
-    i420 = np.asarray(scaled.to_ndarray(), np.uint8)
+    i420 = to_i420(frame, *scaled_size)
     if quarters == 0 and (inner_width, inner_height) == (width, height):
         return i420
     canvas = black(width, height)

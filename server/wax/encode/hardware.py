@@ -13,7 +13,7 @@ from av.video.frame import PictureType, VideoFrame
 
 from wax.encode.encoded import VIDEO_RATE_HZ, VIDEO_TIME_BASE, EncodedPicture
 from wax.encode.parameter_sets import ParameterSets
-from wax.encode.video_encoder import resize_i420
+from wax.encode.video_encoder import resize_i420, say_colours
 
 if TYPE_CHECKING:
     from wax.capture.source import Picture
@@ -170,6 +170,7 @@ def _opened(hardware: Hardware, rendition: RenditionSettings) -> av.VideoCodecCo
     context.width = rendition.width
     context.height = rendition.height
     context.pix_fmt = hardware.pixels
+    say_colours(context)
     context.time_base = VIDEO_TIME_BASE
     context.framerate = Fraction(rendition.fps).limit_denominator(1001)
     context.bit_rate = rendition.bitrate_bps

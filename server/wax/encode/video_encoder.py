@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, Literal, Protocol
 import av
 import cv2
 from av.video.frame import PictureType, VideoFrame
+from av.video.reformatter import ColorRange, Colorspace
 
 from wax.encode.encoded import VIDEO_RATE_HZ, VIDEO_TIME_BASE, EncodedPicture
 
@@ -221,12 +222,22 @@ def _steady(rendition: RenditionSettings) -> dict[str, str]:
     return {"maxrate": rate, "minrate": rate, "bufsize": str(rendition.bitrate_bps // 2)}
 
 
+def say_colours(context: av.VideoCodecContext) -> None:
+    """Have the stream say what a `Picture` is: BT.601 in limited range.
+
+    VP8 is nothing else (RFC 6386, 9.2). H.264 that does not say it is shown as BT.709 by browsers.
+    """
+    context.color_range = ColorRange.MPEG
+    context.colorspace = Colorspace.ITU601
+
+
 def _context(name: str, rendition: RenditionSettings) -> av.VideoCodecContext:
     context = av.CodecContext.create(name, "w")
     assert isinstance(context, av.VideoCodecContext)
     context.width = rendition.width
     context.height = rendition.height
     context.pix_fmt = "yuv420p"
+    say_colours(context)
     context.time_base = VIDEO_TIME_BASE
     context.framerate = Fraction(rendition.fps).limit_denominator(1001)
     context.bit_rate = rendition.bitrate_bps

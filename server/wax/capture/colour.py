@@ -1,0 +1,89 @@
+"""What a decoded picture's numbers mean, and the same picture in the one form that WAX has.
+
+That form is BT.601 in limited range (black 16, white 235): what VP8 carries without saying so, and
+what our H.264 says that it carries (`wax.encode.video_encoder`).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from av.video.frame import VideoFrame
+from av.video.reformatter import ColorRange, Colorspace
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+_DECLARED: Final = {
+    1: Colorspace.ITU709,
+    4: Colorspace.FCC,
+    5: Colorspace.ITU601,
+    6: Colorspace.ITU601,
+    7: Colorspace.SMPTE240M,
+    9: Colorspace.BT2020,
+    10: Colorspace.BT2020,
+}
+"""ITU-T H.273, table 4, as far as libswscale knows them; RGB needs none."""
+
+_SD_LINES: Final = 576
+_SD_COLUMNS: Final = 1024
+"""A larger picture that does not say its matrix is BT.709, as every player has it."""
+
+_RAW_GREY: Final = frozenset({"gray", "gray10le", "gray10be", "gray12le", "gray12be"})
+"""What monochrome HEVC and AV1 are decoded to; libswscale takes them as full range."""
+
+
+def to_i420(frame: VideoFrame, width: int, height: int) -> NDArray[np.uint8]:
+    """Return a decoded frame scaled to this even size, as ``(height * 3 // 2, width)``.
+
+    What the frame declares is honoured, else the convention of its kind: full range for JPEG and
+    RGB, limited for all other video. What is transparent is black.
+    """
+    if frame.format.components[-1].is_alpha or frame.format.name == "pal8":
+        frame = _on_black(frame)
+    size = (width, height)
+    if frame.format.name in _RAW_GREY and frame.color_range == ColorRange.MPEG:
+        grey = frame.reformat(*size, format="gray", interpolation="AREA").to_ndarray()
+        return np.concatenate([grey, np.full((height // 2, width), 128, np.uint8)])
+    scaled = frame.reformat(
+        *size,
+        format="yuv420p",
+        interpolation="AREA",
+        src_colorspace=_matrix(frame),
+        src_color_range=_range(frame),
+        dst_colorspace=Colorspace.ITU601,
+        dst_color_range=ColorRange.MPEG,
+    )
+    return np.asarray(scaled.to_ndarray(), np.uint8)
+
+
+def _matrix(frame: VideoFrame) -> Colorspace:
+    """Return what a frame's chroma is made of."""
+    if frame.colorspace in _DECLARED:
+        return _DECLARED[frame.colorspace]
+    short, long = sorted((frame.width, frame.height))
+    is_sd = short <= _SD_LINES and long <= _SD_COLUMNS
+    return Colorspace.ITU601 if is_sd or _is_jpeg(frame) else Colorspace.ITU709
+
+
+def _range(frame: VideoFrame) -> ColorRange:
+    if frame.color_range in (ColorRange.MPEG, ColorRange.JPEG):
+        return ColorRange(frame.color_range)
+    return ColorRange.JPEG if _is_jpeg(frame) else ColorRange.MPEG
+
+
+def _is_jpeg(frame: VideoFrame) -> bool:
+    """Whether FFmpeg's form itself says that it is JPEG's."""
+    return frame.format.name.startswith("yuvj")
+
+
+def _on_black(frame: VideoFrame) -> VideoFrame:
+    rgba = frame.reformat(
+        format="rgba", src_colorspace=_matrix(frame), src_color_range=_range(frame)
+    ).to_ndarray()
+    opaque = rgba[..., 3]
+    if (opaque == 255).all():
+        return frame
+    rgb = (rgba[..., :3].astype(np.uint16) * opaque[..., None] // 255).astype(np.uint8)
+    return VideoFrame.from_ndarray(rgb, "rgb24")
