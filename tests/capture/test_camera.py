@@ -16,6 +16,7 @@ from wax.config.settings import VideoSettings
 from wax.errors import SourceError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
 VGA = VideoSettings(width=640, height=480)
@@ -99,6 +100,26 @@ def test_the_device_is_asked_for_size_and_rate() -> None:
         cv2.CAP_PROP_FOURCC,
         cv2.VideoWriter.fourcc(*"MJPG"),
     )
+
+
+def test_controls_are_set_before_the_first_picture() -> None:
+    """The camera gets its controls each time it opens; one that lacks them is let go."""
+    settings = VideoSettings(controls={"focus_absolute": 30})
+    device = FakeDevice()
+    told: list[tuple[int | str, Mapping[str, float]]] = []
+
+    def refuse(camera: int | str, controls: Mapping[str, float]) -> None:
+        told.append((camera, controls))
+        raise SourceError("Camera 3 has no control focus_absolute.")
+
+    source = OpenCvCamera(
+        settings, FrozenClock(), device=3, open_device=lambda _: device, set_controls=refuse
+    )
+    with pytest.raises(SourceError, match="no control focus_absolute"):
+        source.open()
+    source.close()
+    assert told == [(3, {"focus_absolute": 30})]
+    assert device.released.is_set()
 
 
 def test_another_shape_is_shown_in_proportion() -> None:

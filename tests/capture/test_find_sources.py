@@ -258,3 +258,11 @@ def test_a_camera_that_cannot_be_is_named(keys: dict[str, object], says: str) ->
     with pytest.raises(ConfigError) as refused:
         make_camera(settings, SystemClock(), Robot())
     assert str(refused.value).startswith(says)
+
+
+def test_an_address_has_no_controls() -> None:
+    """Exposure of a camera elsewhere is set there; a sentence says so, without the password."""
+    address = "rtsp://me:secret@10.0.0.9/live"
+    settings = VideoSettings(source=address, controls={"auto_exposure": 1})
+    with pytest.raises(ConfigError, match=r"^\[video\] controls: rtsp://10\.0\.0\.9/live has none"):
+        make_sources(settings, AudioSettings(source="none"), SystemClock(), Robot())

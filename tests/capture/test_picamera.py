@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -73,6 +73,10 @@ class Picamera2:
     def __init__(self, camera_num: int = 0) -> None:
         self.number = camera_num
         self.configuration: dict[str, Any] = {}
+        self.camera_controls = {
+            "ExposureTime": (13, 112_015, None),
+            "AeEnable": (False, True, True),
+        }
         self.metadata: dict[str, int] = {"SensorTimestamp": 999_950_000_000}
         self.held = 0
         self.running = False
@@ -116,6 +120,9 @@ def _module(monkeypatch: pytest.MonkeyPatch) -> None:
     module = ModuleType("picamera2")
     module.Picamera2 = Picamera2  # type: ignore[attr-defined]  # made here
     monkeypatch.setitem(sys.modules, "picamera2", module)
+    libcamera = ModuleType("libcamera")
+    libcamera.ColorSpace = SimpleNamespace(Smpte170m=lambda: "SMPTE170M")  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "libcamera", libcamera)
     monkeypatch.setattr(
         Picamera2,
         "there",
@@ -147,9 +154,22 @@ def test_a_picture_has_its_planes_and_the_moment_of_exposure() -> None:
     assert made.held == 0
     assert made.configuration["main"] == {"size": (160, 120), "format": "YUV420"}
     assert made.configuration["controls"] == {"FrameRate": 25}
+    assert made.configuration["colour_space"] == "SMPTE170M"
     source.close()
     assert (made.running, made.closed) == (False, True)
     source.close()
+
+
+def test_controls_are_libcameras_own() -> None:
+    """The camera is set as the settings say; a name that it lacks is a sentence with its names."""
+    source = camera(SIZE.model_copy(update={"controls": {"ExposureTime": 8000}}))
+    source.open()
+    assert Picamera2.made[0].configuration["controls"]["ExposureTime"] == 8000
+    source.close()
+    source = camera(SIZE.model_copy(update={"controls": {"exposure": 8000}}))
+    with pytest.raises(SourceError, match=r"has no control exposure; it has: AeEnable, Exposure"):
+        source.open()
+    assert Picamera2.made[1].closed
 
 
 @pytest.mark.parametrize("metadata", [{}, {"SensorTimestamp": 0}, {"SensorTimestamp": 2 * 10**12}])

@@ -11,11 +11,12 @@ import structlog
 
 from wax.capture.letterbox import fit_bgr
 from wax.capture.source import Picture
+from wax.capture.v4l2_controls import set_controls
 from wax.errors import SourceError
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     import numpy as np
     from numpy.typing import NDArray
@@ -63,6 +64,9 @@ def open_device(device: int | str) -> VideoDevice:
 class OpenCvCamera:
     """A camera by number (``0``) or path (``/dev/video0``), at the size and rate of the settings.
 
+    OpenCV gives BGR, and takes Motion JPEG as full range and all other YUV as BT.601 in limited
+    range, as V4L2 has it where a driver says nothing else.
+
     If the camera delivers another size, the picture is scaled in proportion, with bars.
     `captured_s` is when OpenCV received the frame.
 
@@ -78,11 +82,13 @@ class OpenCvCamera:
         *,
         device: int | str = 0,
         open_device: Callable[[int | str], VideoDevice] = open_device,
+        set_controls: Callable[[int | str, Mapping[str, float]], None] = set_controls,
     ) -> None:
         self._settings = settings
         self._clock = clock
         self._device = device
         self._open_device = open_device
+        self._set_controls = set_controls
         self._grabber: _Grabber | None = None
 
     @property
@@ -124,6 +130,11 @@ class OpenCvCamera:
         device.set(cv2.CAP_PROP_FRAME_HEIGHT, height)
         device.set(cv2.CAP_PROP_FPS, fps)
         device.set(cv2.CAP_PROP_BUFFERSIZE, 1)
+        try:
+            self._set_controls(self._device, self._settings.controls)
+        except SourceError:
+            device.release()
+            raise
         return device
 
 

@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from wax.capture.camera import OpenCvCamera
-from wax.capture.file.address import is_network, open_container
+from wax.capture.file.address import is_network, open_container, shown_name
 from wax.capture.file.media_file import MediaFile
 from wax.capture.first_found import FirstCamera, first_microphone
 from wax.capture.microphone import PortAudioMicrophone
 from wax.capture.picamera import PiCamera
+from wax.capture.upright import upright
 from wax.driver.interface import HasCamera, HasExternalView, HasMicrophone
 from wax.errors import ConfigError, SourceError
 from wax.plugin import CAMERAS, MICROPHONES, is_plugin, make_plugin
@@ -54,8 +55,9 @@ def make_sources(
     in later.
     """
     files = _Files(clock)
+    found = _make_video(video, clock, driver, files, taken)
     return Sources(
-        video=_make_video(video, clock, driver, files, taken),
+        video=None if found is None else upright(found, video),
         audio=_make_audio(audio, clock, driver, files),
     )
 
@@ -76,8 +78,8 @@ def make_camera(settings: CameraSettings, clock: Clock, driver: Driver) -> Video
                 f"{key}: the {driver.kind} robot has no view of itself from outside; use testcard"
                 " or a camera's number."
             )
-        return driver.external_view(settings, clock)
-    return _find_video(settings, key, clock, _Files(clock))
+        return upright(driver.external_view(settings, clock), settings)
+    return upright(_find_video(settings, key, clock, _Files(clock)), settings)
 
 
 def _make_video(
@@ -113,6 +115,11 @@ def _find_video(settings: VideoSettings, key: str, clock: Clock, files: _Files) 
     if not is_network(name) and is_plugin(name, CAMERAS, key):
         plugin: VideoSource = _make_plugin(name, key, settings, clock, CAMERAS)
         return plugin
+    if settings.controls:
+        raise ConfigError(
+            f"{key.removesuffix('source')}controls: {shown_name(name)} has none; they are a"
+            " camera's at this machine, as 'wax devices' lists them."
+        )
     return files.find(name, key, settings.rtsp_transport).video(settings)
 
 

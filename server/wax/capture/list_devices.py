@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 from wax.capture.camera import VideoDevice, open_device
 from wax.capture.picamera import load_picamera2
 from wax.capture.portaudio import load_portaudio
+from wax.capture.v4l2_controls import list_controls
 from wax.errors import SourceError
 
 if TYPE_CHECKING:
@@ -45,7 +46,14 @@ def list_devices() -> list[str]:
     """Return printable lines: each camera, microphone and speaker, or why there is none."""
     cameras = list_cameras()
     lines = ["Cameras:"]
-    lines += [f"  {camera}" for camera in cameras] or ["  none found"]
+    for camera in cameras:
+        lines.append(f"  {camera}")
+        if camera.source.startswith("/dev/") and (controls := list_controls(camera.source)):
+            lines += [
+                "    which can be set in [video.controls], now:",
+                *(f"      {one}" for one in controls),
+            ]
+    lines += [] if cameras else ["  none found"]
     for heading, listed in (("Microphones:", list_microphones), ("Speakers:", list_speakers)):
         devices, problem = listed()
         lines += [heading, *(f"  {device}" for device in devices)]

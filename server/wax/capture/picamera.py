@@ -81,18 +81,24 @@ class PiCamera:
             raise SourceError(Sentence("picamera.no_such", {"camera": self._number}))
         try:
             self._camera = kind(self._number)
+            self._check_controls()
             self._camera.configure(
                 self._camera.create_video_configuration(
                     main={
                         "size": (self._settings.width, self._settings.height),
                         "format": "YUV420",
                     },
-                    controls={"FrameRate": self._settings.fps},
+                    # Else it is BT.709 from 1280×720 on.
+                    colour_space=importlib.import_module("libcamera").ColorSpace.Smpte170m(),
+                    controls={"FrameRate": self._settings.fps, **self._settings.controls},
                     buffer_count=_BUFFERS,
                     queue=False,  # the next picture, not the last one
                 )
             )
             self._camera.start()
+        except SourceError:
+            self.close()
+            raise
         except Exception as error:  # libcamera's errors are of many kinds
             self.close()
             raise SourceError(
@@ -127,6 +133,18 @@ class PiCamera:
                 end()
             except Exception as error:
                 _LOG.warning("a camera does not close", camera=self.name, why=_words(error))
+
+    def _check_controls(self) -> None:
+        """Raise `SourceError` for a name that libcamera does not have for this camera."""
+        for name in self._settings.controls:
+            if name not in self._camera.camera_controls:
+                there = ", ".join(sorted(self._camera.camera_controls))
+                raise SourceError(
+                    Sentence(
+                        "camera.no_control",
+                        {"camera": self._number, "name": name, "there": there},
+                    )
+                )
 
     def _captured_s(self, taken_ns: int | None) -> tuple[float, float | None]:
         """Turn libcamera's time, which also runs while the machine sleeps, into the server's.

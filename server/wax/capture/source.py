@@ -6,6 +6,9 @@ For a device of your own, write a class with these methods and name it in the co
 `VideoSettings` or `AudioSettings`. A thread of its own then calls `open`, `read` repeatedly, and
 `close`, so `read` may block. A `SourceError` from `open` or `read` is shown on the page, and the
 source is closed and opened again after a pause.
+
+Pictures are turned by ``rotate`` and ``mirror`` of the settings after `read`; a class that does so
+itself says ``is_upright = True``.
 """
 
 from __future__ import annotations
@@ -31,7 +34,7 @@ BLOCK_SAMPLES = SAMPLE_RATE_HZ * BLOCK_MS // 1000
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """One picture, planar YUV 4:2:0 (I420).
+    """One picture, planar YUV 4:2:0 (I420), BT.601 in limited range: black is 16, white 235.
 
     `i420` has shape ``(height * 3 // 2, width)``, dtype uint8: the luma plane on top, below it
     the two chroma planes. Width and height are even. The array is never changed afterwards.

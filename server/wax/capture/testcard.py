@@ -95,14 +95,19 @@ def _read(luma: NDArray[np.uint8]) -> int | None:
 
 
 class TestCardVideo:
-    """The picture, at the size and rate of the settings."""
+    """The picture, at the size and rate of the settings; upright, however a camera would be turned.
 
+    Else nobody could read its cells.
+    """
+
+    is_upright: Final = True
     __test__ = False  # not a test, whatever pytest makes of the name
 
     def __init__(
         self, settings: VideoSettings, clock: Clock, *, sleep: Callable[[float], None] = time.sleep
     ) -> None:
-        self._width, self._height, self._fps = settings.width, settings.height, settings.fps
+        self._width, self._height = settings.upright_size
+        self._fps = settings.fps
         self._clock = clock
         self._sleep = sleep
         self._start_s = 0.0

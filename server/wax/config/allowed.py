@@ -75,8 +75,14 @@ def _kind(schema: Schema) -> str:
         "number": "a number",
         "string": _text(schema),
         "array": f"a list of {_plural(schema.get('items', {}))}",
+        "object": _table(schema),
     }
     return kinds.get(schema.get("type", ""), "a table")
+
+
+def _table(schema: Schema) -> str:
+    values = schema.get("additionalProperties")
+    return f"a table of names, each with {words(values)}" if isinstance(values, dict) else "a table"
 
 
 def _text(schema: Schema) -> str:

@@ -212,6 +212,8 @@ class RenditionSettings(_Section):
 
 MIN_FOV_DEG: Final = 10.0
 MIN_CAMERA_HEIGHT_M: Final = 0.02
+MAX_CAPTURE_FPS: Final = 240.0
+"""Of a camera; a rendition has at most 60."""
 
 
 class VideoSettings(_Section):
@@ -220,7 +222,10 @@ class VideoSettings(_Section):
     source: Annotated[str, Field(min_length=1)] = "robot"
     width: Annotated[int, Field(ge=32, le=3840, multiple_of=2)] = 640
     height: Annotated[int, Field(ge=32, le=2160, multiple_of=2)] = 480
-    fps: Annotated[float, Field(ge=1, le=60)] = 30.0
+    fps: Annotated[float, Field(ge=1, le=MAX_CAPTURE_FPS)] = 30.0
+    rotate: Literal[0, 90, 180, 270] = 0
+    mirror: bool = False
+    controls: Annotated[dict[str, bool | int | float], Field(max_length=32)] = {}
     rtsp_transport: Literal["auto", "tcp", "udp"] = "auto"
     codec: Literal["vp8", "h264"] = "vp8"
     encoder: Literal["auto", "software", "h264_nvenc", "h264_qsv", "h264_amf", "h264_v4l2m2m"] = (
@@ -237,6 +242,24 @@ class VideoSettings(_Section):
         RenditionSettings(width=160, height=120, fps=15.0, bitrate_bps=50_000),
         RenditionSettings(width=160, height=120, fps=10.0, bitrate_bps=16_000),
     ]
+
+    @property
+    def upright_size(self) -> tuple[int, int]:
+        """Width and height of a picture once it is turned."""
+        lies = self.rotate % 180 != 0
+        return (self.height, self.width) if lies else (self.width, self.height)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _ladder_turns_too(cls, given: Any) -> Any:
+        """Turn the ladder of the defaults with a camera that lies; who writes one writes it so."""
+        if not isinstance(given, dict) or given.get("rotate") not in (90, 270):
+            return given
+        ladder = cls.model_fields["renditions"].default
+        turned = [
+            one.model_copy(update={"width": one.height, "height": one.width}) for one in ladder
+        ]
+        return {"renditions": turned} | given
 
     @model_validator(mode="after")
     def _encoder_makes_the_codec(self) -> Self:
@@ -312,7 +335,7 @@ class CameraSettings(VideoSettings):
         ),
     ]
     axes: Annotated[list[AxisName], Field(max_length=4)] = []
-    fps: Annotated[float, Field(ge=1, le=60)] = 15.0
+    fps: Annotated[float, Field(ge=1, le=MAX_CAPTURE_FPS)] = 15.0
     renditions: Annotated[list[RenditionSettings], Field(min_length=1, max_length=8)] = [
         RenditionSettings(width=640, height=480, fps=15.0, bitrate_bps=500_000),
         RenditionSettings(width=320, height=240, fps=15.0, bitrate_bps=200_000),

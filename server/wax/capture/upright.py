@@ -1,0 +1,78 @@
+"""Turn and mirror the picture of a camera that does not hang upright, or looks into a mirror.
+
+It happens before anything else sees the picture: the time on it, the path on the floor, recordings
+and renditions are all of the upright one.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import cv2
+import numpy as np
+
+from wax.capture.letterbox import planes
+from wax.capture.source import Picture
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from wax.capture.source import VideoSource
+    from wax.config.settings import VideoSettings
+
+_FLIP: Final = {(True, True): -1, (True, False): 1, (False, True): 0}
+"""OpenCV's number for left and right, up and down."""
+
+
+def upright(source: VideoSource, settings: VideoSettings) -> VideoSource:
+    """Return the source as the settings turn it; itself where they do not, or it does so."""
+    is_straight = settings.rotate == 0 and not settings.mirror
+    if is_straight or getattr(source, "is_upright", False):
+        return source
+    return Upright(source, settings.rotate // 90, mirror=settings.mirror)
+
+
+class Upright:
+    """A source whose pictures are turned clockwise by quarters and then mirrored."""
+
+    def __init__(self, source: VideoSource, quarters: int, *, mirror: bool) -> None:
+        self._source = source
+        self._quarters = quarters
+        self._mirror = mirror
+
+    @property
+    def name(self) -> str:
+        return str(getattr(self._source, "name", "of the robot"))
+
+    def open(self) -> None:
+        self._source.open()
+
+    def read(self) -> Picture:
+        picture = self._source.read()
+        return Picture(
+            turned(picture.i420, self._quarters, mirror=self._mirror), picture.captured_s
+        )
+
+    def close(self) -> None:
+        self._source.close()
+
+
+def turned(i420: NDArray[np.uint8], quarters: int, *, mirror: bool = False) -> NDArray[np.uint8]:
+    """Return a planar picture turned clockwise by quarters, then mirrored left to right."""
+    height, width = i420.shape[0] * 2 // 3, i420.shape[1]
+    if quarters % 2:
+        height, width = width, height
+    result = np.empty((height * 3 // 2, width), np.uint8)
+    for plane, target in zip(planes(np.ascontiguousarray(i420)), planes(result), strict=True):
+        turn_plane(plane, target, quarters, mirror=mirror)
+    return result
+
+
+def turn_plane(
+    plane: NDArray[np.uint8], target: NDArray[np.uint8], quarters: int, *, mirror: bool
+) -> None:
+    """Write a plane into `target`, turned as `turned` does it."""
+    # A quarter is a transposition and a flip, so that two of them, and a mirror, are one pass.
+    lying = cv2.transpose(plane) if quarters % 2 else plane
+    flips = (quarters % 4 in (1, 2)) != mirror, quarters % 4 in (2, 3)
+    target[...] = cv2.flip(lying, _FLIP[flips]) if any(flips) else lying
