@@ -75,6 +75,25 @@ def test_grey_and_half_colour_are_known() -> None:
     assert abs(int(bright[0, 0, 0]) - 191) < 3
 
 
+@pytest.mark.parametrize("encoding", ["mono16", "16UC1"])
+def test_deep_grey_is_known_in_both_orders(encoding: str) -> None:
+    """Sixteen bits a pixel are grey of full range, whichever octet comes first."""
+    for big, order in ((0, "<u2"), (1, ">u2")):
+        deep = np.full((6, 8), 77 * 257, order)
+        message = raw(encoding, deep.view(np.uint8))
+        message.is_bigendian = big
+        assert (to_bgr(message) == 77).all()
+
+
+@pytest.mark.parametrize("first", ["rggb", "bggr", "gbrg", "grbg"])
+def test_a_bare_sensors_mosaic_gets_its_colours(first: str) -> None:
+    """The form names the colours of the first four pixels, row by row."""
+    values = {"r": 200, "g": 100, "b": 30}
+    tile = np.array([values[one] for one in first]).reshape(2, 2)
+    found = to_bgr(raw(f"bayer_{first}8", np.tile(tile, (3, 4))))
+    assert (found[2, 4] == (30, 100, 200)).all()
+
+
 def test_compressed_pictures_are_decoded() -> None:
     """JPEG and PNG come through; base64 is how JSON has them."""
     done, png = cv2.imencode(".png", BGR)

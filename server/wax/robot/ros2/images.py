@@ -22,12 +22,22 @@ _FORMS: Final = {
     "mono8": (1, cv2.COLOR_GRAY2BGR),
     "8UC1": (1, cv2.COLOR_GRAY2BGR),
     "8UC3": (3, None),
+    "mono16": (2, cv2.COLOR_GRAY2BGR),
+    "16UC1": (2, cv2.COLOR_GRAY2BGR),
+    "bayer_rggb8": (1, cv2.COLOR_BayerRGGB2BGR),
+    "bayer_bggr8": (1, cv2.COLOR_BayerBGGR2BGR),
+    "bayer_gbrg8": (1, cv2.COLOR_BayerGBRG2BGR),
+    "bayer_grbg8": (1, cv2.COLOR_BayerGRBG2BGR),
     "yuv422": (2, cv2.COLOR_YUV2BGR_UYVY),
     "uyvy": (2, cv2.COLOR_YUV2BGR_UYVY),
     "yuv422_yuy2": (2, cv2.COLOR_YUV2BGR_YUYV),
     "yuyv": (2, cv2.COLOR_YUV2BGR_YUYV),
 }
-"""Octets of a pixel, and how OpenCV calls the way to BGR."""
+"""Octets of a pixel, and how OpenCV calls the way to BGR. YUV is BT.601 in limited range.
+
+What is not opaque is shown all the same: simulators leave it at any value.
+"""
+_DEEP: Final = frozenset({"mono16", "16UC1"})
 _MAX_WORDS: Final = 40
 
 
@@ -58,6 +68,8 @@ def _raw(message: Any, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
         raise ValueError(f"{form}, {width}×{height}, {data.size} octets")
     rows = data[: height * step].reshape(height, step)[:, : width * size]
     pixels = np.ascontiguousarray(rows).reshape(height, width, size)
+    if form in _DEEP:  # the octet of more weight
+        pixels = np.ascontiguousarray(pixels[:, :, 0 if message.is_bigendian else 1])
     return pixels if conversion is None else np.asarray(cv2.cvtColor(pixels, conversion), np.uint8)
 
 
