@@ -140,6 +140,33 @@ def test_grey_has_a_range_too(form: str, says: int, grey: float) -> None:
     assert np.abs(i420[24:].astype(int) - 128).max() <= 1
 
 
+@pytest.mark.parametrize(
+    ("transfer", "codes"),
+    [
+        # 0, 20.3, 101.5, 203 and 1000 cd/m² as BT.2100 and BT.2408 have them, in 10 bits.
+        (16, [0.0, 0.3583, 0.5096, 0.5807, 0.7518]),
+        (18, [0.0, 0.3415, 0.6323, 0.7499, 1.0]),
+    ],
+)
+def test_hdr_has_its_white_where_a_screen_has(transfer: int, codes: list[float]) -> None:
+    """A tenth, a half and all of white are that on an ordinary screen, and grey stays grey."""
+    frame = av.VideoFrame(320, 240, "yuv420p10le")
+    places = np.arange(320) * 5 // 320
+    for plane, line in zip(
+        frame.planes,
+        ((64 + 876 * np.array(codes))[places], np.full(160, 512), np.full(160, 512)),
+        strict=True,
+    ):
+        whole = np.zeros(plane.line_size // 2, "<u2")
+        whole[: plane.width] = line.round()
+        plane.update(whole.tobytes() * plane.height)
+    frame.colorspace, frame.color_range, frame.color_trc = NUMBERS[2020], LIMITED, transfer
+    i420 = fit_frame(frame, 320, 240)
+    wanted = 255 * np.array([0, 0.1, 0.5, 1, 1]) ** (1 / 2.4)
+    assert (i420[120, 32::64] - 16.0) / 219 * 255 == pytest.approx(wanted, abs=4)
+    assert np.abs(i420[240:].astype(int) - 128).max() <= 2
+
+
 @pytest.mark.parametrize("form", ["rgba", "yuva420p", "pal8"])
 def test_what_is_transparent_is_black(form: str) -> None:
     """What a picture does not show is not shown: its right half is white that is transparent."""

@@ -8,9 +8,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+import cv2
 import numpy as np
 from av.video.frame import VideoFrame
 from av.video.reformatter import ColorRange, Colorspace
+
+from wax.capture.high_range import HLG, PQ, to_ordinary
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -46,6 +49,16 @@ def to_i420(frame: VideoFrame, width: int, height: int) -> NDArray[np.uint8]:
     if frame.format.name in _RAW_GREY and frame.color_range == ColorRange.MPEG:
         grey = frame.reformat(*size, format="gray", interpolation="AREA").to_ndarray()
         return np.concatenate([grey, np.full((height // 2, width), 128, np.uint8)])
+    if frame.color_trc in (PQ, HLG):
+        deep = frame.reformat(
+            *size,
+            format="rgb48le",
+            interpolation="AREA",
+            src_colorspace=_matrix(frame),
+            src_color_range=_range(frame),
+        )
+        rgb = to_ordinary(np.asarray(deep.to_ndarray(), np.uint16), frame.color_trc)
+        return np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV_I420), np.uint8)
     scaled = frame.reformat(
         *size,
         format="yuv420p",
