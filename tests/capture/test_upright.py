@@ -97,6 +97,17 @@ def test_a_ladder_lies_or_stands_with_its_camera() -> None:
         assert all(above.bitrate_bps > below.bitrate_bps for above, below in pairwise(standing))
 
 
+def test_a_ladder_that_lies_under_a_picture_that_stands_is_refused() -> None:
+    """Who wrote a ladder of their own is told to turn it, too, for it would squash the picture."""
+    lying = VideoSettings().model_dump()
+    for degrees in (90, 270):
+        with pytest.raises(
+            ValueError, match=r"480x640, and a rendition is 640x480; swap its width"
+        ):
+            VideoSettings.model_validate(lying | {"rotate": degrees})
+    assert VideoSettings.model_validate(lying | {"rotate": 180}).renditions[0].width == 640
+
+
 def test_the_test_card_stays_readable() -> None:
     """A measurement reads the test card's time whichever way the camera is said to hang."""
     for rotate, size in ((90, (480, 640)), (180, (640, 480))):

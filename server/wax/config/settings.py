@@ -269,6 +269,17 @@ class VideoSettings(_Section):
             )
         return self
 
+    @model_validator(mode="after")
+    def _ladder_stands_with_its_camera(self) -> Self:
+        width, height = self.upright_size
+        for one in self.renditions if self.rotate % 180 else []:
+            if (one.width - one.height) * (width - height) < 0:
+                raise ValueError(
+                    f"rotate = {self.rotate} makes the picture {width}x{height}, and a rendition is"
+                    f" {one.size}; swap its width and height"
+                )
+        return self
+
     @field_validator("renditions")
     @classmethod
     def _in_order(cls, renditions: list[RenditionSettings]) -> list[RenditionSettings]:
