@@ -72,7 +72,11 @@ def turn_plane(
     plane: NDArray[np.uint8], target: NDArray[np.uint8], quarters: int, *, mirror: bool
 ) -> None:
     """Write a plane into `target`, turned as `turned` does it."""
-    # A quarter is a transposition and a flip, so that two of them, and a mirror, are one pass.
-    lying = cv2.transpose(plane) if quarters % 2 else plane
+    # A quarter is a transposition and a flip, so that two of them, and a mirror, are one flip more.
+    # Nothing is allocated: pages of fresh memory cost more than the turning.
+    source = cv2.transpose(plane, dst=target) if quarters % 2 else plane
     flips = (quarters % 4 in (1, 2)) != mirror, quarters % 4 in (2, 3)
-    target[...] = cv2.flip(lying, _FLIP[flips]) if any(flips) else lying
+    if any(flips):
+        cv2.flip(source, _FLIP[flips], dst=target)
+    elif source is plane:
+        np.copyto(target, plane)
