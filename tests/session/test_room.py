@@ -23,7 +23,15 @@ from wax.control.loop import ControlLoop
 from wax.control.reasons import ABOARD
 from wax.control.turns import Turns
 from wax.driver.checks import NO_ANSWER
-from wax.driver.interface import STANDSTILL, Aboard, ControlValue, Limits, RobotState, Twist
+from wax.driver.interface import (
+    STANDSTILL,
+    Aboard,
+    ControlValue,
+    Limits,
+    OwnView,
+    RobotState,
+    Twist,
+)
 from wax.errors import ForbiddenError, FullError, SignallingError
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
@@ -305,6 +313,17 @@ async def test_who_enters_is_told_how_the_camera_sees_the_floor() -> None:
     robot = eve.last("hello")["robot"]
     assert robot["camera"] == {"height_m": 0.3, "tilt_deg": 12.5, "fov_deg": 70.0, "axis_row": 0.5}
     assert robot["width_m"] == 0.25
+
+
+@pytest.mark.usefixtures("rig")
+async def test_a_robots_own_view_is_not_told_of_a_turned_picture(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A path drawn by what the robot knows would be wrong on a picture that the host has turned."""
+    monkeypatch.setattr(Robot, "own_view", OwnView(0.3, 10.0, 60.0, 0.4), raising=False)
+    for keys, known in (({}, True), ({"rotate": 180}, False), ({"mirror": True}, False)):
+        ada = await Rig({"video": {"source": "robot", **keys}}).enter("ada-1111")
+        assert (ada.last("hello")["robot"]["camera"] is not None) is known
 
 
 @pytest.mark.usefixtures("rig")

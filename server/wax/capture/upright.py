@@ -26,8 +26,7 @@ _FLIP: Final = {(True, True): -1, (True, False): 1, (False, True): 0}
 
 def upright(source: VideoSource, settings: VideoSettings) -> VideoSource:
     """Return the source as the settings turn it; itself where they do not, or it does so."""
-    is_straight = settings.rotate == 0 and not settings.mirror
-    if is_straight or getattr(source, "is_upright", False):
+    if not settings.is_turned or getattr(source, "is_upright", False):
         return source
     return Upright(source, settings.rotate // 90, mirror=settings.mirror)
 

@@ -244,6 +244,11 @@ class VideoSettings(_Section):
     ]
 
     @property
+    def is_turned(self) -> bool:
+        """Whether the picture is another than the camera gives it."""
+        return self.rotate != 0 or self.mirror
+
+    @property
     def upright_size(self) -> tuple[int, int]:
         """Width and height of a picture once it is turned."""
         lies = self.rotate % 180 != 0

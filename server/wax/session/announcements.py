@@ -299,7 +299,8 @@ class Announcements:
                 axis_row=0.5,
             )
         own = self._own_view
-        if video.source not in ("auto", "robot") or own is None:
+        # The robot knows nothing of a picture that the host turns: rather no path than a wrong one.
+        if video.source not in ("auto", "robot") or own is None or video.is_turned:
             return None
         return messages.CameraGeometry(
             height_m=own.height_m,
