@@ -29,6 +29,7 @@ class Bridge:
     ) -> None:
         self.type_name = type_name
         self.has_rosapi = has_rosapi
+        self.refuses_by_status = False
         self.publishers = [NODE]
         self.subscribers = ["/base"]
         self.port = 0
@@ -150,6 +151,9 @@ class Bridge:
             "type": self.type_name,
         }
         name = "type" if name == "topic_type" else name
+        if self.refuses_by_status:  # as ros2-web-bridge does
+            words = "TypeError: Cannot read property 'indexOf' of undefined"
+            return {"op": "status", "level": "error", "msg": words, "id": asked["id"]}
         if not self.has_rosapi or name not in values:
             return answer | {"values": "Service does not exist", "result": False}
         return answer | {"values": {name: values[name]}, "result": True}

@@ -9,6 +9,7 @@ import os
 import signal
 import threading
 import time
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -22,7 +23,8 @@ from wax.errors import DriverError
 from wax.robot.find_driver import make_driver, make_robot
 from wax.robot.ros2 import rosbridge_protocol as protocol
 from wax.robot.ros2.link import Wanted
-from wax.robot.ros2.neighbours import OURS
+from wax.robot.ros2.names import TWIST
+from wax.robot.ros2.neighbours import OURS, judge
 from wax.robot.ros2.rosbridge_graph import RosbridgeGraph
 from wax.robot.ros2.rosbridge_link import RosbridgeLink
 from wax.robot.ros2.settings import Ros2Settings
@@ -146,6 +148,17 @@ class TestOneServer:
         """Where the graph is not known, that holds nobody."""
         bridge.has_rosapi = False
         driven(bridge, opened(driver), CURVE)
+
+    def test_a_question_that_is_refused_costs_only_its_answer(
+        self, bridge: Bridge, driver: Driver
+    ) -> None:
+        """Bridges that refuse a call or a topic by a status are driven as those without rosapi."""
+        bridge.has_rosapi, bridge.refuses_by_status = False, True
+        epoch = opened(driver).state().epoch
+        for words in ("subscribe: unknown type", "call_service: no such service"):
+            bridge.say_raw(json.dumps({"op": "status", "level": "error", "msg": words}))
+        driven(bridge, driver, CURVE)
+        assert driver.state().epoch == epoch
 
     def test_a_wrong_type_is_the_servers_word(self, bridge: Bridge, driver: Driver) -> None:
         """What the server refuses is shown in its own words, and tried again."""
@@ -326,7 +339,6 @@ def test_commands_are_as_the_protocol_has_them() -> None:
         '{"op": "publish"}',
         "[" * 100_000,
         '{"op": "publish", "topic": ["/odom"]}',
-        '{"op": "status", "level": "error", "msg": [[7]]}',
     ],
 )
 def test_what_is_no_message_says_nothing(text: str) -> None:
@@ -336,6 +348,41 @@ def test_what_is_no_message_says_nothing(text: str) -> None:
     except ValueError:
         return
     assert heard is None or heard == protocol.Published("", None)
+
+
+@pytest.mark.parametrize(
+    ("said", "is_harmless"),
+    [
+        ({"msg": "no such service", "id": "wax:publishers"}, True),
+        ({"msg": "no such type", "id": "wax-subscribe:/odom"}, True),
+        ({"msg": "subscribe: no such type", "id": None}, True),
+        ({"msg": "call_service: no such service", "id": 7}, True),
+        ({"msg": "advertise: another type"}, False),
+        ({"msg": "publish: no such member"}, False),
+        ({"msg": "subscribe"}, False),
+        ({"msg": [[7]]}, False),
+        ({}, False),
+    ],
+)
+def test_a_refusal_is_about_one_thing(said: dict[str, object], is_harmless: bool) -> None:
+    """Only what is known to concern an answer or a topic leaves the robot to be driven."""
+    heard = protocol.read(json.dumps({"op": "status", "level": "error"} | said))
+    assert isinstance(heard, protocol.Complaint)
+    assert heard.is_harmless is is_harmless
+
+
+def test_each_answer_of_rosapi_counts_for_itself() -> None:
+    """Without the type, who takes the commands is known, and nobody is said to be of another."""
+    graph = RosbridgeGraph("/cmd_vel", "/bridge")
+    assert len(list(graph.questions(0.0))) == 3
+    graph.hear(protocol.Answer("wax:topic_type", None), 0.0)
+    graph.hear(protocol.Answer("wax:publishers", None), 0.0)
+    graph.hear(
+        protocol.Answer("wax:subscribers", SimpleNamespace(subscribers=[None, "/base", 7])), 0.0
+    )
+    traffic = graph.traffic(0.0)
+    assert [taker.guid for taker in traffic.takers or ()] == ["/base"]
+    assert judge(traffic, "/cmd_vel", TWIST, ()) is None
 
 
 def _nested(levels: int) -> str:

@@ -175,16 +175,16 @@ def test_what_is_no_message_is_counted() -> None:
 
 
 @pytest.mark.parametrize("levels", [1, 100, 5000])
-@pytest.mark.parametrize("where", ["name", "message"])
-def test_words_that_are_a_tree_are_counted(levels: int, where: str) -> None:
-    """What is no text is no message, however deep, and is never written out."""
+@pytest.mark.parametrize(("where", "fault"), [("name", "?: hot"), ("message", "motors: ?")])
+def test_words_that_are_a_tree_are_counted(levels: int, where: str, fault: str) -> None:
+    """An error is one without its words, too; what is no text, however deep, is not written out."""
     tree: Any = SimpleNamespace()
     for _ in range(levels):
         tree = SimpleNamespace(inner=tree)
     error = SimpleNamespace(**{"level": 2, "name": "motors", "message": "hot", where: tree})
     senses = Senses()
     senses.hear("diagnostics", SimpleNamespace(status=[error]), 1.0)
-    assert (senses.fault(1.0), senses.invalid) == (None, 1)
+    assert (senses.fault(1.0), senses.invalid) == (fault, 1)
 
 
 def test_an_octet_of_nothing_is_counted() -> None:

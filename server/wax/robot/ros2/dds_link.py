@@ -155,13 +155,18 @@ class DdsLink:
         return idl.TwistStamped(idl.Header(idl.Time(sec, nanosec), self._settings.frame_id), said)
 
     def _messages(self, reader: DataReader[Any]) -> list[Any]:
-        """Take what the reader keeps; what cannot be decoded is counted."""
-        try:
-            messages = reader.take(_TAKEN)
-        except _DAMAGED:
-            self.invalid += 1
-            return []
-        return [message for message in messages if message.sample_info.valid_data]
+        """Take what the reader keeps, one by one; what cannot be decoded is only counted."""
+        messages = []
+        for _ in range(_TAKEN):
+            try:
+                taken = reader.take(1)
+            except _DAMAGED:
+                self.invalid += 1
+                continue
+            if not taken:
+                break
+            messages += [message for message in taken if message.sample_info.valid_data]
+        return messages
 
 
 _XCDR1: Final = Policy.DataRepresentation(use_cdrv0_representation=True)

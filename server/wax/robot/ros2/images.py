@@ -47,7 +47,7 @@ def to_bgr(message: Any) -> NDArray[np.uint8]:
         data = _octets(message.data)
         if hasattr(message, "encoding"):
             return _raw(message, data)
-        return _compressed(members.text(message.format), data)
+        return _compressed(getattr(message, "format", ""), data)
     except (AttributeError, TypeError, OverflowError, cv2.error) as error:
         raise ValueError("no picture") from error
 
@@ -59,10 +59,13 @@ def _octets(data: Any) -> NDArray[np.uint8]:
 
 def _raw(message: Any, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
     form = members.text(message.encoding)[:_MAX_WORDS]
-    height, width, step = (members.whole(n) for n in (message.height, message.width, message.step))
+    height, width = members.whole(message.height), members.whole(message.width)
     if form not in _FORMS:
         raise ValueError(form)
     size, conversion = _FORMS[form]
+    # Some leave it 0: rows without a gap, if they fill the picture.
+    is_tight = not getattr(message, "step", None) and data.size == height * width * size
+    step = width * size if is_tight else members.whole(message.step)
     is_whole = 0 < width * size <= step and height > 0 and data.size >= height * step
     if not is_whole or width * height > MAX_PIXELS or step > MAX_PIXELS:
         raise ValueError(f"{form}, {width}×{height}, {data.size} octets")
@@ -73,8 +76,9 @@ def _raw(message: Any, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return pixels if conversion is None else np.asarray(cv2.cvtColor(pixels, conversion), np.uint8)
 
 
-def _compressed(form: str, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def _compressed(form: object, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Read what the octets themselves say that it is; `form` is only for the words."""
     bgr = cv2.imdecode(data, cv2.IMREAD_COLOR) if data.size else None
     if bgr is None:
-        raise ValueError(form[:_MAX_WORDS] or "no picture")
+        raise ValueError((form if isinstance(form, str) else "")[:_MAX_WORDS] or "no picture")
     return np.asarray(bgr, np.uint8)

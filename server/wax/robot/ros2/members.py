@@ -15,3 +15,10 @@ def whole(value: object) -> int:
     if not isinstance(value, int):
         raise TypeError("no whole number")
     return value
+
+
+def number(value: object) -> float:
+    """Return a number; raises `TypeError` for anything else."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise TypeError("no number")
+    return value

@@ -107,7 +107,12 @@ class Takers:
 
 
 def _right(takers: Iterable[Endpoint], type_name: str) -> list[Endpoint]:
-    return [taker for taker in takers if same_type(ros_type(taker.type_name), type_name)]
+    """Return those of our type; one that is not told, as by a rosapi that refuses, may be it."""
+    return [
+        taker
+        for taker in takers
+        if not taker.type_name or same_type(ros_type(taker.type_name), type_name)
+    ]
 
 
 def _taken(traffic: Traffic, topic: str, type_name: str) -> Sentence | None:

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any, Final
 
 from wax.robot.ros2.neighbours import Endpoint, Traffic
-from wax.robot.ros2.rosbridge_protocol import call
+from wax.robot.ros2.rosbridge_protocol import CALLS, call
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -37,11 +37,11 @@ class RosbridgeGraph:
         if now_s - self._asked_s >= ASK_S:
             self._asked_s = now_s
             for name in _QUESTIONS:
-                yield call(f"wax:{name}", f"/rosapi/{name}", topic=self._topic)
+                yield call(f"{CALLS}{name}", f"/rosapi/{name}", topic=self._topic)
 
     def hear(self, answer: Answer, now_s: float) -> None:
         """Take an answer; none, as of a server without rosapi, is not kept."""
-        name = answer.call.removeprefix("wax:")
+        name = answer.call.removeprefix(CALLS)
         if name in _QUESTIONS and answer.values is not None:
             self._answers[name] = answer.values, now_s
 

@@ -45,6 +45,7 @@ MAX_PICTURE_BYTES: Final = 8_000_000
 """For who only subscribes, as the camera does by a link of its own."""
 THROTTLE_MS: Final = {"odometry": 50}
 _KEPT: Final = 8
+_MAX_REFUSED: Final = 16
 
 
 class RosbridgeLink:
@@ -72,6 +73,7 @@ class RosbridgeLink:
         self._wake = asyncio.Event()
         self._closing = False
         self._words: deque[str] = deque()
+        self._refused: set[str] = set()
         self._command = ""
         self._thread = threading.Thread(target=self._run, name="rosbridge", daemon=True)
         self._thread.start()
@@ -206,8 +208,16 @@ class RosbridgeLink:
                     self._heard.setdefault(want.kind, deque(maxlen=_KEPT)).append(heard.message)
             case protocol.Answer():
                 self._graph.hear(heard, self._clock.now_s())
+            case protocol.Complaint() if self._is_giver and heard.is_harmless:
+                self._note(heard)
             case protocol.Complaint():
                 self._error = Sentence("ros2.bridge_refuses", {"why": heard.words.rstrip(".")})
+
+    def _note(self, refused: protocol.Complaint) -> None:
+        """Log a refusal, once each: what it kept from us stays unknown, and the robot is there."""
+        if refused.about not in self._refused and len(self._refused) < _MAX_REFUSED:
+            self._refused.add(refused.about)
+            _LOG.warning("the rosbridge server refuses; the rest goes on", why=refused.words)
 
     def _fail(self, why: str) -> None:
         with self._news:

@@ -28,9 +28,18 @@ class Published:
 
 @dataclass(frozen=True, slots=True)
 class Complaint:
-    """What the server could not do."""
+    """What the server could not do; `about` is the operation, or the number of our call.
+
+    It is empty where the server does not tell.
+    """
 
     words: str
+    about: str = ""
+
+    @property
+    def is_harmless(self) -> bool:
+        """Whether only an answer or a topic is missing, so that the rest goes on as before."""
+        return self.about.startswith((CALLS, SUBSCRIBES)) or self.about in _MAY_REFUSE
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +52,14 @@ class Answer:
 
 Heard = Published | Complaint | Answer
 
+CALLS: Final = "wax:"
+"""With what the number of each of our calls begins."""
+SUBSCRIBES: Final = "wax-subscribe:"
+_MAY_REFUSE: Final = ("call_service", "subscribe")
 MOST_LEVELS: Final = 32
 """Messages of ROS 2 have under ten."""
 _MAX_WORDS: Final = 200
+_NO_REASON: Final = "?"
 _PIECES: Final = re.compile(r'"[^"\\]*+(?:\\.[^"\\]*+)*+"?|[\[\]{}]', re.DOTALL)
 """Strings, whole, and what begins or ends a level."""
 _STEP: Final = {"[": 1, "{": 1, "]": -1, "}": -1}
@@ -61,6 +75,7 @@ def subscribe(topic: str, type_name: str, *, throttle_ms: int = 0) -> str:
     return json.dumps(
         {
             "op": "subscribe",
+            "id": f"{SUBSCRIBES}{topic}",
             "topic": topic,
             "type": type_name,
             "throttle_rate": throttle_ms,
@@ -107,8 +122,15 @@ def _heard(found: object) -> Heard | None:
             number = members.text(getattr(found, "id", ""))
             return Answer(number, getattr(found, "values", None) if done else None)
         case "status" if getattr(found, "level", "") == "error":
-            return Complaint(members.text(getattr(found, "msg", ""))[:_MAX_WORDS])
+            return _complaint(getattr(found, "msg", None), getattr(found, "id", None))
     return None
+
+
+def _complaint(said: object, number: object) -> Complaint:
+    """Read what a refusal is about by our number, else by its first word; it counts without."""
+    words = said[:_MAX_WORDS] if isinstance(said, str) else _NO_REASON
+    operation, colon, _ = words.partition(":")
+    return Complaint(words, number if isinstance(number, str) else operation if colon else "")
 
 
 def _is_deep(text: str) -> bool:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import base64
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from wax.driver.interface import Pose
@@ -24,6 +25,11 @@ MOVES_RPS: Final = 0.02
 """Below that it is the noise of a standing robot's odometry."""
 _ERROR: Final = 2
 _BUMP: Final = 1
+_SOME_BUMPER: Final = 7
+"""The bit of one that is not said which."""
+_UNREADABLE: Final = "?"
+_LEAST_LENGTH: Final = 0.5
+"""A quaternion that is a rotation has the length 1."""
 _MAX_WORDS: Final = 200
 _MAX_STATUSES: Final = 256
 _NO_MESSAGE: Final = (AttributeError, TypeError, ValueError, OverflowError, IndexError)
@@ -31,7 +37,7 @@ _NO_MESSAGE: Final = (AttributeError, TypeError, ValueError, OverflowError, Inde
 
 
 class Senses:
-    """Keeps the newest of each kind; `hear` raises `ValueError` for what is no such message."""
+    """Keeps the newest of each kind; what is no message never raises."""
 
     def __init__(self) -> None:
         self._pose: Pose | None = None
@@ -42,16 +48,20 @@ class Senses:
         self.battery_v: float | None = None
         self.battery_fraction: float | None = None
         self.invalid = 0
+        self._is_strange = False
 
     def hear(self, kind: str, message: Any, now_s: float) -> None:
         """Take a message of ``odometry``, ``battery``, ``bumper`` or ``diagnostics``.
 
-        What is no such message, as JSON may be, changes nothing and is counted.
+        Each member counts for itself: one that is missing, or is what it cannot be, takes nothing
+        from the others. A message with such a one is counted.
         """
+        self._is_strange = False
         try:
             self._hear[kind](self, message, now_s)
         except _NO_MESSAGE:
-            self.invalid += 1
+            self._is_strange = True
+        self.invalid += self._is_strange
 
     def pose(self, now_s: float) -> Pose | None:
         return self._pose if now_s - self._told_s < ODOMETRY_S else None
@@ -65,29 +75,60 @@ class Senses:
         return max(fresh)[1] if fresh else None
 
     def _odometry(self, message: Any, now_s: float) -> None:
-        place, turned = message.pose.pose.position, message.pose.pose.orientation
-        speed = message.twist.twist
-        x, y, z, w = _finite(turned.x, turned.y, turned.z, turned.w)
-        x_m, y_m = _finite(place.x, place.y)
-        ahead, aside, turning = _finite(speed.linear.x, speed.linear.y, speed.angular.z)
-        heading = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-        self._pose = Pose(x_m=x_m, y_m=y_m, heading_rad=heading)
-        self._moving = math.hypot(ahead, aside) > MOVES_MPS or abs(turning) > MOVES_RPS
+        number = self._number
+        placed, moved = "pose.covariance", "twist.covariance"
+        x_m = (
+            None if self._is_denied(message, placed, 0) else number(message, "pose.pose.position.x")
+        )
+        y_m = (
+            None if self._is_denied(message, placed, 7) else number(message, "pose.pose.position.y")
+        )
+        heading = None if self._is_denied(message, placed, 35) else self._heading(message)
+        speeds = (
+            ("linear.x", 0, MOVES_MPS),
+            ("linear.y", 7, MOVES_MPS),
+            ("angular.z", 35, MOVES_RPS),
+        )
+        told = [
+            (number(message, f"twist.twist.{name}"), least)
+            for name, variance, least in speeds
+            if not self._is_denied(message, moved, variance)
+        ]
+        known = [(value, least) for value, least in told if value is not None]
+        if any(abs(value) > least for value, least in known):
+            self._moving = True
+        else:
+            self._moving = False if len(known) == len(speeds) else None
+        self._pose = (
+            None if x_m is None or y_m is None or heading is None else Pose(x_m, y_m, heading)
+        )
         self._told_s = now_s
 
+    def _heading(self, message: Any) -> float | None:
+        parts = [self._number(message, f"pose.pose.orientation.{name}") for name in "xyzw"]
+        known = [part for part in parts if part is not None]
+        # All zeros, as of a driver that has no orientation, is no rotation.
+        if len(known) < len(parts) or math.hypot(*known) < _LEAST_LENGTH:
+            return None
+        x, y, z, w = (part / math.hypot(*known) for part in known)
+        return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
     def _battery(self, message: Any, _: float) -> None:
-        volts, share = float(message.voltage), float(message.percentage)
-        # Not known is NaN. Some drivers say percents where the message asks for a share.
-        share = share / 100.0 if share > 1.0 else share
-        self.battery_v = volts if math.isfinite(volts) else None
-        self.battery_fraction = share if 0.0 <= share <= 1.0 else None
+        volts, share = self._number(message, "voltage"), self._number(message, "percentage")
+        # A driver that does not measure leaves 0 V. Some say percents where a share is asked for.
+        share = share / 100.0 if share is not None and share > 1.0 else share
+        self.battery_v = volts if volts is not None and volts > 0.0 else None
+        self.battery_fraction = share if share is not None and 0.0 <= share <= 1.0 else None
 
     def _bumper(self, message: Any, _: float) -> None:
         if hasattr(message, "detections"):
-            self.bumpers = int(any(found.type == _BUMP for found in message.detections))
+            kinds = [self._number(found, "type") for found in _list(message.detections)]
+            self.bumpers = int(_BUMP in kinds)
         elif hasattr(message, "state"):
-            bit = 1 << min(7, max(0, int(message.bumper)))
-            self.bumpers = self.bumpers | bit if message.state else self.bumpers & ~bit
+            number, state = self._number(message, "bumper"), self._number(message, "state")
+            bit = 1 << (_SOME_BUMPER if number is None else min(7, max(0, int(number))))
+            if state is not None:
+                self.bumpers = self.bumpers | bit if state else self.bumpers & ~bit
         else:
             self.bumpers = int(_truth(message.data))
 
@@ -95,13 +136,44 @@ class Senses:
         self._faults = {
             name: told for name, told in self._faults.items() if now_s - told[1] < FAULT_S
         }
-        for status in message.status[:_MAX_STATUSES]:
-            name = members.text(status.name)
-            if _octet(status.level) == _ERROR and len(self._faults) < _MAX_STATUSES:
-                said = f"{name}: {members.text(status.message)}"[:_MAX_WORDS]
-                self._faults[name] = (said, now_s)
+        for status in _list(message.status)[:_MAX_STATUSES]:
+            try:
+                level = _octet(status.level)
+            except _NO_MESSAGE:
+                self._is_strange = True
+                continue
+            name, words = self._text(status, "name"), self._text(status, "message")
+            if level == _ERROR and len(self._faults) < _MAX_STATUSES:
+                self._faults[name] = (f"{name}: {words}"[:_MAX_WORDS], now_s)
             else:
                 self._faults.pop(name, None)
+
+    def _number(self, message: Any, path: str) -> float | None:
+        """Return a member, None if it is not known: NaN, which JSON has as null, or no number."""
+        value = message
+        try:
+            for name in path.split("."):
+                value = getattr(value, name)
+            number = math.nan if value is None else float(members.number(value))
+        except _NO_MESSAGE:
+            number = math.inf
+        self._is_strange = self._is_strange or math.isinf(number)
+        return number if math.isfinite(number) else None
+
+    def _is_denied(self, message: Any, path: str, place: int) -> bool:
+        """Whether a variance says that its value is not measured, as ROS does by a negative one."""
+        try:
+            part, name = path.split(".")
+            return bool(members.number(getattr(getattr(message, part), name)[place]) < 0.0)
+        except _NO_MESSAGE:
+            return False  # many leave it out, or have NaN
+
+    def _text(self, message: Any, name: str) -> str:
+        try:
+            return members.text(getattr(message, name))
+        except _NO_MESSAGE:
+            self._is_strange = True
+            return _UNREADABLE
 
     _hear: Final[Mapping[str, Any]] = {
         "odometry": _odometry,
@@ -111,11 +183,10 @@ class Senses:
     }
 
 
-def _finite(*numbers: object) -> list[float]:
-    found = [float(number) for number in numbers]  # type: ignore[arg-type]  # it raises for others
-    if not all(math.isfinite(number) for number in found):
-        raise ValueError("not a number")
-    return found
+def _list(value: Any) -> Any:
+    if not isinstance(value, Sequence) or isinstance(value, str):
+        raise TypeError("not a list")
+    return value
 
 
 def _octet(value: Any) -> int:

@@ -1,0 +1,215 @@
+"""Each member of a message counts for itself: what else was told stays known."""
+
+from __future__ import annotations
+
+import copy
+import json
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, Final
+
+import cv2
+import numpy as np
+import pytest
+from tests.robot.ros2.robots import ros2_settings
+
+from wax.config.controls import GaugeSettings
+from wax.control.gauge_limits import GaugeHold, watch
+from wax.driver.interface import Limits, Pose
+from wax.robot.ros2.conversation import Ros2Conversation
+from wax.robot.ros2.images import to_bgr
+from wax.robot.ros2.senses import Senses
+from wax.robot.ros2.settings import Ros2Settings
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+REMOVED: Final = object()
+WRONG: Final[tuple[Any, ...]] = (
+    REMOVED,
+    None,
+    "words",
+    True,
+    [],
+    {},
+    [[7]],
+    float("nan"),
+    float("inf"),
+    10**400,
+)
+
+VECTOR: Final = {"x": 0.0, "y": 0.0, "z": 0.0}
+COVARIANCE: Final = [0.1] * 36
+MESSAGES: Final[dict[str, dict[str, Any]]] = {
+    "odometry": {
+        "header": {"stamp": {"sec": 1, "nanosec": 2}, "frame_id": "odom"},
+        "child_frame_id": "base",
+        "pose": {
+            "pose": {
+                "position": {"x": 1.0, "y": 2.0, "z": 0.0},
+                "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
+            },
+            "covariance": COVARIANCE,
+        },
+        "twist": {
+            "twist": {"linear": VECTOR | {"x": 0.3}, "angular": VECTOR},
+            "covariance": COVARIANCE,
+        },
+    },
+    "battery": {
+        "header": {"stamp": {"sec": 1, "nanosec": 2}, "frame_id": ""},
+        "voltage": 12.1,
+        "temperature": 20.0,
+        "current": -1.0,
+        "percentage": 0.5,
+        "present": True,
+        "cell_voltage": [4.0],
+    },
+    "bumper": {"detections": [{"header": {"frame_id": "a"}, "type": 0}, {"type": 1}]},
+    "diagnostics": {
+        "header": {"stamp": {"sec": 1, "nanosec": 2}, "frame_id": ""},
+        "status": [
+            {"level": 0, "name": "lidar", "message": "OK", "values": [{"key": "a", "value": "b"}]},
+            {"level": 2, "name": "motors", "message": "hot", "hardware_id": "7", "values": []},
+        ],
+    },
+}
+Path = tuple[Any, ...]
+
+
+def places(value: Any, path: Path = ()) -> Iterator[Path]:
+    if not isinstance(value, dict | list):
+        return
+    for key, one in value.items() if isinstance(value, dict) else enumerate(value[:2]):
+        yield (*path, key)
+        yield from places(one, (*path, key))
+
+
+def spoilt(kind: str, path: Path, wrong: Any) -> Any:
+    message = copy.deepcopy(MESSAGES[kind])
+    holder: Any = message
+    for key in path[:-1]:
+        holder = holder[key]
+    if wrong is REMOVED:
+        del holder[path[-1]]
+    else:
+        holder[path[-1]] = wrong
+    return json.loads(json.dumps(message), object_hook=lambda found: SimpleNamespace(**found))
+
+
+def known(kind: str, message: Any) -> dict[str, Any]:
+    senses = Senses()
+    senses.hear(kind, message, 1.0)
+    return {
+        "pose": senses.pose(1.0),
+        "moving": senses.moving(1.0),
+        "volts": senses.battery_v,
+        "share": senses.battery_fraction,
+        "bumped": senses.bumpers,
+        "fault": senses.fault(1.0),
+    }
+
+
+NEEDS: Final[dict[str, dict[str, tuple[str, ...]]]] = {
+    "odometry": {
+        "pose": ("pose.pose.position.x", "pose.pose.position.y", "pose.pose.orientation"),
+        "moving": ("twist.twist.linear.x",),
+    },
+    "battery": {"volts": ("voltage",), "share": ("percentage",)},
+    "bumper": {"bumped": ("detections.1.type",)},
+    "diagnostics": {"fault": ("status.1.level", "status.1.name", "status.1.message")},
+}
+"""What is known from a complete message, and what of it each needs."""
+
+
+def touches(path: Path, needed: str) -> bool:
+    spoils = ".".join(map(str, path)).split(".")
+    parts = needed.split(".")
+    shorter = min(len(spoils), len(parts))
+    return spoils[:shorter] == parts[:shorter]
+
+
+@pytest.mark.parametrize("kind", MESSAGES)
+def test_what_else_was_told_stays_known(kind: str) -> None:
+    """Whichever member is removed, null or of another type, all that does not need it is told."""
+    whole = known(kind, spoilt(kind, ("extra",), 7))
+    told = {name for name, value in whole.items() if value}
+    assert told == set(NEEDS[kind])
+    for path in places(MESSAGES[kind]):
+        for wrong in WRONG:
+            if wrong is REMOVED and isinstance(path[-1], int):
+                continue  # the others move up: that is another list
+            now = known(kind, spoilt(kind, path, wrong))
+            for name, needed in NEEDS[kind].items():
+                if not any(touches(path, one) for one in needed):
+                    assert now[name] == whole[name], (path, wrong)
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+@pytest.mark.parametrize("name", ["voltage", "percentage"])
+def test_what_stops_and_is_not_told_holds_with_its_name(name: str, wrong: Any) -> None:
+    """The link stays; only the gauge that needs the missing number holds the robot."""
+    talk = Ros2Conversation(ros2_settings(0).own(Ros2Settings), Limits(0.5, 1.0))
+    talk.judged(None, alone=True)
+    talk.hear("battery", spoilt("battery", (name,), wrong), 1.0)
+    state = talk.state(1.0)
+    assert (state.connected, state.epoch) == (True, 1)
+    for gauge, needs in (("battery_v", "voltage"), ("battery_fraction", "percentage")):
+        held = watch(GaugeHold(), [GaugeSettings(name=gauge, stop_below=0.1)], state, 1.0).reason
+        assert (held.code if held else None) == ("gauge.untold" if needs == name else None)
+
+
+@pytest.mark.parametrize(
+    ("part", "place", "pose", "moving"),
+    [
+        ("pose", 0, None, False),
+        ("pose", 35, None, False),
+        ("twist", 0, Pose(1.0, 2.0, 0.0), None),
+        ("twist", 35, Pose(1.0, 2.0, 0.0), None),
+        ("twist", 14, Pose(1.0, 2.0, 0.0), False),
+    ],
+)
+def test_a_negative_variance_is_a_value_that_nobody_measured(
+    part: str, place: int, pose: Pose | None, moving: bool | None
+) -> None:
+    """ROS says so by -1; the zero beside it is no standstill."""
+    covariance = [-1.0 if at == place else 0.1 for at in range(36)]
+    message = spoilt("odometry", (part, "covariance"), covariance)
+    message.twist.twist.linear.x = 0.0
+    now = known("odometry", message)
+    assert (now["pose"], now["moving"]) == (pose, moving)
+
+
+def test_a_quaternion_of_zeros_is_no_heading() -> None:
+    """A driver without an orientation leaves it so; whether the robot moves is told."""
+    message = spoilt("odometry", ("pose", "pose", "orientation", "w"), 0.0)
+    now = known("odometry", message)
+    assert (now["pose"], now["moving"]) == (None, True)
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+def test_a_bumper_that_is_not_said_which_is_pressed(wrong: Any) -> None:
+    """Of a press without its place it is known that it is one, and when it ends."""
+    senses = Senses()
+    event = {} if wrong is REMOVED else {"bumper": wrong}
+    senses.hear("bumper", SimpleNamespace(**event, state=1), 1.0)
+    assert senses.bumpers
+    senses.hear("bumper", SimpleNamespace(**event, state=0), 1.0)
+    assert senses.bumpers == 0
+
+
+@pytest.mark.parametrize("member", ["format", "header", "step", "is_bigendian"])
+@pytest.mark.parametrize("wrong", [REMOVED, None, 0])
+def test_a_picture_needs_only_what_its_pixels_need(member: str, wrong: Any) -> None:
+    """A JPEG says itself what it is, and rows that fill the picture have no gap."""
+    raw = {"encoding": "bgr8", "width": 2, "height": 1, "step": 6, "is_bigendian": 0}
+    message = {"header": {}, "format": "", "data": bytes(range(6))} | raw
+    message.pop(member) if wrong is REMOVED else message.update({member: wrong})
+    assert np.array_equal(to_bgr(SimpleNamespace(**message)).ravel(), np.arange(6))
+
+
+@pytest.mark.parametrize("wrong", [REMOVED, None, 7])
+def test_a_jpeg_is_read_without_its_format(wrong: Any) -> None:
+    """The member only names what the octets say themselves."""
+    octets = cv2.imencode(".png", np.full((2, 2, 3), 9, np.uint8))[1].tobytes()
+    form = {} if wrong is REMOVED else {"format": wrong}
+    assert to_bgr(SimpleNamespace(data=octets, **form)).max() == 9
