@@ -62,17 +62,29 @@ def test_a_battery_is_the_sum_of_its_cells() -> None:
     ) == [Battery(8.1, 0.62), None, Battery(None, None)]
 
 
-def test_what_is_no_number_is_no_news() -> None:
-    """A rover without an estimate sends NaN."""
+def test_what_is_no_number_takes_nothing_from_the_rest() -> None:
+    """A rover without an estimate sends NaN: beside it the others are told."""
     nan, rover = float("nan"), Vehicle()
-    assert (
-        news(
-            rover.says("vfr_hud", 0.0, nan, 0, 0, 0.0, 0.0)
-            + rover.says("attitude", 1, 0.0, 0.0, nan, 0.0, 0.0, 0.0)
-            + rover.says("local_position_ned", 1, nan, 0.0, 0.0, 0.0, 0.0, 0.0)
-        )
-        == [None] * 3
-    )
+    assert news(
+        rover.says("vfr_hud", 0.0, nan, 0, 0, 0.0, 0.0)
+        + rover.says("attitude", 1, 0.0, 0.0, nan, 0.0, 0.0, 0.25)
+        + rover.says("attitude", 2, 0.0, 0.0, 0.5, 0.0, 0.0, nan)
+        + rover.says("local_position_ned", 1, nan, 2.0, 0.0, 0.0, 0.0, 0.0)
+    ) == [
+        Speed(None),
+        Attitude(None, -0.25, 1),
+        Attitude(-0.5, None, 2),
+        Position(None, -2.0),
+    ]
+
+
+def test_nothing_is_no_voltage() -> None:
+    """Firmware without a battery monitor sends 0 V, and may know its share all the same."""
+    rover = Vehicle()
+    assert news(
+        rover.says("battery_status", 0, 0, 0, 0, [0] + [0xFFFF] * 9, -1, -1, -1, 62)
+        + rover.says("sys_status", 0, 0, 0, 0, 0, -1, 50, *[0] * 6)
+    ) == [Battery(None, 0.62), Battery(None, 0.5)]
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), float("-inf")])

@@ -19,7 +19,13 @@ from wax.robot.mavlink.news import (
     Speed,
 )
 from wax.robot.mavlink.settings import MavlinkSettings
-from wax.robot.mavlink.vehicle import ASK_FOR_S, SILENT_S, TELEMETRY_SILENT_S, Vehicle
+from wax.robot.mavlink.vehicle import (
+    ASK_FOR_S,
+    BATTERY_OLD_S,
+    SILENT_S,
+    TELEMETRY_SILENT_S,
+    Vehicle,
+)
 
 BEAT = Heartbeat(10, 3, 15, is_armed=True)
 
@@ -132,7 +138,7 @@ def test_a_restart_is_noticed_by_the_time_since_power_on() -> None:
     """Only by one that goes back far; messages may overtake each other."""
     one = vehicle(BEAT, Attitude(0.0, 0.0, 60_000), Attitude(0.0, 0.0, 59_900))
     assert not one.restarted
-    tell(one, Attitude(0.0, 0.0, 500))
+    tell(one, Attitude(None, None, 500))
     assert one.restarted
 
 
@@ -142,6 +148,9 @@ def test_it_moves_when_it_drives_or_turns() -> None:
     assert vehicle(BEAT, Speed(0.09)).moving is False
     assert vehicle(BEAT, Speed(0.1)).moving is True
     assert vehicle(BEAT, Speed(0.0), Attitude(0.0, -0.06, 1)).moving is True
+    assert vehicle(BEAT, Speed(None), Attitude(None, -0.06, 1)).moving is True
+    assert vehicle(BEAT, Speed(0.5), Speed(None), Attitude(0.0, 0.0, 1)).moving is None
+    assert vehicle(BEAT, Speed(0.5), Attitude(0.0, None, 1)).moving is True
 
 
 def test_pose_and_battery_are_what_it_told_last() -> None:
@@ -150,4 +159,13 @@ def test_pose_and_battery_are_what_it_told_last() -> None:
     assert one.pose is None
     tell(one, Attitude(0.5, 0.0, 1))
     assert one.pose == Pose(1.0, 2.0, 0.5)
+    tell(one, Attitude(None, 0.0, 2))
+    assert one.pose is None
     assert one.battery == Battery(8.1, 0.5)
+
+
+def test_a_voltage_that_nobody_tells_any_more_is_unknown() -> None:
+    """A monitor that fails while its rover goes on leaves no last good voltage behind."""
+    one = vehicle(BEAT, Battery(8.1, 0.5))
+    tell(one, Battery(None, 0.4), now_s=100.0 + BATTERY_OLD_S)
+    assert one.battery == Battery(None, 0.4)

@@ -155,32 +155,38 @@ def _parameter(message: Any) -> Parameter | None:
     return Parameter(message.param_id, message.param_value)
 
 
-def _speed(message: Any) -> Speed | None:
-    return Speed(message.groundspeed) if math.isfinite(message.groundspeed) else None
+def _speed(message: Any) -> Speed:
+    return Speed(_known(message.groundspeed))
 
 
-def _attitude(message: Any) -> Attitude | None:
-    if not (math.isfinite(message.yaw) and math.isfinite(message.yawspeed)):
-        return None  # it has no estimate yet
-    return Attitude(0.0 - message.yaw, 0.0 - message.yawspeed, message.time_boot_ms)
+def _attitude(message: Any) -> Attitude:
+    return Attitude(_known(0.0 - message.yaw), _known(0.0 - message.yawspeed), message.time_boot_ms)
 
 
-def _position(message: Any) -> Position | None:
-    if not (math.isfinite(message.x) and math.isfinite(message.y)):
-        return None
-    return Position(message.x, 0.0 - message.y)
+def _position(message: Any) -> Position:
+    return Position(_known(message.x), _known(0.0 - message.y))
+
+
+def _known(value: float) -> float | None:
+    """Return None for NaN, which a rover without an estimate sends."""
+    return value if math.isfinite(value) else None
 
 
 def _battery(message: Any) -> Battery | None:
     if message.id != 0:
         return None  # a second battery
     cells_mv = [cell for cell in message.voltages if cell != _UNKNOWN_MV]
-    return Battery(sum(cells_mv) / 1000.0 if cells_mv else None, _fraction(message))
+    return Battery(_volts(sum(cells_mv)), _fraction(message))
 
 
 def _system_status(message: Any) -> Battery:
     volts_mv = message.voltage_battery
-    return Battery(None if volts_mv == _UNKNOWN_MV else volts_mv / 1000.0, _fraction(message))
+    return Battery(_volts(0 if volts_mv == _UNKNOWN_MV else volts_mv), _fraction(message))
+
+
+def _volts(millivolts: int) -> float | None:
+    """Return None for 0, which firmware sends where it has no battery monitor."""
+    return millivolts / 1000.0 if millivolts else None
 
 
 def _fraction(message: Any) -> float | None:

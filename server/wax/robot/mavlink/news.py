@@ -27,22 +27,29 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    mps: float
+    """None is not known: the rover has no estimate."""
+
+    mps: float | None
 
 
 @dataclass(frozen=True, slots=True)
 class Attitude:
-    """The heading, how fast it changes, and how long ago the rover was switched on."""
+    """The heading, how fast it changes, and how long ago the rover was switched on.
 
-    heading_rad: float
-    turn_rps: float
+    None is not known.
+    """
+
+    heading_rad: float | None
+    turn_rps: float | None
     boot_ms: int
 
 
 @dataclass(frozen=True, slots=True)
 class Position:
-    x_m: float
-    y_m: float
+    """None is not known."""
+
+    x_m: float | None
+    y_m: float | None
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,6 +35,12 @@ TURNING_RPS: Final = 0.05
 REBOOT_MS: Final = 1000
 """A time since power-on that went back by more than this is another power-on."""
 
+BATTERY_OLD_S: Final = 5.0
+"""Two messages tell of it, once a second each; what neither told for so long is unknown."""
+
+_Told = tuple[float | None, float]
+_UNTOLD: Final[_Told] = (None, -math.inf)
+
 _ARDUPILOT: Final = 3
 _GROUND_STATION: Final = 6
 _ROVER_KINDS: Final = (10, 11)
@@ -80,7 +86,7 @@ class Vehicle:
         self._speed_mps: float | None = None
         self._attitude: Attitude | None = None
         self._position: Position | None = None
-        self._battery = Battery(None, None)
+        self._volts = self._fraction = _UNTOLD
         self._other: int | None = None
         self._has_twin = False
         self._signs = False
@@ -123,10 +129,8 @@ class Vehicle:
             case Position():
                 self._position = news
             case Battery():
-                self._battery = Battery(
-                    self._battery.volts if news.volts is None else news.volts,
-                    self._battery.fraction if news.fraction is None else news.fraction,
-                )
+                self._volts = _newer(self._volts, news.volts, now_s)
+                self._fraction = _newer(self._fraction, news.fraction, now_s)
 
     # --- is it there ------------------------------------------------------------------------
 
@@ -231,22 +235,27 @@ class Vehicle:
     @property
     def moving(self) -> bool | None:
         """Whether it moves or turns, by its own sensors; None if it does not tell its speed."""
+        turn_rps = None if self._attitude is None else self._attitude.turn_rps
+        if turn_rps is not None and abs(turn_rps) > TURNING_RPS:
+            return True
         if self._speed_mps is None:
             return None
-        turns = self._attitude is not None and abs(self._attitude.turn_rps) > TURNING_RPS
-        return turns or self._speed_mps >= self._settings.moving_mps
+        return self._speed_mps >= self._settings.moving_mps
 
     @property
     def pose(self) -> Pose | None:
         """Where it is, from where its position began; the heading is from north to the left."""
         if self._position is None or self._attitude is None:
             return None
-        return Pose(self._position.x_m, self._position.y_m, self._attitude.heading_rad)
+        x_m, y_m, heading = self._position.x_m, self._position.y_m, self._attitude.heading_rad
+        if x_m is None or y_m is None or heading is None:
+            return None
+        return Pose(x_m, y_m, heading)
 
     @property
     def battery(self) -> Battery:
         """Its main battery."""
-        return self._battery
+        return Battery(self._volts[0], self._fraction[0])
 
     def known(self) -> dict[str, float]:
         """Return numbers for the status page."""
@@ -262,3 +271,10 @@ class Vehicle:
             for name, value in self._parameters.items()
             if name.startswith(("FS_", "GUID_"))
         }
+
+
+def _newer(last: _Told, value: float | None, now_s: float) -> _Told:
+    """Keep a value that one message has told while another tells none, but not for ever."""
+    if value is not None:
+        return value, now_s
+    return last if now_s - last[1] < BATTERY_OLD_S else _UNTOLD
