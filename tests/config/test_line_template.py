@@ -61,12 +61,17 @@ def test_its_end_is_known(text: str, ending: str) -> None:
         ("{left} {right}", "1 2 3", None),
         ("{left}.{right}", "1.2.3", {"left": 1.2, "right": 3.0}),
         ("{left}1", "11", None),
+        ("V {left},{right}", "V nan,7", {"right": 7.0}),
+        ("V {left},{right}", "V ,7", {"right": 7.0}),
+        ("V {left},{right}", "V -inf,OVF", {}),
+        ("V {left},{right}", "V nana,7", None),
+        ("V {left},{right}", "V ,", None),
     ],
 )
 def test_a_line_is_understood_as_it_is_described(
     text: str, line: str, found: dict[str, float] | None
 ) -> None:
-    """Each place is a decimal number, and all else stands there as it is, or it is another line."""
+    """Each place is a number, or lacks one, and all else is there as it is; else it is another."""
     assert LineTemplate(text, (*NAMES, "_")).found(line) == found
 
 

@@ -136,3 +136,32 @@ def test_a_new_connection_knows_nothing() -> None:
         told.hear(line, 0.0)
     told.forget()
     assert (told.battery_v(0.0), told.moving(0.0), told.known()) == (None, None, {})
+
+
+@pytest.mark.parametrize("wrong", ["", "nan", "-inf", "ovf", "NULL"])
+@pytest.mark.parametrize("at", range(4))
+def test_each_number_of_a_line_counts_for_itself(at: int, wrong: str) -> None:
+    """A sensor that fails takes nothing from the others of its line, and no wheel is made up."""
+    told = reports("R {battery_mv},{bumpers},{left_ticks},{right_ticks}")
+    assert told.hear("R 12000,1,0,0", 1.0)
+    second = ["12100", "1", "9", "9"]
+    second[at] = wrong
+    assert told.hear("R " + ",".join(second), 1.5)
+    assert told.battery_v(1.5) == (12.0 if at == 0 else 12.1)
+    assert told.bumpers(1.5) == 1
+    assert told.moving(1.5) is (None if at > 1 else True)
+    assert told.battery_v(2.2) == (None if at == 0 else 12.1)
+
+
+def test_a_line_of_two_forms_is_the_one_that_tells_more() -> None:
+    """Where a number may be missing, a line of one form could be that of another."""
+    told = reports("{left},{right}{battery_mv}", "{left},{bumpers} {battery_mv}")
+    assert told.hear("1,4 12000", 1.0)
+    assert (told.bumpers(1.0), told.battery_v(1.0)) == (4, 12.0)
+
+
+def test_no_volts_are_none_measured() -> None:
+    """As in the dialect of frames, 0 is what a board without a divider says."""
+    told = reports("V {battery_mv}")
+    assert told.hear("V 0", 1.0)
+    assert told.battery_v(1.0) is None

@@ -21,7 +21,8 @@ ANY: Final = "_"
 
 _FORMAT: Final = re.compile(r"\+?(0?[1-9])?(d|(\.[0-6])?f)?")
 # Possessive: what a number has taken it never gives back, so no line can make the search long.
-_NUMBER: Final = r"([+-]?+[0-9]{1,12}+(?:\.[0-9]{0,12}+)?+)"
+_NUMBER: Final = r"((?>[+-]?+(?:[0-9]{1,12}+(?:\.[0-9]{0,12}+)?+|(?i:nan|inf|ovf|null|none))|))"
+"""Or what boards print where they know none: `Print::print` of Arduino's says nan, inf and ovf."""
 _ENDS: Final = "\r\n"
 
 
@@ -48,12 +49,17 @@ class LineTemplate:
         ).encode("ascii")
 
     def found(self, line: str) -> dict[str, float] | None:
-        """Return the numbers of a line without its end; None if it is another line."""
+        """Return the numbers of a line without its end; None if it is another line.
+
+        A place that is empty, or has a word for no number, is left out.
+        """
         match = self._pattern.fullmatch(line)
-        if match is None:
+        if match is None or (self.names and not any(match.groups())):
             return None
         return {
-            name: float(number) for name, number in zip(self.names, match.groups(), strict=True)
+            name: float(number)
+            for name, number in zip(self.names, match.groups(), strict=True)
+            if number[-1:].isdigit() or number[-1:] == "."
         }
 
 

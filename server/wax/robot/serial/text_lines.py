@@ -57,13 +57,14 @@ class Reports:
 
     def hear(self, line: str, now_s: float) -> bool:
         """Take a line; return whether it is one that was described."""
-        for template in self._templates:
-            found = template.found(line)
-            if found is not None:
-                self._told |= {name: (value, now_s) for name, value in found.items()}
-                self._turn(found, now_s)
-                return True
-        return False
+        read = [template.found(line) for template in self._templates]
+        # A line of one form may be that of another in which numbers are missing.
+        found = max((one for one in read if one is not None), key=len, default=None)
+        if found is None:
+            return False
+        self._told |= {name: (value, now_s) for name, value in found.items()}
+        self._turn(found, now_s)
+        return True
 
     def moving(self, now_s: float) -> bool | None:
         """Whether a wheel turns, by what says so or by what they are told to do; None unknown."""
@@ -76,7 +77,7 @@ class Reports:
     def battery_v(self, now_s: float) -> float | None:
         for name, parts in (("battery_v", 1.0), ("battery_dv", 10.0), ("battery_mv", 1000.0)):
             value = self._newest(name, now_s)
-            if value is not None:
+            if value:  # 0: not measured
                 return value / parts
         return None
 
@@ -100,8 +101,8 @@ class Reports:
         return value if name in self._told and now_s - at_s < self._stale_s else None
 
     def _turn(self, found: dict[str, float], now_s: float) -> None:
-        """Compare the ticks, of which a line has both or none, with the last ones."""
-        if TICKS[0] not in found:
+        """Compare the ticks of both wheels, as of one moment, with the last ones."""
+        if not found.keys() >= set(TICKS):
             return
         left, right = (int(found[name]) for name in TICKS)
         if self._ticks is not None:
