@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -77,3 +79,10 @@ def test_what_is_no_state_is_refused(told: object, sentence: str) -> None:
     """A plug-in may return anything; the sentence says what it was."""
     with pytest.raises(TypeError, match=sentence):
         checked(told)
+
+
+@pytest.mark.parametrize("wrong", [None, "warm", math.nan, -math.inf, True, [], 10**400])
+def test_a_gauge_that_is_no_number_is_left_out(wrong: Any) -> None:
+    """A sensor that a driver cannot read costs only its gauge, which is then not told."""
+    state = RobotState(connected=True, gauges={"motor_c": 40.5, "arm_c": wrong, "turns": 7})
+    assert checked(state) == replace(state, gauges={"motor_c": 40.5, "turns": 7})

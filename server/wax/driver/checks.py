@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from wax.driver.interface import STANDSTILL, Aboard, RobotState, Twist
@@ -15,6 +17,8 @@ if TYPE_CHECKING:
 
 MAX_GAUGES: Final = 32
 """What a driver may tell; its state is sent often."""
+
+_MOST: Final = sys.float_info.max
 
 NO_ANSWER: Final = Sentence("robot.no_answer")
 """The problem reported for a robot whose driver raises."""
@@ -58,7 +62,10 @@ def unit(position: float) -> float:
 
 
 def checked(state: object) -> RobotState:
-    """Return `state` if it is a valid state; raises `TypeError` for anything else."""
+    """Return `state` if it is a valid state; raises `TypeError` for anything else.
+
+    A gauge that is no number is left out, as one that the robot does not tell.
+    """
     if not isinstance(state, RobotState):
         raise TypeError(f"the driver's state() returned {state!r}, not a RobotState")
     if not isinstance(state.bumpers, int):
@@ -70,6 +77,9 @@ def checked(state: object) -> RobotState:
             f"the driver's state() has {state.gauges!r} for gauges, not at most {MAX_GAUGES}"
             " numbers by name"
         )
+    if not all(_is_number(value) for value in state.gauges.values()):
+        known = {name: value for name, value in state.gauges.items() if _is_number(value)}
+        state = replace(state, gauges=known)
     if not _is_time(state.ttl_s):
         raise TypeError(f"the driver's state() has {state.ttl_s!r} for ttl_s, not seconds or None")
     return state
@@ -83,10 +93,13 @@ def _are_gauges(gauges: object) -> bool:
     return (
         isinstance(gauges, Mapping)
         and len(gauges) <= MAX_GAUGES
-        and all(
-            isinstance(name, str) and isinstance(value, int | float)
-            for name, value in gauges.items()
-        )
+        and all(isinstance(name, str) for name in gauges)
+    )
+
+
+def _is_number(value: object) -> bool:
+    return (
+        isinstance(value, int | float) and not isinstance(value, bool) and -_MOST <= value <= _MOST
     )
 
 
