@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from wax.capture.list_devices import Device
-from wax.init.found import _by_name, lasting_names, look
+from wax.init.found import _by_name, _ports, lasting_names, look
+from wax.robot.serial.list_ports import Port
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -40,3 +41,27 @@ def test_it_looks_at_this_machine() -> None:
     found = look()
     assert found.plugged <= len(found.ports)
     assert not {"serial", "simulated"} & set(found.drivers)
+
+
+def test_two_boards_that_say_the_same_are_named_by_their_sockets(tmp_path: Path) -> None:
+    """The one link that both would have leads to whichever was found last, also to the other."""
+    for folder, name, device in (
+        ("by-id", "usb-1a86", "ttyUSB1"),
+        ("by-id", "usb-uno", "ttyACM0"),
+        ("by-path", "hub-1", "ttyUSB0"),
+        ("by-path", "hub-2", "ttyUSB1"),
+        ("by-path", "hub-3", "ttyACM0"),
+    ):
+        (tmp_path / device).touch()
+        (tmp_path / folder).mkdir(exist_ok=True)
+        (tmp_path / folder / name).symlink_to(tmp_path / device)
+    ports = [
+        Port(str(tmp_path / device), "", is_usb=True, has_twin=device != "ttyACM0")
+        for device in ("ttyACM0", "ttyUSB0", "ttyUSB1")
+    ]
+    names = [one.source for one in _ports(ports, tmp_path)]
+    assert [name.removeprefix(f"{tmp_path}/") for name in names] == [
+        "by-id/usb-uno",
+        "by-path/hub-1",
+        "by-path/hub-2",
+    ]

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Final
 
 from wax.capture.list_devices import list_cameras, list_microphones, list_speakers
 from wax.plugin import DRIVERS, offers
-from wax.robot.serial.list_ports import find_ports
+from wax.robot.serial.list_ports import Port, find_ports
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from wax.capture.list_devices import Device
 
 _ASKED: Final = frozenset({"serial", "simulated"})
@@ -46,16 +48,22 @@ def look() -> Found:
     ports = find_ports()
     plugged = [port for port in ports if port.is_usb]
     others = [port for port in ports if not port.is_usb]
-    lasting = lasting_names(Path("/dev/serial/by-id"))
     return Found(
         cameras=_cameras(),
         microphones=_by_name(list_microphones()[0], "microphone"),
         speakers=_by_name(list_speakers()[0], "speaker"),
-        ports=tuple(
-            Thing(lasting.get(one.path, one.path), one.about) for one in (*plugged, *others)
-        ),
+        ports=_ports((*plugged, *others), Path("/dev/serial")),
         plugged=len(plugged),
         drivers=tuple(sorted({one.name for one in offers(DRIVERS) if not one.lacks} - _ASKED)),
+    )
+
+
+def _ports(ports: Iterable[Port], folder: Path) -> tuple[Thing, ...]:
+    """Name each by what it is; of two alike, which share that name, by the socket it is in."""
+    by_id, by_path = lasting_names(folder / "by-id"), lasting_names(folder / "by-path")
+    return tuple(
+        Thing((by_path if one.has_twin else by_id).get(one.path, one.path), one.about)
+        for one in ports
     )
 
 
