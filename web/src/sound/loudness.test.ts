@@ -1,7 +1,8 @@
 import { expect, it } from "vitest";
 import { LevelMeter, levelOfPower } from "./loudness";
 
-const block = (amplitude: number) => new Float32Array(128).fill(amplitude);
+const block = (amplitude: number, offset = 0) =>
+  new Float32Array(128).map((_, at) => offset + (at % 2 ? amplitude : -amplitude));
 
 it("shows loudness in even steps", () => {
   expect([levelOfPower(0), levelOfPower(1), levelOfPower(1e-12)]).toEqual([0, 1, 0]);
@@ -18,4 +19,12 @@ it("measures each ear, since the last look", () => {
   expect(meter.take()).toEqual([0, 0]);
   meter.add([block(0), block(1)]);
   expect(meter.take()).toEqual([0, 1]);
+});
+
+it("shows a microphone's constant offset as no sound", () => {
+  const meter = new LevelMeter();
+  meter.add([block(0, 0.25), block(0.1, -0.25)]);
+  const [left, right] = meter.take();
+  expect(left).toBe(0);
+  expect(right).toBeCloseTo(2 / 3);
 });

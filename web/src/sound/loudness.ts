@@ -7,24 +7,34 @@ export function levelOfPower(power: number): number {
   return Math.min(1, Math.max(0, 1 - db / QUIET_DB));
 }
 
-/** The loudness of each channel since the last look. Pure. */
+/** The loudness of each channel since the last look, around its mean: an offset is no sound. Pure. */
 export class LevelMeter {
   readonly #sums = [0, 0];
+  readonly #squares = [0, 0];
   #count = 0;
 
   add(channels: readonly Float32Array[]): void {
     for (let side = 0; side < this.#sums.length; side++) {
-      let sum = 0;
-      for (const sample of channels[side] ?? []) sum += sample * sample;
+      let [sum, squares] = [0, 0];
+      for (const sample of channels[side] ?? []) {
+        sum += sample;
+        squares += sample * sample;
+      }
       this.#sums[side] = (this.#sums[side] ?? 0) + sum;
+      this.#squares[side] = (this.#squares[side] ?? 0) + squares;
     }
     this.#count += channels[0]?.length ?? 0;
   }
 
   /** The levels from 0 to 1, left first. */
   take(): number[] {
-    const levels = this.#sums.map((sum) => levelOfPower(sum / Math.max(1, this.#count)));
+    const count = Math.max(1, this.#count);
+    const levels = this.#squares.map((squares, side) => {
+      const mean = (this.#sums[side] ?? 0) / count;
+      return levelOfPower(Math.max(0, squares / count - mean * mean));
+    });
     this.#sums.fill(0);
+    this.#squares.fill(0);
     this.#count = 0;
     return levels;
   }
