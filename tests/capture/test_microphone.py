@@ -260,3 +260,19 @@ def test_without_the_library_the_package_is_named(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr("importlib.import_module", fail)
     with pytest.raises(SourceError, match="apt install libportaudio2"):
         load_portaudio()
+
+
+def test_a_name_that_fits_several_says_which() -> None:
+    """The person sees what there is, with the numbers and names of which one is enough."""
+    portaudio = FakePortAudio()
+    several = "Multiple input devices found for 'USB':\n[2] USB Mic, ALSA\n[3] USB Cam, ALSA"
+
+    def query_devices(*_: object) -> dict[str, float]:
+        raise ValueError(several)
+
+    portaudio.query_devices = query_devices  # type: ignore[assignment, method-assign]
+    named = PortAudioMicrophone(
+        AudioSettings(), FakeClock(), device="USB", load_portaudio=lambda: portaudio
+    )
+    with pytest.raises(SourceError, match=r"for 'USB': \[2\] USB Mic, ALSA; \[3\] USB Cam, ALSA"):
+        named.open()

@@ -14,7 +14,7 @@ import structlog
 from av.audio.frame import AudioFrame
 
 from wax.capture.channels import MOST_CHANNELS
-from wax.capture.portaudio import begin, end, first_line, load_portaudio, look_for_new_devices
+from wax.capture.portaudio import begin, end, load_portaudio, look_for_new_devices, telling_part
 from wax.capture.resample import Resampler
 from wax.capture.source import SAMPLE_RATE_HZ, Sound
 from wax.errors import SourceError
@@ -84,7 +84,9 @@ class PortAudioMicrophone:
             self._stream = self._start(portaudio)
         except (portaudio.PortAudioError, ValueError) as error:
             raise SourceError(
-                Sentence("microphone.not_open", {"microphone": self.name, "why": first_line(error)})
+                Sentence(
+                    "microphone.not_open", {"microphone": self.name, "why": telling_part(error)}
+                )
             ) from error
 
     def read(self) -> Sound:

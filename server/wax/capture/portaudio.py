@@ -9,6 +9,7 @@ from wax.errors import SourceError
 from wax.sentence import Sentence
 
 MICROPHONES: Final = Sentence("portaudio.microphones")
+_MAX_CHARS: Final = 300
 _in_use: Final[set[int]] = set()
 """The open streams of this process, which PortAudio itself does not tell."""
 
@@ -61,6 +62,12 @@ def look_for_new_devices(portaudio: Any) -> None:
     portaudio._initialize()
 
 
-def first_line(error: Exception) -> str:
-    """Return the part of PortAudio's errors that says something to people."""
-    return (str(error).strip().splitlines() or [type(error).__name__])[0]
+def telling_part(error: Exception) -> str:
+    """Return the part of PortAudio's errors that says something to people.
+
+    Of a name that fits several devices that is all: the devices follow, each in a line.
+    """
+    first, *others = str(error).strip().splitlines() or [type(error).__name__]
+    if not isinstance(error, ValueError) or not others:
+        return first
+    return f"{first} {'; '.join(others)}"[:_MAX_CHARS]

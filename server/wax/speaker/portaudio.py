@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import av
 import numpy as np
 
-from wax.capture.portaudio import begin, end, first_line, load_portaudio, look_for_new_devices
+from wax.capture.portaudio import begin, end, load_portaudio, look_for_new_devices, telling_part
 from wax.errors import SourceError, SpeakerError
 from wax.sentence import Sentence
 from wax.voice.packet import RATE_HZ
@@ -71,7 +71,7 @@ class PortAudioSpeaker:
             self._stream = self._start(portaudio)
         except (portaudio.PortAudioError, ValueError) as error:
             raise SpeakerError(
-                Sentence("speaker.not_open", {"speaker": self.name, "why": first_line(error)})
+                Sentence("speaker.not_open", {"speaker": self.name, "why": telling_part(error)})
             ) from error
 
     def write(self, samples: NDArray[np.int16]) -> None:
