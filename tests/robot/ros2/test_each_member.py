@@ -213,3 +213,12 @@ def test_a_jpeg_is_read_without_its_format(wrong: Any) -> None:
     octets = cv2.imencode(".png", np.full((2, 2, 3), 9, np.uint8))[1].tobytes()
     form = {} if wrong is REMOVED else {"format": wrong}
     assert to_bgr(SimpleNamespace(data=octets, **form)).max() == 9
+
+
+def test_octets_may_be_a_list_of_numbers() -> None:
+    """Not every bridge writes them in base64; a list of anything else is no picture."""
+    picture = {"encoding": "mono8", "width": 2, "height": 1, "step": 2}
+    assert to_bgr(SimpleNamespace(data=[7, 9], **picture))[0, :, 0].tolist() == [7, 9]
+    for wrong in ([7, 256], [7, None], [7, "9"]):
+        with pytest.raises(ValueError, match=r".+"):
+            to_bgr(SimpleNamespace(data=wrong, **picture))

@@ -53,8 +53,10 @@ def to_bgr(message: Any) -> NDArray[np.uint8]:
 
 
 def _octets(data: Any) -> NDArray[np.uint8]:
-    """JSON has them in base64."""
-    return np.frombuffer(base64.b64decode(data) if isinstance(data, str) else data, np.uint8)
+    """JSON has them in base64, or as a list of numbers where another program bridges."""
+    if isinstance(data, str):
+        data = base64.b64decode(data)
+    return np.frombuffer(bytes(data) if isinstance(data, list) else data, np.uint8)
 
 
 def _raw(message: Any, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
