@@ -144,7 +144,7 @@ def test_what_else_was_told_stays_known(kind: str) -> None:
                     assert now[name] == whole[name], (path, wrong)
 
 
-@pytest.mark.parametrize("wrong", WRONG)
+@pytest.mark.parametrize("wrong", WRONG, ids=lambda value: repr(value)[:9])
 @pytest.mark.parametrize("name", ["voltage", "percentage"])
 def test_what_stops_and_is_not_told_holds_with_its_name(name: str, wrong: Any) -> None:
     """The link stays; only the gauge that needs the missing number holds the robot."""
@@ -186,7 +186,7 @@ def test_a_quaternion_of_zeros_is_no_heading() -> None:
     assert (now["pose"], now["moving"]) == (None, True)
 
 
-@pytest.mark.parametrize("wrong", WRONG)
+@pytest.mark.parametrize("wrong", WRONG, ids=lambda value: repr(value)[:9])
 def test_a_bumper_that_is_not_said_which_is_pressed(wrong: Any) -> None:
     """Of a press without its place it is known that it is one, and when it ends."""
     senses = Senses()
