@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.control.rules import RULES
+from tests.control.rules import RULES, VOUCHED
 from tests.examples import examples
 from tests.link.model import Direction
 from tests.link.profile import Profile, load
@@ -44,7 +44,7 @@ class Told:
 
 
 def turn(one_way_s: float | None) -> TurnView:
-    return TurnView(TURN, ADA, present=True, one_way_s=one_way_s, sees=False)
+    return TurnView(TURN, ADA, present=True, one_way_s=one_way_s, sees=False, picture=VOUCHED)
 
 
 class Server:
