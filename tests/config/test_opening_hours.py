@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.examples import examples
 
-from wax.config.opening_hours import OpeningHours, Window
+from wax.config.opening_hours import OpeningHours, Window, zone_of
 
 BERLIN = ZoneInfo("Europe/Berlin")
 
@@ -118,3 +118,9 @@ def test_what_is_told_comes_true(windows: list[tuple[str, str, str]], now: datet
     assert opens > now
     assert hours.is_open(opens)
     assert hours.is_open(now) or not hours.is_open(opens - timedelta(seconds=1))
+
+
+def test_utc_needs_no_data() -> None:
+    """A machine without a time zone database has UTC all the same."""
+    assert zone_of("UTC") is UTC
+    assert zone_of("Europe/Berlin") == BERLIN

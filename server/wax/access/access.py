@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections import defaultdict
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
-from zoneinfo import ZoneInfo
 
 import structlog
 
 from wax.access.admission import Admission, Visitor
 from wax.access.host_secrets import HostSecrets
 from wax.access.keyring import Keyring
-from wax.config.opening_hours import OpeningHours
+from wax.config.opening_hours import OpeningHours, zone_of
 from wax.errors import ForbiddenError
 from wax.records.entries import Invited
 from wax.sentence import Sentence
@@ -48,7 +47,7 @@ class Access:
         lasting = records.lasting
         self.admission = Admission(
             settings,
-            OpeningHours.of(settings.hours, ZoneInfo(settings.time_zone)),
+            OpeningHours.of(settings.hours, zone_of(settings.time_zone)),
             lasting.bans,
         )
         self._hosts = HostSecrets(lasting.host_cookies, records.keep_host_cookie)

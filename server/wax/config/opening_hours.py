@@ -10,11 +10,11 @@ import re
 from dataclasses import dataclass
 from datetime import UTC, datetime, time, timedelta
 from typing import TYPE_CHECKING, Final, Self
+from zoneinfo import ZoneInfo
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
-    from datetime import date
-    from zoneinfo import ZoneInfo
+    from datetime import date, tzinfo
 
 DAYS: Final = ("mon", "tue", "wed", "thu", "fri", "sat", "sun")
 _DAY: Final = f"(?:{'|'.join(DAYS)})"
@@ -24,6 +24,11 @@ PATTERN: Final = (
 )
 _LOOK_AHEAD_DAYS: Final = 9
 """A week and the days that reach into it."""
+
+
+def zone_of(name: str) -> tzinfo:
+    """Return a time zone by its IANA name; UTC needs no data. Raises `ZoneInfoNotFoundError`."""
+    return UTC if name == "UTC" else ZoneInfo(name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,10 +56,10 @@ class OpeningHours:
     """The weekly windows in a time zone; none at all means always open."""
 
     windows: tuple[Window, ...]
-    zone: ZoneInfo
+    zone: tzinfo
 
     @classmethod
-    def of(cls, texts: Iterable[str], zone: ZoneInfo) -> Self:
+    def of(cls, texts: Iterable[str], zone: tzinfo) -> Self:
         """Parse the hours; raises `ValueError`."""
         return cls(tuple(Window.parse(text) for text in texts), zone)
 

@@ -102,9 +102,15 @@ class AccessSettings(_Section):
     @field_validator("time_zone")
     @classmethod
     def _is_known(cls, name: str) -> str:
-        if name not in zoneinfo.available_timezones():
-            raise ValueError(f"there is no time zone {name}; one is Europe/Berlin")
-        return name
+        known = zoneinfo.available_timezones()
+        if name == "UTC" or name in known:
+            return name
+        if not known:
+            raise ValueError(
+                f"{name} needs time zone data, which this machine lacks: install Python's package"
+                " tzdata, or leave the key out for UTC"
+            )
+        raise ValueError(f"there is no time zone {name}; one is Europe/Berlin")
 
 
 class LogSettings(_Section):
