@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, Final
 from pydantic_core import from_json
 
 from wax.doctor.verdict import Verdict, bad, ok, warning
+from wax.edge.binding import NOT_HERE
 
 if TYPE_CHECKING:
     from wax.doctor.network import Network
 
 _ANSWER_S: Final = 2.0
-_SWITCHED_OFF: Final = (errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT)
 _ADVICE: Final = {
     errno.EADDRINUSE: "End the program that uses it (`ss -tulpn` names it), or choose another"
     " port.",
@@ -81,7 +81,7 @@ def _bound(name: str, kind: socket.SocketKind, host: str, port: int) -> Verdict:
         return bad(f"There is no address for the name {host}.", _ADVICE[errno.EADDRNOTAVAIL])
     errors = [_bind(family, kind, address) for family, _, _, _, address in found]
     # A name may have an address of a family that is switched off: the other one serves.
-    told = [one for one in errors if one is not None and one.errno not in _SWITCHED_OFF]
+    told = [one for one in errors if one is not None and one.errno not in NOT_HERE]
     if not told and None not in errors:
         told = [one for one in errors if one is not None]
     for error in told:

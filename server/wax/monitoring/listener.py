@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from aiohttp import web
 from prometheus_client.exposition import CONTENT_TYPE_LATEST
 
+from wax.edge.binding import listen
 from wax.errors import StartError
 
 if TYPE_CHECKING:
@@ -36,7 +37,8 @@ class MetricsListener:
         host, port = self._settings.host, self._settings.port
         await self._runner.setup()
         try:
-            await web.TCPSite(self._runner, host, port).start()
+            for one in listen(host, port):
+                await web.SockSite(self._runner, one).start()
         except OSError as error:
             raise StartError(
                 f"cannot listen on {host}:{port} for metrics: {error.strerror or error};"

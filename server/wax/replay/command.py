@@ -13,6 +13,7 @@ from aiohttp import web
 
 from wax.clock import SystemClock
 from wax.config.settings import ServerSettings
+from wax.edge.binding import listen
 from wax.errors import StartError
 from wax.replay.library import Library
 from wax.replay.server import ReplayServer
@@ -56,7 +57,8 @@ async def _serve(library: Library, port: int, tell: Callable[[str], None]) -> No
     await runner.setup()
     try:
         try:
-            await web.TCPSite(runner, _HOST, port).start()
+            for one in listen(_HOST, port):
+                await web.SockSite(runner, one).start()
         except (OSError, OverflowError) as error:
             used = isinstance(error, OSError) and error.errno == errno.EADDRINUSE
             why = "it is used by another program" if used else str(error)

@@ -9,21 +9,19 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
+from wax.edge.binding import listen
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 _LOG = structlog.get_logger(__name__)
 
-_BACKLOG: Final = 512
-"""So many wait in the kernel: a class opens the page at once."""
 _ACCEPT_IN_A_PASS: Final = 4
 _RECEIVE_BYTES: Final = 32_768
 """What one connection can bring to one pass; the largest request is a body of 64 KiB."""
 _SEND_BYTES: Final = 131_072
 """What the kernel holds for one that does not read: as much as a second of a thin link carries."""
 _NO_MORE: Final = frozenset({errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM})
-_NOT_HERE: Final = frozenset({errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT})
-"""A name may have an address of a family that this machine does not use."""
 _PAUSE_S: Final = 1.0
 _FULL_EVERY_S: Final = 60.0
 
@@ -34,13 +32,13 @@ class Listening:
     def __init__(self, host: str, port: int, accept: Callable[[socket.socket, str], None]) -> None:
         self._loop = asyncio.get_running_loop()
         self._accept = accept
-        self._sockets: list[socket.socket] = []
         self._told_s = float("-inf")
-        try:
-            self._listen(host, port)
-        except OSError:
-            self.close()
-            raise
+        self._sockets = listen(host, port)
+        for listening in self._sockets:
+            # What it accepts has the same.
+            listening.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BYTES)
+            listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BYTES)
+            self._loop.add_reader(listening, self._come, listening)
 
     @property
     def port(self) -> int:
@@ -52,26 +50,6 @@ class Listening:
             self._loop.remove_reader(one)
             one.close()
         self._sockets = []
-
-    def _listen(self, host: str, port: int) -> None:
-        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
-        for family, *_, address in dict.fromkeys(found):
-            # The port that the system chose for the first.
-            same = (address[0], self.port if self._sockets else port, *address[2:])
-            try:
-                listening = socket.create_server(same, family=family, backlog=_BACKLOG)
-            except OSError as error:
-                if error.errno in _NOT_HERE and address != found[-1][-1]:
-                    continue
-                if error.errno in _NOT_HERE and self._sockets:
-                    return
-                raise
-            self._sockets.append(listening)
-            listening.setblocking(False)
-            # What it accepts has the same.
-            listening.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BYTES)
-            listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BYTES)
-            self._loop.add_reader(listening, self._come, listening)
 
     def _come(self, listening: socket.socket) -> None:
         for _ in range(_ACCEPT_IN_A_PASS):

@@ -1,0 +1,43 @@
+"""Listening sockets on all addresses of a host that this machine has."""
+
+from __future__ import annotations
+
+import errno
+import socket
+from typing import Final
+
+BACKLOG: Final = 512
+"""So many wait in the kernel: a class opens the page at once."""
+NOT_HERE: Final = frozenset({errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT})
+"""A name may have an address of a family that this machine does not use: ``::1 localhost`` stays in
+`/etc/hosts` where IPv6 is off, as in most containers."""
+
+
+def listen(host: str, port: int) -> list[socket.socket]:
+    """Return non-blocking sockets with one port, 0 being any; raises `OSError` if there is none.
+
+    An address that is in use raises, too: half a server would be found by half of its clients.
+    """
+    made: list[socket.socket] = []
+    missing: OSError | None = None
+    try:
+        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+        for family, *_, address in dict.fromkeys(found):
+            # The port that the system chose for the first.
+            same = (address[0], made[0].getsockname()[1] if made else port, *address[2:])
+            try:
+                one = socket.create_server(same, family=family, backlog=BACKLOG)
+            except OSError as error:
+                if error.errno not in NOT_HERE:
+                    raise
+                missing = error
+                continue
+            one.setblocking(False)
+            made.append(one)
+        if missing is not None and not made:
+            raise missing
+    except OSError:
+        for one in made:
+            one.close()
+        raise
+    return made

@@ -1,0 +1,49 @@
+"""Listening on what there is of a host's addresses."""
+
+from __future__ import annotations
+
+import errno
+import socket
+from typing import Any
+
+import pytest
+
+from wax.edge.binding import listen
+
+
+def _without_ipv6(monkeypatch: pytest.MonkeyPatch, number: int, family: int) -> None:
+    """Let the name be known by both families, and the binding of one fail."""
+    both = [
+        (socket.AF_INET6, socket.SOCK_STREAM, 6, "", ("::1", 0, 0, 0)),
+        (socket.AF_INET, socket.SOCK_STREAM, 6, "", ("127.0.0.1", 0)),
+    ]
+    create = socket.create_server
+
+    def fail(address: Any, **more: Any) -> socket.socket:
+        if family in (0, more["family"]):
+            raise OSError(number, "injected")
+        return create(address, **more)
+
+    monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: both)
+    monkeypatch.setattr(socket, "create_server", fail)
+
+
+@pytest.mark.parametrize("number", [errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT])
+def test_a_family_that_is_off_is_left_out(monkeypatch: pytest.MonkeyPatch, number: int) -> None:
+    """Where `::1` cannot be bound the server listens on 127.0.0.1."""
+    _without_ipv6(monkeypatch, number, socket.AF_INET6)
+    (made,) = listen("localhost", 0)
+    with made:
+        assert made.getsockname()[0] == "127.0.0.1"
+
+
+@pytest.mark.parametrize(
+    ("number", "family"), [(errno.EADDRNOTAVAIL, 0), (errno.EADDRINUSE, socket.AF_INET6)]
+)
+def test_none_or_a_used_one_raises(
+    monkeypatch: pytest.MonkeyPatch, number: int, family: int
+) -> None:
+    """A host of which nothing is here, or whose port somebody has, is an error."""
+    _without_ipv6(monkeypatch, number, family)
+    with pytest.raises(OSError, match="injected"):
+        listen("localhost", 0)
