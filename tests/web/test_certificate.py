@@ -42,6 +42,16 @@ def test_it_is_renewed_in_time(tmp_path: Path) -> None:
     assert self_signed(tmp_path, NAMES, NOW).fingerprint() == renewed
 
 
+def test_one_from_the_future_is_replaced(tmp_path: Path) -> None:
+    """A first start by a wrong clock costs one certificate; a step of an hour costs none."""
+    future = self_signed(tmp_path, NAMES, NOW + datetime.timedelta(days=5 * 365)).fingerprint()
+    kept = self_signed(tmp_path, NAMES, NOW)
+    right = kept.fingerprint()
+    assert right != future
+    assert kept.validity()[0] <= NOW
+    assert self_signed(tmp_path, NAMES, NOW - datetime.timedelta(hours=1)).fingerprint() == right
+
+
 def test_a_new_address_needs_a_new_one(tmp_path: Path) -> None:
     """A name that is gone does not: each new certificate has to be accepted again."""
     first = self_signed(tmp_path, NAMES, NOW).fingerprint()
