@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import sys
 from typing import TYPE_CHECKING
 
 import pytest
@@ -126,3 +128,14 @@ def test_there_must_be_something_to_replay(
     assert "is not there" in capsys.readouterr().err
     assert main(["replay", str(tmp_path)]) == 1
     assert "nothing of a tape" in capsys.readouterr().err
+
+
+def test_a_terminal_that_lacks_a_sign_ends_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What a Latin-1 terminal cannot show is written in escapes."""
+    shown = io.TextIOWrapper(io.BytesIO(), encoding="latin-1")
+    monkeypatch.setattr(sys, "stderr", shown)
+    assert main(["--config", str(tmp_path / "робот.toml")]) == 2
+    shown.seek(0)
+    assert "\\u0440" in shown.read()
