@@ -616,3 +616,15 @@ async def test_a_new_certificate_needs_no_restart(
         assert b"200 OK" in await _get(entrance.port, ssl=second, server_hostname="localhost")
         with pytest.raises(ssl.SSLCertVerificationError):
             await _get(entrance.port, ssl=first, server_hostname="localhost")
+
+
+async def test_a_name_that_is_not_ours_is_told_to_people_and_programs() -> None:
+    """A browser's document is a page with the sentence, a program's request is JSON; both 421."""
+    async with open_entrance() as entrance:
+        asked = GET.replace(b"localhost", b"evil.example")
+        browser = asked[:-2] + b"Accept: text/html,*/*;q=0.8\r\nConnection: close\r\n\r\n"
+        said = (await _until_closed(entrance.port, browser))[1]
+        assert said.startswith(b"HTTP/1.1 421")
+        assert b"Content-Type: text/html" in said
+        assert b"<p>" in said
+        assert b"application/json" in await _get(entrance.port, asked)

@@ -7,6 +7,7 @@ import secrets
 import zlib
 from contextlib import contextmanager
 from dataclasses import replace
+from html import escape
 from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, Literal, TypeVar
@@ -459,14 +460,14 @@ def _unpacked(data: bytes) -> bytes:
 
 @web.middleware
 async def _tell_errors(request: web.Request, handler: Handler) -> web.StreamResponse:
-    """Turn every error into JSON with a sentence."""
+    """Turn every error into a sentence, in JSON but for people at a wrong name."""
     try:
         return await handler(request)
     except NotAdmittedError as error:
         more = {"ended": True, "opens_wall_ms": error.opens_wall_ms}
         return _refuse(HTTP_STATUS[NotAdmittedError], error.sentence, more)
     except NotForUsError as error:
-        return _refuse(error.status, error.sentence)
+        return _not_for_us(request, error)
     except WaxError as error:
         refusal = _refuse(HTTP_STATUS.get(type(error), 500), error.sentence)
         if isinstance(error, (FullError, TooOftenError)):
@@ -479,6 +480,17 @@ async def _tell_errors(request: web.Request, handler: Handler) -> web.StreamResp
     except Exception:
         _LOG.exception("request failed", path=request.path)
         return _refuse(500, Sentence("request.failed"))
+
+
+def _not_for_us(request: web.Request, error: NotForUsError) -> web.Response:
+    """Say it to whoever asks: a person has typed a name into a browser, a program reads JSON."""
+    if "text/html" not in request.headers.get("Accept", ""):
+        return _refuse(error.status, error.sentence)
+    text = (
+        '<!doctype html><html lang="en"><meta name="viewport" content="width=device-width">'
+        f"<title>WAX</title><p>{escape(str(error.sentence))}</p></html>"
+    )
+    return web.Response(status=error.status, text=text, content_type="text/html")
 
 
 def _refuse(
