@@ -54,8 +54,8 @@ def test_nobody_starts_and_nobody_goes_on_by_an_unknown_age() -> None:
     """The operator reads why, and a robot that drives stops with the first such picture."""
     driving = replace(TURN, picture=PictureClock().after(1.0, 0.0))
     lost = replace(TURN, picture=driving.picture.after(9.9, None))
-    neutral = Command(1, 1, 10.0, 0, 0, False, "fast", seen_s=10.0)
-    ahead = Command(2, 1, 10.0, 1, 0, True, "fast", seen_s=10.0)
+    neutral = Command(1, 1, 10.0, 0, 0, False, "fast", seen_s=10.0, heard_s=10.0)
+    ahead = replace(neutral, seq=2, linear=1, held=True)
     _, refusal = gate.accept(gate.begin(1, 9.0), 1, neutral, turn=lost, now_s=10.0, rules=RULES)
     assert refusal is Refusal.UNDATED
     state = gate.begin(1, 9.0)

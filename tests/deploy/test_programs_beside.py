@@ -159,7 +159,7 @@ async def _asked_for_sender() -> AsyncIterator[int]:
 
     application = web.Application(middlewares=[_tell_errors, *guards.middlewares])
     application.on_response_prepare.append(guards.add_headers)
-    application.router.add_get("/", tell)
+    application.router.add_post("/", tell)
     entrance = Entrance(application, settings, SystemClock())
     await entrance.open()
     try:
@@ -193,7 +193,9 @@ async def test_nobody_chooses_their_address(
 
         async def ask(port: int, claim: dict[str, str]) -> tuple[int, object]:
             url = f"http://127.0.0.1:{port}/"
-            async with http.get(url, headers=claim) as answer:
+            # As the page asks, from another port than that of its scheme.
+            page = {"Origin": f"http://127.0.0.1:{port}"}
+            async with http.post(url, headers=claim | page) as answer:
                 return answer.status, (await answer.json()).get("sender")
 
         async with proxy(tmp_path, wax, text) as port:
