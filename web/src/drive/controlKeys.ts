@@ -1,5 +1,6 @@
 import type { ControlInfo } from "../messages";
 import { isOwnPress } from "../typing";
+import { codeOf } from "./codeOf";
 import { actionOf, type KeyMap } from "./keyMap";
 import type { Operating } from "./operating";
 
@@ -14,13 +15,13 @@ export interface ControlKeysOptions {
 export function listenControlKeys(target: EventTarget, options: ControlKeysOptions): void {
   const { operating, controls, keys, signal } = options;
   const onDown = (event: KeyboardEvent) => {
-    const control = controlOf(controls(), keys(), event.code);
+    const control = controlOf(controls(), keys(), codeOf(event));
     if (!control || event.defaultPrevented || !isOwnPress(event)) return;
     event.preventDefault();
-    if (control.kind === "button") operating.press(`key ${event.code}`, control.name);
+    if (control.kind === "button") operating.press(`key ${codeOf(event)}`, control.name);
     else operating.toggle(control.name);
   };
-  const onUp = (event: KeyboardEvent) => void operating.release(`key ${event.code}`);
+  const onUp = (event: KeyboardEvent) => void operating.release(`key ${codeOf(event)}`);
   target.addEventListener("keydown", onDown as EventListener, { signal });
   target.addEventListener("keyup", onUp as EventListener, { signal });
 }

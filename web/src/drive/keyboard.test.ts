@@ -226,3 +226,21 @@ it("tells of each key once, but of none that a control has taken for itself", ()
   expect(anyKey).toHaveBeenCalledOnce();
   expect(input.isHolding).toBe(false);
 });
+
+it("takes what says no code by its name: it drives, and Space stops", () => {
+  key("keydown", "", { key: "ArrowUp" });
+  expect(input.motion).toMatchObject({ linear: 1 });
+  key("keydown", "", { key: " " });
+  expect(stop).toHaveBeenCalledOnce();
+  key("keydown", "", { key: "W" });
+  key("keyup", "", { key: "ArrowUp" });
+  expect(input.motion).toMatchObject({ linear: 1 });
+  key("keyup", "", { key: "w" });
+  expect(input.motion).toMatchObject({ linear: 0 });
+});
+
+it.each(["Process", "Dead", "Unidentified", "", "é"])("does nothing by %j", (name) => {
+  key("keydown", "", { key: name });
+  expect(input.motion).toMatchObject({ linear: 0, angular: 0 });
+  expect(stop).not.toHaveBeenCalled();
+});

@@ -1,3 +1,4 @@
+import { codeOf } from "./codeOf";
 import { DIRECTIONS } from "./inputState";
 import { actionOf, type KeyAction, type KeyMap } from "./keyMap";
 
@@ -32,8 +33,9 @@ export function listenKeyboard(target: EventTarget, options: KeyboardOptions): v
     [...down].some((code) => DIRECTIONS.some((one) => one === actionOf(keys(), code)));
 
   const onDown = (event: KeyboardEvent) => {
-    const repeated = event.repeat || down.has(event.code);
-    down.add(event.code);
+    const code = codeOf(event);
+    const repeated = event.repeat || down.has(code);
+    down.add(code);
     if (event.ctrlKey || event.metaKey || event.altKey) {
       // macOS sends no keyup while Meta is down.
       letGo();
@@ -41,22 +43,23 @@ export function listenKeyboard(target: EventTarget, options: KeyboardOptions): v
     }
     if (event.defaultPrevented || !isDriving()) return;
     if (!repeated) anyKey();
-    const action = actionOf(keys(), event.code);
+    const action = actionOf(keys(), code);
     if (action === null || !isFor(action)) return;
     const focus = event.target instanceof Element ? event.target : null;
     // Whoever drives by keys means the robot by Space, whatever they have chosen before.
-    const isButtons = OPERATING.has(event.code) && !(action === "stop" && isHeld());
+    const isButtons = OPERATING.has(code) && !(action === "stop" && isHeld());
     if (focus?.closest(isButtons ? OPERABLE : TYPING)) return;
     event.preventDefault();
-    taken.add(event.code);
-    if (!repeated) press(`key ${event.code}`, action);
+    taken.add(code);
+    if (!repeated) press(`key ${code}`, action);
   };
 
   const onUp = (event: KeyboardEvent) => {
-    down.delete(event.code);
+    const code = codeOf(event);
+    down.delete(code);
     // Firefox presses a button when the key comes up.
-    if (taken.delete(event.code)) event.preventDefault();
-    release(`key ${event.code}`);
+    if (taken.delete(code)) event.preventDefault();
+    release(`key ${code}`);
   };
 
   const listening = { signal };

@@ -1,4 +1,5 @@
 import type { TargetedKeyboardEvent, TargetedMouseEvent, TargetedPointerEvent } from "preact";
+import { codeOf } from "../drive/codeOf";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { PRESSING } from "./keys";
@@ -13,7 +14,7 @@ export function StopButton() {
     event.preventDefault();
   };
   const onKeyDown = (event: TargetedKeyboardEvent<HTMLButtonElement>) => {
-    if (!PRESSING.has(event.code)) return;
+    if (!PRESSING.has(codeOf(event))) return;
     if (!event.repeat) stop();
     event.preventDefault();
   };
