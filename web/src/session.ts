@@ -6,6 +6,7 @@ import { missedCall } from "./call";
 import { Cameras } from "./cameras";
 import { Chime } from "./chime";
 import { DriveController } from "./drive/driveController";
+import type { PadNews } from "./drive/gamepad";
 import { actionOf, type KeyAction } from "./drive/keyMap";
 import { FLOOR_HZ } from "./drive/rate";
 import { StopControl } from "./drive/stopControl";
@@ -62,6 +63,11 @@ const MEDIA_WITHIN_MS = 4000;
 const ECHO_MS = { least: 500, most: 2500 } as const;
 /** How long a request of the person aboard is shown. */
 const REQUEST_MS = 15_000;
+const PAD_NEWS = {
+  found: "ways.pad_found",
+  found_by_menu: "ways.pad_found_by_menu",
+  lost: "ways.pad_lost",
+} as const;
 
 /** Connects at once, before anything is drawn. */
 export function startSession(): Session {
@@ -499,8 +505,7 @@ export function startSession(): Session {
     actionOf(state.preferences.peek().keys, key) === action;
   const toggleSpeed = () =>
     actions.setSpeed(state.preferences.peek().speed === "slow" ? "fast" : "slow");
-  const tellOfPad = (what: "found" | "lost") =>
-    say(t(what === "found" ? "ways.pad_found" : "ways.pad_lost"));
+  const tellOfPad = (what: PadNews) => say(t(PAD_NEWS[what]));
   controller.listen(window, { ...actions, toggleSpeed, tellOfPad }, signal);
   listenTalk(window, talk, isKeyFor("talk"), signal);
   listenKey(window, () => cameras.next(), isKeyFor("cameras"), signal);

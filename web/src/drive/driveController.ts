@@ -5,7 +5,7 @@ import { AxisKeys } from "./axisKeys";
 import { CommandSender } from "./commandSender";
 import { listenControlKeys } from "./controlKeys";
 import { wayInForce } from "./drivePreferences";
-import { GamepadInput } from "./gamepad";
+import { GamepadInput, type PadNews } from "./gamepad";
 import { DIRECTIONS, fingerHolder, InputState, type Motion } from "./inputState";
 import { KeyActions } from "./keyActions";
 import { listenKeyboard } from "./keyboard";
@@ -34,7 +34,7 @@ export interface Deeds {
   stop: () => void;
   releaseStop: () => void;
   toggleSpeed: () => void;
-  tellOfPad: (what: "found" | "lost") => void;
+  tellOfPad: (what: PadNews) => void;
 }
 
 /**

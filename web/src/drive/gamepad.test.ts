@@ -71,14 +71,19 @@ describe("a pad that was not chosen", () => {
     mine.axes[1] = -1;
     readings(100);
     expect(input.isHolding).toBe(false);
-    expect(state).toEqual({ found: [{ index: 0, id: "Xbox" }], chosen: null, isReady: false });
+    expect(state).toEqual({
+      found: [{ index: 0, id: "Xbox", layout: "standard" }],
+      chosen: null,
+      isReady: false,
+      held: [],
+    });
     expect(tell).toHaveBeenCalledExactlyOnceWith("found");
   });
 
   it("is found where it was there before the page", () => {
     plugIn([null, { ...mine, index: 1 }]);
     listens();
-    expect(state.found).toEqual([{ index: 1, id: "Xbox" }]);
+    expect(state.found).toEqual([{ index: 1, id: "Xbox", layout: "standard" }]);
   });
 
   it("is chosen by its Start, once that is pressed anew, and only for a while", () => {
@@ -153,7 +158,7 @@ describe("a pad that was chosen", () => {
     mine.axes[1] = 0;
     push(mine, 3);
     readings(2);
-    expect(state.isReady).toBe(false);
+    expect(state).toMatchObject({ isReady: false, held: [{ kind: "button", at: 3 }] });
     push(mine, 3, 0);
     readings(2);
     expect(state.isReady).toBe(true);
@@ -209,6 +214,32 @@ describe("a pad that was chosen", () => {
     mine.axes[1] = -1;
     readings(2);
     expect(input.motion.linear).toBe(1);
+  });
+
+  it("drives though a switch that does nothing here stays on, beside a second pad", () => {
+    mine = pad({ mapping: "", buttons: pad().buttons.concat(pad().buttons) });
+    push(mine, 24);
+    listens();
+    plugIn([pad({ index: 1, id: "Other", axes: [0, 1, 0, 0] }), mine]);
+    expect(tell).toHaveBeenCalledExactlyOnceWith("found");
+    mine.axes[1] = -1;
+    gamepad.use(0);
+    readings(10);
+    expect(input.isHolding).toBe(false);
+    expect(state.held).toEqual([{ kind: "axis", at: 1 }]);
+    mine.axes[1] = 0;
+    readings(2);
+    mine.axes[1] = -1;
+    readings(2);
+    expect(input.motion.linear).toBe(1);
+  });
+
+  it("is told of without a Start that nobody reads", () => {
+    mine = pad({ mapping: "" });
+    listens();
+    plugIn([mine]);
+    expect(tell).toHaveBeenCalledExactlyOnceWith("found_by_menu");
+    vi.advanceTimersByTime(20_100);
   });
 
   it("drives by its cross", () => {

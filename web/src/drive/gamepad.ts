@@ -1,16 +1,28 @@
 import { DIRECTIONS, type Direction, type InputState } from "./inputState";
-import { type PadReading, type PadSettings, readPad } from "./padReading";
+import {
+  layoutOf,
+  type PadLayout,
+  type PadPart,
+  type PadReading,
+  type PadSettings,
+  readPad,
+} from "./padReading";
 import type { Ways } from "./ways";
 
 /** The gamepads that the browser names, and the one that the user has chosen to drive with. */
 export interface PadState {
-  found: readonly { index: number; id: string }[];
+  found: readonly { index: number; id: string; layout: PadLayout }[];
   chosen: number | null;
   /** Whether the chosen one moves the robot; it does once all on it was let go. */
   isReady: boolean;
+  /** What of it must still be let go of. */
+  held: readonly PadPart[];
 }
 
-export const NO_PADS: PadState = { found: [], chosen: null, isReady: false };
+export const NO_PADS: PadState = { found: [], chosen: null, isReady: false, held: [] };
+
+/** `found_by_menu`: none of them has a Start that is listened to. */
+export type PadNews = "found" | "found_by_menu" | "lost";
 
 export interface GamepadInputOptions {
   input: InputState;
@@ -20,8 +32,8 @@ export interface GamepadInputOptions {
   stop: () => void;
   toggleSpeed: () => void;
   changed: (state: PadState) => void;
-  /** A gamepad was found, of which nothing is used; or the one in use was lost. */
-  tell: (what: "found" | "lost") => void;
+  /** Gamepads were found, of which nothing is used; or the one in use was lost. */
+  tell: (what: PadNews) => void;
 }
 
 const STICK = "gamepad stick";
@@ -81,7 +93,8 @@ export class GamepadInput {
   #offer(): void {
     this.#look();
     if (this.#state.chosen !== null) return;
-    this.options.tell("found");
+    const hasStart = this.#state.found.some(({ layout }) => layout === "standard");
+    this.options.tell(hasStart ? "found" : "found_by_menu");
     this.#offeredUntilMs = performance.now() + OFFERED_MS;
     // What is pressed now was pressed to be found.
     this.#starts = new Set(this.#pads().map((pad) => pad.index));
@@ -92,12 +105,15 @@ export class GamepadInput {
   #look(): Gamepad[] {
     const pads = this.#pads();
     const { found: before, chosen } = this.#state;
-    const idOf = (all: PadState["found"]) => all.find((pad) => pad.index === chosen)?.id;
+    const idOf = (all: readonly { index: number; id: string }[]) =>
+      all.find((pad) => pad.index === chosen)?.id;
     const isLost = chosen !== null && idOf(pads) !== idOf(before);
     const isSame = (pad: Gamepad, at: number) =>
       pad.index === before[at]?.index && pad.id === before[at].id;
     if (pads.length !== before.length || !pads.every(isSame)) {
-      this.#set({ found: pads.map(({ index, id }) => ({ index, id })) });
+      this.#set({
+        found: pads.map((pad) => ({ index: pad.index, id: pad.id, layout: layoutOf(pad) })),
+      });
     }
     if (isLost) {
       this.use(null);
@@ -146,9 +162,18 @@ export class GamepadInput {
       this.#disarm();
     } else if (this.#state.isReady) {
       this.#drive(now, last);
-    } else if (now.isNeutral) {
-      this.#set({ isReady: true });
+    } else {
+      this.#await(now.held);
     }
+  }
+
+  /** Is ready once nothing is held any more; says until then what is. */
+  #await(held: readonly PadPart[]): void {
+    const { held: before } = this.#state;
+    const isSame = (part: PadPart, at: number) =>
+      part.kind === before[at]?.kind && part.at === before[at].at;
+    if (held.length === 0) this.#set({ isReady: true, held });
+    else if (held.length !== before.length || !held.every(isSame)) this.#set({ held });
   }
 
   #drive(now: PadReading, last: PadReading): void {

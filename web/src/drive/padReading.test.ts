@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import { type FakePad, pad, push } from "../testing/gamepads";
-import { type PadSettings, readPad } from "./padReading";
+import { layoutOf, type PadSettings, readPad } from "./padReading";
 
 const SETTINGS: PadSettings = { turn: "left", triggers: true, deadZone: 0.2, curve: 1 };
 
@@ -18,7 +18,7 @@ it("asks for nothing while nobody touches it", () => {
     stop: false,
     speed: false,
     start: false,
-    isNeutral: true,
+    held: [],
   });
 });
 
@@ -34,7 +34,7 @@ describe("the sticks", () => {
     const reading = said(() => {}, { axes });
     expect(reading.motion.linear).toBeCloseTo(motion.linear, 10);
     expect(reading.motion.angular).toBeCloseTo(motion.angular, 10);
-    expect(reading.isNeutral).toBe(motion.linear === 0 && motion.angular === 0);
+    expect(reading.held.length === 0).toBe(motion.linear === 0 && motion.angular === 0);
   });
 
   it("turn by the right one where the user wants it so", () => {
@@ -61,7 +61,10 @@ describe("the triggers", () => {
       on.buttons[7] = { pressed: false, touched: true, value: 0.8 };
     });
     expect(reading.motion.linear).toBe(0);
-    expect(reading.isNeutral).toBe(false);
+    expect(reading.held).toEqual([
+      { kind: "button", at: 6 },
+      { kind: "button", at: 7 },
+    ]);
   });
 
   it("do nothing where the user wants it so", () => {
@@ -84,7 +87,7 @@ it.each([
   [9, "start"],
 ] as const)("button %d is %s, and keeps the pad from being neutral", (at, name) => {
   const reading = said((on) => push(on, at));
-  expect([reading[name], reading.isNeutral]).toEqual([true, false]);
+  expect([reading[name], reading.held]).toEqual([true, [{ kind: "button", at }]]);
 });
 
 it("takes only the first stick, Stop and the speed of a layout that it does not know", () => {
@@ -103,5 +106,74 @@ it("takes only the first stick, Stop and the speed of a layout that it does not 
 
 it("reads a pad with fewer axes and buttons", () => {
   const reading = said(() => {}, { axes: [], buttons: [] }, { turn: "right" });
-  expect(reading).toMatchObject({ motion: { linear: 0, angular: 0 }, isNeutral: true });
+  expect(reading).toMatchObject({ motion: { linear: 0, angular: 0 }, held: [] });
+});
+
+/** What people have plugged in, as the browser tells it while nobody touches it. */
+const UNTOUCHED: [string, Partial<FakePad>, on?: number[]][] = [
+  [
+    "a throttle whose mode switch is button 24 of 34",
+    { axes: [0.004, 0.004, 1, 0, 0, 0.01, 0] },
+    [24],
+  ],
+  [
+    "a throttle with eight switches that stay on",
+    { axes: [0.02, 0, -1, 1, -0.53] },
+    [14, 16, 21, 22, 23, 26, 28, 31],
+  ],
+  ["a pad whose triggers are axes that rest at -1", { axes: [0, 0, -1, 0, 0, -1, 0, 0] }],
+  [
+    "a pad whose cross is an axis that rests at 1.29",
+    { axes: [0, 0, 0, 0, 0, 0, 0, 0, 0, 1.2857] },
+  ],
+  ["a stick that trembles by 0.05", { axes: [0.05, -0.05, 0.05, -0.05] }],
+  [
+    "a standard pad whose trigger rests at 0.13, which counts as pressed",
+    { mapping: "standard" },
+    [7],
+  ],
+  ["a standard pad with a paddle that is stuck", { mapping: "standard" }, [17]],
+];
+
+it.each(UNTOUCHED)("takes %s for untouched", (_, more, on = []) => {
+  const many = pad().buttons.concat(pad().buttons);
+  const push = (to: FakePad) => {
+    for (const at of on)
+      to.buttons[at] = { pressed: true, touched: true, value: at === 7 ? 0.13 : 1 };
+  };
+  const reading = said(push, { mapping: "", buttons: many, ...more });
+  expect([reading.held, reading.motion]).toEqual([[], { linear: 0, angular: 0 }]);
+});
+
+it.each([
+  [
+    "a lever as its second axis that stays where it is",
+    [0, -0.6, 0],
+    [],
+    [{ kind: "axis", at: 1 }],
+  ],
+  [
+    "pedals that rest at an end",
+    [-1, -1, 0],
+    [],
+    [
+      { kind: "axis", at: 0 },
+      { kind: "axis", at: 1 },
+    ],
+  ],
+  ["a switch in the place of Stop", [0, 0], [1, 5], [{ kind: "button", at: 1 }]],
+])("names what holds of %s", (_, axes, on, held) => {
+  const reading = said((to) => on.forEach((at) => void push(to, at)), { mapping: "", axes });
+  expect(reading.held).toEqual(held);
+});
+
+it.each([
+  ["standard", 17, "standard"],
+  ["standard", 8, "unknown"],
+  ["", 34, "unknown"],
+  ["", 1, "bare"],
+] as const)("a pad of mapping %j with %d buttons is %s", (mapping, count, layout) => {
+  expect(layoutOf({ mapping, buttons: pad().buttons.concat(pad().buttons).slice(0, count) })).toBe(
+    layout,
+  );
 });

@@ -16,9 +16,18 @@ export interface PadReading {
   stop: boolean;
   speed: boolean;
   start: boolean;
-  /** Whether nothing on it is touched. */
-  isNeutral: boolean;
+  /** What keeps it from being neutral. */
+  held: readonly PadPart[];
 }
+
+/** A button or a stick's axis, by its place in the browser's list. */
+export interface PadPart {
+  kind: "button" | "axis";
+  at: number;
+}
+
+/** What a gamepad can do here: `unknown` has no Start that we could find, `bare` no Stop either. */
+export type PadLayout = "standard" | "unknown" | "bare";
 
 export type Pad = Pick<Gamepad, "axes" | "mapping"> & {
   buttons: readonly Pick<GamepadButton, "pressed" | "value">[];
@@ -28,7 +37,20 @@ export type Pad = Pick<Gamepad, "axes" | "mapping"> & {
 const BUTTONS = { speed: 0, stop: 1, leftTrigger: 6, rightTrigger: 7, start: 9 } as const;
 const CROSS: Record<Direction, number> = { forward: 12, back: 13, left: 14, right: 15 };
 
-/** Of a gamepad with an unknown layout only the first stick and the first two buttons count. Pure. */
+/** The buttons of a standard gamepad that somebody lets go of; a trigger is let go within the dead zone. */
+const LET_GO = [...Array(17).keys()].filter(
+  (at) => at !== BUTTONS.leftTrigger && at !== BUTTONS.rightTrigger,
+);
+
+export function layoutOf({ mapping, buttons }: Pick<Pad, "mapping" | "buttons">): PadLayout {
+  if (buttons.length <= BUTTONS.stop) return "bare";
+  return mapping === "standard" && buttons.length > BUTTONS.start ? "standard" : "unknown";
+}
+
+/**
+ * Of a gamepad with an unknown layout only the first stick and the first two buttons count, for
+ * being neutral too: a throttle has switches that stay on, and axes that rest at an end. Pure.
+ */
 export function readPad(pad: Pad, settings: PadSettings): PadReading {
   const isStandard = pad.mapping === "standard";
   const axis = (at: number) => pad.axes[at] ?? 0;
@@ -37,20 +59,24 @@ export function readPad(pad: Pad, settings: PadSettings): PadReading {
   const trigger = (at: number) =>
     isStandard && settings.triggers ? shapedAxis(pad.buttons[at]?.value ?? 0, settings) : 0;
 
-  const stick =
-    isStandard && settings.turn === "right"
-      ? { x: shapedAxis(axis(2), settings), y: shapedAxis(axis(1), settings) }
-      : shaped({ x: axis(0), y: axis(1) }, settings);
+  const isSplit = isStandard && settings.turn === "right";
+  const stick = isSplit
+    ? { x: shapedAxis(axis(2), settings), y: shapedAxis(axis(1), settings) }
+    : shaped({ x: axis(0), y: axis(1) }, settings);
   const ahead = trigger(BUTTONS.rightTrigger) - trigger(BUTTONS.leftTrigger) - stick.y;
   const motion = { linear: Math.max(-1, Math.min(1, ahead)), angular: 0 - stick.x };
-  const areTriggersLoose = trigger(BUTTONS.rightTrigger) + trigger(BUTTONS.leftTrigger) === 0;
-  const isAtRest = motion.linear === 0 && motion.angular === 0 && areTriggersLoose;
+  const used = isStandard ? LET_GO : [BUTTONS.speed, BUTTONS.stop];
+  const triggers = [BUTTONS.leftTrigger, BUTTONS.rightTrigger].filter((at) => trigger(at) !== 0);
+  const sticks = [...(stick.x === 0 ? [] : [isSplit ? 2 : 0]), ...(stick.y === 0 ? [] : [1])];
   return {
     motion,
     directions: new Set(DIRECTIONS.filter((one) => standard(CROSS[one]))),
     stop: pressed(BUTTONS.stop),
     speed: pressed(BUTTONS.speed),
     start: standard(BUTTONS.start),
-    isNeutral: isAtRest && !pad.buttons.some((button) => button.pressed),
+    held: [
+      ...sticks.map((at) => ({ kind: "axis" as const, at })),
+      ...[...used.filter(pressed), ...triggers].map((at) => ({ kind: "button" as const, at })),
+    ],
   };
 }

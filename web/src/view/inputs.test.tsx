@@ -5,10 +5,12 @@ import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Actions, Session } from "../actions";
 import { DRIVE_DEFAULTS } from "../drive/drivePreferences";
+import type { PadState } from "../drive/gamepad";
 import type { InputState } from "../drive/inputState";
 import { DEFAULT_KEYS } from "../drive/keyMap";
 import { loadPreferences, type Preferences } from "../preferences";
 import { createState, type State } from "../state";
+import { plugIn, takeAwayGamepads } from "../testing/gamepads";
 import { hello, room } from "../testing/messages";
 import { SessionContext } from "./context";
 import { Axes } from "./drive/Axes";
@@ -257,16 +259,16 @@ describe("the way to drive", () => {
 describe("a gamepad", () => {
   it("is chosen by its name, and then has settings", () => {
     expect(queryByRole(body, "combobox", { name: "Gamepad" })).toBeNull();
-    const found = [{ index: 1, id: "Xbox" }];
+    const found = [{ index: 1, id: "Xbox", layout: "standard" as const }];
     act(() => {
-      state.pads.value = { found, chosen: null, isReady: false };
+      state.pads.value = { found, chosen: null, isReady: false, held: [] };
     });
     const pads = getByRole<HTMLSelectElement>(body, "combobox", { name: "Gamepad" });
     pads.value = "1";
     act(() => void pads.dispatchEvent(new Event("change", { bubbles: true })));
     expect(actions.useGamepad).toHaveBeenLastCalledWith(1);
     act(() => {
-      state.pads.value = { found, chosen: 1, isReady: false };
+      state.pads.value = { found, chosen: 1, isReady: false, held: [] };
     });
     act(() => getByRole(body, "switch", { name: /Triggers/ }).click());
     expect(actions.setDriving).toHaveBeenLastCalledWith({
@@ -275,6 +277,30 @@ describe("a gamepad", () => {
     pads.value = "";
     act(() => void pads.dispatchEvent(new Event("change", { bubbles: true })));
     expect(actions.useGamepad).toHaveBeenLastCalledWith(null);
+  });
+});
+
+describe("what is said of a gamepad", () => {
+  const shown = (layout: "standard" | "unknown" | "bare", more: Partial<PadState>) => {
+    const found = [{ index: 1, id: "Stick", layout }];
+    act(() => {
+      state.pads.value = { found, chosen: 1, isReady: false, held: [], ...more };
+    });
+    return body.querySelector(".ways-group p[aria-live]")?.textContent?.trim();
+  };
+
+  it("names what holds, and advises buttons that are read", () => {
+    plugIn([]);
+    const held = [
+      { kind: "axis", at: 1 },
+      { kind: "button", at: 1 },
+    ] as const;
+    expect(shown("unknown", { held })).toContain("Held: axis 2, button 2. If nobody touches it");
+    expect(shown("standard", { held })).toContain("Held: Left stick, B. ");
+    expect(shown("standard", { isReady: true })).toContain("B stops, A changes");
+    expect(shown("unknown", { isReady: true })).toContain("button 2 stops, button 1 changes");
+    expect(shown("bare", { isReady: true })).toContain("no button for Stop");
+    takeAwayGamepads();
   });
 });
 

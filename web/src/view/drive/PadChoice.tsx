@@ -1,5 +1,5 @@
 import { RANGES } from "../../drive/drivePreferences";
-import type { PadSettings } from "../../drive/padReading";
+import type { PadLayout, PadPart, PadSettings } from "../../drive/padReading";
 import { t } from "../../words/words";
 import { useActions, useState } from "../context";
 import { Switch } from "../Switch";
@@ -40,12 +40,40 @@ export function PadChoice() {
 
 function PadWords() {
   const { pads, mayMove } = useState();
-  const { found, chosen, isReady } = pads.value;
+  const { found, chosen, isReady, held } = pads.value;
   if (!("getGamepads" in navigator)) return <>{t("ways.pad_missing")}</>;
   if (found.length === 0) return <>{t("ways.pad_search")}</>;
   if (chosen === null) return null;
-  if (!mayMove.value) return <>{t("ways.pad_idle")}</>;
-  return <>{t(isReady ? "ways.pad_ready" : "ways.pad_arming")}</>;
+  const layout = found.find(({ index }) => index === chosen)?.layout ?? "bare";
+  const deeds = deedsOf(layout);
+  if (!mayMove.value) return <>{t("ways.pad_idle", { deeds })}</>;
+  if (isReady) return <>{t("ways.pad_ready", { deeds })}</>;
+  const what = held.map((part) => partName(part, layout)).join(", ");
+  const isAside = held.some(({ kind }) => kind === "axis");
+  return (
+    <>
+      {what === "" ? t("ways.pad_arming") : t("ways.pad_holds", { what })}{" "}
+      {isAside && t("ways.pad_aside")}
+    </>
+  );
+}
+
+/** What is printed on an Xbox's, in the order of W3C Gamepad. */
+const PRINTED = ["A", "B", "X", "Y", "LB", "RB", "LT", "RT", "View", "Start"];
+
+/** What somebody finds on it: numbers count from 1, as on sticks and in system settings. */
+function partName({ kind, at }: PadPart, layout: PadLayout): string {
+  const n = String(at + 1);
+  if (layout !== "standard") return t(kind === "axis" ? "ways.pad_axis" : "ways.pad_button", { n });
+  if (kind === "axis") return t(at < 2 ? "ways.pad_turn_left" : "ways.pad_turn_right");
+  return PRINTED[at] ?? t("ways.pad_button", { n });
+}
+
+/** What its buttons do, of those that it has. */
+function deedsOf(layout: PadLayout): string {
+  if (layout === "bare") return t("ways.pad_no_stop");
+  const button = (at: number) => partName({ kind: "button", at }, layout);
+  return t("ways.pad_deeds", { stop: button(1), speed: button(0) });
 }
 
 function PadFields() {
