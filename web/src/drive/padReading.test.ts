@@ -123,8 +123,8 @@ const UNTOUCHED: [string, Partial<FakePad>, on?: number[]][] = [
   ],
   ["a pad whose triggers are axes that rest at -1", { axes: [0, 0, -1, 0, 0, -1, 0, 0] }],
   [
-    "a pad whose cross is an axis that rests at 1.29",
-    { axes: [0, 0, 0, 0, 0, 0, 0, 0, 0, 1.2857] },
+    "a pad whose cross is an axis that rests at 3.29",
+    { axes: [0.00392, 0.00392, 0, 0, 0, 0, 0, 0, 0, 3.28571] },
   ],
   ["a stick that trembles by 0.05", { axes: [0.05, -0.05, 0.05, -0.05] }],
   [
@@ -160,6 +160,12 @@ it.each([
       { kind: "axis", at: 0 },
       { kind: "axis", at: 1 },
     ],
+  ],
+  [
+    "a wheel whose pedals rest at 1, one as its second axis",
+    [0, 1, 1, 0, 0, 1],
+    [],
+    [{ kind: "axis", at: 1 }],
   ],
   ["a switch in the place of Stop", [0, 0], [1, 5], [{ kind: "button", at: 1 }]],
 ])("names what holds of %s", (_, axes, on, held) => {
