@@ -43,13 +43,13 @@ async def test_what_does_not_fit_waits_for_the_next_pass(work: Work) -> None:
     now = 0
 
     async def stranger() -> None:
-        await turnstile.enter(account)
+        meter = Meter(turnstile, payer())
+        await meter.enter()
         began_s = time.thread_time()
         passes.append(now)
         work(0.001)
-        turnstile.charge(account, began_s)
+        meter.charge(began_s)
 
-    account = payer()
     tasks = [asyncio.create_task(stranger()) for _ in range(40)]
     while not all(task.done() for task in tasks):
         now += 1

@@ -44,14 +44,6 @@ class Turnstile:
         self._used_s += cost_s
         payer.spend(cost_s, self._clock.now_s())
 
-    async def enter(self, payer: Payer) -> None:
-        """Wait until this payer may go on, and this pass has room; at once where both are so."""
-        while True:
-            wait_s = self.wait_s(payer)
-            if wait_s <= 0 and self.is_open:
-                return
-            await asyncio.sleep(wait_s)
-
     def _next_pass(self) -> None:
         self._used_s = 0.0
 
