@@ -177,9 +177,6 @@ def test_what_waited_in_the_pipe_moves_nothing(robot: Driver, log: Log) -> None:
     assert not drives(robot, log)
     going_s = time.monotonic()
     os.kill(log.pid(), signal.SIGCONT)
-    drives(robot, log)
-    # What it was telling the robot just when it froze comes out first.
-    assert sum(entry.is_motion for entry in log.entries(going_s)) <= 1
     assert not drives(robot, log)
     assert log.stopped_s(going_s) - going_s < 0.2
     drive_off(robot, log)
