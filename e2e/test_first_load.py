@@ -9,8 +9,12 @@ from typing import TYPE_CHECKING, Any, Final
 import aiohttp
 import pytest
 import pytest_asyncio
+from aiohttp import web
+from aiohttp.test_utils import TestServer
 
 from e2e.harness import toml
+from e2e.harness.viewer import Viewer
+from e2e.harness.wait import eventually
 from e2e.measure.suite import ROOT
 
 if TYPE_CHECKING:
@@ -108,10 +112,48 @@ async def test_everything_loaded_is_the_servers_own(
     assert all(url.startswith((server.url, "blob:", "data:")) for url in asked), asked
 
 
+@pytest.mark.timeout(60)
+async def test_it_works_below_a_path(chromium: Browser, server: Server) -> None:
+    """A proxy that takes a path away changes nothing: the page connects, shows the robot, stops."""
+    asked: list[str] = []
+
+    async def pass_on(request: web.Request) -> web.Response:
+        asked.append(request.path)
+        if not request.path.startswith("/robot/"):
+            raise web.HTTPNotFound
+        url = server.url + request.path_qs.removeprefix("/robot")
+        body = await request.read()
+        sent = request.headers.copy()
+        for name in ("Content-Encoding", "Content-Length"):  # it was unpacked
+            sent.popall(name, None)
+        async with http.request(request.method, url, headers=sent, data=body) as answer:
+            headers = answer.headers.copy()
+            headers.popall("Transfer-Encoding", None)
+            return web.Response(status=answer.status, headers=headers, body=await answer.read())
+
+    proxy = web.Application()
+    proxy.router.add_route("*", "/{path:.*}", pass_on)
+    async with (
+        aiohttp.ClientSession(auto_decompress=False) as http,
+        TestServer(proxy) as serving,
+        await chromium.new_context(locale="en-GB") as context,
+    ):
+        viewer = await Viewer.prepare(context, f"http://127.0.0.1:{serving.port}/robot/")
+        await viewer.page.goto(viewer.url)
+        await viewer.sees_picture()
+        await viewer.page.get_by_role("button", name="Stop", exact=True).first.click()
+        await eventually(lambda: _among(asked, "/robot/api/stop"), "the stop is asked for")
+    assert all(path.startswith("/robot/") for path in asked), asked
+
+
+async def _among(asked: list[str], path: str) -> bool:
+    return path in asked
+
+
 def test_no_other_host_is_named_in_it() -> None:
     """In the text of page, scripts and styles there is no address of anybody else's."""
     page = (DIST / "index.html").read_text(encoding="utf-8")
-    names = re.findall(r'(?:src|href)="/(assets/[^"]+)"', page)
+    names = re.findall(r'(?:src|href)="\./(assets/[^"]+)"', page)
     assert [name for name in names if name.endswith(".js")], page
     for text in (page, *((DIST / name).read_text(encoding="utf-8") for name in names)):
         assert set(HOST.findall(text)) <= NAMESPACES

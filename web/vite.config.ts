@@ -9,13 +9,15 @@ function preloadWorker(): Plugin {
       if (!bundle) return [];
       const worker = Object.keys(bundle).find((name) => /\bplayerWorker-[^/]*\.js$/.test(name));
       if (!worker) throw new Error("the player's worker is not among what was built");
-      const attrs = { rel: "modulepreload", href: `/${worker}` };
+      const attrs = { rel: "modulepreload", href: `./${worker}` };
       return [{ tag: "link", attrs, injectTo: "head" }];
     },
   };
 }
 
 export default defineConfig({
+  // A proxy may serve the page below a path.
+  base: "./",
   plugins: [preloadWorker()],
   build: {
     outDir: "../server/wax/web/dist",

@@ -123,6 +123,7 @@ def test_manual_explains_every_key(path: tuple[str | int, ...]) -> None:
         ("", ["a.example"]),
         ("https://robot.example.org", ["a.example", "robot.example.org"]),
         ("http://[2001:db8::7]:8080", ["a.example", "2001:db8::7"]),
+        ("https://example.org/robots/1", ["a.example", "example.org"]),
     ],
 )
 def test_the_public_page_is_one_of_the_names(url: str, names: list[str]) -> None:
@@ -266,7 +267,7 @@ def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
             (
                 f"[server]\npublic_url = '{url}'",
                 f'server.public_url: got "{url}"; allowed is '
-                'empty, or an address as "https://robot.example.org" without a path',
+                'empty, or an address as "https://robot.example.org", without "/" at its end',
             )
             for url in ("robot.example.org", "https://robot.example.org/", "ftp://a", "http://a:b")
         ],

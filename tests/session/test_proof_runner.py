@@ -129,7 +129,7 @@ async def test_the_page_claims_no_more_than_the_record(
     await proving.start()
     told = await _ended(proving)
     told["line"] = str(read(told["line"]))
-    assert told == {"state": state, "line": sentence, "record": "/api/proof/record"}
+    assert told == {"state": state, "line": sentence, "record": "api/proof/record"}
     assert f">{sentence}</p>" in unescape(proving.record())
     assert robot.told == [LENT, "close", "open", None]
 

@@ -99,10 +99,10 @@ def test_a_preview_needs_whole_addresses(tmp_path: Path) -> None:
 def test_a_colour_is_a_style_sheet_after_the_pages_own() -> None:
     """It outranks that one, is new by name when it changes, and has both themes."""
     own = OwnPage(PageSettings(accent="#7a1fa2"))
-    built = BUILT.replace("</head>", '<link rel="stylesheet" href="/assets/a.css"></head>')
+    built = BUILT.replace("</head>", '<link rel="stylesheet" href="assets/a.css"></head>')
     assert Read(own.html(built, ORIGIN)).styles == [
-        "/assets/a.css",
-        f"/page.css?{own.style_digest}",
+        "assets/a.css",
+        f"page.css?{own.style_digest}",
     ]
     assert "--accent:#7a1fa2" in own.style
     assert "prefers-color-scheme:dark" in own.style

@@ -3,13 +3,13 @@ import { beforeEach, expect, it } from "vitest";
 import { alertTab } from "./alertTab";
 
 beforeEach(() => {
-  document.head.innerHTML = '<link rel="icon" href="/icon.svg">';
+  document.head.innerHTML = '<link rel="icon" href="icon.svg">';
 });
 
 it("shows another icon while somebody is wanted, and then the usual one", () => {
   const icon = () => document.querySelector("link")?.getAttribute("href");
   alertTab(document, true);
-  expect(icon()).toBe("/icon-wanted.svg");
+  expect(icon()).toBe("icon-wanted.svg");
   alertTab(document, false);
-  expect(icon()).toBe("/icon.svg");
+  expect(icon()).toBe("icon.svg");
 });

@@ -44,7 +44,7 @@ describe("a secret", () => {
     const fetching = answers(200, { ok: true });
     expect((await showEntry({ kind: "host", secret: "s3" })).isGood).toBe(true);
     const [path, init] = fetching.mock.calls[0] ?? [];
-    expect([path, init?.body]).toEqual(["/api/host", '{"secret":"s3"}']);
+    expect([path, init?.body]).toEqual(["api/host", '{"secret":"s3"}']);
   });
 
   it.each([

@@ -31,10 +31,10 @@ export async function showEntry({ kind, secret }: Entry): Promise<Entered> {
   const signal = AbortSignal.timeout(LONGEST_MS);
   try {
     if (kind === "host") {
-      await post("/api/host", { secret }, { signal });
+      await post("api/host", { secret }, { signal });
       return { isGood: true, text: t("entry.host") };
     }
-    const { purpose } = await post("/api/enter", { token: secret }, { signal });
+    const { purpose } = await post("api/enter", { token: secret }, { signal });
     const text = purpose === "queue" ? t("entry.drive") : t("entry.watch");
     return { isGood: true, text };
   } catch (error) {

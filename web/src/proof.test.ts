@@ -33,15 +33,15 @@ const RUNNING: Proof = {
 const DONE: Proof = {
   state: "done",
   line: says("Every link was cut 5 times; the robot stood within 200 ms."),
-  record: "/api/proof/record",
+  record: "api/proof/record",
 };
 
 it("starts with the word that the wheels are off the floor, and looks each second until the end", async () => {
   now = RUNNING;
   await prover.start();
-  expect(asked).toEqual(['POST /api/proof {"lifted":true}']);
+  expect(asked).toEqual(['POST api/proof {"lifted":true}']);
   await vi.advanceTimersByTimeAsync(2500);
-  expect(asked.slice(1)).toEqual(["GET /api/proof", "GET /api/proof"]);
+  expect(asked.slice(1)).toEqual(["GET api/proof", "GET api/proof"]);
   now = DONE;
   await vi.advanceTimersByTimeAsync(5000);
   expect(asked).toHaveLength(4);
@@ -63,7 +63,7 @@ it("looks once where none runs", async () => {
   now = DONE;
   await prover.look();
   await vi.advanceTimersByTimeAsync(5000);
-  expect(asked).toEqual(["GET /api/proof"]);
+  expect(asked).toEqual(["GET api/proof"]);
 });
 
 it("says why it was refused, and looks no further", async () => {

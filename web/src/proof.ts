@@ -14,7 +14,7 @@ export interface ProverOptions {
   complain: (sentence: string) => void;
 }
 
-const PATH = "/api/proof";
+const PATH = "api/proof";
 const LOOK_EVERY_MS = 1000;
 
 /** Starts and follows the proof of the stop, on the host's page. */

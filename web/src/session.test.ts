@@ -367,7 +367,7 @@ describe("a link with a secret", () => {
     expect(window.location.hash).toBe("");
     expect(peers).toHaveLength(0);
     await vi.advanceTimersByTimeAsync(0);
-    expect(asked).toEqual(["/api/host"]);
+    expect(asked).toEqual(["api/host"]);
     expect(peers).toHaveLength(1);
     expect(session.state.entryProblem.value).toBeNull();
   });
@@ -478,7 +478,7 @@ describe("a page for which the server has no place", () => {
     const fetching = vi.fn(async (_path: string, _init: RequestInit) => new Response("{}"));
     vi.stubGlobal("fetch", fetching);
     session.actions.stop();
-    expect(fetching.mock.lastCall?.[0]).toBe("/api/stop");
+    expect(fetching.mock.lastCall?.[0]).toBe("api/stop");
   });
 
   it("counts down by what it is told of the server's clock", () => {

@@ -37,8 +37,8 @@ PageUrl = Annotated[
     str,
     Field(
         pattern=r"^(https?://([A-Za-z0-9]([A-Za-z0-9.-]{0,251}[A-Za-z0-9])?|\[[0-9A-Fa-f:.]{2,45}\])"
-        r"(:[0-9]{1,5})?)?$",
-        description='empty, or an address as "https://robot.example.org" without a path',
+        r"(:[0-9]{1,5})?(/[A-Za-z0-9._~-]+)*)?$",
+        description='empty, or an address as "https://robot.example.org", without "/" at its end',
     ),
     AfterValidator(_page_url),
 ]

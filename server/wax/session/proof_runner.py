@@ -63,7 +63,7 @@ class ProofRunner:
 
     def progress(self) -> dict[str, object]:
         """Return the progress, and where the newest record is."""
-        record = None if self._record is None else "/api/proof/record"
+        record = None if self._record is None else "api/proof/record"
         line = None if self._line is None else self._line.wire()
         return {"state": self._state, "line": line, "record": record}
 

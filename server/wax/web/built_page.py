@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Final
 
 from aiohttp import ETag, hdrs, web
 
+from wax.errors import NotForUsError
+from wax.sentence import Sentence
 from wax.web.connection import Connection
 
 if TYPE_CHECKING:
@@ -61,10 +63,10 @@ class BuiltPage:
         return await _send(request, page, {"Cache-Control": "no-cache"})
 
     async def asset(self, request: web.Request, path: str) -> web.StreamResponse:
-        """Answer with a file of the page; raises `HTTPNotFound`."""
+        """Answer with a file of the page; raises `NotForUsError`."""
         file = self._files.get(path)
         if file is None:
-            raise web.HTTPNotFound
+            raise NotForUsError(Sentence("request.no_page"), 404)
         return await _send(request, file, {})
 
     async def preview(self, request: web.Request) -> web.StreamResponse:

@@ -76,7 +76,7 @@ class OwnPage:
         """Return the link to the colours, after the page's own style so that they outrank it."""
         if not self.style:
             return []
-        return [f'<link rel="stylesheet" href="{STYLE_PATH}?{self.style_digest}" />']
+        return [f'<link rel="stylesheet" href="{STYLE_PATH[1:]}?{self.style_digest}" />']
 
     def _preview(self, description: str, base: str) -> list[str]:
         """Return what others show beside a link (Open Graph, and the cards that came of it)."""

@@ -294,7 +294,8 @@ class Routes:
             seat = self._room.elsewhere.instead(visitor, offer.client, error)
             response.text = seat.model_dump_json()
             return response
-        response.text = json.dumps({"sdp": answer})
+        # To the host the page says more of why nothing comes, before there is a connection.
+        response.text = json.dumps({"sdp": answer} | ({"host": True} if visitor.is_host else {}))
         response.enable_compression()
         if visitor.is_host:
             self._renew(request, response)
@@ -460,42 +461,40 @@ def _unpacked(data: bytes) -> bytes:
 
 @web.middleware
 async def _tell_errors(request: web.Request, handler: Handler) -> web.StreamResponse:
-    """Turn every error into a sentence, in JSON but for people at a wrong name."""
+    """Turn every error into a sentence."""
     try:
         return await handler(request)
     except NotAdmittedError as error:
         more = {"ended": True, "opens_wall_ms": error.opens_wall_ms}
-        return _refuse(HTTP_STATUS[NotAdmittedError], error.sentence, more)
+        return _refuse(request, HTTP_STATUS[NotAdmittedError], error.sentence, more)
     except NotForUsError as error:
-        return _not_for_us(request, error)
+        return _refuse(request, error.status, error.sentence)
     except WaxError as error:
-        refusal = _refuse(HTTP_STATUS.get(type(error), 500), error.sentence)
+        refusal = _refuse(request, HTTP_STATUS.get(type(error), 500), error.sentence)
         if isinstance(error, (FullError, TooOftenError)):
             refusal.headers["Retry-After"] = str(error.retry_after_s)
         return refusal
     except web.HTTPException as error:
         if error.status < 400:
             raise
-        return _refuse(error.status, says(error.reason))
+        return _refuse(request, error.status, says(error.reason))
     except Exception:
         _LOG.exception("request failed", path=request.path)
-        return _refuse(500, Sentence("request.failed"))
-
-
-def _not_for_us(request: web.Request, error: NotForUsError) -> web.Response:
-    """Say it to whoever asks: a person has typed a name into a browser, a program reads JSON."""
-    if "text/html" not in request.headers.get("Accept", ""):
-        return _refuse(error.status, error.sentence)
-    text = (
-        '<!doctype html><html lang="en"><meta name="viewport" content="width=device-width">'
-        f"<title>WAX</title><p>{escape(str(error.sentence))}</p></html>"
-    )
-    return web.Response(status=error.status, text=text, content_type="text/html")
+        return _refuse(request, 500, Sentence("request.failed"))
 
 
 def _refuse(
-    status: int, sentence: Sentence, more: Mapping[str, object] | None = None
+    request: web.Request,
+    status: int,
+    sentence: Sentence,
+    more: Mapping[str, object] | None = None,
 ) -> web.Response:
-    """Say why, in English for whoever is no page."""
+    """Say why, in English for whoever is no page: in a page to a browser's user, else in JSON."""
+    if "text/html" in request.headers.get("Accept", ""):
+        text = (
+            '<!doctype html><html lang="en"><meta name="viewport" content="width=device-width">'
+            f"<title>WAX</title><p>{escape(str(sentence))}</p></html>"
+        )
+        return web.Response(status=status, text=text, content_type="text/html")
     body = {"error": str(sentence), "sentence": sentence.wire(), **(more or {})}
     return web.json_response(body, status=status)

@@ -46,7 +46,7 @@ afterEach(() => vi.unstubAllGlobals());
 it.each([true, false])("stops by both ways before the task ends, channel open: %s", (open) => {
   isOpen = open;
   stopControl.stop();
-  expect(done).toEqual(["stop", '/api/stop {"client":"uuid"}', "let go"]);
+  expect(done).toEqual(["stop", 'api/stop {"client":"uuid"}', "let go"]);
 });
 
 it("says the server's sentence when it refuses", async () => {
@@ -94,7 +94,7 @@ it("releases by HTTP where no channel is open, or the clocks are not aligned", (
   clock.add({ sentMs: 0, receivedMs: 0, serverMs: 1_000_000 });
   isOpen = false;
   stopControl.release();
-  const posted = '/api/release {"client":"uuid","stop":7}';
+  const posted = 'api/release {"client":"uuid","stop":7}';
   expect(done).toEqual([posted, "release", posted]);
 });
 

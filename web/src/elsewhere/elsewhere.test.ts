@@ -66,7 +66,7 @@ beforeEach(() => {
   renewed = () => new Response(JSON.stringify(elsewhere({ rooms: [seat("two")] })));
   vi.stubGlobal("fetch", async (path: string, init: { body: string; keepalive?: boolean }) => {
     const body = JSON.parse(init.body);
-    if (path === "/api/seat") {
+    if (path === "api/seat") {
       if (body.leaves) left.push(init.keepalive);
       else renewals++;
       return renewed();

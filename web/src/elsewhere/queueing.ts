@@ -14,17 +14,17 @@ const ASK_MS = 5000;
 export async function postQueue(client: string, wants: Wants, name: string): Promise<ViewerInfo> {
   const signal = AbortSignal.timeout(ASK_MS);
   const body = { client, wants, ...(name && { name }) };
-  return (await post("/api/queue", body, { signal })) as unknown as ViewerInfo;
+  return (await post("api/queue", body, { signal })) as unknown as ViewerInfo;
 }
 
 /** Renews this page's seat in the rooms; returns fresh tokens. Throws `RequestError`. */
 export async function postSeat(client: string): Promise<Sent> {
   const signal = AbortSignal.timeout(ASK_MS);
-  return (await timed(post("/api/seat", { client }, { signal }))) as unknown as Sent;
+  return (await timed(post("api/seat", { client }, { signal }))) as unknown as Sent;
 }
 
 /** Gives the seat back; it is sent even while the page is closed. */
 export function postLeave(client: string): void {
   // Nobody is there any more to be told that it failed.
-  post("/api/seat", { client, leaves: true }, { keepalive: true }).catch(() => {});
+  post("api/seat", { client, leaves: true }, { keepalive: true }).catch(() => {});
 }

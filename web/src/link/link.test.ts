@@ -20,6 +20,7 @@ const { FakePeer, peers } = vi.hoisted(() => {
   class Fake {
     sent: DrivePing[] = [];
     isClosed = false;
+    trouble = "The server does not answer.";
 
     constructor(readonly events: PeerEvents) {
       made.push(this);
@@ -525,4 +526,13 @@ it("is closed and tries no more where the server has no place but says who has",
   expect(peers).toHaveLength(1);
   link.connect();
   expect(peers).toHaveLength(2);
+});
+
+it("says how far the attempt came that it gives up", () => {
+  peer().events.reached();
+  peer().events.answered();
+  peer().trouble = "Nothing gets through.";
+  vi.advanceTimersByTime(10_000);
+  expect(peers).toHaveLength(2);
+  expect(states.at(-1)).toEqual({ is: "connecting", reason: "Nothing gets through." });
 });

@@ -217,7 +217,10 @@ export class Link {
   /** Begins another attempt unless this one gets further within this time. */
   #giveUpAfter(ms: number): void {
     clearTimeout(this.#trying);
-    this.#trying = setTimeout(() => this.#begin(t("link.no_answer")), ms);
+    this.#trying = setTimeout(() => {
+      const tried = this.#next ?? this.#peer;
+      this.#begin(tried?.trouble ?? t("link.no_answer"));
+    }, ms);
   }
 
   /** This page may not come in, and does not come back by itself. */

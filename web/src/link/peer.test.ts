@@ -24,6 +24,8 @@ class FakeConnection extends EventTarget {
   iceGatheringState = "complete";
   localDescription: RTCSessionDescriptionInit | null = null;
   remoteDescription: RTCSessionDescriptionInit | null = null;
+  iceConnectionState: RTCIceConnectionState = "new";
+  connectionState: RTCPeerConnectionState = "new";
 
   constructor() {
     super();
@@ -65,18 +67,20 @@ let answer = "v=0 answer";
 let offer = "v=0 offer";
 let ice: () => Promise<Response>;
 let offers: number;
+let more: object;
 
 beforeEach(() => {
   FakeConnection.made = [];
   vi.stubGlobal("RTCPeerConnection", FakeConnection);
   vi.stubGlobal("RTCRtpReceiver", { getCapabilities: () => ({ codecs: CODECS }) });
   offers = 0;
+  more = {};
   offer = "v=0 offer";
   answer = "v=0 answer";
   vi.stubGlobal("fetch", async (url: string) => {
-    if (url === "/api/ice") return ice();
+    if (url === "api/ice") return ice();
     offers++;
-    return new Response(JSON.stringify({ sdp: answer }));
+    return new Response(JSON.stringify({ sdp: answer, ...more }));
   });
 });
 
@@ -271,7 +275,7 @@ describe("sending", () => {
 
 it("ends where the server has no place, and says who has", async () => {
   const where = { type: "elsewhere", rooms: [], links: ["https://watch.example.org"] };
-  const bodies = { "/api/ice": { iceServers: [] }, "/api/offer": where };
+  const bodies = { "api/ice": { iceServers: [] }, "api/offer": where };
   vi.stubGlobal("fetch", async (url: keyof typeof bodies) => {
     return new Response(JSON.stringify(bodies[url]));
   });
@@ -350,4 +354,40 @@ it("tells that the offer was sent before it is answered, so that others may work
   expect(offered.mock.invocationCallOrder[0]).toBeLessThan(
     answered.mock.invocationCallOrder[0] as number,
   );
+});
+
+const CANDIDATES = [
+  "v=0",
+  "a=candidate:1 1 udp 2130706431 192.0.2.5 8081 typ host",
+  "a=candidate:2 1 udp 1694498815 203.0.113.5 8081 typ srflx raddr 0.0.0.0 rport 0",
+].join("\r\n");
+
+it.each([
+  ["checking", {}, "UDP does not get through"],
+  ["failed", { host: true }, "UDP to its port 8081 does not get through"],
+  ["connected", {}, "(DTLS) is not set up"],
+] as const)("says how far it came where ICE is %s: %j", async (state, told, words) => {
+  ice = async () => new Response(JSON.stringify({ iceServers: [] }));
+  answer = CANDIDATES;
+  more = told;
+  const { peer, connected, connection, lost } = connect();
+  for (const channel of connection.channels.values()) channel.readyState = "connecting";
+  expect(peer.trouble).toBe("The server does not answer.");
+  await connected;
+  connection.iceConnectionState = state;
+  expect(peer.trouble).toContain(words);
+
+  connection.connectionState = "failed";
+  connection.dispatchEvent(new Event("connectionstatechange"));
+  expect(lost).toHaveBeenCalledWith(expect.stringContaining(words), null);
+});
+
+it("blames no network where the connection has worked", async () => {
+  ice = async () => new Response(JSON.stringify({ iceServers: [] }));
+  const { connected, connection, lost } = connect();
+  await connected;
+  connection.iceConnectionState = "failed";
+  connection.connectionState = "failed";
+  connection.dispatchEvent(new Event("connectionstatechange"));
+  expect(lost).toHaveBeenCalledWith("The connection was lost.", null);
 });

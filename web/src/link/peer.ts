@@ -49,6 +49,7 @@ export class Peer {
   /** What sends the voice; it is there from the beginning, so that speaking needs no new offer. */
   readonly #voice: RTCRtpSender | null = null;
   #answer: string | null = null;
+  #isForHost = false;
   #form: VoiceForm | undefined = FORMS[0];
   #shaping: Promise<void> = Promise.resolve();
   readonly #channels: Record<Channel, RTCDataChannel>;
@@ -79,7 +80,7 @@ export class Peer {
     }
     this.#on(pc, "connectionstatechange", () => {
       if (pc.connectionState === "failed" || pc.connectionState === "closed")
-        this.#lose(t("link.lost"));
+        this.#lose(this.#hasOpened ? t("link.lost") : this.trouble);
     });
   }
 
@@ -105,14 +106,15 @@ export class Peer {
       this.events.offered();
       const answer = await answering;
       if (signal.aborted) return;
-      if (typeof answer !== "string") {
+      if (!("sdp" in answer)) {
         this.close();
         this.events.sent(answer);
         return;
       }
       this.events.answered();
-      this.#answer = answer;
-      await pc.setRemoteDescription({ type: "answer", sdp: this.#shaped(answer) });
+      this.#answer = answer.sdp;
+      this.#isForHost = answer.isForHost;
+      await pc.setRemoteDescription({ type: "answer", sdp: this.#shaped(answer.sdp) });
     } catch (error) {
       const refusal = error instanceof RequestError ? error : null;
       if (refusal?.ended && !signal.aborted) {
@@ -123,6 +125,20 @@ export class Peer {
       const sentence = error instanceof Error ? error.message : t("link.lost");
       this.#lose(sentence, refusal?.retryAfterMs ?? null);
     }
+  }
+
+  /** How far this peer has come, as a sentence: why it is given up. */
+  get trouble(): string {
+    if (this.#answer === null || this.#hasOpened) return t("link.no_answer");
+    const { iceConnectionState } = this.#pc;
+    const isThrough = iceConnectionState === "connected" || iceConnectionState === "completed";
+    if (isThrough) return t("link.no_dtls");
+    if (!this.#isForHost) return t("link.no_udp");
+    return t("link.no_udp_host", { port: portsOf(this.#answer) });
+  }
+
+  get #hasOpened(): boolean {
+    return this.#channels.state.readyState !== "connecting";
   }
 
   /** The payload type of redundant sound (RFC 2198), null if there is none. */
@@ -225,4 +241,10 @@ function receivesPictures(pc: RTCPeerConnection): RTCRtpReceiver {
   const sent = all.filter(({ mimeType }) => /\/(vp8|h264|rtx)$/i.test(mimeType));
   transceiver.setCodecPreferences?.(sent);
   return transceiver.receiver;
+}
+
+/** The UDP ports at which the server waits, mostly one, by its answer (RFC 8839, 5.1). */
+function portsOf(answer: string): string {
+  const found = answer.matchAll(/^a=candidate:\S+ \d+ udp \d+ \S+ (\d+) /gim);
+  return [...new Set(Array.from(found, ([, port]) => port))].join(", ");
 }

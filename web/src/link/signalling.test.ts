@@ -16,8 +16,11 @@ it("posts offer and client as JSON and returns the answer's text", async () => {
   vi.stubGlobal("CompressionStream", undefined);
   const fetching = vi.fn(async () => new Response('{"sdp": "v=0 answer"}'));
   vi.stubGlobal("fetch", fetching);
-  expect(await postOffer(await offerOf("v=0", "some-uuid"), signal)).toBe("v=0 answer");
-  expect(fetching).toHaveBeenCalledWith("/api/offer", expect.objectContaining(PLAIN));
+  expect(await postOffer(await offerOf("v=0", "some-uuid"), signal)).toEqual({
+    sdp: "v=0 answer",
+    isForHost: false,
+  });
+  expect(fetching).toHaveBeenCalledWith("api/offer", expect.objectContaining(PLAIN));
 });
 
 it("packs the offer where the browser can, since an uplink may be a modem's", async () => {

@@ -15,6 +15,12 @@ export interface Ice {
   wantsCandidates: boolean;
 }
 
+/** The answer to an offer; whether the server takes this page for the host's. */
+export interface Answered {
+  sdp: string;
+  isForHost: boolean;
+}
+
 /** Where to watch instead, and when that was asked. */
 export type Sent = Elsewhere & Asked;
 
@@ -28,7 +34,7 @@ const NO_ICE: Ice = { servers: [], relayOnly: false, wantsCandidates: false };
  */
 export async function askIce(signal: AbortSignal): Promise<Ice> {
   try {
-    const { iceServers, ...rest } = await ask("/api/ice", { signal });
+    const { iceServers, ...rest } = await ask("api/ice", { signal });
     return { servers: iceServers, ...rest } as unknown as Ice;
   } catch (error) {
     if (!(error instanceof RequestError)) throw error;
@@ -41,11 +47,14 @@ export async function askIce(signal: AbortSignal): Promise<Ice> {
 export const offerOf = (sdp: string, client: string) => packed({ sdp, client });
 
 /**
- * Posts the offer and returns the answer's text, or where to watch instead; throws `RequestError`.
+ * Posts the offer and returns the answer, or where to watch instead; throws `RequestError`.
  */
-export async function postOffer(request: RequestInit, signal: AbortSignal): Promise<string | Sent> {
-  const answer = await timed(ask("/api/offer", { ...request, signal }));
-  if (typeof answer.sdp === "string") return answer.sdp;
+export async function postOffer(
+  request: RequestInit,
+  signal: AbortSignal,
+): Promise<Answered | Sent> {
+  const answer = await timed(ask("api/offer", { ...request, signal }));
+  if (typeof answer.sdp === "string") return { sdp: answer.sdp, isForHost: answer.host === true };
   if (answer.type === "elsewhere") return answer as unknown as Sent;
   throw new RequestError(t("link.no_description"), true);
 }

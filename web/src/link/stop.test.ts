@@ -15,7 +15,7 @@ it("posts a stop in the same task, ahead of other requests and beyond the life o
   fetching.mockResolvedValue(new Response('{"stop": 7}'));
   const posted = postStop("some-uuid");
   expect(fetching).toHaveBeenCalledWith(
-    "/api/stop",
+    "api/stop",
     expect.objectContaining({
       method: "POST",
       body: '{"client":"some-uuid"}',
@@ -37,7 +37,7 @@ it("posts which stop is released", async () => {
   fetching.mockResolvedValue(new Response('{"ok": true}'));
   await postRelease("some-uuid", 7);
   expect(fetching).toHaveBeenCalledWith(
-    "/api/release",
+    "api/release",
     expect.objectContaining({ body: '{"client":"some-uuid","stop":7}' }),
   );
 });

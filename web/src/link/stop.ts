@@ -8,10 +8,10 @@ const STOP_MS = 5000;
  */
 export async function postStop(client: string): Promise<void> {
   const signal = AbortSignal.timeout(STOP_MS);
-  await post("/api/stop", { client }, { keepalive: true, priority: "high", signal });
+  await post("api/stop", { client }, { keepalive: true, priority: "high", signal });
 }
 
 /** Releases the stop with this number when there is no channel; throws `RequestError`. */
 export async function postRelease(client: string, stop: number): Promise<void> {
-  await post("/api/release", { client, stop });
+  await post("api/release", { client, stop });
 }

@@ -31,6 +31,12 @@ describe("a face for each state", () => {
     expect(first).toMatchObject({ tone: "connecting", headline: "Connecting…", queue: null });
   });
 
+  it("after an attempt that failed: no promise of a picture", () => {
+    const link = { is: "connecting", reason: "No UDP." } as const;
+    const again = face(seen({ link, isConnected: false, hello: null, me: null }));
+    expect(again).toMatchObject({ tone: "trouble", next: "" });
+  });
+
   it("lost: how long the place is kept", () => {
     const lost = { link: { is: "waiting", retryAtMs: 0, reason: "" }, isConnected: false } as const;
     const words = face(seen(lost, { operator: 1, watching: [] }));

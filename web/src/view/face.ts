@@ -76,7 +76,7 @@ export function face(seen: Seen): Face {
 
 function unconnected({ link, hello, me }: Seen): Face {
   const kept = lostWords(me, hello?.grace_s ?? 0);
-  const isFirst = hello === null && link.is === "connecting";
+  const isFirst = hello === null && link.is === "connecting" && link.reason === null;
   const words = isFirst
     ? { headline: t("face.connecting"), next: t("face.connecting_next") }
     : kept;

@@ -81,6 +81,11 @@ export function Invitation() {
   );
 }
 
+/** This page's address, which may be below a path. */
+function here(): string {
+  return window.location.origin + window.location.pathname.replace(/\/$/, "");
+}
+
 /** The newest invitation, to be copied: with the system's clipboard, or by hand. */
 function MadeLink() {
   const { invitation } = useState();
@@ -88,7 +93,7 @@ function MadeLink() {
   const copied = useSignal("");
   const made = invitation.value;
   if (!made) return null;
-  const link = `${made.page || window.location.origin}/#invite=${made.token}`;
+  const link = `${made.page || here()}/#invite=${made.token}`;
   const copy = async () => {
     field.current?.select();
     try {
