@@ -7,6 +7,7 @@ import base64
 import hashlib
 import hmac
 import os
+import re
 import shutil
 import socket
 import subprocess
@@ -47,6 +48,15 @@ def _program(name: str) -> str:
     if found is None:
         pytest.skip(f"there is no {name}")
     return found
+
+
+def _has_ipv6() -> bool:
+    try:
+        with socket.socket(socket.AF_INET6) as line:
+            line.bind(("::1", 0))
+    except OSError:
+        return False
+    return True
 
 
 @asynccontextmanager
@@ -119,7 +129,8 @@ async def test_no_client_names_its_own_address(tmp_path: Path) -> None:
 async def _caddy(folder: Path, wax: int, text: str) -> AsyncIterator[int]:
     """Run Caddy by a Caddyfile, in front of a port; yields its own."""
     caddy, port = _program("caddy"), free_port()
-    text = put(text, "robot.example.org {", f"http://127.0.0.1:{port} {{")
+    # At every name, since a test asks by more than one.
+    text = put(text, "robot.example.org {", f"http://:{port} {{")
     text = put(text, "localhost:8080", f"127.0.0.1:{wax}")
     config = folder / "Caddyfile"
     config.write_text(f"{{\n\tadmin off\n}}\n{text}")
@@ -134,6 +145,8 @@ async def _nginx(folder: Path, wax: int, text: str) -> AsyncIterator[int]:
     nginx, port = _program("nginx"), free_port()
     kept = [line for line in text.splitlines() if "ssl_certificate" not in line]
     text = put("\n".join(kept), "listen 443 ssl", f"listen 127.0.0.1:{port}")
+    there = f"listen [::1]:{port};" if _has_ipv6() else ""
+    text = put(text, "listen [::]:443 ssl;", there)
     text = put(text, "localhost:8080", f"127.0.0.1:{wax}")
     paths = ("client_body", "proxy", "fastcgi", "uwsgi", "scgi")
     temporary = "".join(f"{name}_temp_path {folder}/{name};\n" for name in paths)
@@ -205,6 +218,43 @@ async def test_nobody_chooses_their_address(
             for claim in claims:
                 expected = (400, None) if "Forwarded" in claim else (200, CLIENT)
                 assert await ask(port, claim) == expected
+
+
+def _below_a_path(text: str) -> str:
+    """Do what the file itself says of a path."""
+    lines = [line.strip() for line in text.splitlines()]
+    at = next(n for n, line in enumerate(lines) if line.startswith("# Below a path"))
+    first, second = re.findall("`([^`]+)`", lines[at])
+    if "location / {" not in lines:
+        return put(text, "\trequest_body {", f"\t{first}\n\t{second}\n\trequest_body {{")
+    text = put(text, "\tlocation / {", f"\t{first}")
+    return put(text, "\t\tproxy_pass http://localhost:8080;", f"\t\t{second}")
+
+
+@pytest.mark.parametrize(
+    ("proxy", "text"),
+    [
+        (_caddy, CADDYFILE.read_text(encoding="utf-8")),
+        (_nginx, NGINX.read_text(encoding="utf-8")),
+    ],
+    ids=["caddy", "nginx"],
+)
+async def test_a_path_and_ipv6_change_nothing(tmp_path: Path, proxy: Any, text: str) -> None:
+    """Below a path as the file says, at another port, a POST comes through by IPv4 and IPv6."""
+    if not _has_ipv6():
+        pytest.skip("this machine has no IPv6")
+    async with (
+        _asked_for_sender() as wax,
+        proxy(tmp_path, wax, _below_a_path(text)) as port,
+        aiohttp.ClientSession() as http,
+    ):
+        for name, sender in (("127.0.0.1", "127.0.0.1"), ("[::1]", "::/64")):
+            origin = f"http://{name}:{port}"
+            async with http.post(f"{origin}/robot/", headers={"Origin": origin}) as answer:
+                assert (answer.status, await answer.json()) == (200, {"sender": sender})
+            async with http.get(f"{origin}/robot", allow_redirects=False) as answer:
+                assert answer.status in (301, 302)
+                assert answer.headers["Location"].endswith("/robot/")
 
 
 # --- coturn ----------------------------------------------------------------------------------
