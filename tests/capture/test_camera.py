@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import sys
 import threading
 import time
 from typing import TYPE_CHECKING, Any
@@ -137,12 +140,35 @@ def test_another_shape_is_shown_in_proportion() -> None:
     assert luma[-59:].max() < 20
 
 
-def test_a_camera_that_does_not_open_is_one_sentence() -> None:
-    """A missing or busy camera is an error that names it and says what to check; it is released."""
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has a file for each camera")
+@pytest.mark.parametrize(
+    ("number", "says"),
+    [
+        (errno.ENOENT, "There is no camera 3: plug it in"),
+        (errno.EACCES, "You may not open camera 3: .* usermod -aG video"),
+        (errno.EBUSY, "Camera 3 is there but gives no pictures: end the other program"),
+        (None, "Camera 3 is there but gives no pictures: end the other program"),
+    ],
+)
+def test_a_camera_that_does_not_open_is_one_sentence(
+    monkeypatch: pytest.MonkeyPatch, number: int | None, says: str
+) -> None:
+    """Missing, forbidden and busy are told apart, as the system does; the camera is released."""
     device = FakeDevice(opens=False)
     source = camera(device)
-    with pytest.raises(SourceError, match=r"^Camera 3 cannot be opened; check that it is plugged"):
-        source.open()
+    asked: list[str] = []
+
+    def open_file(path: str, _flags: int) -> int:
+        asked.append(path)
+        if number is not None:
+            raise OSError(number, os.strerror(number))
+        return os.dup(0)
+
+    with monkeypatch.context() as patched:
+        patched.setattr("wax.capture.camera.os.open", open_file)
+        with pytest.raises(SourceError, match=says):
+            source.open()
+    assert asked == ["/dev/video3"]
     source.close()
     assert device.released.is_set()
 

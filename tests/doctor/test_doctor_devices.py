@@ -60,7 +60,7 @@ def test_a_camera_by_which_nobody_drives_is_told(
 @pytest.mark.parametrize(
     ("source", "says"),
     [
-        ("/dev/video-that-is-not-there", "cannot be opened"),
+        ("/dev/video-that-is-not-there", "There is no camera"),
         ("nowhere.mp4", "does not exist"),
         ("tests.doctor.sources:Dark", "no picture"),
         ("tests.doctor.sources:Missing", "Missing"),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import sys
 import threading
 from typing import TYPE_CHECKING, Any, Final, Protocol
@@ -37,6 +39,7 @@ _WITHIN_S: Final = 0.1
 """Exposure and transfer of common USB cameras take 20 to 60 ms, and one frame may wait."""
 
 _IS_MAC: Final = sys.platform == "darwin"
+_IS_LINUX: Final = sys.platform.startswith("linux")
 
 
 class VideoDevice(Protocol):
@@ -57,7 +60,7 @@ def open_device(device: int | str) -> VideoDevice:
     """Open by number or path, through V4L2 if available."""
     # OpenCV logs several lines at each attempt to open a missing camera.
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
-    backend = cv2.CAP_V4L2 if sys.platform.startswith("linux") else cv2.CAP_ANY
+    backend = cv2.CAP_V4L2 if _IS_LINUX else cv2.CAP_ANY
     return cv2.VideoCapture(device, backend)
 
 
@@ -117,12 +120,7 @@ class OpenCvCamera:
         device = self._open_device(self._device)
         if not device.isOpened():
             device.release()
-            raise SourceError(
-                Sentence(
-                    "camera.not_open_mac" if _IS_MAC else "camera.not_open",
-                    {"camera": self._device},
-                )
-            )
+            raise SourceError(_why_not_open(self._device))
         if width * height * 2 * fps > _RAW_MAX_BYTES_PER_S:
             # The format first: it limits V4L2's sizes and rates.
             device.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*"MJPG"))
@@ -136,6 +134,20 @@ class OpenCvCamera:
             device.release()
             raise
         return device
+
+
+def _why_not_open(device: int | str) -> Sentence:
+    """Say what to do. OpenCV does not tell why, so the system is asked."""
+    if _IS_LINUX:
+        path = f"/dev/video{device}" if isinstance(device, int) else device
+        try:
+            os.close(os.open(path, os.O_RDWR | os.O_NONBLOCK))
+        except OSError as error:
+            if error.errno in (errno.ENOENT, errno.ENXIO, errno.ENODEV):
+                return Sentence("camera.missing", {"camera": device})
+            if error.errno in (errno.EACCES, errno.EPERM):
+                return Sentence("camera.forbidden", {"camera": device})
+    return Sentence("camera.not_open_mac" if _IS_MAC else "camera.not_open", {"camera": device})
 
 
 class _Grabber:
