@@ -95,6 +95,12 @@ async def test_a_camera_without_pictures_is_told(
     assert (verdict.level, "no picture" in verdict.sentence) == ("warning", True), verdict
 
 
+def test_a_page_below_a_path_is_looked_for_there() -> None:
+    """A proxy may serve the robot below a path; at the name itself there is something else."""
+    assert reach.checked_url("https://example.org/robot/") == "https://example.org/robot"
+    assert reach.checked_url("example.org") == "https://example.org"
+
+
 async def test_what_is_no_server_of_ours_is_told() -> None:
     """Nobody there, an unknown name, an error of a proxy, and somebody else's page."""
     nobody = await asyncio.to_thread(reach.page, f"http://127.0.0.1:{free_port()}")

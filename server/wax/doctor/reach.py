@@ -25,7 +25,7 @@ _SOON_DAYS: Final = 14
 
 
 def checked_url(text: str) -> str:
-    """Return the page's URL without a path; raises `ConfigError`."""
+    """Return the page's URL without a slash at its end; raises `ConfigError`."""
     try:
         parts = urlsplit(text if "://" in text else f"https://{text}")
         is_good = parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
@@ -33,7 +33,7 @@ def checked_url(text: str) -> str:
         is_good = False
     if not is_good:
         raise ConfigError(f"--reach: {text} is no address; write it as https://robot.example.org")
-    return f"{parts.scheme}://{parts.netloc}"
+    return f"{parts.scheme}://{parts.netloc}{parts.path.rstrip('/')}"
 
 
 def page(url: str) -> Verdict:
@@ -41,7 +41,7 @@ def page(url: str) -> Verdict:
     try:
         # Since Python 3.12 the opener keeps the context of the first request, unless given one.
         context = ssl.create_default_context()
-        with urllib.request.urlopen(url, timeout=_ANSWER_S, context=context) as answer:
+        with urllib.request.urlopen(f"{url}/", timeout=_ANSWER_S, context=context) as answer:
             text = answer.read(10_000).decode(errors="replace")
     except urllib.error.HTTPError as error:
         return bad(

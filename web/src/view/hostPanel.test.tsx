@@ -2,12 +2,23 @@
 import { getAllByRole, getByRole, getByText, queryByRole, queryByText } from "@testing-library/dom";
 import { act } from "preact/test-utils";
 import { describe, expect, it } from "vitest";
-import type { Console } from "../messages";
+import type { Console, InvitationLink } from "../messages";
 import { room } from "../testing/messages";
 import { says } from "../words/said";
 import { actions, body, button, drawsPage, show, showHost, state } from "./page.test.setup";
 
 drawsPage();
+
+function invitation(page: string): InvitationLink {
+  return {
+    type: "invitation",
+    page,
+    token: "tok",
+    purpose: "queue",
+    uses: 1,
+    ends_wall_ms: Date.now() + 3_600_000,
+  };
+}
 
 describe("the host's panel", () => {
   const panel = () => body.querySelector(".host") as HTMLElement;
@@ -159,17 +170,19 @@ describe("the host's panel", () => {
     act(() => within("Make a link").click());
     asked({ type: "invite", purpose: "queue", uses: 1, valid_s: 86_400 });
     act(() => {
-      state.invitation.value = {
-        type: "invitation",
-        page,
-        token: "tok",
-        purpose: "queue",
-        uses: 1,
-        ends_wall_ms: Date.now() + 3_600_000,
-      };
+      state.invitation.value = invitation(page);
     });
     const field = getByRole<HTMLInputElement>(panel(), "textbox", { name: "Invitation link" });
     expect(field.value).toBe(`${origin}/#invite=tok`);
+  });
+
+  it("invites to the page where it is, also below a proxy's path", () => {
+    window.history.replaceState(null, "", "/robot/?lang=en");
+    state.invitation.value = invitation("");
+    showHost();
+    const field = getByRole<HTMLInputElement>(panel(), "textbox", { name: "Invitation link" });
+    expect(field.value).toBe(`${window.location.origin}/robot/#invite=tok`);
+    window.history.replaceState(null, "", "/");
   });
 
   it("limits the guests' speed", () => {
