@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 from typing import Final
 
 import pytest
+from aiohttp import web
+from aiohttp.test_utils import TestServer
 
 from wax import __main__ as command
 from wax.config.settings import Settings
@@ -65,6 +69,30 @@ def test_the_command_understands_its_arguments() -> None:
     arguments = command._parser().parse_args(json.loads(_of(run, "CMD")[0]))
     assert (str(arguments.config), arguments.host) == ("/etc/wax/wax.toml", "0.0.0.0")
     assert json.loads(_of(run, "ENTRYPOINT")[0]) == ["/opt/wax/bin/wax"]
+
+
+async def test_its_health_check_tells_a_server_from_none() -> None:
+    """The command as it is written, at a port of the test, succeeds while somebody answers only."""
+    check = _of(_stages()[-1], "HEALTHCHECK")[0]
+    _, code, text = json.loads(check[check.index("[") :])
+
+    async def status(port: int) -> int:
+        here = text.replace(f":{Settings().server.port}/", f":{port}/")
+        assert here != text
+        process = await asyncio.create_subprocess_exec(
+            sys.executable, code, here, stderr=asyncio.subprocess.DEVNULL
+        )
+        return await process.wait()
+
+    async def healthy(_: web.Request) -> web.Response:
+        return web.Response()
+
+    application = web.Application()
+    application.router.add_get("/healthz", healthy)
+    async with TestServer(application) as server:
+        assert server.port is not None
+        assert await status(server.port) == 0
+    assert await status(server.port) != 0
 
 
 def test_every_package_is_checked() -> None:
