@@ -50,7 +50,7 @@ async def test_a_proof_from_the_page_drives_until_somebody_stops_it(
         assert not board.moves
         record = await host.page.get_by_text("Open the record").get_attribute("href")
         assert record is not None
-        text = await (await host.page.request.get(server.url + record)).text()
+        text = await (await host.page.request.get(f"{server.url}/{record}")).text()
         assert "Not proved: it was aborted." in text
 
         await other.release_stop()
