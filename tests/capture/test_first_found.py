@@ -130,9 +130,11 @@ class Sounds:
     def __init__(self, *names: str, default: str | None = None) -> None:
         self._names, self._default = names, default
 
-    def query_devices(self, kind: str | None = None) -> Any:
-        if kind is None:
+    def query_devices(self, name: str | None = None, kind: str | None = None) -> Any:
+        if (name, kind) == (None, None):
             return [{"name": one, "max_input_channels": 1, "hostapi": 0} for one in self._names]
+        if name is not None:
+            return {"index": self._names.index(name)}
         if self._default is None:
             raise ValueError("Error querying device -1")
         return {"name": self._default}
@@ -145,7 +147,7 @@ class Sounds:
     ("sounds", "source"),
     [
         (Sounds("Webcam", "USB", default="USB"), "microphone"),
-        (Sounds("Webcam", "USB"), "microphone:0"),
+        (Sounds("Webcam", "USB"), "microphone:Webcam"),
         (Sounds(), None),
     ],
 )

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from wax.capture import list_devices as devices
+from wax.capture import portaudio
 from wax.capture.list_devices import Device, list_cameras, list_devices, list_microphones
 from wax.errors import SourceError
 
@@ -38,13 +39,21 @@ class Probe:
 
 
 class Sounds:
-    """PortAudio's two questions."""
+    """PortAudio's questions; it finds a part of a name, and sooner the whole."""
 
-    def query_devices(self) -> list[dict[str, Any]]:
-        return [
-            {"name": "HDMI", "max_input_channels": 0, "hostapi": 0},
-            {"name": "USB Webcam", "max_input_channels": 1, "hostapi": 0},
-        ]
+    def __init__(self, *names: str) -> None:
+        self._names = names or ("USB Webcam",)
+
+    def query_devices(self, name: str | None = None, way: str = "input") -> Any:
+        hdmi = {"name": "HDMI", "max_input_channels": 0, "hostapi": 0}
+        one = {"max_input_channels": 1, "hostapi": 0}
+        if name is None:
+            return [hdmi, *({**one, "name": each} for each in self._names)]
+        assert way == "input"
+        parts = [at for at, each in enumerate(self._names, 1) if name.lower() in each.lower()]
+        whole = [at for at, each in enumerate(self._names, 1) if name.lower() == each.lower()]
+        (found,) = parts if len(parts) == 1 else whole
+        return {"index": found}
 
     def query_hostapis(self, number: int) -> dict[str, str]:
         return {"name": "ALSA"}
@@ -67,6 +76,21 @@ def test_v4l2_names(tmp_path: Path) -> None:
         (f"{tmp_path}/dev/video2", "HD Webcam"),
         (f"{tmp_path}/dev/video10", "Thermal"),
     ]
+
+
+def test_two_cameras_of_one_name_are_named_by_their_sockets(tmp_path: Path) -> None:
+    """The link that says what they are leads to whichever was found last."""
+    for number, name in ((0, "Acme"), (2, "Acme"), (4, "Thermal")):
+        (tmp_path / "sys" / f"video{number}").mkdir(parents=True)
+        (tmp_path / "sys" / f"video{number}" / "name").write_text(name)
+        for folder, link in (("by-id", f"usb-{name}"), ("by-path", f"hub-{number}")):
+            (tmp_path / "v4l" / folder).mkdir(parents=True, exist_ok=True)
+            (tmp_path / "v4l" / folder / link).unlink(missing_ok=True)
+            (tmp_path / "v4l" / folder / link).symlink_to(tmp_path / f"video{number}")
+        (tmp_path / f"video{number}").touch()
+    found = devices._v4l2_cameras(tmp_path / "sys", tmp_path)
+    names = [one.source.removeprefix(f"{tmp_path}/v4l/") for one in found]
+    assert names == ["by-path/hub-0", "by-path/hub-2", "by-id/usb-Thermal"]
 
 
 @pytest.mark.parametrize(("capabilities", "listed"), [(0x04200001, 1), (0x04A00000, 0)])
@@ -99,7 +123,33 @@ def test_microphones_are_inputs() -> None:
     """PortAudio's inputs are listed with the system that they belong to; outputs are not."""
     found, problem = list_microphones(load_portaudio=Sounds)
     assert problem is None
-    assert found == [Device("[audio] source", "microphone:1", "USB Webcam (ALSA)")]
+    assert found == [Device("[audio] source", "microphone:USB Webcam", "USB Webcam (ALSA)")]
+
+
+def test_sound_devices_are_named_by_what_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By name where PortAudio finds that one only; of two alike by socket; else by number."""
+    monkeypatch.setattr(devices, "SOUND_CARDS", tmp_path)
+    monkeypatch.setattr(portaudio, "SOUND_CARDS", tmp_path)
+    (tmp_path / "by-path").mkdir()
+    (tmp_path / "controlC3").touch()
+    socket = tmp_path / "by-path" / "usb-0:1:1.0"
+    socket.symlink_to(tmp_path / "controlC3")
+    names = {
+        "Jabra: USB Audio (hw:2,0)": "Jabra: USB Audio",
+        "Webcam: A (hw:1,0)": "hw:1,0",
+        "Webcam: A (hw:3,0)": str(socket),
+        "default": "default",
+        "sysdefault": "sysdefault",
+        "Microphone (Realtek)": "Microphone (Realtek)",
+        "Microphone (USB)": "Microphone (USB)",
+        "7": "8",  # the eighth
+        'the "good" one': "9",
+    }
+    found, _ = list_microphones(load_portaudio=lambda: Sounds(*names))
+    sources = [one.source.removeprefix("microphone:") for one in found]
+    assert sources == list(names.values())
 
 
 def test_a_missing_library_is_said() -> None:

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 from structlog.testing import capture_logs
 
 from wax.capture import microphone
+from wax.capture import portaudio as portaudio_module
 from wax.capture.microphone import PortAudioMicrophone
 from wax.capture.portaudio import load_portaudio
 from wax.config.settings import AudioSettings
 from wax.errors import SourceError
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 class FakeClock:
@@ -164,6 +168,20 @@ def test_a_device_of_another_rate_is_converted(rate_hz: int, channels: int) -> N
     counted = np.cumsum([0, *[len(sound.samples) for sound in sounds[:-1]]]) / 48_000
     times = np.array([sound.captured_s for sound in sounds]) - 100
     assert np.abs(times - counted).max() < 0.002
+
+
+def test_a_card_can_be_named_by_its_socket(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of two alike that is all that differs; its number is looked up each time it is opened."""
+    monkeypatch.setattr(portaudio_module, "SOUND_CARDS", tmp_path)
+    link = tmp_path / "usb-0:1:1.0"
+    fake = FakePortAudio()
+    source = make(fake, FakeClock(), device=str(link))
+    for number in (1, 12):
+        link.unlink(missing_ok=True)
+        link.symlink_to(tmp_path / f"controlC{number}")
+        source.open()
+    source.close()
+    assert [stream.device for stream in fake.streams] == ["hw:1,", "hw:12,"]
 
 
 def test_two_capsules_are_two_channels() -> None:

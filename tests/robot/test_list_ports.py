@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import pytest
 from serial.tools import list_ports as tools
 from serial.tools.list_ports_common import ListPortInfo
 
-from wax.robot.serial.list_ports import find_ports, list_ports
+from wax.robot.serial.list_ports import Port, find_ports, list_ports, safer_name
 
 if TYPE_CHECKING:
-    import pytest
+    from pathlib import Path
 
 
 def port(device: str, description: str) -> ListPortInfo:
@@ -32,19 +33,52 @@ def test_none_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     assert list_ports() == ["Serial ports:", "  none found"]
 
 
-def test_boards_that_say_the_same_of_themselves_are_twins(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two without a number of their own are; two with different ones, or no USB, are not."""
+def test_boards_that_say_the_same_of_themselves_are_named_by_their_sockets(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The one link that both would have leads to whichever was found last, also to the other."""
     found = []
-    for device, vid, serial in (
-        ("/dev/ttyACM0", 1, "A"),
-        ("/dev/ttyACM1", 1, "B"),
-        ("/dev/ttyS0", None, None),
-        ("/dev/ttyS1", None, None),
-        ("/dev/ttyUSB0", 1, None),
-        ("/dev/ttyUSB1", 1, None),
+    for number, (name, vid, serial) in enumerate(
+        (("A", 1, "A"), ("B", 1, "B"), ("S", None, None), ("S", None, None), *[("", 1, None)] * 2)
     ):
-        one = port(device, "n/a")
+        node = tmp_path / f"tty{number}"
+        node.touch()
+        for folder, link in (("by-id", f"usb-{name}"), ("by-path", f"hub-{number}")):
+            (tmp_path / folder).mkdir(exist_ok=True)
+            (tmp_path / folder / link).unlink(missing_ok=True)
+            (tmp_path / folder / link).symlink_to(node)
+        one = port(str(node), "n/a")
         one.vid, one.serial_number = vid, serial
         found.append(one)
     monkeypatch.setattr(tools, "comports", lambda: found)
-    assert [one.path for one in find_ports() if one.has_twin] == ["/dev/ttyUSB0", "/dev/ttyUSB1"]
+    names = [one.name.removeprefix(f"{tmp_path}/") for one in find_ports(tmp_path) if one.is_usb]
+    assert names == ["by-id/usb-A", "by-id/usb-B", "by-path/hub-4", "by-path/hub-5"]
+
+
+@pytest.mark.parametrize(
+    ("url", "others", "safer"),
+    [
+        ("tty0", 1, "by-path/hub-0"),
+        ("by-id/usb", 1, "by-path/hub-0"),
+        ("by-path/hub-0", 1, None),
+        ("rover", 1, None),
+        ("tty0", 0, None),
+        ("socket://host:1", 1, None),
+    ],
+)
+def test_a_name_that_may_lead_to_another_board(
+    tmp_path: Path, url: str, others: int, safer: str | None
+) -> None:
+    """A number, or the link that two claim, while there is another board; other links stay."""
+    (tmp_path / "tty0").touch()
+    for link in ("by-id/usb", "by-path/hub-0", "rover"):
+        (tmp_path / link).parent.mkdir(exist_ok=True)
+        (tmp_path / link).symlink_to(tmp_path / "tty0")
+    ports = [
+        Port(
+            f"{tmp_path}/by-path/hub-{one}", f"{tmp_path}/tty{one}", "", is_usb=True, has_twin=True
+        )
+        for one in range(1 + others)
+    ]
+    written = url if "://" in url else f"{tmp_path}/{url}"
+    assert safer_name(written, ports) == (safer and f"{tmp_path}/{safer}")

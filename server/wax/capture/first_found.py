@@ -79,7 +79,7 @@ class FirstCamera:
             self._has_twin = sum(one.name == found[0].name for one in found) > 1
             return found[0]
         # By its name, for a camera that was plugged in again often has another number; but where
-        # two have one name, only the number tells them apart.
+        # two have one name, only the socket tells them apart.
         same = [one for one in found if one.name == self._device.name]
         exact = next((one for one in same if one.source == self._device.source), None)
         if exact is not None:

@@ -1,19 +1,26 @@
-"""List this machine's cameras, microphones and speakers, as written in the configuration."""
+"""List this machine's cameras, microphones and speakers, as written in the configuration.
+
+Each by the name that it keeps: the numbers of devices change as others are plugged in.
+"""
 
 from __future__ import annotations
 
 import importlib
+import re
 import struct
 import sys
+from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from wax.capture.camera import VideoDevice, open_device
 from wax.capture.picamera import load_picamera2
-from wax.capture.portaudio import load_portaudio
+from wax.capture.portaudio import SOUND_CARDS, load_portaudio, sought
 from wax.capture.v4l2_controls import list_controls
 from wax.errors import SourceError
+from wax.lasting_names import lasting_name, links
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -99,12 +106,20 @@ def list_modules(load: Callable[[], Any] = load_picamera2) -> list[Device]:
 def _v4l2_cameras(sysfs: Path, dev: Path) -> list[Device]:
     """Read the names from sysfs, without the nodes that deliver no picture (metadata)."""
     nodes = sorted(sysfs.glob("video*"), key=lambda node: (len(node.name), node.name))
-    found = []
-    for node in nodes:
-        path = dev / node.name
-        if _captures(path):
-            found.append(Device("[video] source", str(path), _text(node / "name") or node.name))
-    return found
+    found = [
+        (str(dev / node.name), _text(node / "name") or node.name)
+        for node in nodes
+        if _captures(dev / node.name)
+    ]
+    alike = Counter(name for _, name in found)
+    return [
+        Device(
+            "[video] source",
+            lasting_name(path, dev / "v4l", has_twin=alike[name] > 1),
+            name,
+        )
+        for path, name in found
+    ]
 
 
 def _captures(path: Path) -> bool:
@@ -146,12 +161,31 @@ def _sound_devices(
         for number, entry in enumerate(portaudio.query_devices()):
             if entry[channels] > 0:
                 host = portaudio.query_hostapis(entry["hostapi"])["name"]
-                found.append(Device(key, f"{kind}:{number}", f"{entry['name']} ({host})"))
+                name = _name_of(portaudio, number, entry["name"], channels.split("_")[1])
+                found.append(Device(key, f"{kind}:{name}", f"{entry['name']} ({host})"))
     except SourceError as error:
         problem = str(error)
     except Exception as error:  # without a sound system PortAudio raises its own errors
         problem = f"PortAudio cannot list its devices: {error}"
     return found, problem
+
+
+def _name_of(portaudio: Any, number: int, full: str, way: str) -> str:
+    """Return by what PortAudio finds this device and no other, the most lasting first.
+
+    Its own name, without the number that ALSA adds in brackets; of two alike the socket of the
+    sound card, else its number at ALSA, else PortAudio's.
+    """
+    names = [full.split(" (", maxsplit=1)[0].strip(), full]
+    if card := re.search(r"hw:(\d+),\d+", full):
+        socket = links(SOUND_CARDS / "by-path").get(str(SOUND_CARDS / f"controlC{card[1]}"))
+        names[1:] = [socket or card[0], card[0]]
+    for name in names:
+        if name.isprintable() and not name.isdecimal() and not set(name) & set('"\\'):
+            with suppress(Exception):  # PortAudio's own, where it finds none or several
+                if portaudio.query_devices(sought(name), way)["index"] == number:
+                    return name
+    return str(number)
 
 
 def _text(path: Path) -> str:

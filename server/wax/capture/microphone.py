@@ -14,7 +14,14 @@ import structlog
 from av.audio.frame import AudioFrame
 
 from wax.capture.channels import MOST_CHANNELS
-from wax.capture.portaudio import begin, end, load_portaudio, look_for_new_devices, telling_part
+from wax.capture.portaudio import (
+    begin,
+    end,
+    load_portaudio,
+    look_for_new_devices,
+    sought,
+    telling_part,
+)
 from wax.capture.resample import Resampler
 from wax.capture.source import SAMPLE_RATE_HZ, Sound
 from wax.errors import SourceError
@@ -41,7 +48,8 @@ _LOG_EVERY_S: Final = 10.0
 class PortAudioMicrophone:
     """A microphone of ALSA, PulseAudio, PipeWire, CoreAudio, WASAPI …, the default or one of them.
 
-    `device` is PortAudio's number, a part of the name, or None for the default. Blocks last 10 ms.
+    `device` is PortAudio's number, a part of the name, a link in /dev/snd, or None for the
+    default. Blocks last 10 ms.
     A device is opened with as many channels as are wanted and it has; one that cannot do 48 kHz
     so is opened at its own rate and converted. `captured_s` is
     PortAudio's time of the first sample at the converter if the device gives a credible one, else
@@ -105,7 +113,8 @@ class PortAudioMicrophone:
         self._blocks = queue.Queue(_QUEUE_BLOCKS)
 
     def _start(self, portaudio: Any) -> Any:
-        own = portaudio.query_devices(self._device, "input")
+        device = sought(self._device)
+        own = portaudio.query_devices(device, "input")
         has = max(1, min(MOST_CHANNELS, own["max_input_channels"]))
         channels = min(self._wanted_channels, has)
         forms = dict.fromkeys(
@@ -118,12 +127,14 @@ class PortAudioMicrophone:
         *firsts, last = forms
         for form in firsts:
             with suppress(portaudio.PortAudioError):
-                return self._start_at(portaudio, *form)
-        return self._start_at(portaudio, *last)
+                return self._start_at(portaudio, device, *form)
+        return self._start_at(portaudio, device, *last)
 
-    def _start_at(self, portaudio: Any, rate_hz: int, channels: int) -> Any:
+    def _start_at(
+        self, portaudio: Any, device: int | str | None, rate_hz: int, channels: int
+    ) -> Any:
         stream = portaudio.InputStream(
-            device=self._device,
+            device=device,
             samplerate=rate_hz,
             channels=channels,
             blocksize=rate_hz // _BLOCKS_PER_S,

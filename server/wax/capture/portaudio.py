@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import importlib
+import re
+from pathlib import Path
 from typing import Any, Final
 
 from wax.errors import SourceError
 from wax.sentence import Sentence
 
 MICROPHONES: Final = Sentence("portaudio.microphones")
+SOUND_CARDS: Final = Path("/dev/snd")
 _MAX_CHARS: Final = 300
 _in_use: Final[set[int]] = set()
 """The open streams of this process, which PortAudio itself does not tell."""
@@ -29,6 +32,17 @@ def load_portaudio(what: Sentence = MICROPHONES, instead: str = '[audio] source 
         raise SourceError(
             Sentence("portaudio.no_package", {"what": what, "instead": instead})
         ) from error
+
+
+def sought(device: int | str | None) -> int | str | None:
+    """Return what PortAudio finds a device by: of a link to a sound card the card's number now.
+
+    udev names cards by their sockets, the only difference between two that are alike.
+    """
+    if not isinstance(device, str) or not device.startswith(f"{SOUND_CARDS}/"):
+        return device
+    card = re.fullmatch(r"controlC(\d+)", Path(device).resolve().name)
+    return f"hw:{card[1]}," if card else device
 
 
 def begin(stream: Any) -> Any:

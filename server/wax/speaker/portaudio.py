@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Any, Final
 import av
 import numpy as np
 
-from wax.capture.portaudio import begin, end, load_portaudio, look_for_new_devices, telling_part
+from wax.capture.portaudio import (
+    begin,
+    end,
+    load_portaudio,
+    look_for_new_devices,
+    sought,
+    telling_part,
+)
 from wax.errors import SourceError, SpeakerError
 from wax.sentence import Sentence
 from wax.voice.packet import RATE_HZ
@@ -33,8 +40,9 @@ def _load() -> Any:
 class PortAudioSpeaker:
     """A speaker of ALSA, PulseAudio, PipeWire, CoreAudio, WASAPI …, the default or one of them.
 
-    `device` is PortAudio's number, a part of the name, or None for the default. It is open all the
-    time and plays silence between: to open it takes longer than a word. At most 200 ms wait for it.
+    `device` is PortAudio's number, a part of the name, a link in /dev/snd, or None for the
+    default. It is open all the time and plays silence between: to open it takes longer than a
+    word. At most 200 ms wait for it.
     """
 
     def __init__(
@@ -87,7 +95,7 @@ class PortAudioSpeaker:
         try:
             return self._start_at(portaudio, RATE_HZ, 1)
         except portaudio.PortAudioError:
-            own = portaudio.query_devices(self._device, "output")
+            own = portaudio.query_devices(sought(self._device), "output")
             rate_hz, channels = round(own["default_samplerate"]), min(2, own["max_output_channels"])
             if (rate_hz, channels) == (RATE_HZ, 1):
                 raise
@@ -102,7 +110,7 @@ class PortAudioSpeaker:
 
         return begin(
             portaudio.OutputStream(
-                device=self._device,
+                device=sought(self._device),
                 samplerate=rate_hz,
                 channels=channels,
                 blocksize=rate_hz // _BLOCKS_PER_S,

@@ -4,44 +4,62 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
+from pathlib import Path
 
 from serial.tools import list_ports as tools
+
+from wax.lasting_names import lasting_name
 
 
 @dataclass(frozen=True, slots=True)
 class Port:
     """A serial port; what is `about` it may be nothing.
 
+    `name` is what to write for it, the same whenever it is plugged in; `path` is where it is now.
     `has_twin` is whether another says the same of itself, so that only its socket tells it apart.
     """
 
+    name: str
     path: str
     about: str
     is_usb: bool
     has_twin: bool = False
 
 
-def find_ports() -> list[Port]:
+def find_ports(folder: Path = Path("/dev/serial")) -> list[Port]:
     """Return each serial port, in the order of their names."""
     found = sorted(tools.comports(), key=lambda port: port.device)
     # Cheap boards have no serial number of their own, or all the same one.
     alike = Counter((one.vid, one.pid, one.serial_number, one.interface) for one in found)
-    return [
-        Port(
-            one.device,
-            _about(one.description),
-            is_usb=one.vid is not None,
-            has_twin=one.vid is not None
-            and alike[one.vid, one.pid, one.serial_number, one.interface] > 1,
-        )
-        for one in found
-    ]
+    ports = []
+    for one in found:
+        is_usb = one.vid is not None
+        twins = alike[one.vid, one.pid, one.serial_number, one.interface]
+        has_twin = is_usb and twins > 1
+        name = lasting_name(one.device, folder, has_twin=has_twin)
+        about = _about(one.description)
+        ports.append(Port(name, one.device, about, is_usb=is_usb, has_twin=has_twin))
+    return ports
+
+
+def safer_name(url: str, ports: list[Port]) -> str | None:
+    """Return what to write instead of `url` where it may lead to another board after a restart.
+
+    Numbers are given in the order in which boards are found, and a link that two boards claim leads
+    to the last of them.
+    """
+    here = str(Path(url).resolve())
+    port = next((one for one in ports if one.is_usb and one.path == here), None)
+    if port is None or port.name == port.path or sum(one.is_usb for one in ports) < 2:
+        return None
+    is_shared = port.has_twin and Path(url).parent.name == "by-id"
+    return port.name if url == port.path or is_shared else None
 
 
 def list_ports() -> list[str]:
     """Return printable lines: each serial port with its description, or that there is none."""
     lines = [
-        f"  {port.path}  ({port.about})" if port.about else f"  {port.path}"
+        f"  {port.name}  ({port.about})" if port.about else f"  {port.name}"
         for port in find_ports()
     ]
     return ["Serial ports:", *(lines or ["  none found"])]
