@@ -9,14 +9,14 @@ from wax.errors import SourceError
 
 
 class Muted:
-    """A microphone that gives zeros."""
+    """A microphone that gives the constant of its sound card."""
 
     def __init__(self, settings: object, clock: object) -> None: ...
 
     def open(self) -> None: ...
 
     def read(self) -> Sound:
-        return Sound(samples=np.zeros(BLOCK_SAMPLES, np.int16), captured_s=0.0)
+        return Sound(samples=np.full(BLOCK_SAMPLES, -300, np.int16), captured_s=0.0)
 
     def close(self) -> None: ...
 
@@ -25,8 +25,9 @@ class DeafOnTheLeft(Muted):
     """A microphone of which one capsule works."""
 
     def read(self) -> Sound:
-        zeros = np.zeros(BLOCK_SAMPLES, np.int16)
-        return Sound(samples=np.column_stack((zeros, zeros + 900)), captured_s=0.0)
+        left = super().read().samples
+        right = left + np.tile(np.array([0, 900], np.int16), BLOCK_SAMPLES // 2)
+        return Sound(samples=np.column_stack((left, right)), captured_s=0.0)
 
 
 class Undated:

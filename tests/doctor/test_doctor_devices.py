@@ -16,6 +16,7 @@ from tests.doctor.sources import Dark
 from wax.config.settings import Settings
 from wax.doctor import devices
 from wax.doctor.verdict import ok
+from wax.robot.serial.list_ports import Port
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -81,7 +82,7 @@ def test_a_camera_is_closed_after_its_failure() -> None:
 
 
 def test_a_microphone_is_heard() -> None:
-    """Sound is well, zeros are a warning, and one that cannot be had is bad."""
+    """Sound is well, a constant is a warning, and one that cannot be had is bad."""
     assert _microphone("testcard") == ok("The microphone testcard gives sound, in mono.")
     assert "in stereo" in _microphone("robot").sentence
     deaf = _microphone("tests.doctor.sources:DeafOnTheLeft")
@@ -138,6 +139,19 @@ def test_a_board_without_a_known_watchdog_is_told() -> None:
     assert verdict.level == "warning"
     assert "a pulled cable leaves the robot moving" in verdict.sentence
     assert "timeout" in verdict.advice
+
+
+def test_a_port_that_may_be_another_board_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With a second board plugged in, a number is a warning that says what to write."""
+    with _terminal() as (_, name):
+        boards = [
+            Port("/dev/serial/by-path/hub-1", name, "", is_usb=True),
+            Port("/dev/serial/by-path/hub-2", "/dev/ttyUSB9", "", is_usb=True),
+        ]
+        monkeypatch.setattr(devices, "find_ports", lambda: boards)
+        verdict = _serial(name)
+    assert (verdict.level, "may be another board" in verdict.sentence) == ("warning", True)
+    assert verdict.advice == 'Write [robot.serial] url = "/dev/serial/by-path/hub-1".'
 
 
 def test_a_serial_port_that_is_used_is_told() -> None:

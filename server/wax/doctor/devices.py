@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
 import serial
 
 from wax.capture.file.address import is_network, shown_name
@@ -16,6 +17,7 @@ from wax.doctor.verdict import Verdict, bad, ok, warning
 from wax.errors import ConfigError, SourceError
 from wax.robot.find_driver import make_driver
 from wax.robot.serial.advice import advised
+from wax.robot.serial.list_ports import find_ports, safer_name
 from wax.robot.serial.reconnecting_port import why_not_open
 
 if TYPE_CHECKING:
@@ -127,17 +129,20 @@ def _shown(source: str) -> str:
 
 def _heard(name: str, first: Sound, source: Any) -> Verdict:
     pieces = [first, *(source.read() for _ in range(_PIECES))]
-    if not any(piece.samples.any() for piece in pieces):
+    both = np.concatenate([piece.with_channels(2).samples for piece in pieces])
+    # A constant is no sound: cheap sound cards give one, where the microphone is muted, too.
+    moves = np.ptp(both, axis=0).astype(bool)
+    if not moves.any():
         return warning(
-            f"The microphone {name} gives nothing but zeros.",
+            f"The microphone {name} gives no sound at all, not even noise.",
             "Check that it is not muted: `alsamixer`, F4 for capture.",
         )
     if all(piece.channels == 1 for piece in pieces):
         return ok(f"The microphone {name} gives sound, in mono.")
-    for number, side in enumerate(("left", "right")):
-        if not any(piece.with_channels(2).samples[:, number].any() for piece in pieces):
+    for side, one_moves in zip(("left", "right"), moves, strict=True):
+        if not one_moves:
             return warning(
-                f"The {side} channel of the microphone {name} gives nothing but zeros.",
+                f"The {side} channel of the microphone {name} gives no sound at all.",
                 "Check its cable and its capsule; both ears get the other channel meanwhile.",
             )
     return ok(f"The microphone {name} gives sound, in stereo.")
@@ -159,6 +164,12 @@ def serial_port(settings: Settings, *, running: bool) -> Verdict:
     worst = next(iter(advised(robot.serial)), None)
     if worst is not None:
         return warning(f"{worst.problem}.", f"{worst.remedy}.")
+    safer = safer_name(robot.serial.url, find_ports())
+    if safer is not None:
+        return warning(
+            f"{robot.serial.url} may be another board after a restart: several are plugged in.",
+            f'Write [robot.serial] url = "{safer}".',
+        )
     return ok(
         f"The serial port {robot.serial.url} opens. Whether the robot obeys, and how fast it stops,"
         " `wax prove-stop` finds out."
