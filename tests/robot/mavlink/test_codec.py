@@ -52,14 +52,22 @@ def test_what_a_rover_tells_is_understood() -> None:
 
 
 def test_a_battery_is_the_sum_of_its_cells() -> None:
-    """A second battery is not the main one; an unknown voltage or share is none."""
+    """Also of more than ten; a second battery is not the main one, what is unknown is none."""
     rover = Vehicle()
     cells = [4100, 4000, *[0xFFFF] * 8]
     assert news(
         rover.says("battery_status", 0, 0, 0, 0, cells, -1, -1, -1, 62)
         + rover.says("battery_status", 1, 0, 0, 0, cells, -1, -1, -1, 50)
         + rover.says("sys_status", 0, 0, 0, 0, 0xFFFF, -1, -1, *[0] * 6)
-    ) == [Battery(8.1, 0.62), None, Battery(None, None)]
+        + rover.says("battery_status", 0, 0, 0, 0, [4000] * 10, *[-1] * 4, 0, 0, [4000, 3900, 0, 0])
+        + rover.says("battery_status", 0, 0, 0, 0, cells, *[-1] * 4, 0, 0, [0xFFFF] * 4)
+    ) == [
+        Battery(8.1, 0.62),
+        None,
+        Battery(None, None),
+        Battery(47.9, None),
+        Battery(8.1, None),
+    ]
 
 
 def test_what_is_no_number_takes_nothing_from_the_rest() -> None:

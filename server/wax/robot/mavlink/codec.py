@@ -175,7 +175,8 @@ def _known(value: float) -> float | None:
 def _battery(message: Any) -> Battery | None:
     if message.id != 0:
         return None  # a second battery
-    cells_mv = [cell for cell in message.voltages if cell != _UNKNOWN_MV]
+    # Ten cells, and four more, of which a firmware that has none says 0 or, wrongly, unknown.
+    cells_mv = [one for one in (*message.voltages, *message.voltages_ext) if one != _UNKNOWN_MV]
     return Battery(_volts(sum(cells_mv)), _fraction(message))
 
 
