@@ -143,6 +143,33 @@ def test_capture_time(adc_s: float, now_s: float, age_s: float) -> None:
     source.close()
 
 
+def test_a_sound_servers_guess_moves_no_sound() -> None:
+    """An age that is wrong for some blocks makes no gap; sound that was lost does, or soon."""
+    portaudio, clock = FakePortAudio(), FakeClock()
+    source = make(portaudio, clock)
+    source.open()
+
+    def hear(blocks: int, age_s: float = 0.025, *, overflow: bool = False) -> list[float]:
+        """Return when each block was captured, from the true time."""
+        errors_s = []
+        for _ in range(blocks):
+            clock.time_s += 0.01
+            portaudio.deliver(block(), adc_s=50.0, now_s=50.0 + age_s, overflow=overflow)
+            overflow = False
+            errors_s.append(source.read().captured_s - (clock.time_s - 0.025))
+        return errors_s
+
+    assert hear(60) + hear(30, 0.24) + hear(60) == pytest.approx([0.0] * 150, abs=1e-6)
+    clock.time_s += 0.2
+    assert hear(1, overflow=True) == pytest.approx([0.0], abs=1e-6)
+    hear(99)
+    clock.time_s += 0.2
+    assert hear(60)[-1] == pytest.approx(0.0, abs=1e-6)
+    clock.time_s += 30.0
+    assert hear(1) == pytest.approx([0.0], abs=1e-6)
+    source.close()
+
+
 @pytest.mark.parametrize(("rate_hz", "channels"), [(44_100, 2), (16_000, 1), (48_000, 2)])
 def test_a_device_of_another_rate_is_converted(rate_hz: int, channels: int) -> None:
     """A device that cannot do 48 kHz is opened as it is; tone, times and channels are kept."""

@@ -6,7 +6,9 @@ FFmpeg's ALSA input, which PyAV brings, was as late to within a millisecond at t
 from __future__ import annotations
 
 import queue
+from collections import deque
 from contextlib import suppress
+from statistics import median
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -41,6 +43,9 @@ _BLOCKS_PER_S: Final = 100
 _QUEUE_BLOCKS: Final = 50
 """Half a second: a reader further behind loses the oldest, so that delay cannot grow."""
 
+_MOST_AGE_S: Final = 0.5
+"""What a block waits for in the device at most, as far as its word is taken."""
+
 _SILENT_S: Final = 1.8
 _LOG_EVERY_S: Final = 10.0
 
@@ -53,8 +58,9 @@ class PortAudioMicrophone:
     A device is opened with as many channels as are wanted and it has; one that cannot do 48 kHz
     so is opened at its own rate and converted. `captured_s` is
     PortAudio's time of the first sample at the converter if the device gives a credible one, else
-    the time of arrival minus the block's length. Losses in the device and by a slow reader are
-    logged, at most once in 10 s.
+    the time of arrival minus the block's length; since sound servers guess it, and are wrong for
+    some blocks by a quarter of a second, it is what most blocks of the last second say. Losses in
+    the device and by a slow reader are logged, at most once in 10 s.
     """
 
     def __init__(
@@ -156,13 +162,19 @@ class PortAudioMicrophone:
         direct = (rate_hz, channels) == (SAMPLE_RATE_HZ, kept)
         resampler = None if direct else Resampler(kept)
         count = 0
+        zeros_s: deque[float] = deque(maxlen=_BLOCKS_PER_S)
 
         def receive(samples: NDArray[np.int16], frames: int, times: Any, status: Any) -> None:
             nonlocal count
             length_s = frames / rate_hz
-            captured_s = self._clock.now_s() - _age_s(times, length_s)
+            zero_s = self._clock.now_s() - _age_s(times, length_s) - count / rate_hz
             if status.input_overflow:
                 self._losses += 1
+            # Time without sound: what the blocks before it said of the first one's no longer holds.
+            if status.input_overflow or (zeros_s and abs(zero_s - zeros_s[-1]) > _MOST_AGE_S):
+                zeros_s.clear()
+            zeros_s.append(zero_s)
+            captured_s = median(zeros_s) + count / rate_hz
             if resampler is None:
                 copy = samples[:, 0].copy() if channels == 1 else samples.copy()
                 self._keep(blocks, Sound(samples=copy, captured_s=captured_s))
@@ -202,7 +214,7 @@ def _age_s(times: Any, length_s: float) -> float:
     Some host interfaces report 0 or another clock's time; a block's age is at least its length.
     """
     age_s = float(times.currentTime - times.inputBufferAdcTime)
-    credible = times.inputBufferAdcTime > 0 and 0.5 * length_s <= age_s <= 0.5
+    credible = times.inputBufferAdcTime > 0 and 0.5 * length_s <= age_s <= _MOST_AGE_S
     return age_s if credible else length_s
 
 
