@@ -46,7 +46,7 @@ def test_the_share_of_a_core_decides(step_s: float, cores: int, level: str) -> N
     """An encoder that needs most of a core for one size is too much for the machine."""
     settings = Settings.model_validate({"video": SMALL}).video
     readings = itertools.count(0.0, step_s)
-    verdict = machine.processor(settings, seconds=0.1, cpu_s=lambda: next(readings), cores=cores)
+    verdict = machine.processor(settings, seconds=0.1, cpu_s=lambda: next(readings), usable=cores)
     assert verdict.level == level, verdict
     assert "160x120" in verdict.sentence
 
@@ -55,7 +55,7 @@ def test_many_sizes_may_be_too_much() -> None:
     """None takes a whole core, but all together take more than half the machine."""
     settings = Settings().video
     readings = itertools.count(0.0, 0.01)
-    verdict = machine.processor(settings, seconds=0.2, cpu_s=lambda: next(readings), cores=1)
+    verdict = machine.processor(settings, seconds=0.2, cpu_s=lambda: next(readings), usable=1)
     assert (verdict.level, "all 6 renditions" in verdict.sentence) == ("warning", True), verdict
 
 

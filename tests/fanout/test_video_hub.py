@@ -195,9 +195,9 @@ async def test_what_is_shared_is_not_provided_anew(hub: VideoHub) -> None:
     assert _encoding() == threads
 
 
-@pytest.mark.parametrize(("cores", "has_room"), [(1, False), (2, True), (None, False)])
+@pytest.mark.parametrize(("cores", "has_room"), [(1.0, False), (2.0, True), (0.5, False)])
 async def test_there_is_room_while_half_the_cores_suffice(
-    monkeypatch: pytest.MonkeyPatch, cores: int | None, has_room: bool
+    monkeypatch: pytest.MonkeyPatch, cores: float, has_room: bool
 ) -> None:
     """One more is encoded where it and all others take no more than half of the machine."""
 
@@ -208,7 +208,7 @@ async def test_there_is_room_while_half_the_cores_suffice(
             clock.time_s += 0.01
             return EncodedPicture(b"x", 1, BIG, keyframe, 0, picture.captured_s)
 
-    monkeypatch.setattr("os.cpu_count", lambda: cores)
+    monkeypatch.setattr("wax.cores.usable", lambda: cores)
     clock = TurnedClock()
     hub = VideoHub(settings=SETTINGS, clock=clock, make_encoder=lambda _: Slow())
     hub.start()

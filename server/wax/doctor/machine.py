@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, cast
 
+from wax import cores
 from wax.capture.testcard import TestCardVideo
 from wax.clock import SystemClock
 from wax.doctor.verdict import Verdict, bad, ok, warning
@@ -96,10 +97,10 @@ def processor(
     encoders: Encoders | None = None,
     seconds: float = 1.0,
     cpu_s: Callable[[], float] = time.thread_time,
-    cores: int | None = None,
+    usable: float | None = None,
 ) -> Verdict:
     """Encode the test card as configured for a second, and say which share of a core that takes."""
-    cores = cores or os.cpu_count() or 1
+    usable = usable or cores.usable()
     card = TestCardVideo(settings, SystemClock())
     makers = encoders or Encoders(settings)
     made = [makers.make(one) for one in settings.renditions]
@@ -121,11 +122,11 @@ def processor(
     told = f"Encoding {renditions[0].size} takes {shares[0]:.0%} of a core"
     if len(shares) > 1:
         told += f", all {len(shares)} renditions together {sum(shares):.0%}"
-    told += f", of {cores} {'core' if cores == 1 else 'cores'}"
+    told += f", of {usable:.3g} {'core' if usable == 1 else 'cores'}"
     advice = "Configure smaller or fewer video.renditions, or fewer pictures a second."
     if shares[0] > _CORE_BUSY:
         return bad(f"{told}: too much.", advice)
-    if sum(shares) > _CORES_SHARE * cores:
+    if sum(shares) > _CORES_SHARE * usable:
         return warning(f"{told}: more than half, once every one is watched.", advice)
     return ok(f"{told}.")
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-import os
 from functools import partial
 from typing import TYPE_CHECKING, Final, Literal, Protocol
 
+from wax import cores
 from wax.capture.newest_slot import NewestSlot
 from wax.encode.rendition import Rendition
 from wax.encode.video_encoder import VideoEncoder
@@ -62,6 +62,7 @@ class VideoHub:
         self._keyframe_interval_s = settings.keyframe_interval_s
         self._renditions = {one.name: self._rendition(one) for one in settings.renditions}
         self._shared = tuple(self._renditions)
+        self._cores = cores.usable()
 
     @property
     def names(self) -> list[str]:
@@ -115,7 +116,7 @@ class VideoHub:
         most expensive current one.
         """
         loads = [one.load for one in self._renditions.values()]
-        return sum(loads) + max(loads) <= _CORES_SHARE * (os.cpu_count() or 1)
+        return sum(loads) + max(loads) <= _CORES_SHARE * self._cores
 
     def prioritise(self, lane: PictureLane) -> None:
         """Serve this lane first: the operator does not wait for a crowd."""
