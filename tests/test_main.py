@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import sys
 from typing import TYPE_CHECKING
 
@@ -139,3 +140,19 @@ def test_a_terminal_that_lacks_a_sign_ends_nothing(
     assert main(["--config", str(tmp_path / "робот.toml")]) == 2
     shown.seek(0)
     assert "\\u0440" in shown.read()
+
+
+def test_nothing_is_written_for_everybody_to_change(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not even with a umask of 0, with which many a container starts."""
+    monkeypatch.chdir(tmp_path)
+    before = os.umask(0)
+    try:
+        assert main(["new-driver", "rover"]) == 0
+        assert os.umask(0) == 0o002
+    finally:
+        os.umask(before)
+    made = [*tmp_path.rglob("*")]
+    assert made
+    assert not [path for path in made if path.stat().st_mode & 0o002]

@@ -27,14 +27,12 @@ def test_where_it_is(configured: str, environment: dict[str, str], found: str) -
 
 
 def test_without_a_home_it_must_be_configured(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A user who has no home directory is told which key to set."""
-
-    def fail(_: type[Path]) -> Path:
-        raise RuntimeError("no home")
-
-    monkeypatch.setattr(Path, "home", classmethod(fail))
-    with pytest.raises(StateError, match="state_dir"):
-        state_dir.find("", {})
+    """A user without a home directory, as in a container, is told which key to set."""
+    monkeypatch.delenv("HOME")
+    monkeypatch.setattr("os.getuid", lambda: 2**31 - 5)  # which passwd does not know
+    for configured in ("", "~/robot"):
+        with pytest.raises(StateError, match="state_dir"):
+            state_dir.find(configured, {})
 
 
 def test_it_is_made_for_its_user_only(tmp_path: Path) -> None:

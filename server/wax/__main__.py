@@ -36,6 +36,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a terminal that lacks a sign ends nothing
             stream.reconfigure(errors="backslashreplace")
+    # Containers often start with a umask of 0: what we write is nobody else's to change.
+    os.umask(os.umask(0o077) | 0o002)
     arguments = _parser().parse_args(argv)
     try:
         return _COMMANDS.get(arguments.command, _run)(arguments)
@@ -305,8 +307,10 @@ def _serve(settings: Settings, config_path: Path | None) -> int:
             print(f"  {app.tls.fingerprint}")
         if sys.stdout.isatty():  # a service's output is kept where others may read it
             print(f"\n  For you, the host; it works once:\n  {app.new_host_link()[0]}")
-        else:
+        elif app.has_host_link:
             print("\n  `wax host-link` prints the link for you, the host.")
+        else:
+            print("\n  Nobody can become the host: set [server] state_dir, and start again.")
         print("\n  Ctrl-C stops the robot and the server.\n", flush=True)
 
     async def run() -> None:

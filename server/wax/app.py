@@ -312,9 +312,7 @@ class App:
             ),
         )
         self.tls = make_tls(settings.server, clock)
-        self._host_link = HostLinkSocket(
-            state_dir.find(settings.server.state_dir), self.new_host_link
-        )
+        self._host_link = HostLinkSocket(settings.server.state_dir, self.new_host_link)
         self._entrance = Entrance(
             routes.application(),
             _fitting(settings),
@@ -356,6 +354,11 @@ class App:
         urls = page_urls(self._settings.server.host, self._entrance.port, scheme)
         public = self._settings.server.public_url
         return [f"{url}/#host={secret}" for url in (*urls, *([public] if public else []))]
+
+    @property
+    def has_host_link(self) -> bool:
+        """Whether `wax host-link` reaches this server."""
+        return self._host_link.is_open
 
     def stop(self) -> None:
         """Stop the robot at once, then let `run` end."""

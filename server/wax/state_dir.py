@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wax.errors import StateError
+from wax.folders import expanded
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -18,19 +19,14 @@ def find(configured: str = "", environment: Mapping[str, str] = os.environ) -> P
     It need not exist. Raises `StateError` if nothing says where it is.
     """
     if configured:
-        return Path(configured).expanduser()
+        return _at_home(configured)
     if given := environment.get("STATE_DIRECTORY", ""):
         return Path(given.split(":")[0])
     # XDG Base Directory: a relative path counts as none.
     home = Path(environment.get("XDG_STATE_HOME", ""))
     if home.is_absolute():
         return home / "wax"
-    try:
-        return Path.home() / ".local" / "state" / "wax"
-    except RuntimeError as error:
-        raise StateError(
-            "this user has no home directory; name a folder with [server] state_dir"
-        ) from error
+    return _at_home("~/.local/state/wax")
 
 
 def prepare(folder: Path) -> Path:
@@ -52,6 +48,13 @@ def make_private(path: Path) -> None:
     os.close(os.open(path, os.O_CREAT | os.O_RDWR, 0o600))
     if path.stat().st_mode & 0o077:
         path.chmod(0o600)
+
+
+def _at_home(name: str) -> Path:
+    path = expanded(name)
+    if str(path).startswith("~"):
+        raise _unusable(path, "there is no such home directory")
+    return path
 
 
 def _unusable(folder: Path, why: str) -> StateError:

@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 async def test_who_may_use_the_folder_gets_a_link(tmp_path: Path, folder: str) -> None:
     """Each time a new one, also where the path is longer than a socket's may be; never another."""
     made = [f"http://localhost/#host={number}" for number in range(3)]
-    served = HostLinkSocket(tmp_path / folder, lambda: [made.pop(0), "http://192.0.2.1/"])
+    served = HostLinkSocket(str(tmp_path / folder), lambda: [made.pop(0), "http://192.0.2.1/"])
     await served.open()
+    assert served.is_open
     mode = (tmp_path / folder / SOCKET).stat().st_mode
     assert stat.S_ISSOCK(mode)
     assert mode & 0o777 == 0o600
@@ -34,9 +35,9 @@ async def test_who_may_use_the_folder_gets_a_link(tmp_path: Path, folder: str) -
 
 async def test_a_socket_that_a_killed_server_left_is_replaced(tmp_path: Path) -> None:
     """The next server takes its place."""
-    first = HostLinkSocket(tmp_path, lambda: ["old"])
+    first = HostLinkSocket(str(tmp_path), lambda: ["old"])
     await first.open()
-    second = HostLinkSocket(tmp_path, lambda: ["new"])
+    second = HostLinkSocket(str(tmp_path), lambda: ["new"])
     await second.open()
     assert await asyncio.to_thread(ask, tmp_path) == ["new"]
     await second.close()
@@ -44,8 +45,10 @@ async def test_a_socket_that_a_killed_server_left_is_replaced(tmp_path: Path) ->
 
 
 async def test_without_a_folder_the_server_runs(tmp_path: Path) -> None:
-    """It warns, and `close` is safe."""
+    """It warns, also where there is no home; nobody is told to ask; `close` is safe."""
     (tmp_path / "file").write_text("")
-    served = HostLinkSocket(tmp_path / "file" / "x", list)
-    await served.open()
-    await served.close()
+    for state in (str(tmp_path / "file" / "x"), "~nobody-of-this-name/wax"):
+        served = HostLinkSocket(state, list)
+        await served.open()
+        assert not served.is_open
+        await served.close()

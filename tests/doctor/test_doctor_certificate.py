@@ -94,6 +94,12 @@ def test_a_certificate_of_our_own_is_told(network: MakeNetwork, tmp_path: Path) 
     assert (verdict.level, "self-signed" in verdict.sentence) == ("warning", True)
 
 
+def test_a_certificate_of_our_own_needs_a_folder(network: MakeNetwork) -> None:
+    """A user without a home directory is told which key to set."""
+    verdict = certificate(network(certificate=None, is_self_signed=True), NOW)
+    assert (verdict.level, "state_dir" in verdict.advice) == ("bad", True)
+
+
 def test_a_proxy_has_a_certificate_of_its_own(network: MakeNetwork) -> None:
     """Plain HTTP to a proxy on this machine is as it should be."""
     assert certificate(network(host="localhost", is_behind_proxy=True), NOW).level == "ok"

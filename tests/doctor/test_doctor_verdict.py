@@ -7,6 +7,7 @@ import threading
 import pytest
 
 from wax.doctor.verdict import Check, Verdict, examine, ok
+from wax.errors import StateError
 
 
 def _fail(error: Exception) -> Verdict:
@@ -20,6 +21,13 @@ def test_a_check_that_raises_is_bad(error: Exception, says: str) -> None:
     """Whatever it raises becomes its verdict, in words."""
     verdict = examine(Check("camera", lambda: _fail(error)))
     assert (verdict.level, says in verdict.sentence) == ("bad", True)
+
+
+def test_a_sentence_of_ours_stays_one() -> None:
+    """What already says what to do is no fault to report."""
+    verdict = examine(Check("disk", lambda: _fail(StateError("no home; set state_dir"))))
+    assert (verdict.level, verdict.sentence) == ("bad", "no home; set state_dir")
+    assert "Report" not in verdict.advice
 
 
 def test_a_check_that_hangs_is_bad() -> None:

@@ -30,12 +30,20 @@ _MAX_CHARS: Final = 65_536
 
 
 class HostLinkSocket:
-    """Serves from `open` to `close`; `make` returns links, which share one secret."""
+    """Serves from `open` to `close`; `make` returns links, which share one secret.
 
-    def __init__(self, folder: Path, make: Callable[[], list[str]]) -> None:
-        self._folder = folder
+    `state` is the configured folder for what outlives the server.
+    """
+
+    def __init__(self, state: str, make: Callable[[], list[str]]) -> None:
+        self._state = state
+        self._path: Path | None = None
         self._make = make
         self._server: asyncio.Server | None = None
+
+    @property
+    def is_open(self) -> bool:
+        return self._server is not None
 
     async def open(self) -> None:
         """Begin to serve; without it everything else works, so a failure is a warning."""
@@ -50,17 +58,18 @@ class HostLinkSocket:
             return
         self._server.close()
         self._server = None
-        with contextlib.suppress(OSError):
-            (self._folder / SOCKET).unlink()
+        if self._path is not None:
+            with contextlib.suppress(OSError):
+                self._path.unlink()
 
     def _bound(self) -> socket.socket:
         """Return the socket, which no one else could have opened for a moment; raises `OSError`."""
-        state_dir.prepare(self._folder)
-        (self._folder / SOCKET).unlink(missing_ok=True)
+        self._path = state_dir.prepare(state_dir.find(self._state)) / SOCKET
+        self._path.unlink(missing_ok=True)
         listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         before = os.umask(0o177)
         try:
-            with _short(self._folder) as folder:
+            with _short(self._path.parent) as folder:
                 listening.bind(f"{folder}/{SOCKET}")
         except OSError:
             listening.close()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from wax.capture.camera import OpenCvCamera
@@ -16,10 +15,12 @@ from wax.capture.picamera import PiCamera
 from wax.capture.upright import upright
 from wax.driver.interface import HasCamera, HasExternalView, HasMicrophone
 from wax.errors import ConfigError, SourceError
+from wax.folders import expanded
 from wax.plugin import CAMERAS, MICROPHONES, is_plugin, make_plugin
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+    from pathlib import Path
 
     from wax.capture.file.address import Transport
     from wax.capture.source import AudioSource, VideoSource
@@ -204,7 +205,7 @@ def _camera_device(name: str) -> int | str | None:
 
 
 def _existing(name: str, key: str) -> Path:
-    path = Path(name).expanduser()
+    path = expanded(name)
     if path.is_file():
         try:
             open_container(str(path)).close()

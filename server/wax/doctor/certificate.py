@@ -40,6 +40,8 @@ def certificate(network: Network, now: datetime.datetime) -> Verdict:
 
 
 def _without(network: Network) -> Verdict:
+    if network.is_self_signed:
+        return bad("Nothing says where to keep a certificate.", "Set [server] state_dir.")
     if network.is_behind_proxy:
         return ok(
             "The proxy in front has the certificate; `wax doctor --reach URL` looks at it from"

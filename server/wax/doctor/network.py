@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import ipaddress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from wax import state_dir
+from wax.errors import StateError
 from wax.web.certificate import Certificate, kept_in
 
 if TYPE_CHECKING:
@@ -81,4 +83,6 @@ def network_of(settings: Settings, stun: str | None = None) -> Network:
 def _certificate(server: ServerSettings) -> Certificate | None:
     if server.certificate:
         return Certificate(Path(server.certificate), Path(server.key))
-    return kept_in(state_dir.find(server.state_dir)) if server.https else None
+    with contextlib.suppress(StateError):
+        return kept_in(state_dir.find(server.state_dir)) if server.https else None
+    return None

@@ -6,6 +6,8 @@ import threading
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
+from wax.errors import WaxError
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -49,6 +51,8 @@ def examine(check: Check) -> Verdict:
     def look() -> None:
         try:
             found.append(check.look())
+        except WaxError as error:
+            found.append(bad(f"{error}", "Correct what it names, then try once more."))
         except Exception as error:
             reason = str(error) or type(error).__name__
             found.append(bad(f"The check failed: {reason}.", "Report this with its text."))

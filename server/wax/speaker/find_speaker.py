@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from wax.driver.interface import HasSpeaker
 from wax.errors import ConfigError
+from wax.folders import expanded
 from wax.plugin import is_plugin_name, make_plugin
 from wax.speaker.file import FileSpeaker
 from wax.speaker.portaudio import PortAudioSpeaker
@@ -53,7 +53,7 @@ def make_speaker(settings: VoiceSettings, clock: Clock, driver: Driver) -> Speak
 
 
 def _file(name: str) -> FileSpeaker:
-    path = Path(name).expanduser()
+    path = expanded(name)
     if not path.parent.is_dir():
         raise ConfigError(f"{_KEY}: {path.parent.absolute()} is no folder; make it first.")
     return FileSpeaker(path)

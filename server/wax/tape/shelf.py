@@ -13,7 +13,6 @@ import re
 from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from pathlib import Path
 from typing import TYPE_CHECKING, Final, get_args
 
 from wax import state_dir
@@ -23,6 +22,7 @@ from wax.tape.retention import Keeper, Part
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from wax.config.recording import RecordingSettings
 
@@ -78,7 +78,7 @@ def where(settings: RecordingSettings, state: str) -> Path:
     the server. Raises `StateError`.
     """
     if settings.folder:
-        return Path(settings.folder).expanduser()
+        return state_dir.find(settings.folder)
     return state_dir.find(state) / FOLDER
 
 

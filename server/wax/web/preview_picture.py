@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Final
 
 import cv2
 import numpy as np
 
 from wax.errors import ConfigError
+from wax.folders import expanded
 
 MAX_BYTES: Final = 1 << 20
 """More is left out by most who show previews, and is long in coming to the others."""
@@ -40,7 +40,7 @@ def read(name: str) -> PreviewPicture | None:
     """Return the picture in this file, None for no name; raises `ConfigError`, with a sentence."""
     if not name:
         return None
-    path = Path(name).expanduser()
+    path = expanded(name)
     if not path.is_file():
         problem = "is not a file" if path.exists() else "does not exist"
         raise ConfigError(

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import stat
-from pathlib import Path
 from typing import Final
 
 from wax.errors import ConfigError
+from wax.folders import expanded
 
 KEY_BYTES: Final = 32
 _KEY: Final = "robot.mavlink.signing_key"
@@ -14,7 +14,7 @@ _KEY: Final = "robot.mavlink.signing_key"
 
 def read_key(name: str) -> bytes:
     """Return the key in the file; raises `ConfigError`."""
-    path = Path(name).expanduser()
+    path = expanded(name)
     try:
         mode = path.stat().st_mode
         data = path.read_bytes()
