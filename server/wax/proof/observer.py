@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import json
-import tempfile
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
+from wax import folders
 from wax.errors import DriverError
 from wax.proof.config_file import observed
 from wax.proof.measure import Event
 
 if TYPE_CHECKING:
+    from tempfile import TemporaryDirectory
+
     from wax.config.settings import Settings
 
 _NEW_S: Final = 0.3
@@ -39,7 +41,7 @@ class Observer:
 
     def __init__(self, driver: str) -> None:
         self._driver = driver
-        self._folder: tempfile.TemporaryDirectory[str] | None = None
+        self._folder: TemporaryDirectory[str] | None = None
         self._read_to = 0
         self._running = 0
         self._events: list[Event] = []
@@ -50,7 +52,7 @@ class Observer:
         return {"driver": _DEAD, "cut": _LINK}
 
     def open(self) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="wax-observed-")
+        self._folder = folders.temporary("wax-observed-")
 
     def configuration(self, settings: Settings, folder: str) -> str:
         return observed(settings, str(self._log), f"{folder}/state")

@@ -5,12 +5,12 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import random
-import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from wax import folders
 from wax.errors import ConfigError, StartError, WaxError
 from wax.proof.line_decoder import language_of
 from wax.proof.measure import measure
@@ -75,7 +75,7 @@ class Proof:
         self._watch.open()
         broken: str | None = None
         try:
-            with tempfile.TemporaryDirectory(prefix="wax-proof-") as folder:
+            with folders.temporary("wax-proof-") as folder:
                 async with contextlib.AsyncExitStack() as leaving:
                     self._server = ServerUnderProof(
                         Path(folder), self._watch.configuration(self._settings, folder)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import tempfile
 import threading
 from pathlib import Path
 from typing import Final
 
+from wax import folders
 from wax.errors import StateError
 from wax.protocol.tape_events import Placed, TapeContent, TapeListing, TapePart
 from wax.replay.cameras import cameras_of
@@ -33,7 +33,7 @@ class Library:
         else:
             raise StateError(f"{path}: is not there; `wax tape list` shows what is recorded")
         self._lock = threading.Lock()
-        self._copies = tempfile.TemporaryDirectory(prefix="wax-replay-")
+        self._copies = folders.temporary("wax-replay-")
         try:
             self._check(path)
         except StateError:

@@ -11,11 +11,11 @@ import contextlib
 import json
 import sys
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Final, Literal
 
 import structlog
 
+from wax import folders
 from wax.errors import ForbiddenError
 from wax.sentence import Sentence, read, says
 
@@ -116,7 +116,7 @@ class ProofRunner:
                 self._changed()
 
     async def _prove(self) -> None:
-        with TemporaryDirectory(prefix="wax-proof-") as folder:
+        with folders.temporary("wax-proof-") as folder:
             record = Path(folder) / "record.html"
             process = await asyncio.create_subprocess_exec(
                 *self._command(record),
