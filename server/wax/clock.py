@@ -45,3 +45,8 @@ class SystemClock:
 
     def wall_ms(self) -> int:
         return time.time_ns() // 1_000_000
+
+
+UNIX_ZERO_S: Final = SystemClock().wall_ms() / 1000 - SystemClock().now_s()
+"""The Unix time of `now_s` 0, as far as known when the process began: for what must not jump when
+somebody sets the clock, such as the capture times of sound and picture beside each other."""

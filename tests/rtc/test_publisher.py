@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
+from aiortc.rtp import RtcpPacket, RtcpSrPacket
 from tests.turned_clock import TurnedClock
 
+from wax.encode.encoded import EncodedPicture
 from wax.errors import SignallingError
 from wax.fanout.sound_lane import SoundLane
 from wax.fanout.video_lane import VideoLane
@@ -16,7 +18,7 @@ from wax.rtc.publisher import Publisher
 from wax.streams.interface import Codecs
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncIterator, Sequence
 
 OFFER = "v=0\r\nm=video 9 x 96 97\r\na=mid:0\r\na=rtpmap:96 VP8/90000\r\na=rtpmap:97 rtx/90000\r\n"
 
@@ -85,3 +87,27 @@ async def test_what_is_sent_and_not_reported_on_counts_as_silence(
     assert publisher.unheard_s == 0.0
     send(2)
     assert publisher.unheard_s == 2.0
+
+
+async def test_a_clock_that_is_set_moves_no_capture_time(
+    publisher: Publisher, clock: TurnedClock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Sound and picture stay in step, and their ages true, while the wall clock jumps by hours."""
+    captured: set[int | None] = set()
+    reported: set[int] = set()
+    picture = EncodedPicture(b"x", 1, "r", True, 0, clock.now_s())
+
+    def leave(packets: Sequence[bytes], *_: object, **__: object) -> None:
+        report = RtcpPacket.parse(packets[0])[0]
+        assert isinstance(report, RtcpSrPacket)
+        reported.add(report.sender_info.ntp_timestamp)
+
+    for wall_ms in (0, 3_600_000, -3_600_000):
+        monkeypatch.setattr(clock, "wall_ms", lambda now_ms=wall_ms: now_ms)
+        for sender in publisher._senders:
+            monkeypatch.setattr(sender, "_ids", rtp.ExtensionIds(capture_time=5))
+            monkeypatch.setattr(sender, "_leave", leave)
+            captured.add(sender._captured_ntp(picture))
+            sender._send_report(0, picture.captured_s)
+    assert captured == reported
+    assert len(captured) == 1

@@ -123,7 +123,7 @@ class PictureSender(Sender):
 
     def _begin(self, picture: Picture, now_s: float) -> UnderWay:
         train = self._plan(len(picture.data), now_s)
-        captured_ntp = self._captured_ntp(picture, now_s)
+        captured_ntp = self._captured_ntp(picture)
         first_less = rtp.first_more_bytes(self._ids, self._playout_delay, captured_ntp)
         payloads = self._packetizer(picture, train.payload_bytes, first_less)
         timestamp = (self.origin + picture.pts) % UINT32

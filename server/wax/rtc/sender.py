@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
 import structlog
 
+from wax.clock import UNIX_ZERO_S
 from wax.congestion.delivery import UDP_IP_BYTES
 from wax.rtc import private, rtp
 from wax.rtc.egress import Egress
@@ -85,7 +86,6 @@ class Sender(private.SenderInPlace):
         self._source = lane
         self._tap = context.tap
         self._now_s = context.clock.now_s
-        self._wall_ms = context.clock.wall_ms
         self._rate_hz = context.rate_hz
         self._on_sent = context.on_sent
         self._sequence_number = random.getrandbits(15)
@@ -198,11 +198,11 @@ class Sender(private.SenderInPlace):
         """When the newest content that was sent was captured, None before the first."""
         return None if self._newest is None else self._newest[1]
 
-    def _captured_ntp(self, item: Encoded, now_s: float) -> int | None:
+    def _captured_ntp(self, item: Encoded) -> int | None:
         """Return when its content was captured, None if nobody wants to know."""
         if self._ids.capture_time is None:
             return None
-        return rtp.ntp_time(self._wall_ms() / 1000 - (now_s - item.captured_s))
+        return rtp.ntp_time(UNIX_ZERO_S + item.captured_s)
 
     def _next_number(self) -> int:
         """Return the sequence number of the stream's next packet."""
@@ -270,7 +270,7 @@ class Sender(private.SenderInPlace):
 
     def _send_report(self, pts: int, captured_s: float) -> None:
         now_s = self._now_s()
-        ntp = rtp.ntp_time(self._wall_ms() / 1000)
+        ntp = rtp.ntp_time(UNIX_ZERO_S + now_s)
         now_pts = pts + round((now_s - captured_s) * self._rate_hz)
         report = rtp.sender_report(
             ssrc=self.ssrc,

@@ -37,10 +37,10 @@ class SoundSender(Sender):
     def _work(self) -> None:
         while (sound := self._lane.take()) is not None:
             now_s = self._now_s()
-            self._put([self._packet(sound, now_s)], now_s)
+            self._put([self._packet(sound)], now_s)
             self._left(sound)
 
-    def _packet(self, sound: EncodedSound, now_s: float) -> Packet:
+    def _packet(self, sound: EncodedSound) -> Packet:
         payload_type, payload = self._payload_type, sound.data
         earlier = self._lane.earlier(sound) if self._extra_payload_type is not None else ()
         if earlier:
@@ -58,5 +58,5 @@ class SoundSender(Sender):
             timestamp=(self.origin + sound.pts) % UINT32,
             marker=True,
             payload=payload,
-            captured_ntp=self._captured_ntp(sound, now_s),
+            captured_ntp=self._captured_ntp(sound),
         )
