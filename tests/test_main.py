@@ -156,3 +156,15 @@ def test_nothing_is_written_for_everybody_to_change(
     made = [*tmp_path.rglob("*")]
     assert made
     assert not [path for path in made if path.stat().st_mode & 0o002]
+
+
+def test_a_closed_stream_is_an_empty_one(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As some supervisors start their services: there is nobody to ask, and that is a sentence."""
+    monkeypatch.setattr(sys, "stdin", None)
+    assert main(["init"]) == 2
+    assert "no terminal" in capsys.readouterr().err
+    assert sys.stdin is not None
+    assert sys.stdin.read() == ""
+    sys.stdin.close()

@@ -33,6 +33,7 @@ _INTERRUPTED: Final = 130
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; the exit status is 0 for success, 1 for failure, 2 for wrong usage."""
+    _open_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a terminal that lacks a sign ends nothing
             stream.reconfigure(errors="backslashreplace")
@@ -47,6 +48,18 @@ def main(argv: Sequence[str] | None = None) -> int:
     except WaxError as error:
         print(f"wax: {error}", file=sys.stderr)
         return 1
+
+
+def _open_streams() -> None:
+    """Put the null device where a standard stream was closed before us.
+
+    Else there is None to ask whether it is a terminal, and the next socket gets its number.
+    """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            number = os.open(os.devnull, os.O_RDWR)
+            os.set_inheritable(number, True)
+            setattr(sys, name, os.fdopen(number, mode, encoding="utf-8"))
 
 
 def _parser() -> argparse.ArgumentParser:
