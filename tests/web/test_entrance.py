@@ -10,6 +10,7 @@ import logging
 import socket
 import ssl
 import time
+import weakref
 from contextlib import asynccontextmanager, suppress
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Final
@@ -309,6 +310,36 @@ async def test_what_makes_room_as_it_begins(
         assert (said, took_s < READ_S) == (b"", True)
         gc.collect()
     assert errors == []
+
+
+@pytest.mark.parametrize("https", [False, True])
+@pytest.mark.parametrize(
+    "begun", [b"", GET, b"GET /pieces" + GET[5:], b"GET /large" + GET[5:], POST]
+)
+async def test_who_is_gone_leaves_nothing(
+    https: bool, begun: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever a connection was about, its memory is free without the garbage collector."""
+    monkeypatch.setenv("STATE_DIRECTORY", str(tmp_path))
+    async with open_entrance(https=https) as entrance:
+        context = _trusting(tmp_path / "certificate.pem") if https else None
+        gc.collect()
+        gc.disable()
+        try:
+            _, writer = await asyncio.open_connection("127.0.0.1", entrance.port, ssl=context)
+            writer.write(begun)
+            await asyncio.sleep(0.1)
+            (served,) = entrance._runner.server.connections  # type: ignore[union-attr]
+            assert isinstance(served, connection.Connection)
+            left = [weakref.ref(one) for one in (served.transport, served.line)]
+            del served
+            writer.transport.abort()
+            await asyncio.sleep(0.1)
+            assert len(entrance.limits) == 0
+            assert [one() for one in left] == [None, None]
+            assert not [one for one in gc.get_objects() if type(one) is connection.Connection]
+        finally:
+            gc.enable()
 
 
 async def test_headers_without_measure_are_refused() -> None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 from aiohttp import web
 
+from wax.memory import break_circle
 from wax.sentence import Sentence
 from wax.web import cookies
 from wax.web.accounts import HOST
@@ -57,6 +58,7 @@ class Connection(web.RequestHandler):
         "_requests",
         "_waiting",
         "_watch",
+        "line",
     )
 
     def __init__(
@@ -88,9 +90,11 @@ class Connection(web.RequestHandler):
         self._waiting: Waiting | None = None
         self._payer: Payer = entrance.accounts.of_guest(place.address)
         self._drained: asyncio.Future[None] | None = None
+        self.line: asyncio.BaseTransport | None = None
+        """What asyncio made of the socket; under TLS that is beneath `transport`."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        line = cast("asyncio.Transport", transport)
+        self.line = line = cast("asyncio.Transport", transport)
         if self._place not in self._entrance.limits:  # it has made room already
             line.abort()
             return
@@ -222,6 +226,13 @@ class Connection(web.RequestHandler):
         if self.writing_paused and self._watch is not None:
             self._drained = self._loop_of_watch.create_future()
             await self._drained
+            # Not set as the future's: its traceback would hold this frame, and so the future.
+            if self._watch is None:
+                raise ConnectionResetError("the connection is lost")
+
+    async def _drain_helper(self) -> None:
+        """Wait as `drained` does where aiohttp waits: the error of its own holds its frame."""
+        await self.drained()
 
     def resume_writing(self) -> None:
         """Note that the client takes more."""
@@ -289,12 +300,25 @@ class Connection(web.RequestHandler):
         if self._waiting is not None:
             self._waiting.leave()
             self._waiting = None
-        if self._drained is not None and not self._drained.done():
-            self._drained.set_exception(ConnectionResetError("the connection is lost"))
         if self._watch is not None:
             self._watch.end()
             self._watch = None
+        if self._drained is not None and not self._drained.done():
+            self._drained.set_result(None)
+        task, request = self._task_handler, self._current_request
         super().connection_lost(exc)
+        if task is not None and request is not None:
+            # The body, which a handler still awaits, keeps the error, whose traceback keeps both.
+            error = request.content.exception()
+            task.add_done_callback(lambda _: _forget_frames(error))
+        if self.line is not None:
+            break_circle(self.line)
+            self.line = None
 
     def _charge(self, began_s: float) -> None:
         self._entrance.turnstile.charge(self._payer, began_s)
+
+
+def _forget_frames(error: BaseException | type[BaseException] | None) -> None:
+    if isinstance(error, BaseException):
+        error.with_traceback(None)

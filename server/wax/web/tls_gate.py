@@ -10,6 +10,7 @@ import asyncio
 import ssl
 from typing import TYPE_CHECKING, Final, cast
 
+from wax.memory import break_circle
 from wax.web.watch import READ_S
 
 if TYPE_CHECKING:
@@ -41,6 +42,7 @@ class TlsGate(asyncio.Protocol):
         line = cast("asyncio.Transport", transport)
         if self._place not in self._entrance.limits:  # it has made room already
             line.abort()
+            break_circle(line)
             return
         self._place.close = line.abort
         # Nothing of the handshake may be read before TLS is there to read it.
@@ -69,6 +71,7 @@ class TlsGate(asyncio.Protocol):
                 return
             connection = self._make()
             connection.connection_made(secured)
+            connection.line = line
             secured.set_protocol(connection)
             handed_over = True
             if self._early:
@@ -78,4 +81,5 @@ class TlsGate(asyncio.Protocol):
         finally:
             if not handed_over:
                 line.abort()
+                break_circle(line)
                 self._entrance.limits.leave(self._place)
