@@ -1,3 +1,4 @@
+import { codeOf } from "./drive/codeOf";
 import { isOwnPress } from "./typing";
 
 /** Does `act` at each press of a key for it, unless a text field has the focus. */
@@ -8,7 +9,7 @@ export function listenKey(
   signal: AbortSignal,
 ): void {
   const onDown = (event: KeyboardEvent) => {
-    if (isKey(event.code) && isOwnPress(event)) act();
+    if (isKey(codeOf(event)) && isOwnPress(event)) act();
   };
   window.addEventListener("keydown", onDown, { signal });
 }

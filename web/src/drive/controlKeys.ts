@@ -2,6 +2,7 @@ import type { ControlInfo } from "../messages";
 import { isOwnPress } from "../typing";
 import { codeOf } from "./codeOf";
 import { actionOf, type KeyMap } from "./keyMap";
+import { holderOf, KeysDown } from "./keysDown";
 import type { Operating } from "./operating";
 
 export interface ControlKeysOptions {
@@ -14,16 +15,19 @@ export interface ControlKeysOptions {
 /** Presses buttons and toggles by the keys that the host gave them, as far as the user's own do not. */
 export function listenControlKeys(target: EventTarget, options: ControlKeysOptions): void {
   const { operating, controls, keys, signal } = options;
+  const down = new KeysDown((holder) => void operating.release(holder));
   const onDown = (event: KeyboardEvent) => {
+    down.press(event);
     const control = controlOf(controls(), keys(), codeOf(event));
     if (!control || event.defaultPrevented || !isOwnPress(event)) return;
     event.preventDefault();
-    if (control.kind === "button") operating.press(`key ${codeOf(event)}`, control.name);
+    if (control.kind === "button") operating.press(holderOf(event), control.name);
     else operating.toggle(control.name);
   };
-  const onUp = (event: KeyboardEvent) => void operating.release(`key ${codeOf(event)}`);
   target.addEventListener("keydown", onDown as EventListener, { signal });
+  const onUp = (event: KeyboardEvent) => down.lift(event);
   target.addEventListener("keyup", onUp as EventListener, { signal });
+  target.addEventListener("blur", () => down.clear(), { signal });
 }
 
 /** Returns the control that this key presses; a key that the user has given something does that. */

@@ -1,4 +1,4 @@
-/** Which key does what, by its place on the keyboard (`event.code`), not by its letter. Pure. */
+/** Which key does what, by its place on the keyboard, or its name where it has none (`codeOf`). Pure. */
 
 export const KEY_ACTIONS = [
   "forward",
@@ -47,7 +47,7 @@ const MOST_PER_ACTION = 4;
 const CODE = /^[A-Za-z0-9]{1,24}$/;
 /** What the browser, the system or a screen reader needs. */
 const RESERVED =
-  /^(Tab|Escape|CapsLock|Fn.*|Unidentified|(Control|Alt|Meta|OS|Shift)(Left|Right))$/;
+  /^(Tab|Escape|CapsLock|Fn.*|Unidentified|(Control|Alt|AltGraph|Meta|OS|Shift)(Left|Right)?)$/;
 
 /** Why a key cannot be had; `by` is the action that has it. */
 export type Refusal =

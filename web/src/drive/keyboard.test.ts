@@ -244,3 +244,9 @@ it.each(["Process", "Dead", "Unidentified", "", "é"])("does nothing by %j", (na
   expect(input.motion).toMatchObject({ linear: 0, angular: 0 });
   expect(stop).not.toHaveBeenCalled();
 });
+
+it("stops by a second Space of which the first was never released", () => {
+  key("keydown", "Space");
+  key("keydown", "Space");
+  expect(stop).toHaveBeenCalledTimes(2);
+});

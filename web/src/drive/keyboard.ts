@@ -1,6 +1,7 @@
 import { codeOf } from "./codeOf";
 import { DIRECTIONS } from "./inputState";
 import { actionOf, type KeyAction, type KeyMap } from "./keyMap";
+import { holderOf, KeysDown } from "./keysDown";
 
 const TYPING = "textarea, select, [contenteditable], input:not([type=checkbox])";
 const OPERABLE = `${TYPING}, button, a[href], summary, input`;
@@ -25,24 +26,23 @@ export interface KeyboardOptions {
 /** Drives, stops and more by the user's keys, unless a text field has the focus. */
 export function listenKeyboard(target: EventTarget, options: KeyboardOptions): void {
   const { keys, isDriving, isFor, press, release, anyKey, letGo, signal } = options;
-  // Not every browser marks repeated keys as such after the window lost the focus.
-  const down = new Set<string>();
+  const down = new KeysDown(release);
   const taken = new Set<string>();
 
   const isHeld = () =>
-    [...down].some((code) => DIRECTIONS.some((one) => one === actionOf(keys(), code)));
+    down.names.some((code) => DIRECTIONS.some((one) => one === actionOf(keys(), code)));
 
   const onDown = (event: KeyboardEvent) => {
     const code = codeOf(event);
-    const repeated = event.repeat || down.has(code);
-    down.add(code);
+    const isKnown = down.has(event);
+    const isNew = down.press(event);
     if (event.ctrlKey || event.metaKey || event.altKey) {
       // macOS sends no keyup while Meta is down.
       letGo();
       return;
     }
     if (event.defaultPrevented || !isDriving()) return;
-    if (!repeated) anyKey();
+    if (isNew) anyKey();
     const action = actionOf(keys(), code);
     if (action === null || !isFor(action)) return;
     const focus = event.target instanceof Element ? event.target : null;
@@ -50,16 +50,16 @@ export function listenKeyboard(target: EventTarget, options: KeyboardOptions): v
     const isButtons = OPERATING.has(code) && !(action === "stop" && isHeld());
     if (focus?.closest(isButtons ? OPERABLE : TYPING)) return;
     event.preventDefault();
-    taken.add(code);
-    if (!repeated) press(`key ${code}`, action);
+    taken.add(holderOf(event));
+    // A Space of which the release was lost must not be the last that stops.
+    const isStop = action === "stop" && !(event.repeat && isKnown);
+    if (isNew || isStop) press(holderOf(event), action);
   };
 
   const onUp = (event: KeyboardEvent) => {
-    const code = codeOf(event);
-    down.delete(code);
+    down.lift(event);
     // Firefox presses a button when the key comes up.
-    if (taken.delete(code)) event.preventDefault();
-    release(`key ${code}`);
+    if (taken.delete(holderOf(event))) event.preventDefault();
   };
 
   const listening = { signal };

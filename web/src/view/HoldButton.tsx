@@ -1,6 +1,7 @@
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { useEffect } from "preact/hooks";
+import { codeOf } from "../drive/codeOf";
 
 /** Longer than an accidental press; the style sheet fills the button in this time. */
 const HOLD_MS = 800;
@@ -57,8 +58,8 @@ export function HoldButton({ onHeld, children }: Props) {
       onLostPointerCapture={end}
       onBlur={end}
       onKeyDown={(event) => {
-        if (event.code === "Space" || HOLDING.has(event.code)) event.preventDefault();
-        if (HOLDING.has(event.code) && !event.repeat) begin();
+        if (codeOf(event) === "Space" || HOLDING.has(codeOf(event))) event.preventDefault();
+        if (HOLDING.has(codeOf(event)) && !event.repeat) begin();
       }}
       onKeyUp={(event) => {
         event.preventDefault();

@@ -1,5 +1,6 @@
 import type { TargetedKeyboardEvent, TargetedPointerEvent } from "preact";
 import { useEffect } from "preact/hooks";
+import { codeOf } from "../drive/codeOf";
 import { fingerHolder } from "../drive/inputState";
 import { hindrance } from "../voice/microphone";
 import { t } from "../words/words";
@@ -60,7 +61,7 @@ function TalkButton({ isDisabled }: { isDisabled: boolean }) {
   };
   const onKeyDown = (event: Key) => {
     // Never Space, which stops the robot.
-    if (!PRESSING.has(event.code) || event.code === "Space") return;
+    if (!PRESSING.has(codeOf(event)) || codeOf(event) === "Space") return;
     event.preventDefault();
     if (!event.repeat) speak(HOLDER);
   };

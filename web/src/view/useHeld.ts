@@ -1,6 +1,8 @@
 import type { TargetedKeyboardEvent, TargetedMouseEvent, TargetedPointerEvent } from "preact";
-import { useEffect } from "preact/hooks";
+import { useEffect, useMemo } from "preact/hooks";
+import { codeOf } from "../drive/codeOf";
 import { fingerHolder } from "../drive/inputState";
+import { KeysDown } from "../drive/keysDown";
 import { useActions } from "./context";
 import { PRESSING } from "./keys";
 
@@ -18,7 +20,14 @@ export function useHeld(
   release: (holder: string) => boolean,
 ) {
   const { letGo } = useActions();
-  useEffect(() => () => void release(focusHolder), [release, focusHolder]);
+  const keys = useMemo(() => new KeysDown(() => void release(focusHolder)), [release, focusHolder]);
+  useEffect(
+    () => () => {
+      keys.clear();
+      release(focusHolder);
+    },
+    [keys, release, focusHolder],
+  );
   const finger = (event: Pointer) => fingerHolder(event.pointerId);
   // After an ordinary release nothing is held; anything still held was cancelled by the system.
   const onLost = (event: Pointer) => {
@@ -46,16 +55,18 @@ export function useHeld(
       event.stopPropagation();
     },
     onKeyDown(event: Key) {
-      if (!PRESSING.has(event.code)) return;
+      if (!PRESSING.has(codeOf(event))) return;
       event.preventDefault();
-      if (!event.repeat) hold(focusHolder);
+      const isNew = keys.press(event);
+      // Of a press with Meta no release would come.
+      if (isNew && keys.has(event)) hold(focusHolder);
     },
     onKeyUp(event: Key) {
-      if (!PRESSING.has(event.code)) return;
-      event.preventDefault();
-      release(focusHolder);
+      if (PRESSING.has(codeOf(event))) event.preventDefault();
+      keys.lift(event);
     },
     onBlur() {
+      keys.clear();
       release(focusHolder);
     },
   };

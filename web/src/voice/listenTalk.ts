@@ -1,4 +1,6 @@
+import { codeOf } from "../drive/codeOf";
 import { fingerHolder } from "../drive/inputState";
+import { holderOf, KeysDown } from "../drive/keysDown";
 import { listenLetGo } from "../drive/letGo";
 import { isOwnPress } from "../typing";
 import type { Talk } from "./talk";
@@ -13,14 +15,15 @@ export function listenTalk(
   isKey: (code: string) => boolean,
   signal: AbortSignal,
 ): void {
+  const down = new KeysDown((holder) => void talk.release(holder));
   const onDown = (event: KeyboardEvent) => {
-    if (isKey(event.code) && isOwnPress(event)) talk.press(`key ${event.code}`);
+    down.press(event);
+    if (isKey(codeOf(event)) && isOwnPress(event)) talk.press(holderOf(event));
   };
-  const onUp = (event: KeyboardEvent) => {
-    talk.release(`key ${event.code}`);
-  };
+  const onUp = (event: KeyboardEvent) => down.lift(event);
   window.addEventListener("keydown", onDown, { signal });
   window.addEventListener("keyup", onUp, { signal });
+  window.addEventListener("blur", () => down.clear(), { signal });
   listenLetGo(window, {
     letGo: () => talk.letGo(),
     lift: (pointerId) => talk.release(fingerHolder(pointerId)),

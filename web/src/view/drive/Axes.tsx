@@ -1,5 +1,6 @@
 import type { TargetedKeyboardEvent } from "preact";
 import { keyedAxes } from "../../drive/axisKeys";
+import { codeOf } from "../../drive/codeOf";
 import { fingerHolder } from "../../drive/inputState";
 import { keyWords } from "../../drive/keyMap";
 import { t } from "../../words/words";
@@ -37,7 +38,7 @@ function Axis({ axis }: { axis: string }) {
   const { setAxis, press, release } = useActions();
   const focusHolder = `axis ${axis}`;
   const onKeyDown = (event: TargetedKeyboardEvent<HTMLInputElement>) => {
-    if (SLIDING.test(event.code)) press(focusHolder, null);
+    if (SLIDING.test(codeOf(event))) press(focusHolder, null);
   };
   return (
     <label class="axis">

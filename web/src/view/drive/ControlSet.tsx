@@ -1,4 +1,5 @@
 import "../../style/controls.css";
+import { codeOf } from "../../drive/codeOf";
 import { controlOf } from "../../drive/controlKeys";
 import { fingerHolder } from "../../drive/inputState";
 import type { ControlInfo } from "../../messages";
@@ -103,7 +104,7 @@ function Slide({ control }: { control: ControlInfo }) {
         // The window gets the pointerup wherever it happens.
         onPointerDown={(event) => hold(fingerHolder(event.pointerId))}
         onKeyDown={(event) => {
-          if (SLIDING.test(event.code)) hold(holder);
+          if (SLIDING.test(codeOf(event))) hold(holder);
         }}
         onKeyUp={() => releaseControl(holder)}
         onBlur={() => releaseControl(holder)}

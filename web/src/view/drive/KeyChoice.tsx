@@ -1,6 +1,7 @@
 import { useSignal } from "@preact/signals";
 import { useLayoutEffect } from "preact/hooks";
 import { keyedAxes } from "../../drive/axisKeys";
+import { codeOf } from "../../drive/codeOf";
 import { wayInForce } from "../../drive/drivePreferences";
 import {
   type Assigned,
@@ -44,10 +45,12 @@ export function KeyChoice() {
       // It means this, and nothing else on the page.
       event.preventDefault();
       event.stopImmediatePropagation();
-      if (event.repeat) return;
-      if (event.code === "Space" && drivingTurn.peek() !== null) stop();
-      if (event.code === "Escape") awaited.value = null;
-      else change(assign(preferences.peek().keys, action, event.code), action, event.code);
+      const code = codeOf(event);
+      // What tells of no key which it is, as an input method's, is no answer.
+      if (event.repeat || code === "") return;
+      if (code === "Space" && drivingTurn.peek() !== null) stop();
+      if (code === "Escape") awaited.value = null;
+      else change(assign(preferences.peek().keys, action, code), action, code);
     };
     window.addEventListener("keydown", onKey, { capture: true, signal: ending.signal });
     const onBlur = () => {
