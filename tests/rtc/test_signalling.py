@@ -9,7 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wax.errors import SignallingError
-from wax.rtc.signalling import MAX_SDP_CHARS, clean_offer, is_firefox, pictures
+from wax.rtc.signalling import MAX_SDP_CHARS, clean_offer, is_firefox, lacking, pictures, takes
+from wax.sentence import Sentence
+from wax.streams.interface import Codecs
 
 GOOD = "\r\n".join(
     [
@@ -69,6 +71,22 @@ def test_what_browsers_offer_passes_whole(browser: str) -> None:
         ".local " in line or " TCP " in line or line == "a=end-of-candidates" for line in left_out
     )
     assert is_firefox(offer) == (browser == "firefox")
+
+
+@pytest.mark.parametrize("browser", ["chromium", "firefox", "safari"])
+def test_a_codec_that_is_not_offered_is_named(browser: str) -> None:
+    """Sound and driving view each need the server's codec, in their own section."""
+    offer = clean_offer(BROWSERS[browser])
+    ours = Codecs(audio="opus", video="vp8")
+    assert lacking(offer, ours) is None
+    assert lacking(offer, Codecs(audio="pcmu", video="h264")) is None
+    h264_alone = offer.replace(" VP8/", " x/")
+    assert lacking(h264_alone, ours) == Sentence("request.no_video_codec", {"codec": "VP8"})
+    assert lacking(h264_alone, Codecs(audio="opus", video="h264")) is None
+    no_opus = offer.replace(" opus/", " x/")
+    assert lacking(no_opus, ours) == Sentence("request.no_audio_codec", {"codec": "OPUS"})
+    assert takes(offer + "m=video 9 x 96\r\na=rtpmap:96 VP8/90000\r\n", 1, "vp8")
+    assert not takes(offer + "m=video 9 x 96\r\na=rtpmap:96 VP8/90000\r\n", 1, "h264")
 
 
 @pytest.mark.parametrize("browser", ["chromium", "firefox", "safari"])

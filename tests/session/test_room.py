@@ -54,7 +54,16 @@ if TYPE_CHECKING:
     from wax.rtc.peer import Peer, PeerEvents
 
 
-OFFER = "\n".join(["v=0", *(f"m={kind} 9 x 0" for kind in ("audio", "video", "application"))])
+OFFER = "\n".join(
+    [
+        "v=0",
+        "m=audio 9 x 111",
+        "a=rtpmap:111 opus/48000/2",
+        "m=video 9 x 96",
+        "a=rtpmap:96 VP8/90000",
+        "m=application 9 x 0",
+    ]
+)
 
 
 class Robot:
@@ -767,6 +776,17 @@ async def test_bad_offers_take_no_place(rig: Rig) -> None:
     assert ada.is_alive
     await rig.enter("bob-1111")
     assert len(rig.names()) == 2
+
+
+async def test_a_browser_without_our_codec_is_told_so_each_time(rig: Rig) -> None:
+    """However often it tries, it reads of the codec, and not that others are connecting."""
+    for kind, codec in (("video", "VP8"), ("audio", "opus")):
+        offer = OFFER.replace(codec, "other")
+        for _ in range(20):
+            with pytest.raises(SignallingError) as refused:
+                await rig.room.answer(visitor("eve-1111"), TAB, offer)
+            assert refused.value.sentence.code == f"request.no_{kind}_codec"
+    assert rig.names() == []
 
 
 async def test_a_peer_that_never_opened_frees_its_place_at_once(rig: Rig) -> None:

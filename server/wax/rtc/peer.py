@@ -16,7 +16,7 @@ from wax.rtc.camera_sender import CameraSender
 from wax.rtc.codecs import prefer
 from wax.rtc.picture_sender import PictureSender
 from wax.rtc.sender import Sender, SenderContext
-from wax.rtc.signalling import is_firefox, pictures
+from wax.rtc.signalling import is_firefox, pictures, takes
 from wax.rtc.sound_sender import SoundSender
 from wax.rtc.transport_tap import TransportTap
 from wax.rtc.voice_receiver import VoiceReceiver
@@ -143,7 +143,7 @@ class Peer:
             description = RTCSessionDescription(offer, "offer")
             self._picture.shows_at_once = not is_firefox(offer)
             with self._network.reached(self._meter):
-                self._add_cameras(pictures(offer) - 1)
+                self._add_cameras(offer)
                 async with asyncio.timeout(_ANSWER_S):
                     await self._negotiate(description)
         except Exception as error:
@@ -219,15 +219,18 @@ class Peer:
         prefer(transceiver, self._codecs.audio if kind == "audio" else self._codecs.video)
         return transceiver
 
-    def _add_cameras(self, count: int) -> None:
-        """Send as many as the page has room for; where it has more, nothing goes either way."""
-        for number, camera in enumerate(self._camera_lanes[:count]):
+    def _add_cameras(self, offer: str) -> None:
+        """Send what the page has room and a codec for; elsewhere nothing goes either way."""
+        count = pictures(offer) - 1
+        for number in range(count):
+            camera = self._camera_lanes[number] if number < len(self._camera_lanes) else None
+            if camera is None or not takes(offer, number + 1, camera.codec):
+                self._further_picture("inactive")
+                continue
             sender = self._camera(number, camera)
             sender.shows_at_once = self._picture.shows_at_once
             sender.hold_back(0.0)
             self._cameras.append(sender)
-        for _ in range(count - len(self._cameras)):
-            self._further_picture("inactive")
 
     def _camera(self, number: int, camera: CameraLane) -> CameraSender:
         transceiver = self._further_picture("sendonly")

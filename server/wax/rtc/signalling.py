@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import re
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from wax.config.settings import MAX_CAMERAS
 from wax.errors import SignallingError
 from wax.rtc.candidates import without_unwanted
+from wax.sentence import Sentence
+
+if TYPE_CHECKING:
+    from wax.streams.interface import Codecs
 
 MAX_SDP_CHARS: Final = 32_768
 
@@ -63,6 +67,30 @@ def clean_offer(sdp: str, sender: str | None = None) -> str:
 def pictures(offer: str) -> int:
     """Return how many pictures an offer has room for; the first is the driving view."""
     return offer.count("\nm=video ")
+
+
+def lacking(offer: str, codecs: Codecs) -> Sentence | None:
+    """Say which of the server's codecs a checked offer lacks; None if it has them.
+
+    Only the driving view counts: a further camera may have no room.
+    """
+    for kind, codec in (("video", codecs.video), ("audio", codecs.audio)):
+        if not _has(_sections(offer, kind)[0], codec):
+            return Sentence(f"request.no_{kind}_codec", {"codec": codec.upper()})
+    return None
+
+
+def takes(offer: str, picture: int, codec: str) -> bool:
+    """Whether this picture of a checked offer, 0 for the driving view, may have this codec."""
+    return _has(_sections(offer, "video")[picture], codec)
+
+
+def _sections(offer: str, kind: str) -> list[str]:
+    return [one.partition("\nm=")[0] for one in offer.split(f"\nm={kind} ")[1:]]
+
+
+def _has(section: str, codec: str) -> bool:
+    return re.search(rf"^a=rtpmap:\d+ {codec}/", section, re.IGNORECASE | re.MULTILINE) is not None
 
 
 def is_firefox(offer: str) -> bool:

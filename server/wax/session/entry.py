@@ -6,9 +6,11 @@ import asyncio
 from typing import TYPE_CHECKING, Final
 from weakref import WeakValueDictionary
 
-from wax.errors import FullError, NoPlaceError
+import structlog
+
+from wax.errors import FullError, NoPlaceError, SignallingError
 from wax.rtc.peer import Peer
-from wax.rtc.signalling import clean_offer
+from wax.rtc.signalling import clean_offer, lacking
 from wax.sentence import Sentence
 from wax.session.newcomers import Asking, Newcomers
 from wax.session.viewer import Viewer
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from wax.telemetry import Counters
     from wax.voice.packet import VoicePacket
 
+_LOG = structlog.get_logger(__name__)
 
 _MOST_EXPECTED: Final = 100
 """Who wait in the queue and watch elsewhere."""
@@ -71,6 +74,7 @@ class Entry:
             share_per_address=settings.server.max_share_per_address,
             now_s=clock.now_s(),
         )
+        self._lacking: set[str] = set()
         self._answering: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
         self._one_at_a_time = asyncio.Lock()
 
@@ -88,6 +92,9 @@ class Entry:
         self._newcomers.check(self._asking(visitor, viewer), self._clock.now_s())
         # Before anything else: a bad offer must neither take a place nor end a good peer.
         offer = clean_offer(offer, visitor.address)
+        if (lacks := lacking(offer, self._service.codecs)) is not None:
+            self._lacks(lacks)
+            raise SignallingError(lacks)
         key = f"{visitor.identity} {tab}"
         async with self._answering.setdefault(key, asyncio.Lock()):
             async with self._one_at_a_time:
@@ -95,6 +102,16 @@ class Entry:
                 # in one pass would delay the control loop.
                 await asyncio.sleep(0)
             return await self._answer(visitor, tab, offer)
+
+    def _lacks(self, sentence: Sentence) -> None:
+        """Tell the host, once for each codec, that some browsers cannot take it."""
+        if sentence.code in self._lacking:
+            return
+        self._lacking.add(sentence.code)
+        _LOG.warning(
+            "a browser was refused because it lacks our codec; [video] codec can be the other one",
+            said=str(sentence),
+        )
 
     async def _answer(self, visitor: Visitor, tab: str, offer: str) -> str:
         grant = self._access.admit(visitor)
