@@ -5,7 +5,7 @@ import { listenKey } from "./listenKey";
 import { loadPreferences } from "./preferences";
 import { createState, type State } from "./state";
 import { hello, room, served } from "./testing/messages";
-import { says } from "./words/said";
+import { type Saying, said, says } from "./words/said";
 
 const TWO = [
   { name: "Door", axes: [] },
@@ -15,7 +15,8 @@ let state: State;
 let cameras: Cameras;
 let nowMs: number;
 const send = vi.fn();
-const say = vi.fn();
+const heard = vi.fn();
+const say = (what: Saying) => heard(said(what));
 
 beforeEach(() => {
   vi.clearAllMocks();
@@ -70,7 +71,7 @@ it("gives the place back with a sentence when the large one fails", () => {
   const failing = [{ problem: says("Door: The camera delivers nothing.") }, { problem: null }];
   cameras.told({ ...room({}), cameras: failing });
   expect(state.large.value).toBeNull();
-  expect(say).toHaveBeenCalledExactlyOnceWith(
+  expect(heard).toHaveBeenCalledExactlyOnceWith(
     "Door: The camera delivers nothing. The driving view is large again.",
   );
 });
@@ -79,7 +80,7 @@ it("leaves the large one alone when another fails", () => {
   cameras.choose(1);
   cameras.told({ ...room({}), cameras: [{ problem: says("gone") }, { problem: null }] });
   expect(state.large.value).toBe(1);
-  expect(say).not.toHaveBeenCalled();
+  expect(heard).not.toHaveBeenCalled();
 });
 
 it("does not show what was as if it were: a large one that stands still goes", () => {
@@ -91,7 +92,7 @@ it("does not show what was as if it were: a large one that stands still goes", (
   pass(1000, [1]);
   expect(state.large.value).toBeNull();
   expect([...state.staleCameras.value]).toEqual([0]);
-  expect(say.mock.calls).toEqual([
+  expect(heard.mock.calls).toEqual([
     ["No new picture comes from Door. The driving view is large again."],
   ]);
 });
@@ -100,7 +101,7 @@ it("says so where the connection carries it no more", () => {
   cameras.choose(0);
   state.served.value = served({ cameras: [null, null] });
   pass(4000, []);
-  expect(say.mock.calls).toEqual([
+  expect(heard.mock.calls).toEqual([
     ["Your connection carries no picture of Door now. The driving view is large again."],
   ]);
 });
@@ -123,7 +124,7 @@ it.each([
   state.preferences.value = { ...state.preferences.value, picture };
   pass(5000, []);
   expect(state.large.value).toBe(0);
-  expect(say).not.toHaveBeenCalled();
+  expect(heard).not.toHaveBeenCalled();
 });
 
 it.each([

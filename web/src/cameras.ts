@@ -1,7 +1,7 @@
-import type { Look, RoomState, StateIn } from "./messages";
+import type { Look, RoomState, Sentence, StateIn } from "./messages";
 import { Playback } from "./playback";
 import type { State } from "./state";
-import { said } from "./words/said";
+import { ours, type Saying } from "./words/said";
 import { t } from "./words/words";
 
 /** Without a new picture for so long, a camera shows what was, not what is. */
@@ -12,7 +12,7 @@ interface Wiring {
   /** Sends what must arrive. */
   send(message: StateIn): void;
   /** Tells the user. */
-  say(text: string): void;
+  say(what: Saying): void;
   /** Whether this browser tells of the pictures that it shows. */
   tellsFrames: boolean;
 }
@@ -105,12 +105,12 @@ export class Cameras {
   told(room: RoomState): void {
     const large = this.wiring.state.large.peek();
     const problem = large === null ? null : room.cameras[large]?.problem;
-    if (problem) this.#comeBack(said(problem));
+    if (problem) this.#comeBack(problem);
   }
 
-  #comeBack(why: string): void {
+  #comeBack(why: string | Sentence): void {
     this.choose(null);
-    this.wiring.say(t("robot.camera_back", { why }));
+    this.wiring.say(ours("robot.camera_back", { why }));
   }
 
   #playback(at: number): Playback {

@@ -1,5 +1,6 @@
 import { afterEach, describe, expect, it, vi } from "vitest";
 import { showEntry, takeEntry } from "./entry";
+import { said, says } from "./words/said";
 
 afterEach(() => vi.unstubAllGlobals());
 
@@ -52,21 +53,24 @@ describe("a secret", () => {
     ["watch", "You are invited to watch."],
   ])("of an invitation tells for what: %s", async (purpose, words) => {
     const fetching = answers(200, { purpose });
-    const text = words;
-    expect(await showEntry({ kind: "invite", secret: "t" })).toEqual({ isGood: true, text });
+    const { isGood, text } = await showEntry({ kind: "invite", secret: "t" });
+    expect([isGood, said(text)]).toEqual([true, words]);
     expect(fetching.mock.calls[0]?.[1].body).toBe('{"token":"t"}');
   });
 
   it("that is no good any more gets the server's own words", async () => {
     answers(403, { error: "This invitation is used up; ask the host for a new one." });
     const text = "This invitation is used up; ask the host for a new one.";
-    expect(await showEntry({ kind: "invite", secret: "t" })).toEqual({ isGood: false, text });
+    expect(await showEntry({ kind: "invite", secret: "t" })).toEqual({
+      isGood: false,
+      text: says(text),
+    });
   });
 
   it("that reaches nobody is told with what to do", async () => {
     vi.stubGlobal("fetch", () => Promise.reject(new TypeError("Failed to fetch")));
     const { isGood, text } = await showEntry({ kind: "host", secret: "s" });
     expect(isGood).toBe(false);
-    expect(text).toContain("Open the link again");
+    expect(said(text)).toContain("Open the link again");
   });
 });

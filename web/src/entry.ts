@@ -1,7 +1,7 @@
 /** Links that carry a secret: the host's, and invitations. */
 
 import { post, RequestError } from "./link/http";
-import { t } from "./words/words";
+import { ours, type Saying } from "./words/said";
 
 /** A secret that the page's address carried. */
 export interface Entry {
@@ -23,7 +23,7 @@ export function takeEntry(window: Pick<Window, "location" | "history">): Entry |
 /** What became of it, in a sentence: what one may do now, or why not and what to do. */
 export interface Entered {
   isGood: boolean;
-  text: string;
+  text: Saying;
 }
 
 /** Shows the secret to the server, once; its answer is a cookie that no script can read. */
@@ -32,13 +32,13 @@ export async function showEntry({ kind, secret }: Entry): Promise<Entered> {
   try {
     if (kind === "host") {
       await post("api/host", { secret }, { signal });
-      return { isGood: true, text: t("entry.host") };
+      return { isGood: true, text: ours("entry.host") };
     }
     const { purpose } = await post("api/enter", { token: secret }, { signal });
-    const text = purpose === "queue" ? t("entry.drive") : t("entry.watch");
+    const text = purpose === "queue" ? ours("entry.drive") : ours("entry.watch");
     return { isGood: true, text };
   } catch (error) {
     const isRefusal = error instanceof RequestError && error.isRefusal;
-    return { isGood: false, text: isRefusal ? error.message : t("entry.unreachable") };
+    return { isGood: false, text: isRefusal ? error.saying : ours("entry.unreachable") };
   }
 }

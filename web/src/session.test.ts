@@ -6,7 +6,7 @@ import { MAX_NAME_CHARS, type StateIn, type StateOut } from "./messages";
 import { startSession } from "./session";
 import { aboard, elsewhere, hello, room, served } from "./testing/messages";
 import { LateWords } from "./words/lateWords";
-import { says } from "./words/said";
+import { said, says } from "./words/said";
 
 const { FakePeer, peers } = vi.hoisted(() => {
   const made: InstanceType<typeof Fake>[] = [];
@@ -129,7 +129,7 @@ it("drives after a reconnect only when the new room says so", () => {
   vi.advanceTimersByTime(100);
   expect(turns()).toContain(7);
 
-  peer().events.lost("The connection was lost.", null);
+  peer().events.lost(says("The connection was lost."), null);
   vi.advanceTimersByTime(400);
   expect(peers).toHaveLength(2);
   open();
@@ -250,7 +250,7 @@ it("cuts a name where the server does", () => {
 it("keeps what the room said of oneself while the connection is lost", () => {
   open();
   receive(hello({ viewer: 1 }), room({ operator: 1 }));
-  peer().events.lost("The connection was lost.", null);
+  peer().events.lost(says("The connection was lost."), null);
   vi.advanceTimersByTime(0);
   expect(session.state.link.value.is).toBe("connecting");
   expect(session.state.me.value?.role).toBe("operator");
@@ -273,7 +273,7 @@ it("keeps what is served, for as long as the connection lasts that it was said o
   open();
   receive(hello(), served({ link_bps: 2_000_000 }));
   expect(session.state.served.value).toEqual(served({ link_bps: 2_000_000 }));
-  peer().events.lost("The connection was lost.", null);
+  peer().events.lost(says("The connection was lost."), null);
   vi.advanceTimersByTime(400);
   peer().events.answered();
   expect(session.state.served.value).toBeNull();
@@ -314,7 +314,7 @@ it("asks for the server's words once picture and sound are there, or are late", 
 it("says so when it is to acknowledge and this browser cannot", async () => {
   receive(hello({ acknowledge: true }));
   await vi.advanceTimersByTimeAsync(0);
-  expect(session.state.notice.value?.text).toContain("cannot say what it has received");
+  expect(said(session.state.notice.value?.text)).toContain("cannot say what it has received");
   expect(peers).toHaveLength(1);
 });
 
@@ -378,7 +378,7 @@ describe("a link with a secret", () => {
     peers.length = 0;
     session = startSession();
     await vi.advanceTimersByTimeAsync(10_000);
-    expect(session.state.entryProblem.value).toBe("This host link is used or over.");
+    expect(said(session.state.entryProblem.value)).toBe("This host link is used or over.");
     expect(peers.length).toBeGreaterThan(0);
   });
 });

@@ -49,7 +49,7 @@ import { Talk } from "./voice/talk";
 import { keepAwake, needsScreen } from "./wakeLock";
 import { listenLanguage } from "./words/language";
 import { LateWords } from "./words/lateWords";
-import { said } from "./words/said";
+import { ours, type Saying, says } from "./words/said";
 import { t } from "./words/words";
 
 const CLOCKS_EVERY_MS = 200;
@@ -135,7 +135,7 @@ export function startSession(): Session {
     }),
     send: (drive, urgent) => link.sendDrive(drive, urgent),
     operate: (operate, urgent) => link.sendDrive(operate, urgent),
-    refused: (why) => say(said(why) ?? t("controls.lost")),
+    refused: (why) => say(why ?? t("controls.lost")),
   });
   const letGo = () => controller.letGo();
   const stopControl = new StopControl({ state, link, client: () => identity.client, letGo, say });
@@ -164,8 +164,8 @@ export function startSession(): Session {
     sound.isDucked = false;
   }
 
-  function say(text: string): void {
-    state.notice.value = { text };
+  function say(what: string | Saying): void {
+    state.notice.value = { text: typeof what === "string" ? says(what) : what };
   }
 
   const cameras = new Cameras({
@@ -238,10 +238,10 @@ export function startSession(): Session {
         state.driveShare.value = message.share;
         break;
       case "heard":
-        talk.told(message.heard, said(message.reason));
+        talk.told(message.heard, message.reason ?? null);
         break;
       case "notice":
-        say(said(message.text));
+        say(message.text);
         break;
       case "ended":
         end(message);
@@ -287,7 +287,7 @@ export function startSession(): Session {
       });
     } catch {
       const retryAtMs = performance.now() + LOAD_AGAIN_MS;
-      state.link.value = { is: "waiting", retryAtMs, reason: t("link.not_loaded") };
+      state.link.value = { is: "waiting", retryAtMs, reason: ours("link.not_loaded") };
       setTimeout(() => link.connect(), LOAD_AGAIN_MS);
       return;
     }

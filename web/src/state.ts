@@ -25,6 +25,7 @@ import type { Proof } from "./proof";
 import type { Output } from "./sound/outputs";
 import type { SoundPlayerState } from "./sound/soundPlayback";
 import { SILENT, type Voice } from "./voice/talk";
+import type { Saying } from "./words/said";
 
 /** Measurements of the streams and the link, for people to read; null if unknown. */
 export interface Facts {
@@ -79,7 +80,7 @@ export interface State {
   /** What part of the commanded speed the server lets the robot go: 0 while it holds it. */
   driveShare: Signal<number>;
   /** The newest notice; always a new object, so that the same text shows again. */
-  notice: Signal<{ text: string } | null>;
+  notice: Signal<{ text: Saying } | null>;
   preferences: Signal<Preferences>;
   /** Whether the sound plays; never before the user has touched Start. */
   isSoundOn: Signal<boolean>;
@@ -121,7 +122,7 @@ export interface State {
   /** The newest invitation that the host has asked for. */
   invitation: Signal<InvitationLink | null>;
   /** Why the link that opened the page does not work; null if it does, or once it was read. */
-  entryProblem: Signal<string | null>;
+  entryProblem: Signal<Saying | null>;
   /** What the person aboard asks for, while it is new; always a new object. */
   request: Signal<{ asked: NonNullable<AboardInfo["asked"]> } | null>;
   /** The panel that is open; null for none. */

@@ -1,6 +1,7 @@
 import { signal } from "@preact/signals";
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { ServerClock } from "../clock";
+import { ours, says } from "../words/said";
 import { StopControl } from "./stopControl";
 
 let done: string[];
@@ -52,7 +53,7 @@ it.each([true, false])("stops by both ways before the task ends, channel open: %
 it("says the server's sentence when it refuses", async () => {
   respond = async () => new Response('{"error": "Only whoever drives."}', { status: 403 });
   stopControl.stop();
-  await vi.waitFor(() => expect(say).toHaveBeenCalledWith("Only whoever drives."));
+  await vi.waitFor(() => expect(say).toHaveBeenCalledWith(says("Only whoever drives.")));
 });
 
 it("says so when nobody answers, unless the stop is known to be latched", async () => {
@@ -102,10 +103,10 @@ it("says why it could not release", async () => {
   stopNumber.value = 7;
   respond = async () => new Response('{"error": "Only whoever drives."}', { status: 403 });
   stopControl.release();
-  await vi.waitFor(() => expect(say).toHaveBeenLastCalledWith("Only whoever drives."));
+  await vi.waitFor(() => expect(say).toHaveBeenLastCalledWith(says("Only whoever drives.")));
   respond = () => Promise.reject(new TypeError("Failed to fetch"));
   stopControl.release();
-  await vi.waitFor(() => expect(say).toHaveBeenLastCalledWith("The server cannot be reached."));
+  await vi.waitFor(() => expect(say).toHaveBeenLastCalledWith(ours("link.unreachable")));
 });
 
 it("shows nobody the words of a mistake in the page", async () => {

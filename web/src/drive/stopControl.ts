@@ -2,6 +2,7 @@ import { RequestError } from "../link/http";
 import type { Link } from "../link/link";
 import { postRelease, postStop } from "../link/stop";
 import type { State } from "../state";
+import type { Saying } from "../words/said";
 import { t } from "../words/words";
 
 export interface StopControlOptions {
@@ -11,7 +12,7 @@ export interface StopControlOptions {
   /** Releases everything at once. */
   letGo: () => void;
   /** Shows a sentence to the user. */
-  say: (sentence: string) => void;
+  say: (sentence: string | Saying) => void;
 }
 
 /** Stop for everybody, and its release. */
@@ -25,7 +26,7 @@ export class StopControl {
     const posted = postStop(client());
     letGo();
     posted.catch((error: unknown) => {
-      if (error instanceof RequestError && error.isRefusal) say(error.message);
+      if (error instanceof RequestError && error.isRefusal) say(error.saying);
       else if (state.stopNumber.peek() === null) say(t("stop.not_answered"));
     });
   }
@@ -43,7 +44,7 @@ export class StopControl {
     if (sentMs !== null && link.sendState({ type: "release", stop, sent_server_ms: sentMs, beat }))
       return;
     postRelease(client(), stop).catch((error: unknown) => {
-      if (error instanceof RequestError) say(error.message);
+      if (error instanceof RequestError) say(error.saying);
     });
   }
 }

@@ -4,6 +4,7 @@ import type { Seat, ViewerInfo } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
 import { elsewhere, hello, room, seat, told, viewer } from "../testing/messages";
+import { said as inWords, ours, says } from "../words/said";
 import { Elsewhere } from "./elsewhere";
 import type { WatchOptions } from "./watch";
 
@@ -85,7 +86,7 @@ beforeEach(() => {
     enterRoom: (now) => {
       state.room.value = now;
     },
-    say: (sentence) => said.push(sentence),
+    say: (what) => said.push(typeof what === "string" ? what : inWords(what)),
   });
 });
 
@@ -222,7 +223,7 @@ it("hears from the robot's server why it may not stay", async () => {
 
 it("lets go of a server that it asked in vain once a room plays again", async () => {
   play();
-  away.linkChanged({ is: "connecting", reason: "The server cannot be reached." });
+  away.linkChanged({ is: "connecting", reason: says("The server cannot be reached.") });
   await vi.advanceTimersByTimeAsync(0);
   expect(link.close).toHaveBeenCalledOnce();
   expect(state.link.value).toEqual({ is: "connected" });
@@ -234,10 +235,10 @@ describe("when no room plays", () => {
     events().plays(false);
     expect(state.link.value).toEqual({
       is: "connecting",
-      reason: "The picture stopped coming.",
+      reason: ours("link.stood"),
     });
     events().failed();
-    expect(state.link.value).toMatchObject({ is: "waiting", reason: "Watching is full." });
+    expect(state.link.value).toMatchObject({ is: "waiting", reason: ours("link.full") });
     vi.advanceTimersByTime(0);
     expect(link.connect).toHaveBeenCalledTimes(1);
     events().failed();
@@ -251,7 +252,7 @@ describe("when no room plays", () => {
     play();
     events().plays(false);
     events().failed();
-    const full = { is: "waiting", retryAtMs: 9, reason: "All 8 places are taken." } as const;
+    const full = { is: "waiting", retryAtMs: 9, reason: says("All 8 places are taken.") } as const;
     away.linkChanged(full);
     expect(state.link.value).toEqual(full);
     expect(link.close).not.toHaveBeenCalled();
@@ -270,7 +271,7 @@ describe("when no room plays", () => {
   it("shows the pages of others where there are no rooms", () => {
     away.sent(elsewhere({ rooms: [], links: ["https://watch.example.org"] }));
     expect(state.links.value).toEqual(["https://watch.example.org"]);
-    expect(state.link.value).toMatchObject({ is: "waiting", reason: "Watching is full." });
+    expect(state.link.value).toMatchObject({ is: "waiting", reason: ours("link.full") });
   });
 });
 

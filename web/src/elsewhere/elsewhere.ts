@@ -5,6 +5,7 @@ import type { Sent } from "../link/signalling";
 import type { Receivers } from "../measure/report";
 import type { RoomState, Told, ViewerInfo } from "../messages";
 import type { State } from "../state";
+import { ours, type Saying } from "../words/said";
 import { t } from "../words/words";
 import { InStep } from "./inStep";
 import { postLeave, postQueue, postSeat, type Wants } from "./queueing";
@@ -22,7 +23,7 @@ export interface ElsewhereOptions {
   show: (receivers: Receivers) => void;
   enterRoom: (room: RoomState) => void;
   /** Shows a sentence to the user. */
-  say: (sentence: string) => void;
+  say: (sentence: string | Saying) => void;
 }
 
 const LOOK_EVERY_MS = 50;
@@ -172,7 +173,7 @@ export class Elsewhere {
   ask(wants: Wants): boolean {
     if (this.#isServed) return false;
     void this.#post(wants).catch((error: unknown) => {
-      if (error instanceof RequestError) this.options.say(error.message);
+      if (error instanceof RequestError) this.options.say(error.saying);
     });
     return true;
   }
@@ -232,7 +233,7 @@ export class Elsewhere {
     }
     this.#roomLink = isPlaying
       ? { is: "connected" }
-      : { is: "connecting", reason: t("link.stood") };
+      : { is: "connecting", reason: ours("link.stood") };
     this.#tellLink();
   }
 
@@ -244,7 +245,7 @@ export class Elsewhere {
     }
     const pauseMs = RETRY_MS[this.#failures++] ?? LONGEST_RETRY_MS;
     const retryAtMs = performance.now() + pauseMs;
-    this.#roomLink = { is: "waiting", retryAtMs, reason: t("link.full") };
+    this.#roomLink = { is: "waiting", retryAtMs, reason: ours("link.full") };
     // Whoever comes for their turn is on the way already.
     if (!this.#isVisiting) this.#askIn(pauseMs);
     this.#tellLink();

@@ -80,7 +80,7 @@ it("says why what is seen is not the robot now", () => {
   const problem = () => getByRole(body, "status").textContent;
   expect(problem()).toBe("");
   act(() => {
-    session.state.link.value = { is: "waiting", retryAtMs: 0, reason: "gone" };
+    session.state.link.value = { is: "waiting", retryAtMs: 0, reason: says("gone") };
   });
   expect(problem()).toContain("tries again by itself");
   act(() => {

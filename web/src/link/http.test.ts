@@ -1,8 +1,8 @@
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { german } from "../words/de";
-import { says } from "../words/said";
+import { said, says } from "../words/said";
 import { ENGLISH, language } from "../words/words";
-import { ask } from "./http";
+import { ask, type RequestError } from "./http";
 
 const fetching = vi.fn();
 
@@ -24,6 +24,17 @@ it("says in the reader's language why the server refuses", async () => {
   refuses('{"error": "This invitation is over.", "sentence": {"code": "invitation.over"}}');
   language.value = german;
   await expect(ask("api/enter")).rejects.toThrow("Diese Einladung ist abgelaufen");
+});
+
+it("keeps the server's English for as long as the page has no words, and says it anew", async () => {
+  const english = "The only place is taken; try again later.";
+  const sentence = { code: "door.full", values: { n: 1 } };
+  refuses(JSON.stringify({ error: english, sentence }), 503);
+  const refusal = await ask("/api/offer").catch((error: RequestError) => error);
+  const { saying } = refusal as RequestError;
+  expect(saying).toEqual({ ...sentence, english });
+  language.value = german;
+  expect(said(saying)).toBe("Der einzige Platz ist besetzt; versuch es später noch einmal.");
 });
 
 it("says in plain words what comes so, as from a proxy, or at least the status", async () => {

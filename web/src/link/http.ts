@@ -1,20 +1,19 @@
 /** HTTP requests to the server; errors are sentences for people. */
 
-import type { Ended, Sentence } from "../messages";
-import { isSentence, said, says } from "../words/said";
-import { t } from "../words/words";
+import type { Ended } from "../messages";
+import { isSentence, ours, type Saying, said, says } from "../words/said";
 
 /** The server refused (`isRefusal`) or did not answer. */
 export class RequestError extends Error {
   constructor(
-    sentence: string,
+    readonly saying: Saying,
     readonly isRefusal: boolean,
     /** How long the server asks to wait before the next request; null if it does not. */
     readonly retryAfterMs: number | null = null,
     /** The page may not stay, and need not try again by itself. */
     readonly ended: Ended | null = null,
   ) {
-    super(sentence);
+    super(said(saying)); // for the console; a reader is told the saying
   }
 }
 
@@ -56,22 +55,23 @@ export async function ask(path: string, init: RequestInit = {}): Promise<Answer>
   try {
     response = await fetch(path, init);
   } catch {
-    throw new RequestError(t("link.unreachable"), false);
+    throw new RequestError(ours("link.unreachable"), false);
   }
   const body = await response.json().catch(() => null);
   if (response.ok && body !== null) return body;
-  const sentence = told(body) ?? says(t("link.answered", { status: String(response.status) }));
+  const sentence = told(body) ?? ours("link.answered", { status: String(response.status) });
   const ended = body?.ended === true ? endedFor(sentence, body.opens_wall_ms) : null;
-  throw new RequestError(said(sentence), true, retryAfterMs(response), ended);
+  throw new RequestError(sentence, true, retryAfterMs(response), ended);
 }
 
 /** Why it was refused; what stands between the server and this page may say it in plain words. */
-function told(body: { sentence?: unknown; error?: unknown } | null): Sentence | null {
-  if (isSentence(body?.sentence)) return body.sentence;
-  return typeof body?.error === "string" ? says(body.error) : null;
+function told(body: { sentence?: unknown; error?: unknown } | null): Saying | null {
+  const english = typeof body?.error === "string" ? body.error : null;
+  if (isSentence(body?.sentence)) return english ? { ...body.sentence, english } : body.sentence;
+  return english === null ? null : says(english);
 }
 
-function endedFor(text: Sentence, opens: unknown): Ended {
+function endedFor(text: Saying, opens: unknown): Ended {
   return { type: "ended", text, opens_wall_ms: typeof opens === "number" ? opens : null };
 }
 

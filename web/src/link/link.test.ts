@@ -1,7 +1,7 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Operated, StateOut } from "../messages";
 import { elsewhere, hello } from "../testing/messages";
-import { said, says } from "../words/said";
+import { type Saying, says } from "../words/said";
 import { Link, type LinkState } from "./link";
 import type { PeerEvents } from "./peer";
 import type { Sent } from "./signalling";
@@ -20,7 +20,7 @@ const { FakePeer, peers } = vi.hoisted(() => {
   class Fake {
     sent: DrivePing[] = [];
     isClosed = false;
-    trouble = "The server does not answer.";
+    trouble: Saying = { code: "link.no_answer" };
 
     constructor(readonly events: PeerEvents) {
       made.push(this);
@@ -161,12 +161,12 @@ function beginnings(seconds: number, fails: boolean): number[] {
   const found: number[] = [];
   const startMs = performance.now();
   let count = peers.length;
-  peer().events.lost("The connection was lost.", null);
+  peer().events.lost(says("The connection was lost."), null);
   while (performance.now() < startMs + seconds * 1000) {
     while (peers.length > count) {
       count++;
       found.push(performance.now() - startMs);
-      if (fails) peer().events.lost("The server cannot be reached.", null);
+      if (fails) peer().events.lost(says("The server cannot be reached."), null);
     }
     vi.advanceTimersByTime(10);
   }
@@ -196,7 +196,7 @@ describe("after the loss of a connection", () => {
   });
 
   it("one that has been answered may take four seconds to open", () => {
-    peer().events.lost("The connection was lost.", null);
+    peer().events.lost(says("The connection was lost."), null);
     vi.advanceTimersByTime(0);
     const count = peers.length;
     peer().events.reached();
@@ -208,18 +208,18 @@ describe("after the loss of a connection", () => {
   });
 
   it("says why it tries again, and from when on a pause is long", () => {
-    peer().events.lost("The server is full.", null);
+    peer().events.lost(says("The server is full."), null);
     vi.advanceTimersByTime(0);
-    expect(states.at(-1)).toEqual({ is: "connecting", reason: "The server is full." });
-    peer().events.lost("Too many.", 5000);
+    expect(states.at(-1)).toEqual({ is: "connecting", reason: says("The server is full.") });
+    peer().events.lost(says("Too many."), 5000);
     expect(states.at(-1)?.is).toBe("waiting");
   });
 
   it("waits for as long as the server asks, whatever else happens", () => {
-    peer().events.lost("", null);
+    peer().events.lost(says(""), null);
     vi.advanceTimersByTime(0);
     const count = peers.length;
-    peer().events.lost("Too many people.", 5000);
+    peer().events.lost(says("Too many people."), 5000);
     vi.advanceTimersByTime(4900);
     link.hurry();
     link.networkChanged();
@@ -230,7 +230,7 @@ describe("after the loss of a connection", () => {
 
   it("a slow link gets ten seconds for each attempt", () => {
     link.isThin = true;
-    peer().events.lost("", null);
+    peer().events.lost(says(""), null);
     vi.advanceTimersByTime(0);
     const count = peers.length;
     vi.advanceTimersByTime(9900);
@@ -260,7 +260,7 @@ it.each([
   vi.mocked(Math.random).mockReturnValue(random);
   const text = { code: "door.goodbye" };
   peer().events.received("state", JSON.stringify({ type: "goodbye", text }));
-  expect(states.at(-1)).toMatchObject({ reason: said(text) });
+  expect(states.at(-1)).toMatchObject({ reason: text });
   expect(peer().isClosed).toBe(true);
   vi.advanceTimersByTime(waitMs - 1);
   expect(peers).toHaveLength(1);
@@ -310,7 +310,7 @@ describe("a peer that has fallen silent", () => {
     good.events.reached();
     old.events.received("drive", JSON.stringify(["pong", 99, 0, 0, "x7-_2A"]));
     expect(peer()).toBe(good);
-    old.events.lost("The connection was lost.", null);
+    old.events.lost(says("The connection was lost."), null);
     expect(peer()).toBe(good);
     open();
     expect(states.at(-1)).toEqual({ is: "connected" });
@@ -318,7 +318,7 @@ describe("a peer that has fallen silent", () => {
 
   it("may break meanwhile, which ends no attempt", () => {
     const tried = peer();
-    old.events.lost("The connection was lost.", null);
+    old.events.lost(says("The connection was lost."), null);
     expect(peer()).toBe(tried);
     expect(tried.isClosed).toBe(false);
   });
@@ -531,8 +531,8 @@ it("is closed and tries no more where the server has no place but says who has",
 it("says how far the attempt came that it gives up", () => {
   peer().events.reached();
   peer().events.answered();
-  peer().trouble = "Nothing gets through.";
+  peer().trouble = says("Nothing gets through.");
   vi.advanceTimersByTime(10_000);
   expect(peers).toHaveLength(2);
-  expect(states.at(-1)).toEqual({ is: "connecting", reason: "Nothing gets through." });
+  expect(states.at(-1)).toEqual({ is: "connecting", reason: says("Nothing gets through.") });
 });

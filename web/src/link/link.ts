@@ -1,7 +1,6 @@
 import { ServerClock } from "../clock";
 import type { Channel, DriveIn, Ended, Operated, StateIn, StateOut } from "../messages";
-import { said } from "../words/said";
-import { t } from "../words/words";
+import { ours, type Saying } from "../words/said";
 import { Heartbeat } from "./heartbeat";
 import { Peer, type PeerEvents } from "./peer";
 import { attemptAfterMs, type LostLink, patienceMs } from "./reconnect";
@@ -11,14 +10,14 @@ import { Silence } from "./silence";
 
 /**
  * The state of the connection; `silent` means that nothing has arrived recently, `waiting` that the
- * next attempt begins later. Times are on the page's clock; reasons are sentences: why the attempt
+ * next attempt begins later. Times are on the page's clock; a reason is why the attempt
  * or connection before has ended, null if there was none.
  */
 export type LinkState =
-  | { is: "connecting"; reason: string | null }
+  | { is: "connecting"; reason: Saying | null }
   | { is: "connected" }
   | { is: "silent"; sinceMs: number }
-  | { is: "waiting"; retryAtMs: number; reason: string }
+  | { is: "waiting"; retryAtMs: number; reason: Saying }
   | { is: "closed" };
 
 /** The link's events. */
@@ -135,7 +134,7 @@ export class Link {
     setTimeout(
       () => {
         const isHeard = this.#silence.sinceMs > askedMs;
-        if (!isHeard && this.#peer && !this.#isRetrying) this.#lose(t("link.silent"));
+        if (!isHeard && this.#peer && !this.#isRetrying) this.#lose(ours("link.silent"));
       },
       DOUBT_MS + (this.clock.slowestMs ?? 0),
     );
@@ -168,7 +167,7 @@ export class Link {
   // --- attempts ------------------------------------------------------------------------------
 
   /** Begins an attempt in the place of the one before, which has not been answered. */
-  #begin(reason: string | null): void {
+  #begin(reason: Saying | null): void {
     clearTimeout(this.#trying);
     this.#next?.close();
     const events: PeerEvents = {
@@ -219,7 +218,7 @@ export class Link {
     clearTimeout(this.#trying);
     this.#trying = setTimeout(() => {
       const tried = this.#next ?? this.#peer;
-      this.#begin(tried?.trouble ?? t("link.no_answer"));
+      this.#begin(tried?.trouble ?? ours("link.no_answer"));
     }, ms);
   }
 
@@ -229,7 +228,7 @@ export class Link {
     this.close();
   }
 
-  #lostPeer(peer: Peer, reason: string, retryAfterMs: number | null): void {
+  #lostPeer(peer: Peer, reason: Saying, retryAfterMs: number | null): void {
     if (peer === this.#next) {
       this.#next = null;
       const askedMs = Math.min(retryAfterMs ?? 0, MAX_RETRY_AFTER_MS);
@@ -244,7 +243,7 @@ export class Link {
   }
 
   /** Begins to try others; a peer that may come back to life is kept. */
-  #lose(reason: string): void {
+  #lose(reason: Saying): void {
     const { rttMs } = this.clock;
     if (rttMs !== null) this.#lostLink = { roundTripMs: rttMs, isThin: this.isThin };
     if (now() - this.#connectedMs >= STEADY_MS) this.#attempts = 0;
@@ -252,7 +251,7 @@ export class Link {
   }
 
   /** Tries again when it is time; after `leastMs` at the earliest, whatever happens meanwhile. */
-  #retry(reason: string, leastMs: number): void {
+  #retry(reason: Saying, leastMs: number): void {
     clearTimeout(this.#trying);
     this.#isRetrying = true;
     this.#notBeforeMs = now() + leastMs;
@@ -273,7 +272,8 @@ export class Link {
   /** The network is back: what was sent into the dead one is given up, unless it has arrived. */
   #tryNow(): void {
     const isOld = now() - this.#begunMs >= FRESH_MS;
-    if (isOld && !this.#isReached && now() >= this.#notBeforeMs) this.#begin(t("link.no_answer"));
+    if (isOld && !this.#isReached && now() >= this.#notBeforeMs)
+      this.#begin(ours("link.no_answer"));
   }
 
   get #isGreeted(): boolean {
@@ -304,7 +304,7 @@ export class Link {
     // A modem stalls for a second now and then.
     const isUrgent = this.mayDrive && !this.isThin;
     if (this.#heartbeat.isSilent(now(), isUrgent) && !this.#isRetrying)
-      this.#lose(t("link.silent"));
+      this.#lose(ours("link.silent"));
     this.#ping();
     clearTimeout(this.#beating);
     // Over a slow link the set-points already show that this page is alive.
@@ -341,7 +341,7 @@ export class Link {
     } else if (message.type === "goodbye") {
       this.#forget();
       this.#attempts = 0;
-      this.#retry(said(message.text), GOODBYE_MS * (1 + Math.random()));
+      this.#retry(message.text, GOODBYE_MS * (1 + Math.random()));
     }
   }
 

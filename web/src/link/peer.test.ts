@@ -1,4 +1,5 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { ours, said, says } from "../words/said";
 import { Peer } from "./peer";
 
 const STUN = [{ urls: "stun:example.org" }];
@@ -118,7 +119,7 @@ it("sends no offer into a network that is dead, where it might arrive much later
   await first.connected;
   expect(offers).toBe(0);
   expect(first.reached).not.toHaveBeenCalled();
-  expect(first.lost).toHaveBeenCalledWith("The server cannot be reached.", null);
+  expect(first.lost).toHaveBeenCalledWith(ours("link.unreachable"), null);
 
   ice = async () => new Response(JSON.stringify({ iceServers: STUN }));
   const second = connect();
@@ -135,7 +136,8 @@ it("tells a refusal for good from one that may pass", async () => {
   const { connected, lost, refused } = connect();
   await connected;
   const ended = { type: "ended", text: sentence, opens_wall_ms: 5 };
-  expect(refused).toHaveBeenCalledWith(ended);
+  const text = { ...ended.text, english: "The robot is closed." };
+  expect(refused).toHaveBeenCalledWith({ ...ended, text });
   expect(lost).not.toHaveBeenCalled();
 });
 
@@ -144,7 +146,7 @@ it("passes on for how long the server asks to wait", async () => {
     new Response('{"error": "Too often."}', { status: 429, headers: { "Retry-After": "7" } });
   const { connected, lost } = connect();
   await connected;
-  expect(lost).toHaveBeenCalledWith("Too often.", 7000);
+  expect(lost).toHaveBeenCalledWith(says("Too often."), 7000);
 });
 
 it.each([
@@ -372,14 +374,14 @@ it.each([
   more = told;
   const { peer, connected, connection, lost } = connect();
   for (const channel of connection.channels.values()) channel.readyState = "connecting";
-  expect(peer.trouble).toBe("The server does not answer.");
+  expect(said(peer.trouble)).toBe("The server does not answer.");
   await connected;
   connection.iceConnectionState = state;
-  expect(peer.trouble).toContain(words);
+  expect(said(peer.trouble)).toContain(words);
 
   connection.connectionState = "failed";
   connection.dispatchEvent(new Event("connectionstatechange"));
-  expect(lost).toHaveBeenCalledWith(expect.stringContaining(words), null);
+  expect(lost).toHaveBeenCalledWith(peer.trouble, null);
 });
 
 it("blames no network where the connection has worked", async () => {
@@ -389,5 +391,5 @@ it("blames no network where the connection has worked", async () => {
   connection.iceConnectionState = "failed";
   connection.connectionState = "failed";
   connection.dispatchEvent(new Event("connectionstatechange"));
-  expect(lost).toHaveBeenCalledWith("The connection was lost.", null);
+  expect(lost).toHaveBeenCalledWith(ours("link.lost"), null);
 });

@@ -1,7 +1,7 @@
 import type { Channel, Ended } from "../messages";
 import { withVoice } from "../voice/answer";
 import { FORMS, type VoiceForm } from "../voice/form";
-import { t } from "../words/words";
+import { ours, type Saying, says } from "../words/said";
 import { RequestError } from "./http";
 import { askIce, gathered, offerOf, postOffer, type Sent } from "./signalling";
 import { withStereo } from "./stereo";
@@ -17,10 +17,8 @@ export interface PeerEvents {
   /** Both data channels are open. */
   opened(): void;
   received(channel: Channel, text: string): void;
-  /**
-   * `reason` is a sentence for people; the server may ask to wait for so long before the next peer.
-   */
-  lost(reason: string, retryAfterMs: number | null): void;
+  /** The server may ask to wait for so long before the next peer. */
+  lost(reason: Saying, retryAfterMs: number | null): void;
   /** The server does not let this page in. */
   refused(ended: Ended): void;
   /** The server has no place, but says who else has. */
@@ -80,7 +78,7 @@ export class Peer {
     }
     this.#on(pc, "connectionstatechange", () => {
       if (pc.connectionState === "failed" || pc.connectionState === "closed")
-        this.#lose(this.#hasOpened ? t("link.lost") : this.trouble);
+        this.#lose(this.#hasOpened ? ours("link.lost") : this.trouble);
     });
   }
 
@@ -122,19 +120,19 @@ export class Peer {
         this.events.refused(refusal.ended);
         return;
       }
-      const sentence = error instanceof Error ? error.message : t("link.lost");
-      this.#lose(sentence, refusal?.retryAfterMs ?? null);
+      const why = error instanceof Error ? says(error.message) : ours("link.lost");
+      this.#lose(refusal?.saying ?? why, refusal?.retryAfterMs ?? null);
     }
   }
 
   /** How far this peer has come, as a sentence: why it is given up. */
-  get trouble(): string {
-    if (this.#answer === null || this.#hasOpened) return t("link.no_answer");
+  get trouble(): Saying {
+    if (this.#answer === null || this.#hasOpened) return ours("link.no_answer");
     const { iceConnectionState } = this.#pc;
     const isThrough = iceConnectionState === "connected" || iceConnectionState === "completed";
-    if (isThrough) return t("link.no_dtls");
-    if (!this.#isForHost) return t("link.no_udp");
-    return t("link.no_udp_host", { port: portsOf(this.#answer) });
+    if (isThrough) return ours("link.no_dtls");
+    if (!this.#isForHost) return ours("link.no_udp");
+    return ours("link.no_udp_host", { port: portsOf(this.#answer) });
   }
 
   get #hasOpened(): boolean {
@@ -202,7 +200,7 @@ export class Peer {
       return true;
     } catch {
       // The buffer is full; without its state messages the connection is useless.
-      if (channel === "state") this.#lose(t("link.lost"));
+      if (channel === "state") this.#lose(ours("link.lost"));
       return false;
     }
   }
@@ -220,14 +218,14 @@ export class Peer {
     this.#on(channel, "message", (event) => {
       this.events.received(name, (event as MessageEvent<string>).data);
     });
-    this.#on(channel, "close", () => this.#lose(t("link.lost")));
+    this.#on(channel, "close", () => this.#lose(ours("link.lost")));
   }
 
   #on(target: EventTarget, type: string, listener: (event: Event) => void): void {
     target.addEventListener(type, listener, { signal: this.#aborting.signal });
   }
 
-  #lose(reason: string, retryAfterMs: number | null = null): void {
+  #lose(reason: Saying, retryAfterMs: number | null = null): void {
     if (this.#aborting.signal.aborted) return;
     this.close();
     this.events.lost(reason, retryAfterMs);

@@ -1,4 +1,5 @@
 import { afterEach, expect, it, vi } from "vitest";
+import { says } from "../words/said";
 import { RequestError } from "./http";
 import { askIce, offerOf, postOffer } from "./signalling";
 
@@ -33,7 +34,7 @@ it("packs the offer where the browser can, since an uplink may be a modem's", as
 it("passes on the server's sentence when the offer is refused", async () => {
   answer(503, '{"error": "All 100 places are taken; try again later."}');
   await expect(postOffer({}, signal)).rejects.toThrow(
-    new RequestError("All 100 places are taken; try again later.", true),
+    new RequestError(says("All 100 places are taken; try again later."), true),
   );
 });
 

@@ -1,7 +1,7 @@
 /** The HTTP requests before there is a connection. */
 
 import type { Elsewhere } from "../messages";
-import { t } from "../words/words";
+import { ours } from "../words/said";
 import { type Asked, ask, packed, RequestError, timed } from "./http";
 
 const GATHERING_MS = 2000;
@@ -56,7 +56,7 @@ export async function postOffer(
   const answer = await timed(ask("api/offer", { ...request, signal }));
   if (typeof answer.sdp === "string") return { sdp: answer.sdp, isForHost: answer.host === true };
   if (answer.type === "elsewhere") return answer as unknown as Sent;
-  throw new RequestError(t("link.no_description"), true);
+  throw new RequestError(ours("link.no_description"), true);
 }
 
 /** Waits until all candidates are known, but at most two seconds. */

@@ -1,4 +1,5 @@
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { says } from "../words/said";
 import { RequestError } from "./http";
 import { postRelease, postStop } from "./stop";
 
@@ -28,7 +29,7 @@ it("posts a stop in the same task, ahead of other requests and beyond the life o
 
 it("tells a refusal from silence", async () => {
   fetching.mockResolvedValue(new Response('{"error": "Only whoever drives."}', { status: 403 }));
-  await expect(postStop("c")).rejects.toEqual(new RequestError("Only whoever drives.", true));
+  await expect(postStop("c")).rejects.toEqual(new RequestError(says("Only whoever drives."), true));
   fetching.mockRejectedValue(new TypeError("Failed to fetch"));
   await expect(postStop("c")).rejects.toMatchObject({ isRefusal: false });
 });

@@ -1,3 +1,4 @@
+import { said } from "../words/said";
 import { t } from "../words/words";
 import { AboardBanner } from "./AboardBanner";
 import { useState } from "./context";
@@ -19,7 +20,7 @@ export function Banners() {
       )}
       {entryProblem.value && (
         <p class="banner is-problem">
-          <span>{entryProblem.value}</span>
+          <span>{said(entryProblem.value)}</span>
           <button type="button" onClick={dismiss}>
             {t("message.understood")}
           </button>

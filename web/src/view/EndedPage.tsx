@@ -15,7 +15,7 @@ export function EndedPage({ ended }: { ended: Ended }) {
       <div role="alert">
         <h1>{said(ended.text)}</h1>
       </div>
-      {entryProblem.value && <p>{entryProblem.value}</p>}
+      {entryProblem.value && <p>{said(entryProblem.value)}</p>}
       {opensMs !== null && <p>{t("link.opens", { when: whenWords(opensMs, Date.now()) })}</p>}
       <button type="button" class="ended-button" onClick={comeBack}>
         {t("link.come_back")}

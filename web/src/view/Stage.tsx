@@ -1,5 +1,6 @@
 import { useEffect, useRef } from "preact/hooks";
 import { tellsFrames } from "../measure/picture";
+import { said } from "../words/said";
 import { t } from "../words/words";
 import { CallCard } from "./CallCard";
 import { useActions, useSession, useState } from "./context";
@@ -104,7 +105,7 @@ function Door() {
   if (hello.value || reason === null) return null;
   return (
     <div class="picture-off">
-      <p>{reason}</p>
+      <p>{said(reason)}</p>
       <p class="quiet">{t("stage.tries_again")}</p>
     </div>
   );

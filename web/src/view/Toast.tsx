@@ -1,4 +1,5 @@
 import { useEffect } from "preact/hooks";
+import { said } from "../words/said";
 import { useState } from "./context";
 
 const SHOWN_MS = 6000;
@@ -16,7 +17,7 @@ export function Toast() {
   }, [shown, notice]);
   return (
     <div class="toasts" aria-live="polite">
-      {shown && <p class="toast">{shown.text}</p>}
+      {shown && <p class="toast">{said(shown.text)}</p>}
     </div>
   );
 }

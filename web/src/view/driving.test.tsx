@@ -5,6 +5,7 @@ import { describe, expect, it } from "vitest";
 import { type Direction, fingerHolder } from "../drive/inputState";
 import { listenKeyboard } from "../drive/keyboard";
 import { DEFAULT_KEYS } from "../drive/keyMap";
+import { says } from "../words/said";
 import {
   actions,
   body,
@@ -122,7 +123,7 @@ describe("driving", () => {
   it("ends with the connection", () => {
     show({ operator: 1 });
     act(() => {
-      state.link.value = { is: "waiting", retryAtMs: 3000, reason: "The server is gone." };
+      state.link.value = { is: "waiting", retryAtMs: 3000, reason: says("The server is gone.") };
     });
     expect(button("Forward").disabled).toBe(true);
     expect(queryByText(body, "You are driving")).toBeNull();

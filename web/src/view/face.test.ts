@@ -32,13 +32,16 @@ describe("a face for each state", () => {
   });
 
   it("after an attempt that failed: no promise of a picture", () => {
-    const link = { is: "connecting", reason: "No UDP." } as const;
+    const link = { is: "connecting", reason: says("No UDP.") } as const;
     const again = face(seen({ link, isConnected: false, hello: null, me: null }));
     expect(again).toMatchObject({ tone: "trouble", next: "" });
   });
 
   it("lost: how long the place is kept", () => {
-    const lost = { link: { is: "waiting", retryAtMs: 0, reason: "" }, isConnected: false } as const;
+    const lost = {
+      link: { is: "waiting", retryAtMs: 0, reason: says("") },
+      isConnected: false,
+    } as const;
     const words = face(seen(lost, { operator: 1, watching: [] }));
     expect(words).toMatchObject({ tone: "trouble", headline: "Connection lost" });
     expect(words.next).toContain("to keep your turn");

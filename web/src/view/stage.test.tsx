@@ -212,13 +212,13 @@ describe("a picture that is not live", () => {
     expect(getByText(body, "The picture is 1700 ms old.").getAttribute("aria-hidden")).toBe("true");
     expect(getByText(body, "The picture is not live.").closest("[aria-live=polite]")).toBeTruthy();
     act(() => {
-      state.link.value = { is: "waiting", retryAtMs: 3000, reason: "The server is gone." };
+      state.link.value = { is: "waiting", retryAtMs: 3000, reason: says("The server is gone.") };
     });
     expect(getByRole(body, "status").getAttribute("aria-live")).toBe("off");
     const told = getByText(body, "Reconnecting… The server is gone.");
     expect(told.getAttribute("aria-live")).toBe("polite");
     act(() => {
-      state.link.value = { is: "connecting", reason: "The server is gone." };
+      state.link.value = { is: "connecting", reason: says("The server is gone.") };
     });
     expect(getByRole(body, "status").getAttribute("aria-live")).toBe("off");
     expect(told.textContent).toBe("Reconnecting… The server is gone.");
@@ -342,7 +342,7 @@ it("names the pages of others while there is no place here", () => {
   const url = "https://watch.example.org/robot";
   act(() => {
     state.links.value = [url];
-    state.link.value = { is: "waiting", retryAtMs: 5000, reason: "Watching is full." };
+    state.link.value = { is: "waiting", retryAtMs: 5000, reason: says("Watching is full.") };
   });
   expect(getByRole(body, "link", { name: url }).getAttribute("href")).toBe(url);
   act(() => {
@@ -354,7 +354,7 @@ it("names the pages of others while there is no place here", () => {
 it("shows a notice for a few seconds", () => {
   vi.useFakeTimers();
   act(() => {
-    state.notice.value = { text: "There is no size 9x9." };
+    state.notice.value = { text: says("There is no size 9x9.") };
   });
   expect(getByText(body, "There is no size 9x9.")).toBeTruthy();
   act(() => {

@@ -166,7 +166,7 @@ describe("in another language", () => {
       }
       state.room.value = now && { ...now };
       state.served.value = served({ reason: says("1"), in_step: false });
-      state.entryProblem.value = "1";
+      state.entryProblem.value = says("1");
       state.preferences.value = { ...state.preferences.value, picture: false };
       state.panel.value = panel;
       await speak("pseudo");

@@ -158,7 +158,7 @@ describe("who may not stay, hear or drive", () => {
   it("reads what is wrong with the link that brought them, until they have read it", () => {
     show({ watching: [1] });
     act(() => {
-      state.entryProblem.value = "This invitation is used up; ask the host for a new one.";
+      state.entryProblem.value = says("This invitation is used up; ask the host for a new one.");
     });
     expect(getByText(body, /used up/)).toBeTruthy();
     act(() => button("OK").click());
@@ -167,7 +167,11 @@ describe("who may not stay, hear or drive", () => {
 
   it("reads why it takes a while before the first connection", () => {
     act(() => {
-      state.link.value = { is: "waiting", retryAtMs: 5000, reason: "All 100 places are taken." };
+      state.link.value = {
+        is: "waiting",
+        retryAtMs: 5000,
+        reason: says("All 100 places are taken."),
+      };
     });
     expect(getByText(body, "All 100 places are taken.")).toBeTruthy();
     expect(getByText(body, "This page tries again by itself.")).toBeTruthy();

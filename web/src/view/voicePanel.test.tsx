@@ -5,6 +5,7 @@ import { afterEach, describe, expect, it, vi } from "vitest";
 import { fingerHolder } from "../drive/inputState";
 import type { VoiceInfo } from "../messages";
 import { hello, room } from "../testing/messages";
+import { says } from "../words/said";
 import {
   actions,
   body,
@@ -80,7 +81,7 @@ describe("speaking to the people beside the robot", () => {
     act(() => {
       state.voice.value = {
         ...state.voice.value,
-        problem: "No microphone was found; plug one in.",
+        problem: says("No microphone was found; plug one in."),
       };
     });
     expect(getByText(body, "No microphone was found; plug one in.")).toBeTruthy();

@@ -26,7 +26,7 @@ it("says how the connection is, and when and why it is tried again", () => {
   expect(connectionWords(silent, 5700)).toBe("No answer for 1 s");
   expect(connectionWords(silent, 7999)).toBe("No answer for 2 s");
   expect(connectionWords({ is: "connecting", reason: null }, 0)).toBe("Connecting…");
-  const waiting = { is: "waiting", retryAtMs: 5000, reason: "The server is full." } as const;
+  const waiting = { is: "waiting", retryAtMs: 5000, reason: says("The server is full.") } as const;
   expect(connectionWords(waiting, 2001)).toBe("Reconnecting in 3 s: The server is full.");
   expect(connectionWords(waiting, 9000)).toBe("Reconnecting now: The server is full.");
 });

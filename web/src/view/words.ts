@@ -30,14 +30,14 @@ export function connectionWords(link: LinkState, nowMs: number): string {
     case "connecting":
       return link.reason === null
         ? t("link.connecting")
-        : t("link.reconnecting", { reason: link.reason });
+        : t("link.reconnecting", { reason: said(link.reason) });
     case "closed":
       return t("link.not_connected");
     case "waiting": {
       const seconds = Math.max(0, Math.ceil((link.retryAtMs - nowMs) / 1000));
       return seconds > 0
-        ? t("link.reconnecting_in", { seconds: String(seconds), reason: link.reason })
-        : t("link.reconnecting_now", { reason: link.reason });
+        ? t("link.reconnecting_in", { seconds: String(seconds), reason: said(link.reason) })
+        : t("link.reconnecting_now", { reason: said(link.reason) });
     }
   }
 }
@@ -47,7 +47,7 @@ export function toldWords(link: LinkState, saysPicture: boolean): string {
   // Beside a picture it says that already.
   if (link.is === "silent") return saysPicture ? "" : t("link.no_answer");
   const reason = link.is === "waiting" || link.is === "connecting" ? link.reason : null;
-  return reason === null ? "" : t("link.reconnecting", { reason });
+  return reason === null ? "" : t("link.reconnecting", { reason: said(reason) });
 }
 
 /** A rough waiting time: `about 40 s`, `about 2 min`. */
@@ -326,7 +326,7 @@ export function speakerWords(room: RoomState | null, me: number): string {
 
 /** Why one's own voice is not heard; null where nothing is known that keeps it from that. */
 export function voiceProblem(voice: Voice, room: RoomState | null): string | null {
-  if (voice.problem !== null) return voice.problem;
+  if (voice.problem !== null) return said(voice.problem);
   if (room?.voice?.problem) return said(room.voice.problem);
   return room?.voice?.muted ? t("voice.muted") : null;
 }

@@ -1,5 +1,5 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import { t } from "../words/words";
+import { ours, said, says } from "../words/said";
 import { FORMS, type Uplink } from "./form";
 import { type Microphone, MicrophoneError } from "./microphone";
 import { SILENT, Talk, type Voice } from "./talk";
@@ -142,7 +142,10 @@ describe("what goes wrong is a sentence", () => {
   it("a microphone that is refused", async () => {
     open.mockRejectedValueOnce(new MicrophoneError("The microphone is not allowed here."));
     await press();
-    expect(voice).toMatchObject({ isOn: false, problem: "The microphone is not allowed here." });
+    expect(voice).toMatchObject({
+      isOn: false,
+      problem: says("The microphone is not allowed here."),
+    });
     await press();
     expect(voice).toMatchObject({ isOn: true, problem: null });
   });
@@ -153,7 +156,7 @@ describe("what goes wrong is a sentence", () => {
     expect(sent()).toBeNull();
     expect(voice).toMatchObject({
       isOn: false,
-      problem: "The microphone has gone; plug it in again.",
+      problem: says("The microphone has gone; plug it in again."),
     });
     await press();
     expect(open).toHaveBeenCalledTimes(2);
@@ -164,7 +167,7 @@ describe("what goes wrong is a sentence", () => {
     uplink = { ...WIDE, linkBps: 50_000 };
     talk.look(1000);
     expect(sent()).toBeNull();
-    expect(voice).toMatchObject({ isOn: true, problem: t("voice.no_room") });
+    expect(voice).toMatchObject({ isOn: true, problem: ours("voice.no_room") });
     uplink = WIDE;
     talk.look(2000);
     expect(sent()).toBe(made[0]?.track);
@@ -175,9 +178,9 @@ describe("what goes wrong is a sentence", () => {
     await press();
     talk.told(true, null);
     expect(voice.isHeard).toBe(true);
-    talk.told(false, "Bob is speaking; wait until they have finished.");
+    talk.told(false, says("Bob is speaking; wait until they have finished."));
     expect(voice.isHeard).toBe(false);
-    expect(voice.problem).toMatch(/^Bob is speaking/);
+    expect(said(voice.problem)).toMatch(/^Bob is speaking/);
   });
 });
 
@@ -218,7 +221,7 @@ describe("the robot is not heard meanwhile", () => {
 
   it("but is where nothing of the voice is played", async () => {
     await press();
-    talk.told(false, "The host has muted all voices.");
+    talk.told(false, says("The host has muted all voices."));
     expect(duck).toHaveBeenLastCalledWith(false);
   });
 });

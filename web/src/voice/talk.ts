@@ -1,4 +1,4 @@
-import { t } from "../words/words";
+import { ours, type Saying, says } from "../words/said";
 import { FORMS, FormChooser, type Uplink, type VoiceForm } from "./form";
 import { Microphone } from "./microphone";
 
@@ -14,8 +14,8 @@ export interface Voice {
   level: number;
   /** The server says that it sounds at the robot. */
   isHeard: boolean;
-  /** Why nothing is heard, as a sentence. */
-  problem: string | null;
+  /** Why nothing is heard. */
+  problem: Saying | null;
 }
 
 export const SILENT: Voice = {
@@ -105,7 +105,7 @@ export class Talk {
   }
 
   /** The server's word on this voice. */
-  told(isHeard: boolean, reason: string | null): void {
+  told(isHeard: boolean, reason: Saying | null): void {
     this.#tell({ isHeard, ...(this.#voice.isOn ? { problem: reason } : {}) });
   }
 
@@ -149,7 +149,7 @@ export class Talk {
       this.#microphone = await open((sentence) => this.#gone(sentence));
     } catch (error) {
       this.#holders.clear();
-      this.#tell({ isKept: false, problem: error instanceof Error ? error.message : null });
+      this.#tell({ isKept: false, problem: error instanceof Error ? says(error.message) : null });
     }
     this.#opening = null;
     this.#tell({ isOpening: false });
@@ -164,7 +164,7 @@ export class Talk {
   #gone(sentence: string): void {
     this.letGo(true);
     this.#close();
-    this.#tell({ problem: sentence });
+    this.#tell({ problem: says(sentence) });
   }
 
   #close(): void {
@@ -185,7 +185,7 @@ export class Talk {
     if (isOn && this.#form) link.shape(this.#form);
     const hasRoom = this.#form !== null;
     if (isOn && !hasRoom) {
-      this.#tell({ problem: t("voice.no_room"), isHeard: false });
+      this.#tell({ problem: ours("voice.no_room"), isHeard: false });
       this.#isCramped = true;
     } else if (this.#isCramped) {
       this.#tell({ problem: null });

@@ -1,4 +1,6 @@
-import { afterEach, describe, expect, it } from "vitest";
+import { readdirSync, readFileSync } from "node:fs";
+import { join } from "node:path";
+import { afterEach, describe, expect, it, vi } from "vitest";
 import { german } from "./de";
 import { LANGUAGES } from "./language";
 import { makePseudo } from "./pseudo";
@@ -68,6 +70,36 @@ it("is not English copied", () => {
     "rate.mbit",
     "says",
   ]);
+});
+
+it("has no code that the page says later as its own", () => {
+  const folder = join(import.meta.dirname, "..");
+  const sources = readdirSync(folder, { recursive: true, encoding: "utf8" })
+    .filter((path) => /\.tsx?$/.test(path) && !path.includes(".test."))
+    .map((path) => readFileSync(join(folder, path), "utf8"));
+  const own = [...sources.join("\n").matchAll(/\bours\(\s*"([^"]+)"/g)].map(
+    ([, code = ""]) => code,
+  );
+  expect(own).toContain("link.lost");
+  expect(own.filter((code) => code in SAID_ENGLISH)).toEqual([]);
+});
+
+describe("before the server's words are loaded", () => {
+  it.each(OTHERS)("a full robot is told in $tag, or as the server did", async (spoken) => {
+    vi.resetModules(); // a page that has loaded nothing yet
+    const early = await import("./said");
+    const { language: speaks } = await import("./words");
+    const english = "The only place is taken; try again later.";
+    const full = { code: "door.full", values: { n: 1 }, english };
+    expect(early.said(full)).toBe(english);
+    expect(early.said({ code: "door.full", values: { n: 1 } })).toBe("…");
+    expect(early.said(early.says("Come back on Monday."))).toBe("Come back on Monday.");
+    expect(early.said(early.ours("link.lost"))).toBe("The connection was lost.");
+    speaks.value = spoken;
+    const own = spoken.said?.["door.full"] as { one: string };
+    expect(early.said(full)).toBe(own.one);
+    expect(early.said(early.ours("link.lost"))).toBe(spoken.messages["link.lost"]);
+  });
 });
 
 describe("a sentence of the server's", () => {

@@ -50,6 +50,11 @@ export function t(code: Code, values: Values = {}): string {
   return fill(messages[code] ?? english[code] ?? code, values, tag);
 }
 
+/** Whether this is one of the page's own codes, as far as its English is loaded. */
+export function isOurs(code: string): code is Code {
+  return Object.hasOwn(english, code);
+}
+
 /** A number in the language's digits, not grouped; with so many decimals, or as many as it has. */
 export function figure(value: number, decimals?: number): string {
   return value.toLocaleString(language.value.tag, {
