@@ -109,7 +109,7 @@ class Entry:
             return
         self._lacking.add(sentence.code)
         _LOG.warning(
-            "a browser was refused because it lacks our codec; [video] codec can be the other one",
+            "a browser was refused because it lacks our codec",
             said=str(sentence),
         )
 
