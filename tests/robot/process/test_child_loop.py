@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 SILENCE_S = 0.12
 LIMITS = Limits(0.6, 1.5, ttl_s=0.2)
+END_AT = 20
+"""At which look of the server's the pipe ends."""
 LOCAL = LocalSettings(source="robot", pause_s=0.5)
 
 
@@ -36,8 +38,12 @@ class Time:
     def __init__(self) -> None:
         self.time_s = 100.0
         self.step_s = 0.005
+        self.looks = 0
+        self.each_look: Callable[[], None] = lambda: None
 
     def now_s(self) -> float:
+        self.looks += 1
+        self.each_look()
         self.time_s += self.step_s
         return self.time_s
 
@@ -169,6 +175,60 @@ def test_without_a_person_aboard_the_end_of_the_pipe_is_the_end(time: Time, serv
     loop.run()
     assert "drive" in robot.told
     assert robot.told[-4:] == ["state", "state", "stop", "close"]
+
+
+class Spinning(Robot):
+    """Has something that moves."""
+
+    def control(self, name: str, value: ControlValue, turn: int) -> None:
+        self.told.append("drive" if value else "let go")
+
+
+def frozen(at_look: int) -> tuple[list[str], list[str]]:
+    """Drive, and freeze just before that look at the clock; return what was said before and after.
+
+    The server lives on, and what it says before, during and after the freeze is all fresh to it.
+    """
+    time, robot = Time(), Spinning()
+    time.step_s = 0.001
+    server = Server(time)
+    spin = ControlSettings(name="spin", kind="button", moves=True)
+    watchdog = DriverWatchdog(LIMITS, SILENCE_S, [spin])
+    loop = ChildLoop(robot, watchdog, time, reader=server.reader, writer=server.writer)
+    said_before: list[str] = []
+
+    def on_the_clock() -> None:
+        if time.looks == at_look:
+            time.time_s += 1.0
+            said_before.extend(robot.told)
+            if robot.looks < END_AT:
+                server.asks(0.3)
+
+    def each_look() -> None:
+        server.listens()
+        if robot.looks < END_AT:
+            server.asks(0.0 if robot.looks < 4 else 0.3)
+            server.sets("spin", on=robot.looks % 4 < 2)
+        elif robot.looks == END_AT:
+            server.dies()
+
+    time.each_look, robot.each_look = on_the_clock, each_look
+    loop.run()
+    server.end()
+    return said_before, robot.told[len(said_before) :]
+
+
+def test_wherever_it_was_frozen_it_stops_before_it_moves(server: Server) -> None:
+    """The last look at the clock comes right before the driver: there is no other in between."""
+    del server  # only its quiet alarm is needed
+    drove = 0
+    for at_look in range(1, 200):
+        before, after = frozen(at_look)
+        if "drive" in before and after:
+            drove += 1
+            assert "stop" in after
+            assert "drive" not in after
+    assert drove > 50
 
 
 class BrokenLamp(Robot):

@@ -171,14 +171,23 @@ def test_a_process_that_does_not_read_is_ended(robot: Driver, log: Log) -> None:
 
 
 def test_what_waited_in_the_pipe_moves_nothing(robot: Driver, log: Log) -> None:
-    """A process that was frozen itself finds a backlog, old and fresh: none of it moves."""
+    """A process that was frozen itself finds a backlog, old and fresh: none of it moves.
+
+    Its next call of the driver stops the robot. Only a call that the freeze has cut in two, after
+    the last look at the clock, comes before that.
+    """
     drive_off(robot, log)
     os.kill(log.pid(), signal.SIGSTOP)
     assert not drives(robot, log)
     going_s = time.monotonic()
     os.kill(log.pid(), signal.SIGCONT)
-    assert not drives(robot, log)
+    drives(robot, log)
     assert log.stopped_s(going_s) - going_s < 0.2
+    told = log.entries(going_s)
+    cut = 1 if told[0].is_motion else 0
+    assert told[cut].word == "stop"
+    assert not any(entry.is_motion for entry in told[cut:])
+    assert not drives(robot, log)
     drive_off(robot, log)
 
 

@@ -16,7 +16,7 @@ from wax.driver.interface import HasControls, RobotState
 from wax.errors import ProtocolError
 from wax.robot.hand.source import LOOK_S
 from wax.robot.process.child_start import READ_BYTES
-from wax.robot.process.driver_watchdog import Apply, SetAxis, SetControl
+from wax.robot.process.driver_watchdog import Apply, SetAxis, SetControl, Stop
 from wax.robot.process.pipe_messages import (
     Bye,
     LineBuffer,
@@ -212,18 +212,25 @@ class ChildLoop:
 
     def _call(self, *calls: Call) -> None:
         for call in calls:
+            now_s = self._clock.now_s()
+            # The last look before the driver: whoever was frozen since deciding must not act on it.
+            late = self._watchdog.watch(now_s) if _moves(call) else ()
+            if late:
+                self._call(*late)
+            if any(isinstance(one, Stop) for one in late):
+                return  # the stop let go of what was held, and its epoch asks for the rest anew
             try:
-                self._one(call)
+                self._one(call, now_s)
             except Exception:
                 if isinstance(call, SetControl) and not call.moves:
                     self._control_failed(call.name)
                 else:
                     self._failed()
 
-    def _one(self, call: Call) -> None:
+    def _one(self, call: Call, now_s: float) -> None:
         match call:
             case Apply():
-                self._due_s = self._clock.now_s() + BEAT_S
+                self._due_s = now_s + BEAT_S
                 self._driver.apply(call.twist, call.turn)
             case SetAxis():
                 self._driver.set_axis(call.name, call.position, call.turn)
@@ -243,9 +250,10 @@ class ChildLoop:
         if self._logged != NO_ANSWER:
             _LOG.exception("the robot's driver raised; the robot is stopped")
             self._logged = NO_ANSWER
-        for call in self._watchdog.failed(self._clock.now_s()):
+        now_s = self._clock.now_s()
+        for call in self._watchdog.failed(now_s):
             with contextlib.suppress(Exception):  # the failure is already recorded
-                self._one(call)
+                self._one(call, now_s)
 
     def _log(self) -> None:
         problem = self._watchdog.problem
@@ -278,6 +286,18 @@ class ChildLoop:
             epoch=self._state.epoch + self._watchdog.holds,
             aboard=None if self._passenger is None else self._passenger.watchdog.aboard,
         )
+
+
+def _moves(call: Call) -> bool:
+    match call:
+        case Apply():
+            return not call.twist.is_zero
+        case SetAxis():
+            return True
+        case SetControl():
+            return call.moves and not call.is_release
+        case _:
+            return False
 
 
 def _facts(state: RobotState) -> tuple[object, ...]:
