@@ -35,8 +35,21 @@ def test_the_newest_counts_until_it_is_too_old() -> None:
     setpoints.apply(AHEAD, 1, 10.0)
     assert setpoints.order(10.1) == (Order(AHEAD, 1), 10.2)
     assert setpoints.order(10.2) == (Order(STANDSTILL, 1), math.inf)
+
+
+@pytest.mark.parametrize("is_noticed", [True, False])
+def test_what_ran_out_goes_on_after_standstill_only(is_noticed: bool) -> None:
+    """Motion asked for too late, as by a process that was frozen meanwhile, moves nothing."""
+    setpoints = ready()
+    setpoints.apply(AHEAD, 1, 10.0)
+    if is_noticed:
+        setpoints.order(10.5)
     setpoints.apply(AHEAD, 1, 11.0)
-    assert wanted(setpoints, 11.1) == AHEAD
+    setpoints.apply(AHEAD, 1, 11.1)
+    assert wanted(setpoints, 11.1) == STANDSTILL
+    setpoints.apply(STANDSTILL, 1, 11.2)
+    setpoints.apply(AHEAD, 1, 11.3)
+    assert wanted(setpoints, 11.3) == AHEAD
 
 
 def test_the_past_turn_is_over() -> None:
@@ -149,7 +162,10 @@ class Histories(RuleBasedStateMachine):
 
     @rule(pause_s=st.sampled_from([0.01, 0.1, 0.3]))
     def wait(self, pause_s: float) -> None:
+        moved = not self.setpoints.order(self.now_s)[0].twist.is_zero
         self.now_s += pause_s
+        if moved and self.now_s - self.applied_s >= TTL_S:
+            self.neutral = False
 
     @invariant()
     def motion_has_every_right(self) -> None:
@@ -164,4 +180,6 @@ class Histories(RuleBasedStateMachine):
 
 TestHistories = Histories.TestCase
 TestHistories.settings = examples(150, stateful_step_count=30)
-TestHistories.__doc__ = "Motion is only ever of the newest turn, fresh, and after a neutral."
+TestHistories.__doc__ = (
+    "Motion is only ever of the newest turn, fresh, and after a neutral since it last ran out."
+)

@@ -26,7 +26,8 @@ class SetPoints:
     """Keeps the newest set-point, and forgets it when the robot must no longer follow it.
 
     - A set-point of a lower turn than one seen before is ignored; a stop never is.
-    - Without a new set-point for `ttl_s` the robot stops.
+    - Without a new set-point for `ttl_s` the robot stops, and motion waits for standstill again: a
+      process that was frozen that long may be about to ask for what was decided before.
     - Set-points from before or during a lost connection are forgotten. Once connected, the caller
       must ask for standstill before it may ask for motion: nothing moves until a new deliberate
       command.
@@ -55,6 +56,7 @@ class SetPoints:
 
     def apply(self, twist: Twist, turn: int, now_s: float) -> None:
         """Set the motion, clipped to the limits."""
+        self._look(now_s)
         if not self._admits(turn) or not self._connected:
             return
         wanted = within(twist, self._limits)
@@ -76,10 +78,14 @@ class SetPoints:
 
     def order(self, now_s: float) -> tuple[Order, float]:
         """Return the order for now, and when it will change without a call (infinite if never)."""
-        if now_s >= self._expires_s:
-            self._twist = STANDSTILL
+        self._look(now_s)
         expires_s = math.inf if self._twist.is_zero else self._expires_s
         return Order(self._twist, self._turn, tuple(self._axes.items())), expires_s
+
+    def _look(self, now_s: float) -> None:
+        """Stop, and wait for standstill, once motion has lasted too long."""
+        if not self._twist.is_zero and now_s >= self._expires_s:
+            self._twist, self._armed = STANDSTILL, False
 
     def _admits(self, turn: int) -> bool:
         if not self._fence.admits(turn):
