@@ -156,6 +156,7 @@ class Room:
         self._is_closing = False
         self._updates = RoomUpdates(clock.now_s())
         self._looked_s = 0.0
+        self._told_problem: Sentence | None = None
         self._checked_s = 0.0
 
     # --- admission -------------------------------------------------------------------------
@@ -394,8 +395,10 @@ class Room:
             self._checked_s = now_s
             self.check_all()
             self._tell_hosts()
-        if self._viewers.take_change() or now_s - self._looked_s >= _LOOK_S:
-            self._looked_s = now_s
+        problem = self._control.robot_state.said
+        is_news = self._viewers.take_change() or problem != self._told_problem
+        if is_news or now_s - self._looked_s >= _LOOK_S:
+            self._looked_s, self._told_problem = now_s, problem
             self._tell(now_s)
 
     def snapshot(self, now_s: float) -> messages.RoomState:
