@@ -17,6 +17,7 @@ class Line:
         self.looks = 0
         self.control = SenderSideControl(self._looked)
         self.now_s = 100.0
+        self.sent_bytes = 0
         self._free_s = 0.0
         self._told: list[tuple[float, Delivery]] = []
 
@@ -25,6 +26,7 @@ class Line:
 
     def packet(self, size: int, *, train: int | None = None) -> None:
         self.control.sent(size, self.now_s, is_media=True)
+        self.sent_bytes += size
         self._free_s = max(self._free_s, self.now_s) + size * 8 / self.rate_bps
         kind = "audio" if train is None else "video"
         delivery = Delivery(self.now_s, 7000 + self._free_s + 0.02, size, kind, train)  # type: ignore[arg-type]
@@ -116,8 +118,9 @@ def test_repeats_are_a_share_of_the_rate_and_have_a_deadline() -> None:
 def test_repeats_are_a_share_of_what_was_sent_first() -> None:
     """On a link with room, too, whoever asks for everything again is sent a quarter more."""
     line = Line(20e6)
-    line.run(3.0, 3000)
-    _repeated(line, 100)  # what may leave at once
+    line.run(3.0, 1000)
+    at_once = _repeated(line, 100)
+    assert at_once <= 0.25 * (line.sent_bytes + 100_000) + 2000, "nobody is owed a burst"
     assert 0.2 * 100_000 < _repeated(line, 100) <= 0.25 * 100_000 + 2000
     line.now_s += 10.0
     assert _repeated(line, 0) < 100_000, "ten seconds of silence earn nothing"

@@ -94,7 +94,7 @@ class SenderSideControl:
         self._retransmitted_bits = 0.0
         self._retransmitted_s: float | None = None
         self._earned_bits = 0.0
-        """For retransmissions, by what was sent since the last one."""
+        """For retransmissions, by what was sent first; not kept beyond a burst."""
         self._estimate: LinkEstimate | None = None
 
     @property
@@ -190,15 +190,17 @@ class SenderSideControl:
         allowed_bps = _RETRANSMISSION_SHARE * known.rate_bps
         gone_s = 0.0 if self._retransmitted_s is None else max(now_s - self._retransmitted_s, 0.0)
         self._retransmitted_s = now_s
-        paid_bits = min(gone_s * allowed_bps, self._earned_bits)
-        self._earned_bits = 0.0
-        self._retransmitted_bits = max(self._retransmitted_bits - paid_bits, 0.0)
-        if self._retransmitted_bits > _RETRANSMISSION_BURST_S * allowed_bps:
+        burst_bits = _RETRANSMISSION_BURST_S * allowed_bps
+        self._retransmitted_bits = max(self._retransmitted_bits - gone_s * allowed_bps, 0.0)
+        # Nobody is owed a burst: a link may be believed to carry a hundred times the picture.
+        self._earned_bits = min(self._earned_bits, burst_bits)
+        if self._retransmitted_bits > burst_bits or self._earned_bits < 0:
             return False
         if not self._budget.may_repeat(size_bytes, drives=self.full_feedback, now_s=now_s):
             return False
+        self._retransmitted_bits += 8 * size_bytes
         # What it earns itself, when it is counted as sent, is taken back.
-        self._retransmitted_bits += (1 + _RETRANSMISSION_SHARE) * 8 * size_bytes
+        self._earned_bits -= (1 + _RETRANSMISSION_SHARE) * 8 * size_bytes
         return True
 
     def _is_stuck(self, unreported_s: float | None) -> bool:
