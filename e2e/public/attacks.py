@@ -15,38 +15,78 @@ import sys
 import time
 from collections import Counter
 from contextlib import AsyncExitStack, suppress
+from dataclasses import dataclass
 from functools import partial
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from e2e.public import by_http, by_udp, wire
 from e2e.public.ground import Attack, Ground, together
-from e2e.public.intruder import Intruder
+from e2e.public.intruder import Intruder, NoPlaceError
 from e2e.public.strangers import OwnTime, address
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 _TAIL_S: Final = 1.0
 """For answers that are under way when an attack ends."""
+_FIRST: Final = 100
+"""Number of the first address of viewers."""
+
+
+@dataclass(frozen=True, slots=True)
+class Draw:
+    """One attack of a mix, by which of its viewers, and with which chance."""
+
+    name: str
+    lasts_s: float
+    viewers: tuple[int, ...]
+    chance: float
+    pause_s: float
+
+    def __str__(self) -> str:
+        return f"{self.name} {self.lasts_s:.3f} s by {self.viewers}, then {self.pause_s:.3f} s"
+
+
+def mixed(chance: random.Random) -> list[Iterator[Draw]]:
+    """Return what a mix does at once, one row of attacks beside the other, without end."""
+    several = [name for name in ATTACKS if name not in (MIX, "feedback-40")]
+
+    def row(own: random.Random) -> Iterator[Draw]:
+        while True:
+            yield Draw(
+                own.choice(several),
+                own.uniform(0.3, 3.0),
+                tuple(own.sample(range(ATTACKS[MIX].viewers), own.randint(1, 4))),
+                own.random(),
+                own.uniform(0.0, 0.5),
+            )
+
+    # Nobody else draws from them, so that a seed says all of it, however quickly it goes.
+    return [row(random.Random(chance.random())) for _ in range(3)]
 
 
 async def _mix(ground: Ground) -> None:
-    """Draw attacks, as many at once and as long as chance will have it."""
-    several = [name for name in ATTACKS if name not in ("mix", "feedback-40")]
+    """Attack as chance will have it."""
 
-    async def some(chance: random.Random) -> None:
+    async def some(row: Iterator[Draw], drawn: list[str]) -> None:
         while not ground.is_over:
-            name = chance.choice(several)
-            lasts_s = chance.uniform(0.3, 3.0)
-            some_of_them = chance.sample(list(ground.intruders), chance.randint(1, 4))
-            until_s = min(ground.until_s, time.monotonic() + lasts_s)
-            ground.account[name] += 1
+            draw = next(row)
+            drawn.append(str(draw))
+            ground.account[draw.name] += 1
+            some_of_them = [ground.intruders[number] for number in draw.viewers]
+            until_s = min(ground.until_s, time.monotonic() + draw.lasts_s)
+            own = Ground(ground.port, some_of_them, until_s, random.Random(draw.chance))
             with suppress(TimeoutError):
-                async with asyncio.timeout(lasts_s + _TAIL_S):
-                    await ATTACKS[name].work(Ground(ground.port, some_of_them, until_s, chance))
-            await asyncio.sleep(chance.uniform(0.0, 0.5))
+                async with asyncio.timeout(draw.lasts_s + _TAIL_S):
+                    await ATTACKS[draw.name].work(own)
+            await asyncio.sleep(draw.pause_s)
 
-    # Each has a chance of its own, so that a seed says all that is drawn.
-    await together(some(random.Random(ground.chance.random())) for _ in range(3))
+    rows = mixed(ground.chance)
+    ground.drawn = [[] for _ in rows]
+    await together(some(*one) for one in zip(rows, ground.drawn, strict=True))
 
 
+MIX: Final = "mix"
 _LOST: Final = "transport feedback about 65,535 lost packets, 28 in a datagram"
 
 ATTACKS: Final[dict[str, Attack]] = {
@@ -124,17 +164,28 @@ ATTACKS: Final[dict[str, Attack]] = {
         "200 offers a second from 50 addresses",
         partial(by_http.offers, rate_hz=200, sources=50, empty=False),
     ),
-    "mix": Attack("all of these, by chance", _mix, 8, True),
+    MIX: Attack("all of these, by chance", _mix, 8, True),
 }
+
+
+async def _let_in(port: int, one: Attack, leaving: AsyncExitStack) -> list[Intruder]:
+    """Let its viewers in, of as few addresses as may have so many."""
+    found: list[Intruder] = []
+    number = _FIRST
+    while len(found) < one.viewers:
+        intruder = Intruder(port, source=address(number), sees=one.sees)
+        try:
+            found.append(await leaving.enter_async_context(intruder))
+        except NoPlaceError:
+            number += 1
+    return found
 
 
 async def attack(port: int, name: str, seconds: float, seed: int) -> dict[str, Any]:
     """Let the viewers in, say that it begins, attack; return what it cost and what came of it."""
     one = ATTACKS[name]
     async with AsyncExitStack() as leaving:
-        intruders = [Intruder(port, source=address(100), sees=one.sees) for _ in range(one.viewers)]
-        for intruder in intruders:
-            await leaving.enter_async_context(intruder)
+        intruders = await _let_in(port, one, leaving)
         print(flush=True)
         own = OwnTime()
         before = sum((intruder.counts for intruder in intruders), Counter[str]())
@@ -147,6 +198,7 @@ async def attack(port: int, name: str, seconds: float, seed: int) -> dict[str, A
         return {
             "did": dict(ground.account),
             "lasted_s": ground.lasted_s,
+            "drawn": ground.drawn,
             "datagrams": dict(counts),
             "left": sum(intruder.is_connected for intruder in intruders),
             "cpu_share": own.share(),

@@ -27,6 +27,10 @@ _BEAT_S: Final = 1.0
 _REPORT_S: Final = 0.1
 
 
+class NoPlaceError(ConnectionError):
+    """An address has all the places that it may have; another has others."""
+
+
 @dataclass(frozen=True, slots=True)
 class Answer:
     """What a server said to a request; 0 where it closed the connection instead."""
@@ -40,6 +44,11 @@ class Answer:
         """The cookie that it gives, as it is shown again."""
         given = self.headers.get("set-cookie")
         return None if given is None else given.partition(";")[0]
+
+    @property
+    def is_full(self) -> bool:
+        """Whether its address has all the places that it may have."""
+        return self.status == 503 and b'"door.full_for_address"' in self.body
 
     def json(self) -> dict[str, Any]:
         found: dict[str, Any] = json.loads(self.body)
@@ -99,7 +108,8 @@ def _unchunked(data: bytes) -> bytes:
 class Intruder:
     """One viewer from `connect` to `close`; it has the channels of a page, and its cookie.
 
-    `counts` are datagrams and bytes of its socket: what was sent, and what came, media apart.
+    `counts` are datagrams and bytes of its socket: what was sent, and what came, media and what is
+    sent again of them (RFC 4588) apart.
     """
 
     def __init__(self, port: int, *, source: str = "127.0.0.1", sees: bool = False) -> None:
@@ -118,6 +128,7 @@ class Intruder:
         self.state = self._pc.createDataChannel("state")
         self.drive = self._pc.createDataChannel("drive", ordered=False, maxRetransmits=0)
         self._arrived: list[tuple[int, float]] = []
+        self._again: set[int] = set()
         self._tasks: list[asyncio.Task[None]] = []
         for kind in ("audio", "video"):
             self._pc.addTransceiver(kind, direction="recvonly")
@@ -135,8 +146,10 @@ class Intruder:
         await self.close()
 
     async def connect(self) -> None:
-        """Come in as a page does; raises `ConnectionError` where that is refused."""
+        """Come in as a page does; raises `NoPlaceError`, or `ConnectionError` if refused."""
         answer = await self.offer()
+        if answer.is_full:
+            raise NoPlaceError(self.source)
         if answer.status != 200:
             raise ConnectionError(f"refused: {answer.status} {answer.body[:200]!r}")
         await self._pc.setRemoteDescription(RTCSessionDescription(answer.json()["sdp"], "answer"))
@@ -155,10 +168,10 @@ class Intruder:
         self._tasks = [asyncio.create_task(work) for work in (self._beat(), self._report())]
 
     async def offer(self) -> Answer:
-        """Offer until it is let in: a page comes again too, where it is told to."""
+        """Offer until it is let in, as a page does, or its address has no more places."""
         for _ in range(_TRIES):
             answer = await self.knock()
-            if answer.status not in (429, 503):
+            if answer.status not in (429, 503) or answer.is_full:
                 break
             await asyncio.sleep(_AGAIN_S)
         return answer
@@ -173,6 +186,7 @@ class Intruder:
         """Return its offer as a browser writes it."""
         if self._pc.localDescription is None:
             await self._pc.setLocalDescription(await self._pc.createOffer())
+            self._again = wire.repeating(self._pc.localDescription.sdp)
         return wire.with_feedback(self._pc.localDescription.sdp)
 
     async def post(self, path: str, **body: Any) -> Answer:
@@ -253,6 +267,8 @@ class Intruder:
         def received(datagram: bytes, address: Any) -> None:
             numbers = wire.media_numbers(datagram)
             kind = "other" if numbers is None else "media"
+            if numbers is not None and datagram[1] & 0x7F in self._again:
+                kind = "again"
             self.counts[kind] += 1
             self.counts[f"{kind} bytes"] += len(datagram)
             if numbers is None:

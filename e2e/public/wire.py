@@ -132,6 +132,12 @@ def with_feedback(offer: str) -> str:
     return "\r\n".join(lines) + "\r\n"
 
 
+def repeating(offer: str) -> set[int]:
+    """Return the payload types of what is sent again (RFC 4588)."""
+    maps = (line[9:].split() for line in offer.splitlines() if line.startswith("a=rtpmap:"))
+    return {int(number) for number, codec in maps if codec.startswith("rtx/")}
+
+
 def http(
     method: str, path: str, *, body: bytes = b"", headers: Iterable[tuple[str, str]] = ()
 ) -> bytes:
