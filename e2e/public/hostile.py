@@ -353,20 +353,21 @@ async def hostile(
     """Measure one attack for `n` seconds and as many Stops; WAX_SEED repeats what chance drew."""
     seed = int(os.environ.get("WAX_SEED") or random.randrange(2**32))
     seen = await attacked(name, n, n, *tables, load=load, seed=seed)
-    found = rows(name, seen, key=key)
+    found = rows(name, seen, n, key=key)
     missed = [*found[0].detail["what_was_wrong"], *(row.key for row in found if not row.met)]
     verdict = f"*missed*: {', '.join(missed)}" if missed else "met"
     print(f"\n{key}-{line(name, seen)}; WAX_SEED={seed}: {verdict}", flush=True)
     return found
 
 
-def rows(name: str, seen: Seen, *, key: str = "hostile") -> list[Row]:
+def rows(name: str, seen: Seen, presses: int, *, key: str = "hostile") -> list[Row]:
     """Judge what was seen: what the operator has of it, with all that must not be, and Stop."""
     quiet, during = seen.quiet, seen.during
     quiet_p99 = of(quiet.round_trips_ms, "p99")
     if quiet_p99 is None:
         raise MeasureError(f"{name}: no ping was answered before the attack")
     wrong = {
+        "too few Stops before its end": sum(map(len, seen.stops_ms.values())) < presses,
         "the robot stopped": during.stands > 0,
         "fewer pictures": during.fps < FPS_SHARE * quiet.fps,
         "more memory": seen.peak_mib - seen.before_mib > MORE_MIB,
