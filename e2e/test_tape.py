@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import re
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
+import av
 import pytest
 
 from e2e.harness import toml
@@ -22,16 +25,19 @@ if TYPE_CHECKING:
     from e2e.conftest import OpenViewer, Serve
 
 FRAME_MS: Final = 40.0
-"""A picture stands for that long, and times in WebM are whole milliseconds."""
+"""A picture stands for that long where none is left out."""
+ROUNDED_MS: Final = 2.0
+"""A picture's stamp and its time in WebM are whole milliseconds."""
 RECORDING: Final = toml.card_with(recording="enabled = true\nmin_free_gb = 0.0\nnames = true")
 
-SEEK: Final = """async (ms) => {
-  const video = document.querySelector("video");
-  const shown = window.waxProbe.cards(1);
-  video.currentTime = ms / 1000;
-  const [card] = await shown;
-  return { ...card, at_ms: video.currentTime * 1000 };
+LOOK: Final = """() => {
+  const look = async () => {
+    [window.waxNewest] = await window.waxProbe.cards(1);
+    void look();
+  };
+  void look();
 }"""
+"""Keeps the newest picture: while it seeks, a slow browser may show earlier ones first."""
 
 
 PLACES: Final = """() => {
@@ -45,6 +51,17 @@ PLACES: Final = """() => {
     why: place(document.querySelector(".tape-why")),
   };
 }"""
+
+
+def times_ms(media: Path) -> list[float]:
+    """Return when the pictures of a part are due: a busy machine leaves some out."""
+    with av.open(str(media)) as file:
+        stream = file.streams.video[0]
+        return [
+            float(one.pts * one.time_base * 1000)
+            for one in file.demux(stream)
+            if one.pts is not None and one.time_base is not None
+        ]
 
 
 @pytest.mark.timeout(120)
@@ -71,6 +88,8 @@ async def test_what_was_driven_is_replayed(
         folder = server.state_folder / "tape"
     (part,) = Shelf(folder).parts()
     assert part.kept == "operator"
+    assert part.media is not None
+    pictures_ms = times_ms(part.media)
 
     context = await chromium.new_context()
     async with replayed(folder) as url:
@@ -86,11 +105,18 @@ async def test_what_was_driven_is_replayed(
             "fetch(`api/tape/${'" + part.name + "'}`).then((answer) => answer.json())"
         )
         assert content["problem"] is None
+        began_ms = content["began_wall_ms"]
+
+        async def shows(at_ms: float) -> bool:
+            card = await page.evaluate("window.waxNewest")
+            due_ms = max(one for one in pictures_ms if one <= at_ms - ROUNDED_MS)
+            stamped_ms = (card["stamp_ms"] - began_ms) % 2**40 if card else math.inf
+            return due_ms - ROUNDED_MS <= stamped_ms <= at_ms + ROUNDED_MS
+
+        await page.evaluate(LOOK)
         for ms in (400, 2100, 1300):
-            card = await page.evaluate(SEEK, ms)
-            assert card["valid"]
-            captured_ms = (content["began_wall_ms"] + card["at_ms"]) % 2**40
-            assert 0 <= captured_ms - card["stamp_ms"] + 5 <= FRAME_MS + 5
+            await page.evaluate(f"document.querySelector('video').currentTime = {ms / 1000}")
+            await eventually(partial(shows, ms), "the picture of that moment is shown")
 
         await page.get_by_role("button", name=re.compile("Stop pressed by Ada")).click()
         await page.get_by_text("Stopped by Ada").wait_for()
