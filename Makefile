@@ -64,7 +64,7 @@ gallery: ## photograph the page in every state, window and theme: make gallery A
 	@sh .make/install.sh test
 	@sh .make/suite.sh gallery $(ARGS)
 
-figures: ## render the tables of README.md from e2e/published
+figures: ## render the tables of README.md and e2e/published/README.md
 	@sh .make/install.sh test
 	@.venv/bin/python -m e2e.measure
 

@@ -1,1 +1,1 @@
-"""Runs measurements, keeps the results, publishes the figures, renders the README's tables."""
+"""Runs measurements, keeps the results, publishes the figures, renders the tables."""

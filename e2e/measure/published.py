@@ -1,4 +1,4 @@
-"""One small JSON file per suite, the source of the README's tables."""
+"""One small JSON file per suite, the source of the tables."""
 
 from __future__ import annotations
 

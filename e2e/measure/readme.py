@@ -1,4 +1,4 @@
-"""The README's tables, each between ``<!-- figures: SUITE -->`` and ``<!-- /figures -->``."""
+"""Tables in Markdown, each between ``<!-- figures: SUITE -->`` and ``<!-- /figures -->``."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ def measured(
 class Suite:
     """`measures` are globs of the product's files: the published rows are stale once they change.
 
-    `columns` are the values of a row that the README shows, in order. `derive` makes the published
+    `columns` are the values of a row that its table shows, in order. `derive` makes the published
     rows of all that the cases gave, for figures that compare cases or are medians over them.
     """
 

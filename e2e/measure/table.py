@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections import Counter
 from textwrap import fill
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from e2e.measure.published import Published
     from e2e.measure.row import Row
+
+_PEERS: Final = ("WAX", "stock aiortc", "LiveKit", "LiveKit, one layer")
+_CHANGED: Final = " The product has changed since."
 
 
 def to_table(rows: Sequence[Row]) -> str:
@@ -25,24 +28,39 @@ def to_table(rows: Sequence[Row]) -> str:
 
 
 def to_markdown(published: Published, *, is_stale: bool) -> str:
-    """Set the published rows as the README has them; what the goal is about is bold."""
-    head = ["measured", "n", *published.columns, "goal", ""]
+    """Set a suite's rows and their origin; what the goal is about is bold."""
+    return _table(published.rows, published.columns, _origin(published, is_stale=is_stale))
+
+
+def to_headline(found: Sequence[tuple[Published, Row]], *, is_stale: bool) -> str:
+    """Set a few rows of several suites in one table, each suite's origin named once."""
+    rows = [_beside_peers(row) for _, row in found]
+    suites = {published.suite: published for published, _ in found}.values()
+    origins = "; ".join(f"`{one.suite}`: {one.date}, commit {one.commit}" for one in suites)
+    return _table(rows, _PEERS, f"{origins}.{_CHANGED if is_stale else ''}")
+
+
+def _table(rows: Sequence[Row], columns: Sequence[str], origin: str) -> str:
+    head = ["measured", "n", *columns, "goal", ""]
     lines = [head, ["---"] * len(head)]
-    for row in published.rows:
-        values = [_cell(row, column) for column in published.columns]
-        words = verdict(row).replace("missed", "**missed**") + (", stale" if is_stale else "")
-        lines.append(
-            [
-                _what(row, published.columns),
-                f"{row.n}",
-                *values,
-                _goal(row),
-                words.removeprefix(", "),
-            ]
-        )
+    for row in rows:
+        values = [_cell(row, column) for column in columns]
+        words = verdict(row).replace("missed", "**missed**")
+        lines.append([_what(row, columns), f"{row.n}", *values, _goal(row), words])
     table = "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
-    origin = fill(_origin(published, is_stale=is_stale), 100, break_on_hyphens=False)
-    return f"{table}\n\n{origin}\n"
+    return f"{table}\n\n{fill(origin, 100, break_on_hyphens=False)}\n"
+
+
+def _beside_peers(row: Row) -> Row:
+    """Name the judged quantile in words and let its value stand in the column of WAX."""
+    if row.judged in _PEERS:
+        return row
+    update = {
+        "what": row.what if row.what.endswith(row.judged) else f"{row.what}, {row.judged}",
+        "values": {_PEERS[0]: row.values.get(row.judged)},
+        "judged": _PEERS[0],
+    }
+    return row.model_copy(update=update)
 
 
 def verdict(row: Row) -> str:
@@ -102,6 +120,4 @@ def _origin(published: Published, *, is_stale: bool) -> str:
     load = "" if published.load is None else f", load {published.load:g} before"
     what = f"{published.date}, commit {published.commit}, {published.machine}{load}."
     said = [what, *_served(published.rows), *published.notes]
-    if is_stale:
-        said.append(f"Stale: {published.source or 'the product has changed since'}.")
-    return " ".join(said)
+    return " ".join(said) + (_CHANGED if is_stale else "")

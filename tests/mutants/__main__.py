@@ -137,7 +137,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument(
         "--trust-kills", action="store_true", help="after tests were added: the survivors only"
     )
-    parser.add_argument("--publish", action="store_true", help="for the README's table")
+    parser.add_argument("--publish", action="store_true", help="for the published table")
     arguments = parser.parse_args()
     for name in arguments.only:
         if not any(name in one.file for one in TARGETS):

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import tomllib
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
-from tests.new_driver.walk_through import commands
 
 from wax import __main__
 from wax.new_driver.command import MAX_NAME, new_driver
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 def texts(folder: Path) -> dict[str, str]:
@@ -118,13 +120,3 @@ def test_the_command_says_how_to_go_on(
     said = capsys.readouterr().out
     for command in ("cd rover", "pip install -e", "pytest", "wax --config rover.toml"):
         assert f"\n  {command}" in said
-
-
-def test_the_readme_has_the_commands_of_the_walk_through() -> None:
-    """What somebody reads first is what is typed in the tests, command by command."""
-    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
-    blocks = (block.strip() for block in readme.split("```")[1::2])
-    shown = next(block for block in blocks if block.startswith("wax new-driver"))
-    lines = [line.partition("  #")[0].rstrip() for line in shown.splitlines()]
-    make_it, try_it, _ = commands()
-    assert lines == [*make_it, *try_it]
