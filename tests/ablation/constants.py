@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import importlib
 import pkgutil
-import re
 import sys
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -18,7 +17,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import ModuleType
 
-_WIDTH: Final = 100
 _PLAYOUT: Final = ("wax.sync.sound_delay", "wax.sync.hold_back", "wax.sync.audio_master")
 
 Number = int | float
@@ -64,21 +62,6 @@ class Constant:
         finally:
             for module in homes:
                 setattr(module, self.name, self.value)
-
-    def write_effect(self, effect: str) -> None:
-        """Replace in the module's source what its note says of half and double."""
-        module = sys.modules[self.module]
-        assert module.__file__ is not None
-        path = Path(module.__file__)
-        lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
-        (note,) = [note for node, note in _assigned(module) if node.id == self.name]
-        assert note is not None
-        rows = slice(note.lineno - 1, note.end_lineno)
-        if len(effect) + len('"""') > _WIDTH:
-            effect = effect.replace("; ", ";\n")
-        old = re.compile(r'Half: .*"""', re.DOTALL)
-        lines[rows] = [old.sub(lambda _: f'{effect}"""', "".join(lines[rows]))]
-        path.write_text("".join(lines), encoding="utf-8")
 
 
 def modules() -> list[str]:

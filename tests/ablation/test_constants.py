@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-from e2e.measure.published import load
 from tests.ablation.constants import Constant, constants
 from tests.ablation.sweep import BOUNDS, ELSEWHERE, FACTS, Result, effect, tuned
 
@@ -19,19 +18,8 @@ def _named(key: str) -> Constant:
 
 @pytest.mark.parametrize("constant", ALL, ids=lambda one: one.key)
 def test_each_constant_says_why(constant: Constant) -> None:
-    """Behind each number stand its reason and, where it is tuned, what half and double change."""
+    """Behind each number stands its reason."""
     assert constant.note
-    if constant.key not in FACTS | BOUNDS | ELSEWHERE:
-        assert "Half: " in constant.note
-        assert "double: " in constant.note
-
-
-def test_notes_say_what_was_published() -> None:
-    """What a note says of half and double is what the newest ablation found."""
-    published = {row.key: row.what.partition("; ")[2] for row in load("ablation").rows}
-    for constant in tuned():
-        _, _, said = (constant.note or "").partition("Half: ")
-        assert f"half: {said}" == f"{published[constant.key]}."
 
 
 def test_what_is_left_out_exists() -> None:

@@ -25,6 +25,11 @@ half a minute, without draining the queue.
 chooses the step of the rendition ladder; `sound_choice`, the sound's form and redundancy. `sync/`
 decides when it plays.
 
-Each constant names its source; "ours" did best on the lab's links. `make ablation` measures half
-and double of each: quoted is the measure that changes most, over all simulated links.
+Each constant names its source; "ours" did best on the lab's links. `make ablation` halves and
+doubles each in simulation: for 94 of the 175 neither matters to speak of. What matters most is how
+much of the rate a step may take (`allocator.FIT_SHARE`, `_KEEP_SHARE`), how far the rate falls and
+when it rises (`estimator._DECREASE_FACTOR`, `_MIN_RISE_FACTOR`, `_STARTUP_S`), how certain a
+train's dispersion must be (`dispersion._ERRORS`), how long a queue must stand
+(`standing_queue._MIN_SPAN_S`) and when a competing flow's queue counts as full
+(`sender_side._FULL_QUEUE_MS`).
 """

@@ -21,72 +21,55 @@ if TYPE_CHECKING:
     from wax.congestion.delivery import LinkEstimate
 
 FIT_SHARE: Final = 0.85
-"""Share of the rate that a chosen step may take; the rest is for keyframes and jitter. Ours.
-Half: lte-edge: use 95 % → 34 %; double: short-queue: picture 156 ms → 453 ms."""
+"""Share of the rate that a chosen step may take; the rest is for keyframes and jitter. Ours."""
 
 _KEEP_SHARE: Final = 0.95
-"""Share that a step may take and keep all its layers: hysteresis. Ours.
-Half: lte-edge: use 95 % → 40 %; double: cellular: use 43 % → 62 %."""
+"""Share that a step may take and keep all its layers: hysteresis. Ours."""
 
 _LAST_SHARE: Final = 1.1
-"""Share for the smallest step: the pacer then drops single pictures, upper layers first. Ours.
-Half: modem: use 87 % → 43 %; double: no change to speak of."""
+"""Share for the smallest step: the pacer then drops single pictures, upper layers first. Ours."""
 
 _STARTUP_S: Final = 3.0
-"""Every change is immediate for this time after the start. As long as the estimator's startup.
-Half: the same; double: cellular: sound 113 ms → 81 ms."""
+"""Every change is immediate for this time after the start. As long as the estimator's startup."""
 
 _BETWEEN_S: Final = 5.0
-"""Minimum time between steps: a keyframe costs as much as several pictures. Ours.
-Half: no change to speak of; double: outages: recovery 23.0 s → 14.9 s."""
+"""Minimum time between steps: a keyframe costs as much as several pictures. Ours."""
 
 _RISE_HOLD_S: Final = 1.0
-"""A better step must have fitted for this long. Ours.
-Half: no change to speak of; double: no change to speak of."""
+"""A better step must have fitted for this long. Ours."""
 
 _TRIAL_S: Final = 8.0
-"""A rise that is taken back within this time has failed. Ours.
-Half: the same; double: the same."""
+"""A rise that is taken back within this time has failed. Ours."""
 
 _FAILED_HOLD_S: Final = 5.0
-"""After a failed rise, the next step must have fitted for this long. Ours.
-Half: the same; double: the same."""
+"""After a failed rise, the next step must have fitted for this long. Ours."""
 
 _MAX_HOLD_S: Final = 60.0
-"""Maximum of that time, after many failures. Ours.
-Half: the same; double: the same."""
+"""Maximum of that time, after many failures. Ours."""
 
 _BACKOFF_FACTOR: Final = 2.0
-"""Each failure multiplies the wait by this: binary exponential backoff.
-Half: the same; double: the same."""
+"""Each failure multiplies the wait by this: binary exponential backoff."""
 
 _PROVEN_S: Final = 30.0
-"""A step kept for this long was right, and the wait is short again. Ours.
-Half: the same; double: the same."""
+"""A step kept for this long was right, and the wait is short again. Ours."""
 
 _FALL_HOLD_S: Final = 1.0
-"""A step with dropped layers is given up after this time. Ours.
-Half: route: recovery 0.0 s → 8.0 s; double: cellular: use 43 % → 34 %."""
+"""A step with dropped layers is given up after this time. Ours."""
 
 _LAYER_HOLD_S: Final = 1.0
-"""A layer returns after it has fitted for this long. Ours.
-Half: no change to speak of; double: no change to speak of."""
+"""A layer returns after it has fitted for this long. Ours."""
 
 _FULL_QUEUE_MS: Final = 100.0
-"""No keyframe is sent behind a longer queue: it would be old on arrival. Ours.
-Half: no change to speak of; double: cellular: use 43 % → 49 %."""
+"""No keyframe is sent behind a longer queue: it would be old on arrival. Ours."""
 
 _RETURN_S: Final = 5.0
-"""A picture that was given up returns after it has fitted for this long. Ours.
-Half: the same; double: the same."""
+"""A picture that was given up returns after it has fitted for this long. Ours."""
 
 _FIRST_PAUSE_S: Final = 5.0
-"""Or is tried after this time, because nothing else probes the link. Ours.
-Half: no change to speak of; double: no change to speak of."""
+"""Or is tried after this time, because nothing else probes the link. Ours."""
 
 _TRY_S: Final = 5.0
-"""Duration of such a try. Ours.
-Half: the same; double: the same."""
+"""Duration of such a try. Ours."""
 
 
 class Since:

@@ -13,49 +13,38 @@ from collections import deque
 from typing import Final, NamedTuple
 
 _MEMORY_S: Final = 10.0
-"""Older trains do not count. BBR's bandwidth filter is about as long (10 round trips).
-Half: no change to speak of; double: outages: use 35 % → 45 %."""
+"""Older trains do not count. BBR's bandwidth filter is about as long (10 round trips)."""
 
 _MAX_TRAINS: Final = 128
-"""Trains kept at most; at 30 pictures a second that is 4 s. Ours.
-Half: no change to speak of; double: the same."""
+"""Trains kept at most; at 30 pictures a second that is 4 s. Ours."""
 
 _ERRORS: Final = 2.0
-"""Standard errors of a safe bound: 95 % of a normal distribution lie within.
-Half: short-queue: use 98 % → 55 %; double: route: use 86 % → 34 %."""
+"""Standard errors of a safe bound: 95 % of a normal distribution lie within."""
 
 _STARTUP_ERRORS: Final = 0.7
-"""Standard errors at startup, when speed matters more than certainty. Ours.
-Half: cellular: sound 113 ms → 74 ms; double: cellular: sound 113 ms → 74 ms."""
+"""Standard errors at startup, when speed matters more than certainty. Ours."""
 
 _STARTUP_ERRORS_PER_TRAIN: Final = 0.1
-"""Each train of the startup adds this to them, up to `_ERRORS`. Ours.
-Half: wireless: concealed 0.7 % → 1.8 %; double: wifi-bad: concealed 0.0 % → 2.0 %."""
+"""Each train of the startup adds this to them, up to `_ERRORS`. Ours."""
 
 _LIKELY_ERRORS: Final = 1.5
-"""Standard errors above the mean to which the rate may be raised step by step. Ours.
-Half: outages: use 35 % → 44 %; double: outages: sound 41 ms → 51 ms."""
+"""Standard errors above the mean to which the rate may be raised step by step. Ours."""
 
 _LIKELY_MIN_TRAINS: Final = 16
-"""Minimum trains for a likely rate. Ours.
-Half: route: picture 138 ms → 273 ms; double: route: picture 138 ms → 273 ms."""
+"""Minimum trains for a likely rate. Ours."""
 
 _MAX_RATE_MIN_TRAINS: Final = 32
-"""Minimum trains for an upper limit, so that cross traffic in one does not set it. Ours.
-Half: no change to speak of; double: no change to speak of."""
+"""Minimum trains for an upper limit, so that cross traffic in one does not set it. Ours."""
 
 _PRIOR_TRAINS: Final = 3
-"""Weight, in trains, of the single packets' jitter as a prior of the trains' variance. Ours.
-Half: no change to speak of; double: cellular: use 43 % → 49 %."""
+"""Weight, in trains, of the single packets' jitter as a prior of the trains' variance. Ours."""
 
 _COMPRESSED_SHARE: Final = 0.9
 """A train that arrives in less than this share of its sending time was held and released at once
-(TCP: ACK compression); that is no dispersion. Ours.
-Half: no change to speak of; double: bursts: use 99 % → 64 %."""
+(TCP: ACK compression); that is no dispersion. Ours."""
 
 _COMPRESSED_NOISES: Final = 2.0
-"""Multiple of the delay noise by which it may be shorter still, because of jitter. Ours.
-Half: no change to speak of; double: no change to speak of."""
+"""Multiple of the delay noise by which it may be shorter still, because of jitter. Ours."""
 
 
 class TrainDispersion(NamedTuple):

@@ -25,111 +25,87 @@ if TYPE_CHECKING:
     from wax.congestion.delivery import Delivery, LinkState
 
 _MIN_RATE_BPS: Final = 8_000.0
-"""Lowest rate; the smallest form of the sound takes 13 kbit/s. Ours.
-Half: the same; double: the same."""
+"""Lowest rate; the smallest form of the sound takes 13 kbit/s. Ours."""
 
 _MAX_RATE_BPS: Final = 50_000_000.0
 """Highest rate, against invalid feedback."""
 
 _DECREASE_FACTOR: Final = 0.9
 """Share of a full link's measured rate that is used, so that the queue drains. GCC's beta is
-0.85 (5.5).
-Half: modem: picture 266 ms → 914 ms; double: cellular: use 43 % → 65 %."""
+0.85 (5.5)."""
 
 _MIN_RISE_FACTOR: Final = 1.03
-"""A probe must show at least this multiple of the rate to raise it: hysteresis. Ours.
-Half: wireless: use 69 % → 41 %; double: wireless: use 69 % → 36 %."""
+"""A probe must show at least this multiple of the rate to raise it: hysteresis. Ours."""
 
 _STARTUP_S: Final = 3.0
-"""Startup ends this long after the first feedback. Ours; BBR's ends when the rate stays level.
-Half: long-outage: recovery 8.0 s → 0.9 s; double: route: use 86 % → 28 %."""
+"""Startup ends this long after the first feedback. Ours; BBR's ends when the rate stays level."""
 
 _PROBE_PACKETS: Final = 4
-"""A probing picture has at least this many packets. libwebrtc's probe clusters have 5.
-Half: modem: use 87 % → 79 %; double: route: picture 138 ms → 273 ms."""
+"""A probing picture has at least this many packets. libwebrtc's probe clusters have 5."""
 
 _STARTUP_TRAINS: Final = 3
-"""Number of first trains that may lower the assumed rate. Ours.
-Half: the same; double: lte-edge: use 95 % → 87 %."""
+"""Number of first trains that may lower the assumed rate. Ours."""
 
 _STARTUP_SLOW_S: Final = 0.010
-"""One of them spread by this much shows a link slower than assumed. Ours.
-Half: short-queue: use 98 % → 47 %; double: the same."""
+"""One of them spread by this much shows a link slower than assumed. Ours."""
 
 _STARTUP_SLOW_NOISES: Final = 3.0
-"""And by this multiple of the delay noise (99.7 % of a normal distribution).
-Half: short-queue: use 98 % → 47 %; double: the same."""
+"""And by this multiple of the delay noise (99.7 % of a normal distribution)."""
 
 _INCREASE_PER_S: Final = 0.15
-"""Increase per second towards the likely rate. GCC's multiplicative increase: 8 % (5.5).
-Half: no change to speak of; double: no change to speak of."""
+"""Increase per second towards the likely rate. GCC's multiplicative increase: 8 % (5.5)."""
 
 _MAX_INCREASE_S: Final = 1.0
-"""One feedback packet counts for at most this long. As GCC (5.5).
-Half: the same; double: the same."""
+"""One feedback packet counts for at most this long. As GCC (5.5)."""
 
 _MAX_USE_FACTOR: Final = 4.0
 """Maximum multiple of the rate in use, because nothing has shown more. GCC: 1.5 times the received
-rate (5.5).
-Half: outages: use 35 % → 45 %; double: no change to speak of."""
+rate (5.5)."""
 
 _TRIAL_FACTOR: Final = 1.25
 """Multiple of the rate in use that is assumed for a picture that is tried. GCC: 1.5 times the
-received rate (5.5), which delays the sound more where the link carries nothing else.
-Half: no change to speak of; double: no change to speak of."""
+received rate (5.5), which delays the sound more where the link carries nothing else."""
 
 _REFUTED_SHARE: Final = 0.85
-"""If the trains bound the link below this share of the rate, the rate was wrong. Ours.
-Half: no change to speak of; double: cellular: use 43 % → 49 %."""
+"""If the trains bound the link below this share of the rate, the rate was wrong. Ours."""
 
 _HOLD_S: Final = 2.0
 """For this long after a fall only a train can raise the rate. Ours; GCC holds until the queue has
-drained (5.5).
-Half: no change to speak of; double: the same."""
+drained (5.5)."""
 
 _CEILING_FACTOR: Final = 1.05
 """Stepwise increase ends at this multiple of the rate that filled the link. Ours; GCC slows down
-near its average of such rates (5.5).
-Half: no change to speak of; double: the same."""
+near its average of such rates (5.5)."""
 
 _CEILING_MEMORY_S: Final = 20.0
-"""Time for which that ceiling holds. Ours.
-Half: the same; double: the same."""
+"""Time for which that ceiling holds. Ours."""
 
 _CARRIED_FROM_S: Final = 2.0
 """Without a standing queue, whatever left between this long ago and `_CARRIED_UNTIL_S` has come
-through, so the link carries it. Ours.
-Half: makes no sense; double: no change to speak of."""
+through, so the link carries it. Ours."""
 
 _CARRIED_UNTIL_S: Final = 1.0
-"""Later packets may still be in flight. Ours.
-Half: the same; double: makes no sense."""
+"""Later packets may still be in flight. Ours."""
 
 _PROBE_MAX_LOSS_SHARE: Final = 0.1
-"""With more loss, fast probes are rare: the link's queue may be too short for them. Ours.
-Half: the same; double: the same."""
+"""With more loss, fast probes are rare: the link's queue may be too short for them. Ours."""
 
 _LOW_LOSS_SHARE: Final = 0.02
-"""Less loss does not count as congestion. GCC: 2 % (6).
-Half: the same; double: the same."""
+"""Less loss does not count as congestion. GCC: 2 % (6)."""
 
 _JITTER_HINDSIGHT_S: Final = 1.0
 """When a queue is found, delays of the last second are no jitter. Ours: finding one takes two
-feedback packets.
-Half: the same; double: the same."""
+feedback packets."""
 
 _ROUTE_CHANGE_S: Final = 3.0
 """A standing delay that stays level for this long is a longer route. Ours; LEDBAT waits until its
-base delay expires, BBR drains the queue to check (ProbeRTT).
-Half: no change to speak of; double: route: recovery 0.0 s → 8.0 s."""
+base delay expires, BBR drains the queue to check (ProbeRTT)."""
 
 _RESTART_AFTER_S: Final = 3.0
-"""After this long without feedback the estimate starts over. Ours.
-Half: outages: picture 222 ms → 189 ms; double: long-outage: use 34 % → 43 %."""
+"""After this long without feedback the estimate starts over. Ours."""
 
 _JITTER_QUANTILE: Final = 0.99
-"""Share of the sound that must arrive in time. Ours; NetEq follows 95 to 97 %.
-Half: no change to speak of; double: no change to speak of."""
+"""Share of the sound that must arrive in time. Ours; NetEq follows 95 to 97 %."""
 
 _MAX_QUEUE_MS: Final = 10_000.0
 """A longer queue counts as this, against invalid feedback."""

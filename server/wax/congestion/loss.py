@@ -11,64 +11,50 @@ from collections import deque
 from typing import Final, NamedTuple
 
 _BUCKET_S: Final = 0.25
-"""Packets are counted in intervals of this length. Ours.
-Half: no change to speak of; double: no change to speak of."""
+"""Packets are counted in intervals of this length. Ours."""
 
 _MEMORY_S: Final = 10.0
-"""Loss is averaged over this time; RTCP reports cover about 5 s (RFC 3550, 6.2). Ours.
-Half: no change to speak of; double: outages: picture 222 ms → 182 ms."""
+"""Loss is averaged over this time; RTCP reports cover about 5 s (RFC 3550, 6.2). Ours."""
 
 _HIGH_LOSS_SHARE: Final = 0.12
-"""Loss beyond the usual that lowers the rate. GCC: 10 %.
-Half: the same; double: the same."""
+"""Loss beyond the usual that lowers the rate. GCC: 10 %."""
 
 _USUAL_FACTOR: Final = 2.0
-"""The usual loss times this, plus `_HIGH_LOSS_SHARE`, is high loss. Ours.
-Half: the same; double: the same."""
+"""The usual loss times this, plus `_HIGH_LOSS_SHARE`, is high loss. Ours."""
 
 _HIGH_LOSS_S: Final = 2.0
-"""High loss is judged over this time, and the rate stays for as long after a fall. Ours.
-Half: outages: picture 222 ms → 252 ms; double: no change to speak of."""
+"""High loss is judged over this time, and the rate stays for as long after a fall. Ours."""
 
 _SEVERE_LOSS_SHARE: Final = 0.4
-"""Loss that lowers the rate at once, however high the usual loss is. Ours.
-Half: the same; double: the same."""
+"""Loss that lowers the rate at once, however high the usual loss is. Ours."""
 
 _SEVERE_LOSS_S: Final = 1.0
-"""Severe loss is judged over this time. Ours.
-Half: no change to speak of; double: the same."""
+"""Severe loss is judged over this time. Ours."""
 
 _MIN_PACKETS: Final = 40
-"""Minimum packets to judge by: the standard error of 12 % of 40 is 5 %. Ours.
-Half: no change to speak of; double: outages: use 35 % → 49 %."""
+"""Minimum packets to judge by: the standard error of 12 % of 40 is 5 %. Ours."""
 
 _DECREASE_FACTOR: Final = 0.9
 """Share of the arriving rate that is used after a fall, so that the queue drains. GCC's beta is
-0.85.
-Half: the same; double: no change to speak of."""
+0.85."""
 
 _MAX_DECREASE_FACTOR: Final = 0.5
-"""A fall leaves at least this share of the rate, as GCC's 1 - 0.5 p does if everything is lost.
-Half: outages: picture 222 ms → 159 ms; double: outages: recovery 23.0 s → 0.0 s."""
+"""A fall leaves at least this share of the rate, as GCC's 1 - 0.5 p does if everything is lost."""
 
 _USUAL_GAIN: Final = _BUCKET_S / 20
-"""The usual loss is an average over about 20 s. Ours.
-Half: the same; double: the same."""
+"""The usual loss is an average over about 20 s. Ours."""
 
 _USUAL_MIN_BUCKETS: Final = 8
-"""The average starts as if this many buckets without loss came before. Ours.
-Half: the same; double: the same."""
+"""The average starts as if this many buckets without loss came before. Ours."""
 
 _BURSTS: Final = 200
 """Loss bursts kept at most. Bounds the memory."""
 
 _BURSTS_S: Final = 30.0
-"""How long they are kept. Ours.
-Half: the same; double: the same."""
+"""How long they are kept. Ours."""
 
 _BURST_QUANTILE: Final = 0.95
-"""Share of the bursts that redundancy must repair (RFC 2198). Ours.
-Half: the same; double: the same."""
+"""Share of the bursts that redundancy must repair (RFC 2198). Ours."""
 
 
 class _LossCounts(NamedTuple):

@@ -13,8 +13,7 @@ _MIN_RATE_BPS: Final = 1_000.0
 """Prevents division by zero; the estimator never goes below 8 kbit/s."""
 
 _MAX_DEBT_S: Final = 10.0
-"""Maximum debt: after that long, every packet has arrived or is lost.
-Half: the same; double: the same."""
+"""Maximum debt: after that long, every packet has arrived or is lost."""
 
 
 def gap_s(size_bytes: int, pace_bps: float) -> float:

@@ -11,16 +11,13 @@ HEADER_BYTES: Final = UDP_IP_BYTES + 32
 
 _MAX_SERIALIZATION_S: Final = 0.030
 """Longest serialization time of a packet, for which sound behind it waits. Ours, about one packet
-of sound.
-Half: wifi-bad: concealed 0.0 % → 2.0 %; double: cellular: use 43 % → 51 %."""
+of sound."""
 
 _MIN_PAYLOAD_BYTES: Final = 200
-"""A third of any smaller packet would be headers.
-Half: modem: use 87 % → 94 %; double: modem: use 87 % → 79 %."""
+"""A third of any smaller packet would be headers."""
 
 _MAX_PAYLOAD_BYTES: Final = 1180
-"""Fits any tunnel with all headers: IPv6 guarantees 1280 (RFC 8200, 5).
-Half: wifi-bad: concealed 0.0 % → 2.3 %; double: loss-only: use 85 % → 90 %."""
+"""Fits any tunnel with all headers: IPv6 guarantees 1280 (RFC 8200, 5)."""
 
 
 def payload_bytes(rate_bps: float) -> int:

@@ -18,8 +18,7 @@ _MAX_DISPERSION_S: Final = 30.0
 """A train with a longer dispersion is ignored as invalid."""
 
 _MIN_TRIMMED_PACKETS: Final = 3
-"""Minimum packets: without its longest gap, a shorter train has no gap left.
-Half: the same; double: no change to speak of."""
+"""Minimum packets: without its longest gap, a shorter train has no gap left."""
 
 
 class PacketTrain:

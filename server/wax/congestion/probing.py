@@ -10,50 +10,39 @@ from __future__ import annotations
 from typing import Final
 
 STARTING_RATE_BPS: Final = 300_000.0
-"""Assumed rate before any feedback. As libwebrtc.
-Half: lte-edge: use 95 % → 83 %; double: outages: picture 222 ms → 129 ms."""
+"""Assumed rate before any feedback. As libwebrtc."""
 
 ENOUGH_BPS: Final = 20_000_000.0
-"""Highest rate that is probed for: ten times the largest rendition's.
-Half: no change to speak of; double: no change to speak of."""
+"""Highest rate that is probed for: ten times the largest rendition's."""
 
 _STARTUP_GAIN: Final = 4.0
-"""Pacing gain of a probe at startup. libwebrtc: 3 and 6; BBR: 2.77.
-Half: wireless: use 69 % → 43 %; double: cellular: sound 113 ms → 74 ms."""
+"""Pacing gain of a probe at startup. libwebrtc: 3 and 6; BBR: 2.77."""
 
 _PROBE_GAIN: Final = 2.0
-"""Pacing gain of a probe afterwards. libwebrtc: 2; BBR: 1.25.
-Half: long-outage: use 34 % → 67 %; double: no change to speak of."""
+"""Pacing gain of a probe afterwards. libwebrtc: 2; BBR: 1.25."""
 
 _MIN_GAIN: Final = 1.15
-"""Lowest gain of a probe: jitter hides the result of a slower one. Ours.
-Half: no change to speak of; double: long-outage: use 34 % → 67 %."""
+"""Lowest gain of a probe: jitter hides the result of a slower one. Ours."""
 
 _MAX_QUEUE_S: Final = 0.050
 """The queue that a probe may build if the link carries no more. NADA's QTH (RFC 8698) is the same;
-a jitter buffer bridges it unheard.
-Half: route: picture 138 ms → 273 ms; double: no change to speak of."""
+a jitter buffer bridges it unheard."""
 
 _UNFELT_QUEUE_S: Final = 0.010
-"""The queue that every picture may build, because it disturbs nothing. NADA's QEPS is the same.
-Half: outages: picture 222 ms → 162 ms; double: no change to speak of."""
+"""The queue that every picture may build, because it disturbs nothing. NADA's QEPS is the same."""
 
 _CLIMB_S: Final = 1.0
-"""For this long after a rise, every picture is a probe. Ours.
-Half: no change to speak of; double: no change to speak of."""
+"""For this long after a rise, every picture is a probe. Ours."""
 
 _FIRST_PAUSE_S: Final = 1.0
-"""Pause between the first two fruitless probes. Ours.
-Half: short-queue: picture 156 ms → 215 ms; double: no change to speak of."""
+"""Pause between the first two fruitless probes. Ours."""
 
 _MAX_PAUSE_S: Final = 30.0
 """Longest pause between fruitless probes. libwebrtc probes every 5 s if the application limits the
-rate, BBR every 2 to 3 s; ours delay sound.
-Half: the same; double: the same."""
+rate, BBR every 2 to 3 s; ours delay sound."""
 
 _BACKOFF_FACTOR: Final = 2.0
-"""Each fruitless probe multiplies the pause by this: binary exponential backoff.
-Half: outages: use 35 % → 44 %; double: no change to speak of."""
+"""Each fruitless probe multiplies the pause by this: binary exponential backoff."""
 
 
 class Prober:

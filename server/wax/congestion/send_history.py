@@ -13,8 +13,7 @@ _KEPT_PACKETS: Final = 2048
 `between` and `queue_s` look back 2 s and one round trip."""
 
 _USED_S: Final = 1.0
-"""The rate in use is averaged over this time. GCC's T is 0.5 to 1 s.
-Half: no change to speak of; double: route: use 86 % → 34 %."""
+"""The rate in use is averaged over this time. GCC's T is 0.5 to 1 s."""
 
 
 class SendHistory:

@@ -20,46 +20,36 @@ if TYPE_CHECKING:
     from wax.congestion.delivery import Delivery, LinkEstimate, Train
 
 _UPDATE_S: Final = 0.1
-"""Interval of updates without feedback. Ours: about that of feedback.
-Half: the same; double: no change to speak of."""
+"""Interval of updates without feedback. Ours: about that of feedback."""
 
 _SETTLED_UPDATE_S: Final = 0.5
-"""Interval on a settled link, which is only sampled. Ours.
-Half: long-outage: recovery 8.0 s → 1.2 s; double: no change to speak of."""
+"""Interval on a settled link, which is only sampled. Ours."""
 
 _OTHER_S: Final = 2.0
-"""The rate of the data channels is averaged over this time. Ours.
-Half: lte-edge: picture 234 ms → 379 ms; double: the same."""
+"""The rate of the data channels is averaged over this time. Ours."""
 
 _RETRANSMISSION_SHARE: Final = 0.25
 """Share for retransmissions, of the rate and of what is sent first: a link that loses more needs a
-smaller picture, and whoever asks for everything again gets a quarter more. Ours.
-Half: loss-only: use 85 % → 91 %; double: loss-only: picture 598 ms → 750 ms."""
+smaller picture, and whoever asks for everything again gets a quarter more. Ours."""
 
 _RETRANSMISSION_BURST_S: Final = 0.25
-"""Burst of retransmissions, in seconds of that share. Ours.
-Half: no change to speak of; double: no change to speak of."""
+"""Burst of retransmissions, in seconds of that share. Ours."""
 
 _STALE_S: Final = 0.5
-"""A packet first sent this long ago, plus a round trip, is useless. Ours.
-Half: no change to speak of; double: no change to speak of."""
+"""A packet first sent this long ago, plus a round trip, is useless. Ours."""
 
 _FULL_QUEUE_MS: Final = 150.0
-"""Behind a longer queue nothing is retransmitted: it would only grow. Ours.
-Half: download: picture 1299 ms → 3016 ms; double: download: concealed 18.9 % → 18.4 %."""
+"""Behind a longer queue nothing is retransmitted: it would only grow. Ours."""
 
 _FEEDBACK_S: Final = 0.1
-"""Feedback comes within this and a round trip: Chromium sends it every 50 ms.
-Half: download: concealed 18.9 % → 16.6 %; double: modem: picture 266 ms → 306 ms."""
+"""Feedback comes within this and a round trip: Chromium sends it every 50 ms."""
 
 _PROBE_EVERY_S: Final = 0.3
 """Without feedback, one picture leaves in this interval, to test whether the link is open again.
-Ours.
-Half: modem: picture 266 ms → 306 ms; double: no change to speak of."""
+Ours."""
 
 _RETRY_S: Final = 0.02
-"""Longest wait before checking again. Ours: less than a picture's interval.
-Half: modem: picture 266 ms → 306 ms; double: no change to speak of."""
+"""Longest wait before checking again. Ours: less than a picture's interval."""
 
 
 class SenderSideControl:

@@ -13,28 +13,22 @@ if TYPE_CHECKING:
     from wax.congestion.allocation import SoundForm
 
 _PARTS: Final = 3
-"""Sound takes at most one part in this many; its smallest form is always sent. Ours.
-Half: outages: picture 222 ms → 179 ms; double: step-down: picture 154 ms → 295 ms."""
+"""Sound takes at most one part in this many; its smallest form is always sent. Ours."""
 
 _RISE_HOLD_S: Final = 5.0
-"""A better form must have fitted for this long. Ours.
-Half: no change to speak of; double: no change to speak of."""
+"""A better form must have fitted for this long. Ours."""
 
 _REDUNDANCY_LOSS_SHARE: Final = 0.005
-"""Redundancy (RFC 2198) starts at this loss: one packet in 200, 20 ms every 4 s, is audible. Ours.
-Half: the same; double: the same."""
+"""Redundancy (RFC 2198) starts here: one packet lost in 200, 20 ms every 4 s, is audible. Ours."""
 
 _REDUNDANCY_OVER_SHARE: Final = 0.0025
-"""And ends below this: hysteresis. Ours.
-Half: the same; double: no change to speak of."""
+"""And ends below this: hysteresis. Ours."""
 
 _MAX_REDUNDANCY: Final = 3
-"""Earlier units in a packet at most; waiting for them takes 60 ms. Ours.
-Half: outages: picture 222 ms → 182 ms; double: outages: picture 222 ms → 282 ms."""
+"""Earlier units in a packet at most; waiting for them takes 60 ms. Ours."""
 
 _REDUNDANCY_HOLD_S: Final = 10.0
-"""Redundancy falls after less has been enough for this long. As long as loss is averaged.
-Half: no change to speak of; double: the same."""
+"""Redundancy falls after less has been enough for this long. As long as loss is averaged."""
 
 
 @dataclass(frozen=True, slots=True)

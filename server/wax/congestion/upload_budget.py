@@ -13,16 +13,14 @@ if TYPE_CHECKING:
     from collections.abc import Hashable
 
 _MEDIA_SHARE: Final = 0.9
-"""Of the upload; the rest is for retransmissions, keyframes, and the page itself. Ours.
-Half: the same; double: the same."""
+"""Of the upload; the rest is for retransmissions, keyframes, and the page itself. Ours."""
 _REPEAT_SHARE: Final = 0.05
 """Of the upload, for retransmissions to all viewers together: half of that rest. Ours."""
 _REPEAT_BURST_S: Final = 1.0
 """A second's worth of it may leave at once. Ours."""
 _FILL_S: Final = 0.1
 """How long a level holds while nobody comes, goes, or begins to drive. Links are estimated as
-often. Ours.
-Half: the same; double: the same."""
+often. Ours."""
 
 
 @dataclass(slots=True)

@@ -22,17 +22,14 @@ if TYPE_CHECKING:
     from wax.sync.playout import PlayoutReport, StreamPlayout
 
 _AUTO_PREROLL_MS: Final = 40.0
-"""A browser's buffer settles at this on a good link.
-Half: the same; double: the same."""
+"""A browser's buffer settles at this on a good link."""
 
 _SPREAD_MS: Final = 20.0
 """How much single measurements differ: the screen shows a picture each 17 ms, and it is held back
-in steps of 10. The skew stays this far inside the tolerance.
-Half: no change to speak of; double: the same."""
+in steps of 10. The skew stays this far inside the tolerance."""
 
 _USUAL_ROUND_TRIP_S: Final = 0.1
-"""Taken for the round trip before one was measured. Ours.
-Half: no change to speak of; double: the same."""
+"""Taken for the round trip before one was measured. Ours."""
 
 
 class AudioMaster:

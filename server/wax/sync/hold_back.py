@@ -8,51 +8,40 @@ from math import sqrt
 from typing import Final
 
 STEP_MS: Final = 10.0
-"""What RTP's playout-delay can tell apart.
-Half: no change to speak of; double: no change to speak of."""
+"""What RTP's playout-delay can tell apart."""
 
 _REPORT_S: Final = 0.25
-"""How much time a report looks back on: the page sends one so often.
-Half: no change to speak of; double: no change to speak of."""
+"""How much time a report looks back on: the page sends one so often."""
 
 _NEXT_PICTURE_S: Final = 0.02
-"""A new hold-back has its effect from the next picture on: half of their distance.
-Half: no change to speak of; double: no change to speak of."""
+"""A new hold-back has its effect from the next picture on: half of their distance."""
 
 _SAMPLES: Final = 16
-"""So many reports count at most, 4 s of them. Ours.
-Half: no change to speak of; double: the same."""
+"""So many reports count at most, 4 s of them. Ours."""
 
 _SURE_MS: Final = 8.0
-"""A smaller error is what steps of 10 ms and the measurement leave. Ours.
-Half: no change to speak of; double: no change to speak of."""
+"""A smaller error is what steps of 10 ms and the measurement leave. Ours."""
 
 _UNSURE_MS: Final = 24.0
 """An error of so much is corrected after one report; it takes several to believe a smaller one.
-Ours.
-Half: no change to speak of; double: no change to speak of."""
+Ours."""
 
 _NOTICED_MS: Final = 125.0
 """Sound so late is noticed (ITU-R BT.1359): where even the longest hold-back would leave more, it
-buys nothing, and the picture is shown at once. Thesis 3.3: delivery before synchronisation.
-Half: the same; double: the same."""
+buys nothing, and the picture is shown at once. Thesis 3.3: delivery before synchronisation."""
 
 _MET_AGAIN_MS: Final = 105.0
-"""Below this it is held back again: hysteresis. Ours.
-Half: the same; double: the same."""
+"""Below this it is held back again: hysteresis. Ours."""
 
 _JUMP_MS: Final = 40.0
-"""A report that differs by more must be confirmed by the next. Ours.
-Half: no change to speak of; double: no change to speak of."""
+"""A report that differs by more must be confirmed by the next. Ours."""
 
 _STOOD_MS: Final = 1000.0
-"""A picture of which none younger was shown, and that is so old, stood: nothing came. Ours.
-Half: the same; double: the same."""
+"""A picture of which none younger was shown, and that is so old, stood: nothing came. Ours."""
 
 _AT_ONCE_S: Final = 6.0
 """Thereafter pictures are shown at once for so long: Chromium's clock for them (its extrapolation
-of time stamps, which an outage confuses) is right again after 150 pictures.
-Half: the same; double: the same."""
+of time stamps, which an outage confuses) is right again after 150 pictures."""
 
 _FARTHEST_MS: Final = 10_000.0
 """Nothing is farther from the sound; a bound against what cannot be."""

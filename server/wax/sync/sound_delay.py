@@ -12,69 +12,54 @@ from math import ceil, isfinite
 from typing import Final
 
 BOUND_MS: Final = 500.0
-"""No sound waits longer: the thesis's audio media unit.
-Half: the same; double: the same."""
+"""No sound waits longer: the thesis's audio media unit."""
 
 _STEP_MS: Final = 10.0
-"""Delays differ by so much at least; the video's playout-delay has the same steps.
-Half: no change to speak of; double: short-queue: picture 156 ms → 217 ms."""
+"""Delays differ by so much at least; the video's playout-delay has the same steps."""
 
 _LEAST_MS: Final = 20.0
-"""What a browser keeps anyway; to ask for no more is to ask for nothing.
-Half: no change to speak of; double: bursts: concealed 1.0 % → 3.0 %."""
+"""What a browser keeps anyway; to ask for no more is to ask for nothing."""
 
 _WINDOW_S: Final = 2.0
-"""Over which concealment is summed. Ours.
-Half: loss-only: concealed 6.1 % → 11.5 %; double: no change to speak of."""
+"""Over which concealment is summed. Ours."""
 
 _BRIDGED_MS: Final = 60.0
 """What a decoder conceals so that it is hardly heard: it goes on with the wave (NetEq: 100 ms, then
-it fades). More than this within the window is a break, and packets that come this much late are.
-Half: no change to speak of; double: outages: concealed 9.9 % → 10.8 %."""
+it fades). More than this within the window is a break, and packets that come this much late are."""
 
 _USELESS_MS: Final = 100.0
-"""More than this at the longest delay: waiting is of no use. Ours.
-Half: the same; double: the same."""
+"""More than this at the longest delay: waiting is of no use. Ours."""
 
 _GRACE_S: Final = 1.0
 """So long after the sound began, or its form changed, what is concealed says nothing of the link.
-Ours.
-Half: loss-only: concealed 6.1 % → 2.1 %; double: no change to speak of."""
+Ours."""
 
 _NEW_SHARE: Final = 0.25
-"""Of a measurement of the device in the mean. Ours.
-Half: the same; double: the same."""
+"""Of a measurement of the device in the mean. Ours."""
 
 _RISE_MS: Final = (20.0, 120.0)
-"""A break makes the delay so much longer, at least and at most. Ours.
-Half: loss-only: concealed 6.1 % → 9.7 %; double: outages: picture 222 ms → 292 ms."""
+"""A break makes the delay so much longer, at least and at most. Ours."""
 
 _STRETCH_MS_PER_S: Final = 75.0
-"""So fast browsers stretch the sound, as measured in Chromium.
-Half: the same; double: the same."""
+"""So fast browsers stretch the sound, as measured in Chromium."""
 
 _SHOWN_S: Final = 0.5
 """A rise has its effect once the sound is stretched and the page has reported it. Ours: two
-reports.
-Half: the same; double: the same."""
+reports."""
 
 _PATIENCE_S: Final = (7.0, 600.0)
 """Without a break for so long the delay becomes shorter; after one that this caused, for four times
-as long, up to the second. Ours.
-Half: no change to speak of; double: no change to speak of."""
+as long, up to the second. Ours."""
 
 _TRIAL_S: Final = 3.0
 """A break so soon after a fall was caused by it; a later one is the link's next stall. It never
-falls below what packets needed in as much time. Ours.
-Half: no change to speak of; double: the same."""
+falls below what packets needed in as much time. Ours."""
 
 _FALL_EVERY_S: Final = 1.0
-"""Then it falls once in so long. Ours.
-Half: no change to speak of; double: no change to speak of."""
+"""Then it falls once in so long. Ours."""
 
 _FALL_SHARE: Final = 0.3
-"""By so much of what the packets do not need, until a fall causes a break; then by a step. Ours.
-Half: no change to speak of; double: no change to speak of."""
+"""By so much of what the packets do not need, until a fall causes a break; then by a step. Ours."""
 
 
 class SoundDelay:
