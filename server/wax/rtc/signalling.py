@@ -74,9 +74,10 @@ def lacking(offer: str, codecs: Codecs) -> Sentence | None:
 
     Only the driving view counts: a further camera may have no room.
     """
-    for kind, codec in (("video", codecs.video), ("audio", codecs.audio)):
-        if not _has(_sections(offer, kind)[0], codec):
-            return Sentence(f"request.no_{kind}_codec", {"codec": codec.upper()})
+    if not _has(_sections(offer, "video")[0], codecs.video):
+        return Sentence("request.no_video_codec", {"codec": codecs.video.upper()})
+    if not _has(_sections(offer, "audio")[0], codecs.audio):
+        return Sentence("request.no_audio_codec", {"codec": codecs.audio.upper()})
     return None
 
 
