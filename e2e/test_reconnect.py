@@ -15,7 +15,7 @@ from e2e.harness.robot import moves, stands_still, turn_by_key
 from e2e.harness.video_probe import assert_live
 from e2e.harness.wait import eventually
 from wax.clock import SystemClock
-from wax.proof.remote import RemoteOperator
+from wax.commands.proof.remote import RemoteOperator
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator

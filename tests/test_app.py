@@ -20,8 +20,8 @@ from wax.driver.interface import RobotState
 from wax.errors import StartError
 from wax.robot.simulated.robot import SimulatedRobot
 from wax.session.status import Status
-from wax.tape.mended import facts_of
 from wax.tape.reading import read_events
+from wax.tape.repaired import facts_of
 from wax.tape.shelf import Shelf
 from wax.web import routes
 

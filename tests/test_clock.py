@@ -15,7 +15,7 @@ import wax.clock
 from wax.clock import SystemClock
 from wax.control.reasons import Hold
 from wax.driver.interface import STANDSTILL, Limits
-from wax.robot.process.driver_watchdog import SILENT, Apply, DriverWatchdog, Stop
+from wax.robot.process.driver_watchdog import SILENT, Apply, DriverWatchdog, StopDriver
 from wax.robot.process.pipe_messages import Move
 
 if TYPE_CHECKING:
@@ -159,7 +159,7 @@ def test_after_a_sleep_the_drivers_process_stops_the_robot(slept_s: float) -> No
         assert say(2, AHEAD.linear_mps) == Apply(AHEAD, 1)
         machine.sleep(slept_s)
         machine.awake_s += BEAT_S
-        assert warden.beat(clock.now_s()) == (Stop(1), Apply(STANDSTILL, 1))
+        assert warden.beat(clock.now_s()) == (StopDriver(1), Apply(STANDSTILL, 1))
         assert warden.problem == SILENT
         machine.awake_s += BEAT_S
         assert say(3, AHEAD.linear_mps) == Apply(STANDSTILL, 1)

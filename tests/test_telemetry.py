@@ -13,7 +13,7 @@ import structlog
 from structlog.testing import capture_logs
 
 from wax.config.settings import LogSettings
-from wax.telemetry import Counters, Rates, configure_logs, quiet_logs
+from wax.telemetry import Counters, CountRates, configure_logs, quiet_logs
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -112,7 +112,7 @@ def test_counters_add_up() -> None:
 
 def test_rates_need_two_samples() -> None:
     """A rate is the growth between two samples by the time between them."""
-    rates = Rates()
+    rates = CountRates()
     rates.sample({"frames": 10}, 1.0)
     assert rates.hz("frames") == 0.0
     rates.sample({"frames": 70}, 3.0)

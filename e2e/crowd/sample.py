@@ -7,7 +7,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
 
-from wax.client.media import Answers, StreamCounts
+from wax.client.media import RtcpAnswers, StreamCounts
 
 How = Literal["wax", "stock", "janus"]
 
@@ -36,7 +36,7 @@ class ViewerCounts(BaseModel):
 
     video: StreamCounts
     audio: StreamCounts
-    answers: Answers
+    answers: RtcpAnswers
 
 
 class Sample(BaseModel):
@@ -54,5 +54,5 @@ class Sample(BaseModel):
         return ViewerCounts(
             video=sum((one.video for one in self.viewers), StreamCounts()),
             audio=sum((one.audio for one in self.viewers), StreamCounts()),
-            answers=sum((one.answers for one in self.viewers), Answers()),
+            answers=sum((one.answers for one in self.viewers), RtcpAnswers()),
         )

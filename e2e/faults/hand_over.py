@@ -19,7 +19,7 @@ from e2e.faults.operator import RawOperator
 from e2e.faults.stage import staged
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import counted, timed
-from wax.proof.remote import RemoteOperator
+from wax.commands.proof.remote import RemoteOperator
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterator, Mapping, Sequence

@@ -9,7 +9,7 @@ import numpy as np
 from av.packet import Packet
 
 from wax.capture.audio_blocks import Blocks
-from wax.capture.capsules import Capsules
+from wax.capture.channel_faults import ChannelFaults
 from wax.capture.source import SAMPLE_RATE_HZ, Sound
 from wax.encode.sample_clock import SampleClock
 from wax.encode.sound_encoder import SoundEncoder
@@ -28,7 +28,7 @@ class Listener:
 
     def __init__(self, world: World, form: SoundForm, seed: int = 1) -> None:
         self._mixer = SoundMixer(world, seed)
-        self._capsules = Capsules(lambda _: None)
+        self._capsules = ChannelFaults(lambda _: None)
         self._blocks = Blocks()
         self._clock = SampleClock()
         self._encoder = SoundEncoder(form)

@@ -23,8 +23,8 @@ from wax.telemetry import configure_logs, quiet_logs
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
+    from wax.commands.proof.proof import Progress
     from wax.config.settings import Settings
-    from wax.proof.proof import Progress
 
 
 _INTERRUPTED: Final = 130
@@ -127,7 +127,7 @@ def _add_init(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
 
 
 def _init(arguments: argparse.Namespace) -> int:
-    from wax.init.command import init
+    from wax.commands.init.command import init
 
     if not arguments.yes and not sys.stdin.isatty():
         raise ConfigError("no terminal to ask at; pass --yes to take the defaults")
@@ -174,7 +174,7 @@ def _add_new_driver(commands: argparse._SubParsersAction[argparse.ArgumentParser
 
 
 def _new_driver(arguments: argparse.Namespace) -> int:
-    from wax.new_driver.command import new_driver
+    from wax.commands.new_driver.command import new_driver
 
     print("\n".join(new_driver(arguments.name, Path())))
     return 0
@@ -336,7 +336,7 @@ def _serve(settings: Settings, config_path: Path | None) -> int:
 def _prove_stop(arguments: argparse.Namespace) -> int:
     if os.name != "posix":
         raise ConfigError("the proof needs pseudo-terminals; run it on Linux or macOS")
-    from wax.proof.command import prove_stop
+    from wax.commands.proof.command import prove_stop
 
     def tell(progress: Progress) -> None:
         told = {"line": str(progress.line), "sentence": progress.line.wire()}
@@ -354,7 +354,7 @@ def _prove_stop(arguments: argparse.Namespace) -> int:
 
 
 def _doctor(arguments: argparse.Namespace) -> int:
-    from wax.doctor.command import doctor
+    from wax.commands.doctor.command import doctor
 
     with _until_read(), quiet_logs():
         return doctor(
@@ -408,7 +408,7 @@ def _tape(arguments: argparse.Namespace) -> int:
 
 
 def _replay(arguments: argparse.Namespace) -> int:
-    from wax.replay.command import replay
+    from wax.commands.replay.command import replay
     from wax.tape.shelf import where
 
     settings = config.load(arguments.config)

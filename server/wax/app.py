@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax import memory, state_dir
+from wax import state_dir
 from wax.access.access import Access
 from wax.access.host_link import HostLinkSocket
 from wax.access.secret_file import load_secret
@@ -25,10 +25,10 @@ from wax.baseline.unit_hub import UnitHub
 from wax.capture import find_sources
 from wax.capture.audio_blocks import Blocks
 from wax.capture.blanking import Blanking
-from wax.capture.capsules import Capsules
+from wax.capture.channel_faults import ChannelFaults
 from wax.capture.source_thread import SourceThread
 from wax.capture.timestamp_overlay import TimestampOverlay
-from wax.cluster.cluster import Cluster, Sources
+from wax.cluster.cluster import Cluster, PublishedSources
 from wax.cluster.rooms import published, upload_left_bps
 from wax.control.loop import ControlLoop
 from wax.control.picture_clock import PictureClock
@@ -43,15 +43,16 @@ from wax.fanout.video_hub import VideoHub
 from wax.monitoring.listener import MetricsListener
 from wax.monitoring.metrics import Metrics
 from wax.monitoring.readiness import Readiness
+from wax.process import memory
+from wax.process.service_manager import ServiceManager
 from wax.records.opening import open_records
 from wax.robot.find_driver import make_robot
 from wax.robot.process.driver import ProcessDriver
 from wax.rtc import private
 from wax.rtc.ice_servers import IceServers
 from wax.rtc.network import Network
-from wax.service_manager import ServiceManager
 from wax.session.announcements import Announcements
-from wax.session.house import House
+from wax.session.host_decisions import HostDecisions
 from wax.session.proof_runner import ProofRunner
 from wax.session.record_keeper import RecordKeeper, each, refused
 from wax.session.room import Room
@@ -62,14 +63,14 @@ from wax.session.voices import Voices
 from wax.speaker.find_speaker import make_speaker
 from wax.speaker.speaker_thread import SpeakerThread
 from wax.streams.live import LiveService
-from wax.tape.tape import Tape
+from wax.tape.tape import TapeFeed
 from wax.tasks import TaskSupervisor
-from wax.telemetry import Counters, Rates
+from wax.telemetry import Counters, CountRates
 from wax.web import descriptors
 from wax.web.addresses import page_urls
+from wax.web.branding import BrandedPage
 from wax.web.entrance import Entrance
 from wax.web.guards import Guards
-from wax.web.own_page import OwnPage
 from wax.web.routes import Routes
 from wax.web.tls import make_tls
 
@@ -118,7 +119,7 @@ class App:
             claim=_claim(settings),
             controls=settings.controls,
         )
-        self._house = House()
+        self._house = HostDecisions()
         self._blanking = Blanking(lambda: self._house.is_blanked)
         encoders = _encoders(settings)
         self._cameras = [
@@ -163,7 +164,7 @@ class App:
             self._cluster.publish(
                 settings.publish,
                 [one.name for one in published(settings.video.renditions)],
-                Sources(
+                PublishedSources(
                     service.codecs,
                     self._video,
                     self._audio if settings.access.strangers_hear else None,
@@ -179,7 +180,7 @@ class App:
                 taken=[one.source for one in settings.camera],
             )
         )
-        self._capsules = Capsules(_tell_of_capsule, most=settings.audio.channels)
+        self._channel_faults = ChannelFaults(_tell_of_capsule, most=settings.audio.channels)
         self._blocks = Blocks()
         ice = IceServers(settings.network, settings.relay)
         turnstile = Turnstile(clock)
@@ -228,7 +229,7 @@ class App:
                 self._keeper.drive_status,
                 *([tape.drive_status] if tape else []),
             ),
-            witness=tape,
+            listener=tape,
             controls=settings.controls,
             gauges=settings.gauges,
         )
@@ -273,11 +274,11 @@ class App:
             audio=self._audio,
             captures=self._captures,
             blocks=self._blocks,
-            capsules=self._capsules,
+            channel_faults=self._channel_faults,
             cluster=self._cluster,
             tape=None if self._tape is None else self._tape.recorder,
             counters=counters,
-            rates=Rates(),
+            rates=CountRates(),
             speaker=self._speaker,
             cameras=self._cameras,
             encoders=encoders,
@@ -294,7 +295,7 @@ class App:
             proving=self._proof_runner,
             ice=ice,
             status=lambda: self._status() | {"connections": self._entrance.status()},
-            own_page=_own_page(settings, service, has_voice=self._speaker is not None),
+            branding=_branding(settings, service, has_voice=self._speaker is not None),
             guards=Guards(
                 settings.server,
                 clock,
@@ -439,11 +440,11 @@ class App:
         )
         return MetricsListener(self._settings.metrics, metrics.text)
 
-    def _make_tape(self, counters: Counters) -> Tape | None:
+    def _make_tape(self, counters: Counters) -> TapeFeed | None:
         """Return the tape, if there is to be one; raises `StateError`."""
         if not self._settings.recording.enabled or not isinstance(self._audio, SoundHub):
             return None
-        return Tape(
+        return TapeFeed(
             self._settings,
             clock=self._clock,
             counters=counters,
@@ -533,7 +534,7 @@ class App:
 
     def _take_sound(self, sound: Sound) -> None:
         """Handle sound, in the microphone's thread."""
-        heard = self._capsules.push(self._blanking.sound(sound))
+        heard = self._channel_faults.push(self._blanking.sound(sound))
         for block in self._blocks.push(heard):
             self._audio.push(block)
 
@@ -579,9 +580,9 @@ def _claim(settings: Settings) -> str:
     return str(state_dir.find(settings.server.state_dir) / "driver-claim")
 
 
-def _own_page(settings: Settings, service: Service, *, has_voice: bool) -> OwnPage:
+def _branding(settings: Settings, service: Service, *, has_voice: bool) -> BrandedPage:
     data = _page_data(service, settings.sync, has_voice=has_voice)
-    return OwnPage(settings.page, data, settings.server.public_url)
+    return BrandedPage(settings.page, data, settings.server.public_url)
 
 
 def _page_data(service: Service, sync: RoleSyncSettings, *, has_voice: bool) -> dict[str, str]:

@@ -32,7 +32,7 @@ _OF_EXTRA: Final = re.compile(r"""([\w.-]+)[^;]*;\s*extra\s*==\s*["']([\w.-]+)["
 
 
 @dataclass(frozen=True, slots=True)
-class Offer:
+class PluginOffer:
     """A class, as ``module:Class``, that an installed package offers under a name.
 
     `extra` is the package's optional part of the same name, which brings the libraries it needs.
@@ -68,7 +68,7 @@ class Offer:
         return f'pip install "{self.package}{f"[{self.extra}]" if self.extra else ""}"'
 
 
-def offers(group: str) -> list[Offer]:
+def offers(group: str) -> list[PluginOffer]:
     """Return what the installed packages offer, ours first, by name."""
     found = {_offer(point) for point in metadata.entry_points(group=group)}
     return sorted(found, key=lambda offer: (not offer.is_ours, offer.name, offer.package))
@@ -84,7 +84,7 @@ def list_plugins() -> list[str]:
     return lines
 
 
-def find_offer(name: str, group: str, key: str) -> Offer | None:
+def find_offer(name: str, group: str, key: str) -> PluginOffer | None:
     """Return the class offered under this name, None if there is none; ours comes first.
 
     Raises `ConfigError` if two packages offer one. `key` is the configuration key for the message.
@@ -163,12 +163,12 @@ def make_plugin(
         raise PluginError(f"{key}: {name}(settings, clock) failed: {error!r}") from error
 
 
-def _offer(point: metadata.EntryPoint) -> Offer:
+def _offer(point: metadata.EntryPoint) -> PluginOffer:
     package = point.dist
     if package is None:
-        return Offer(point.name, point.value, "an unknown package", "", None)
+        return PluginOffer(point.name, point.value, "an unknown package", "", None)
     extras = package.metadata.get_all("Provides-Extra") or []
-    return Offer(
+    return PluginOffer(
         point.name,
         f"{point.module}:{point.attr}",
         package.name,
@@ -185,7 +185,7 @@ def _is_there(package: str) -> bool:
     return True
 
 
-def _missing(what: str, module: str, offer: Offer | None, error: ImportError) -> str:
+def _missing(what: str, module: str, offer: PluginOffer | None, error: ImportError) -> str:
     if offer is not None and offer.extra and isinstance(error, ModuleNotFoundError):
         return f"{what} needs {error.name or 'more'}, which is not installed: {offer.install}"
     return f"{what}: cannot import {module}: {error}"

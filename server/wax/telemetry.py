@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax import log_limits
-from wax.log_handler import QueuedHandler
+from wax.logs import limits
+from wax.logs.handler import QueuedHandler
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -81,14 +81,14 @@ def configure_logs(settings: LogSettings) -> None:
         structlog.stdlib.ProcessorFormatter(
             foreign_pre_chain=shared,
             processors=[
-                log_limits.tell_left_out,
+                limits.tell_left_out,
                 structlog.stdlib.ProcessorFormatter.remove_processors_meta,
-                log_limits.tidy,
+                limits.tidy,
                 renderer,
             ],
         )
     )
-    handler.addFilter(log_limits.RepeatLimit())
+    handler.addFilter(limits.RepeatLimit())
     root = logging.getLogger()
     root.handlers = [handler]
     root.setLevel(logging.WARNING)
@@ -96,7 +96,7 @@ def configure_logs(settings: LogSettings) -> None:
     logging.captureWarnings(True)
 
 
-class Rates:
+class CountRates:
     """Turns rising counts into rates per second, from occasional samples."""
 
     def __init__(self) -> None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _P = ParamSpec("_P")
 
 
-def weakly(method: Callable[_P, None]) -> Callable[_P, None]:
+def weak_callback(method: Callable[_P, None]) -> Callable[_P, None]:
     """Return a callback that calls this bound method, and does nothing once its object is gone."""
     found = weakref.WeakMethod(method)
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.capture.capsules import Capsules
+from wax.capture.channel_faults import ChannelFaults
 from wax.capture.source import Sound
 from wax.errors import SourceError
 
@@ -36,7 +36,7 @@ class Listening:
 
     def __init__(self, most: int = 2) -> None:
         self.told: list[str | None] = []
-        self.capsules = Capsules(self.told.append, most=most)
+        self.capsules = ChannelFaults(self.told.append, most=most)
 
     def hears(self, seconds: float, left: object, right: object) -> Sound:
         """Push so much sound; `left` and `right` make a block each."""

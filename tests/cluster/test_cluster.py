@@ -11,7 +11,7 @@ from aiohttp import web
 from tests.turned_clock import TurnedClock
 
 from wax.cluster import cluster as cluster_module
-from wax.cluster.cluster import Cluster, Sources
+from wax.cluster.cluster import Cluster, PublishedSources
 from wax.config.publish import PublishSettings
 from wax.telemetry import Counters
 
@@ -76,7 +76,7 @@ async def rig(
         for room in ("a", "b")
     ]
     nothing = cast("Codecs", None), cast("VideoHub", None), cast("SoundHub", None)
-    made.publish(rooms, [], Sources(*nothing))
+    made.publish(rooms, [], PublishedSources(*nothing))
     running = asyncio.create_task(made.run())
     await until(lambda: len(livekit.of("ListRooms")) == 2)
     yield made, clock
@@ -154,7 +154,7 @@ async def test_a_fault_of_the_rooms_is_contained(
     cluster = Cluster(clock=TurnedClock(), counters=counters)
     settings = PublishSettings(livekit=livekit.url, api_key="APIkey", api_secret=SECRET)
     nothing = cast("Codecs", None), cast("VideoHub", None), None
-    cluster.publish([settings], [], Sources(*nothing))
+    cluster.publish([settings], [], PublishedSources(*nothing))
 
     async def broken(*_: object) -> None:
         raise ZeroDivisionError

@@ -118,7 +118,7 @@ class Bench:
         self.calls_before_event: list[tuple[object, ...]] = []
         self.statuses: list[tuple[int, bool, Sentence | None]] = []
         self.shares: list[float] = []
-        self.witnessed: list[tuple[object, ...]] = []
+        self.listened: list[tuple[object, ...]] = []
         self.calls_before_steered: list[tuple[object, ...]] = []
         self.seq = 0
         self.has_picture = True
@@ -145,16 +145,16 @@ class Bench:
             max_fraction=lambda _: self.max_fraction,
             on_events=self._on_events,
             on_status=self._hear,
-            witness=self,
+            listener=self,
             controls=controls,
             gauges=gauges,
         )
 
     def offered(self, viewer: int, command: Command, refusal: Refusal | None, now_s: float) -> None:
-        self.witnessed.append(("offered", viewer, command.seq, refusal))
+        self.listened.append(("offered", viewer, command.seq, refusal))
 
     def steered(self, wanted: Setpoint, sent: Twist, turn: int, now_s: float) -> None:
-        self.witnessed.append(("steered", wanted.twist, sent, turn))
+        self.listened.append(("steered", wanted.twist, sent, turn))
         self.calls_before_steered = list(self.driver.calls)
 
     def _sees(self, viewer: int) -> bool:
@@ -1204,7 +1204,7 @@ def test_a_witness_hears_of_all_once_the_robot_has_it() -> None:
     bench.enter(A, B)
     bench.step()
     bench.drive()
-    heard = bench.witnessed
+    heard = bench.listened
     assert ("offered", A, 2, None) in heard
     assert ("steered", AHEAD, AHEAD, 1) in heard
     assert ("apply", AHEAD, 1) in bench.calls_before_steered

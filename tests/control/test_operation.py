@@ -14,7 +14,7 @@ from tests.examples import examples
 
 from wax.config.controls import ControlSettings
 from wax.control import operation
-from wax.control.operation import Controls, Operation, OperationState, Operator
+from wax.control.operation import Controls, ControlsOperator, Operation, OperationState
 from wax.control.reasons import Refusal
 from wax.control.turn_view import TurnView
 
@@ -64,7 +64,7 @@ def accept(
     is_stopped: bool = False,
     one_way_s: float | None = 0.1,
 ) -> tuple[OperationState, Refusal | None]:
-    by = Operator(viewer, roles, one_way_s)
+    by = ControlsOperator(viewer, roles, one_way_s)
     return CONTROLS.accept(state, by, what, turn=TURN, is_stopped=is_stopped, now_s=now_s)
 
 

@@ -24,8 +24,8 @@ from aioice import stun, turn
 from tests.deploy.running import free_port
 
 from wax.clock import SystemClock
+from wax.commands.doctor.addresses import own_addresses
 from wax.config.settings import ServerSettings
-from wax.doctor.addresses import own_addresses
 from wax.web.entrance import Entrance
 from wax.web.guards import Guards
 from wax.web.routes import _tell_errors

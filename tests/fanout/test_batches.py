@@ -6,7 +6,7 @@ import asyncio
 import time
 from functools import partial
 
-from wax.fanout.portions import PORTION, in_portions
+from wax.fanout.batches import PORTION, in_batches
 
 WORK_S = 0.002
 
@@ -15,7 +15,7 @@ async def test_each_call_is_made_once_and_in_order() -> None:
     """The first at once; also where there are none, and where the last portion is not full."""
     for count in (0, 1, PORTION, 2 * PORTION + 1):
         made: list[int] = []
-        in_portions([partial(made.append, number) for number in range(count)])
+        in_batches([partial(made.append, number) for number in range(count)])
         assert made == list(range(min(count, PORTION)))
         for _ in range(count):
             await asyncio.sleep(0)
@@ -27,13 +27,13 @@ async def test_what_is_spread_first_comes_to_each_first() -> None:
     places = range(3 * PORTION)
     got: dict[int, list[str]] = {place: [] for place in places}
     for what in ("first", "second"):
-        in_portions([partial(got[place].append, what) for place in places])
+        in_batches([partial(got[place].append, what) for place in places])
     for _ in places:
         await asyncio.sleep(0)
     assert set(map(tuple, got.values())) == {("first", "second")}
 
 
-async def test_a_timer_is_served_between_the_portions() -> None:
+async def test_a_timer_is_served_between_the_batches() -> None:
     """What is due meanwhile does not wait for the last call."""
     made: list[int] = []
     served_after: list[int] = []
@@ -44,7 +44,7 @@ async def test_a_timer_is_served_between_the_portions() -> None:
         time.sleep(WORK_S)
         made.append(number)
 
-    in_portions([*(partial(work, number) for number in range(5 * PORTION)), ended.set])
+    in_batches([*(partial(work, number) for number in range(5 * PORTION)), ended.set])
     await ended.wait()
     assert served_after
     assert served_after[0] <= 2 * PORTION

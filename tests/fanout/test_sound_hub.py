@@ -21,7 +21,7 @@ from wax.fanout.sound_hub import SoundHub
 
 if TYPE_CHECKING:
     from wax.encode.encoded import EncodedSound
-    from wax.fanout.sound_lane import SoundLane
+    from wax.fanout.sound_lane import BoundedSoundLane
 
 FIRST = 1200
 """The first block's number; a whole number of units of every length begins there."""
@@ -41,7 +41,7 @@ def _speak(hub: SoundHub, first: int, count: int) -> None:
         hub.push(Sound(samples, number / 100))
 
 
-def _drain(lane: SoundLane) -> list[EncodedSound]:
+def _drain(lane: BoundedSoundLane) -> list[EncodedSound]:
     found = []
     while (one := lane.take()) is not None:
         found.append(one)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from wax.congestion.allocation import SoundForm
 from wax.encode.encoded import EncodedSound
-from wax.fanout.sound_lane import SoundLane
+from wax.fanout.sound_lane import BoundedSoundLane
 
 SHORT = SoundForm(20, 32_000)
 LONG = SoundForm(60, 12_000)
@@ -20,12 +20,12 @@ def _sound(number: int, form: SoundForm = SHORT) -> EncodedSound:
     return EncodedSound(b"x", number * 960, number / 50, form.mu_ms * 48)
 
 
-def _earlier(lane: SoundLane, sound: EncodedSound, count: int) -> tuple[EncodedSound, ...]:
+def _earlier(lane: BoundedSoundLane, sound: EncodedSound, count: int) -> tuple[EncodedSound, ...]:
     lane.redundancy = count
     return lane.earlier(sound)
 
 
-def _take(lane: SoundLane, count: int) -> list[EncodedSound]:
+def _take(lane: BoundedSoundLane, count: int) -> list[EncodedSound]:
     return [one for _ in range(count) if (one := lane.take()) is not None]
 
 
@@ -35,7 +35,7 @@ def _numbers(sounds: list[EncodedSound] | tuple[EncodedSound, ...]) -> list[int]
 
 def test_sound_that_overlaps_is_sent_once() -> None:
     """The past and the present may both bring a packet; it is sent once."""
-    lane = SoundLane()
+    lane = BoundedSoundLane()
     lane.choose(SHORT)
     for number in (1, 2, 3, 3, 2, 4):
         lane.put(SHORT, _sound(number))
@@ -44,7 +44,7 @@ def test_sound_that_overlaps_is_sent_once() -> None:
 
 def test_the_new_form_follows_where_the_old_one_ends() -> None:
     """Until the moment of the change the old form is taken, from then on the new one alone."""
-    lane = SoundLane()
+    lane = BoundedSoundLane()
     lane.choose(SHORT)
     lane.put(SHORT, _sound(1))
     lane.choose(LONG, 3 * 960)
@@ -60,7 +60,7 @@ def test_the_new_form_follows_where_the_old_one_ends() -> None:
 
 def test_a_change_that_is_taken_back_changes_nothing() -> None:
     """A viewer who goes back to the form they still hear keeps hearing it."""
-    lane = SoundLane()
+    lane = BoundedSoundLane()
     lane.choose(SHORT)
     lane.put(SHORT, _sound(1))
     lane.choose(LONG, 3 * 960)
@@ -72,7 +72,7 @@ def test_a_change_that_is_taken_back_changes_nothing() -> None:
 
 def test_no_sound_means_nothing_waits() -> None:
     """A viewer who does not want sound gets none, not even what was queued."""
-    lane = SoundLane()
+    lane = BoundedSoundLane()
     lane.choose(SHORT)
     lane.put(SHORT, _sound(1))
     lane.choose(None)
@@ -85,7 +85,7 @@ def test_no_sound_means_nothing_waits() -> None:
 
 def test_old_sound_goes_first() -> None:
     """A viewer who takes no sound keeps the newest second of it, and the loss is counted."""
-    lane = SoundLane()
+    lane = BoundedSoundLane()
     lane.choose(SHORT)
     for number in range(200):
         lane.put(SHORT, _sound(number))
@@ -96,7 +96,7 @@ def test_old_sound_goes_first() -> None:
 @given(st.sets(st.integers(0, 30)), st.integers(0, 9))
 def test_what_is_sent_again_ends_where_the_packet_begins(lost: set[int], count: int) -> None:
     """The earlier packets are at most as many as asked, in order, without a gap."""
-    lane = SoundLane()
+    lane = BoundedSoundLane()
     lane.choose(SHORT)
     numbers = [n for n in range(32) if n not in lost]
     for number in numbers:
@@ -111,7 +111,7 @@ def test_what_is_sent_again_ends_where_the_packet_begins(lost: set[int], count: 
 
 def test_what_is_sent_again_is_of_the_same_form() -> None:
     """A packet of one form carries none of another, nor what its 14 bits of time cannot reach."""
-    lane = SoundLane()
+    lane = BoundedSoundLane()
     lane.choose(SHORT)
     for number in (0, 1, 2):
         lane.put(SHORT, _sound(number))
@@ -121,7 +121,7 @@ def test_what_is_sent_again_is_of_the_same_form() -> None:
     sounds = _take(lane, 4)
     assert _earlier(lane, sounds[2], 9) == tuple(sounds[:2])
     assert _earlier(lane, sounds[3], 9) == ()
-    lane = SoundLane()
+    lane = BoundedSoundLane()
     lane.choose(LONG)
     for number in range(0, 30, 3):
         lane.put(LONG, _sound(number, LONG))
@@ -132,7 +132,7 @@ def test_what_is_sent_again_is_of_the_same_form() -> None:
 
 def test_news_are_told_of() -> None:
     """Whoever listens last is told when there is something to take; nothing is taken from empty."""
-    lane = SoundLane()
+    lane = BoundedSoundLane()
     told: list[str] = []
     lane.choose(SHORT)
     for who in ("first", "second"):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from wax.log_handler import MAX_WAITING, PrintedLines, QueuedHandler
+from wax.logs.handler import MAX_WAITING, PrintedLines, QueuedHandler
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from wax.log_limits import RepeatLimit, tell_left_out, tidy
+from wax.logs.limits import RepeatLimit, tell_left_out, tidy
 
 
 def record(event: object = "viewer gone", lineno: int = 1) -> logging.LogRecord:

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.examples import examples
 
-from wax.printable import printable
+from wax.logs.printable import printable
 
 
 @pytest.mark.parametrize(

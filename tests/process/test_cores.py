@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from wax import cores
+from wax.process import cores
 
 if TYPE_CHECKING:
     from pathlib import Path

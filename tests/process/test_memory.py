@@ -10,7 +10,7 @@ import pytest
 
 CAME_AND_WENT = """
 import ctypes, psutil
-from wax.memory import return_large_blocks
+from wax.process.memory import return_large_blocks
 
 if {returns}:
     return_large_blocks()

@@ -17,7 +17,7 @@ from tests.turned_clock import TurnedClock
 from wax.__main__ import main
 from wax.records import file as record_file
 from wax.records import reading
-from wax.records.entries import LinkSummary, Person
+from wax.records.entries import LinkSummary, RecordedPerson
 from wax.records.records import Records
 from wax.records.schema import APPLICATION, EXPORTED
 from wax.records.writer import RecordWriter
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-ADA = Person("ada-11111111", "=Ada")
+ADA = RecordedPerson("ada-11111111", "=Ada")
 NOV_1_MS = 1_793_491_200_000
 DAY_MS = 86_400_000
 

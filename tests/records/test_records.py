@@ -21,7 +21,7 @@ from tests.turned_clock import TurnedClock
 from wax.clock import SystemClock
 from wax.config.settings import RecordSettings
 from wax.records import schema, writer
-from wax.records.entries import Ban, HostCookie, Invited, LinkSummary, Person
+from wax.records.entries import Ban, HostCookie, Invited, LinkSummary, RecordedPerson
 from wax.records.file import open_for_reading
 from wax.records.opening import load_lasting, open_records
 from wax.records.records import Records
@@ -41,8 +41,8 @@ class Calendar(TurnedClock):
         return self.wall
 
 
-ADA = Person("ada-11111111", "Ada")
-HOST = Person("host-1111111", "Hedy")
+ADA = RecordedPerson("ada-11111111", "Ada")
+HOST = RecordedPerson("host-1111111", "Hedy")
 DAY_MS = 86_400_000
 
 
@@ -91,7 +91,9 @@ def test_a_night_is_remembered(path: Path) -> None:
         records.refused({"messages over the rate": 2})
         records.refused({"messages over the rate": 3})
         link = LinkSummary(round_trip_ms=40.0, lost_percent=0.5, rendition="640x480")
-        records.session_seen(visit, Person(ADA.identity, "Ada L."), "guest", link, is_over=True)
+        records.session_seen(
+            visit, RecordedPerson(ADA.identity, "Ada L."), "guest", link, is_over=True
+        )
     (session,) = rows(path, "sessions")
     assert (session["name"], session["address"], session["role"]) == (
         "Ada L.",
@@ -335,12 +337,12 @@ from pathlib import Path
 from wax.clock import SystemClock
 from wax.config.settings import RecordSettings
 from wax.records import writer
-from wax.records.entries import Person
+from wax.records.entries import RecordedPerson
 from wax.records.opening import open_records
 writer.RETRY_S = 600.0
 records = open_records(RecordSettings(path=sys.argv[1]), "", SystemClock())
 records.start()
-host = Person("host", "Hedy")
+host = RecordedPerson("host", "Hedy")
 records.host_act(host, "announce", detail="before")
 time.sleep(0.6)
 size = sum(one.stat().st_size for one in Path(sys.argv[1]).parent.iterdir())
@@ -379,7 +381,7 @@ _ENDLESS = """
 import sys, time
 from pathlib import Path
 from wax.clock import SystemClock
-from wax.records.entries import Person
+from wax.records.entries import RecordedPerson
 from wax.records.opening import load_lasting
 from wax.records.records import Records
 from wax.records.writer import RecordWriter
@@ -390,7 +392,7 @@ records.start()
 number = 0
 while True:
     number += 1
-    records.host_act(Person("host", "Hedy"), "announce", detail=str(number))
+    records.host_act(RecordedPerson("host", "Hedy"), "announce", detail=str(number))
     print(number, time.time_ns() // 1_000_000, flush=True)
     time.sleep(0.0005)
 """

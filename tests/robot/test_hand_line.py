@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.examples import examples
 
 from wax.driver.hand import HandReading
-from wax.robot.hand.line import LENGTH, RESTART_S, Decoder, encode
+from wax.robot.hand.line import LENGTH, RESTART_S, HandDecoder, encode
 
 REST = HandReading(5.0)
 
@@ -36,7 +36,7 @@ def test_a_frame_byte_by_byte() -> None:
 def test_what_is_sent_is_read(sent: list[HandReading], piece: int) -> None:
     """Every reading comes out again, in whichever pieces the line brings it."""
     data = b"".join(encode(one, number + 1) for number, one in enumerate(sent))
-    decoder = Decoder()
+    decoder = HandDecoder()
     found = []
     for at in range(0, len(data), piece):
         found += decoder.feed(data[at : at + piece], 5.0)
@@ -51,13 +51,13 @@ def test_a_damaged_frame_is_none(reading: HandReading, one: int, other: int) -> 
     damaged = bytearray(encode(reading, 1))
     for bit in {one, other}:
         damaged[bit // 8] ^= 1 << bit % 8
-    assert Decoder().feed(bytes(damaged) + encode(REST, 2), 5.0) == [REST]
+    assert HandDecoder().feed(bytes(damaged) + encode(REST, 2), 5.0) == [REST]
 
 
 @given(st.binary(max_size=200))
 def test_noise_raises_nothing_and_is_forgotten(noise: bytes) -> None:
     """After whatever came, the second frame at the latest is read again."""
-    decoder = Decoder()
+    decoder = HandDecoder()
     decoder.feed(noise, 0.0)
     after = decoder.feed(encode(REST, 1) + encode(REST, 2), 5.0)
     assert after[-1:] == [REST]
@@ -66,7 +66,7 @@ def test_noise_raises_nothing_and_is_forgotten(noise: bytes) -> None:
 def test_noise_of_a_million_bytes_is_nearly_never_a_frame() -> None:
     """Beside the checksum the buttons are sent twice: noise does not press any."""
     rng = random.Random(7)
-    decoder = Decoder()
+    decoder = HandDecoder()
     assert sum(len(decoder.feed(rng.randbytes(1000), 0.0)) for _ in range(1000)) == 0
 
 
@@ -75,14 +75,14 @@ def test_noise_of_a_million_bytes_is_nearly_never_a_frame() -> None:
 )
 def test_only_a_newer_number_counts(number: int, counts: bool) -> None:
     """A line that repeats itself, or brings what is past, says nothing."""
-    decoder = Decoder()
+    decoder = HandDecoder()
     assert decoder.feed(encode(REST, 10), 5.0) == [REST]
     assert bool(decoder.feed(encode(REST, number), 5.0)) is counts
 
 
 def test_a_control_that_restarts_counts_anew() -> None:
     """After a second without a frame any number is a first one."""
-    decoder = Decoder()
+    decoder = HandDecoder()
     decoder.feed(encode(REST, 200), 5.0)
     assert decoder.feed(encode(REST, 200), 5.0 + RESTART_S - 0.001) == []
     assert len(decoder.feed(encode(REST, 200), 5.0 + RESTART_S)) == 1
@@ -90,6 +90,6 @@ def test_a_control_that_restarts_counts_anew() -> None:
 
 def test_a_stick_beyond_its_range_is_read_as_it_is() -> None:
     """Whoever judges readings must see that it cannot be."""
-    (found,) = Decoder().feed(encode(HandReading(5.0, linear=1.27, angular=-1.28), 1), 5.0)
+    (found,) = HandDecoder().feed(encode(HandReading(5.0, linear=1.27, angular=-1.28), 1), 5.0)
     assert (found.linear, found.angular) == (1.27, -1.28)
     assert not found.is_in_range

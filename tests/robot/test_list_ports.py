@@ -8,7 +8,7 @@ import pytest
 from serial.tools import list_ports as tools
 from serial.tools.list_ports_common import ListPortInfo
 
-from wax.robot.serial.list_ports import Port, find_ports, list_ports, safer_name
+from wax.robot.serial.list_ports import ListedPort, find_ports, list_ports, safer_name
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -75,7 +75,7 @@ def test_a_name_that_may_lead_to_another_board(
         (tmp_path / link).parent.mkdir(exist_ok=True)
         (tmp_path / link).symlink_to(tmp_path / "tty0")
     ports = [
-        Port(
+        ListedPort(
             f"{tmp_path}/by-path/hub-{one}", f"{tmp_path}/tty{one}", "", is_usb=True, has_twin=True
         )
         for one in range(1 + others)

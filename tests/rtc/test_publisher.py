@@ -10,7 +10,7 @@ from tests.turned_clock import TurnedClock
 
 from wax.encode.encoded import EncodedPicture
 from wax.errors import SignallingError
-from wax.fanout.sound_lane import SoundLane
+from wax.fanout.sound_lane import BoundedSoundLane
 from wax.fanout.video_lane import VideoLane
 from wax.rtc import rtp
 from wax.rtc.offered import with_extensions
@@ -33,7 +33,7 @@ async def publisher(clock: TurnedClock) -> AsyncIterator[Publisher]:
     made = Publisher(
         codecs=Codecs("opus", "vp8"),
         video=VideoLane(),
-        audio=SoundLane(),
+        audio=BoundedSoundLane(),
         clock=clock,
         on_keyframe_wanted=lambda: None,
     )

@@ -23,7 +23,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.rtc.browser_feedback import feedback_packet
 
-from wax.rtc.rtcp import MOST_ASKED, MOST_FEEDBACK, Report, read
+from wax.rtc.rtcp import MOST_ASKED, MOST_FEEDBACK, ReportBlock, read
 
 NAME = bytes(RtcpSdesPacket(chunks=[RtcpSourceInfo(ssrc=1, items=[(1, b"name")])]))
 EMPTY = bytes(RtcpRrPacket(ssrc=1))
@@ -59,7 +59,7 @@ def test_what_a_browser_sends_is_read() -> None:
         + bytes(RtcpByePacket(sources=[5]))
         + FEEDBACK
     )
-    assert heard.reports == dict.fromkeys((5, 6, 9), Report(9, 4, 5))
+    assert heard.reports == dict.fromkeys((5, 6, 9), ReportBlock(9, 4, 5))
     assert heard.asked == {5: [1, 2, 40], 6: [65_535]}
     assert heard.keyframes == {5, 7, 8}
     assert heard.feedback == [FEEDBACK, FEEDBACK]

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 import pytest
 
 from wax.__main__ import main
-from wax.proof import command
-from wax.proof.measure import Sample
-from wax.proof.proof import Proof
+from wax.commands.proof import command
+from wax.commands.proof.measure import Sample
+from wax.commands.proof.proof import Proof
 
 if TYPE_CHECKING:
-    from wax.proof.verdict import Fault, Findings
+    from wax.commands.proof.verdict import Fault, Findings
 
 
 class PaperProof(Proof):

@@ -29,7 +29,7 @@ from wax.session import entry as entry_module
 from wax.session.status import Status
 from wax.session.viewer import Viewer
 from wax.streams.interface import MessageRate
-from wax.telemetry import Counters, Rates
+from wax.telemetry import Counters, CountRates
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -246,11 +246,11 @@ async def test_the_status_tells_of_all_others(rig: Rig, monkeypatch: pytest.Monk
         audio=SoundHub(),
         captures={},
         blocks=cast("Any", SimpleNamespace(filled_ms=0.0, dropped_ms=0.0)),
-        capsules=cast("Any", SimpleNamespace(problem=None)),
+        channel_faults=cast("Any", SimpleNamespace(problem=None)),
         cluster=Cluster(clock=rig.clock, counters=rig.counters),
         tape=None,
         counters=rig.counters,
-        rates=Rates(),
+        rates=CountRates(),
     )
     broken, whole = cast("list[dict[str, Any]]", status()["viewers"])
     assert broken["id"] == 1

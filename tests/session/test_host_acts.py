@@ -13,7 +13,7 @@ from wax.access.admission import BANNED, LOCKED
 from wax.access.host_secrets import OVERLAP_S
 from wax.errors import NotAdmittedError
 from wax.session.host_acts import REMOVED
-from wax.session.house import BLANKED
+from wax.session.host_decisions import BLANKED
 
 if TYPE_CHECKING:
     from tests.session.test_room import FakePeer

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.examples import examples
-from tests.session.test_elsewhere import Rooms
 from tests.session.test_room import OFFER, FakePeer, Rig
+from tests.session.test_session_rooms import Rooms
 from tests.turned_clock import TurnedClock
 from tests.visitors import TAB, visitor
 

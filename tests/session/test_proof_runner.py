@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, cast
 
 import pytest
 
+from wax.commands.proof.verdict import FAULTS
 from wax.control.stop_latch import LatchedStop
 from wax.errors import ForbiddenError
-from wax.proof.verdict import FAULTS
 from wax.sentence import read, says
 from wax.session import proof_runner as proving_module
 from wax.session.proof_runner import LENT, STOPPED, ProofRunner

@@ -41,7 +41,7 @@ from wax.sentence import Sentence, says
 from wax.session import entry as entry_module
 from wax.session import room as room_module
 from wax.session.announcements import Announcements
-from wax.session.house import House
+from wax.session.host_decisions import HostDecisions
 from wax.session.record_keeper import RecordKeeper
 from wax.session.room import Room
 from wax.session.viewers import Viewers
@@ -187,7 +187,7 @@ class Rig:
             audio=SoundHub(),
             upload_bps=settings.network.upload_bps,
         )
-        self.house = House()
+        self.house = HostDecisions()
         self.picture_clock = VOUCHED
         self.records = Records(self.clock)
         self.access = make_access(self.records, self.clock, settings.access)

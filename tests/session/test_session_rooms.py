@@ -11,12 +11,12 @@ from tests.session.test_room import OFFER, FakePeer, Rig
 from tests.visitors import TAB, visitor
 
 from wax.access.admission import BANNED, CLOSED
-from wax.cluster.cluster import Cluster, Seat
+from wax.cluster.cluster import Cluster, RoomSeat
 from wax.cluster.rooms import Occupancy, choose, person
 from wax.errors import ForbiddenError, FullError, NoPlaceError, NotAdmittedError
 from wax.session import entry as entry_module
-from wax.session.elsewhere import WATCHING_IS_FULL
 from wax.session.host_acts import REMOVED
+from wax.session.rooms import WATCHING_IS_FULL
 from wax.session.seats import SEAT_S, Seats
 from wax.session.stop_authority import ELSEWHERE, TOO_OFTEN
 
@@ -43,8 +43,10 @@ class Rooms:
     def capacity(self) -> int:
         return sum(one.most for one in self.rooms)
 
-    def seats(self, person: str, before: Sequence[str] = ()) -> list[Seat]:
-        return [Seat(one.name, f"wss://{one.name}", person) for one in choose(self.rooms, before)]
+    def seats(self, person: str, before: Sequence[str] = ()) -> list[RoomSeat]:
+        return [
+            RoomSeat(one.name, f"wss://{one.name}", person) for one in choose(self.rooms, before)
+        ]
 
     def tell(self, news: Callable[[], str | None]) -> None:
         self.news = news

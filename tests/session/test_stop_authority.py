@@ -16,7 +16,7 @@ from wax.errors import ForbiddenError
 from wax.records.file import open_for_reading
 from wax.records.records import Records
 from wax.records.writer import RecordWriter
-from wax.session.house import House
+from wax.session.host_decisions import HostDecisions
 from wax.session.record_keeper import RecordKeeper
 from wax.session.stop_authority import (
     KNOWN_S,
@@ -69,7 +69,7 @@ def stops(
     operator: int | None = 1,
     *,
     clock: TurnedClock | None = None,
-    house: House | None = None,
+    house: HostDecisions | None = None,
     records: Records | None = None,
     since_s: Mapping[str, float] | None = None,
 ) -> StopAuthority:
@@ -78,7 +78,7 @@ def stops(
     return StopAuthority(
         settings=StopSettings(by=by, max_per_minute=3, max_per_minute_per_address=5),
         clock=clock,
-        house=house or House(),
+        house=house or HostDecisions(),
         turns=turns,
         control=cast("ControlLoop", control),
         keeper=RecordKeeper(
@@ -125,7 +125,7 @@ def test_unknown_people_stop_nothing(control: Control) -> None:
 
 def test_who_is_muted_stops_nothing(control: Control) -> None:
     """Until they drive: the operator's own Stop always works."""
-    house = House(muted={"ada", "bob"})
+    house = HostDecisions(muted={"ada", "bob"})
     with pytest.raises(ForbiddenError, match=str(MUTED)):
         stops(control, house=house).press(BOB, is_host=False)
     assert stops(control, house=house).press(ADA, is_host=False) == 7
@@ -205,7 +205,7 @@ def test_presses_in_vain_cost_neighbours_nothing(control: Control) -> None:
 
 def test_the_host_is_told_who_presses_and_ignores_an_address(control: Control) -> None:
     """Whatever new browsers come from it; its operator's Stop counts all the same."""
-    clock, house = TurnedClock(), House()
+    clock, house = TurnedClock(), HostDecisions()
     authority = stops(control, clock=clock, house=house)
     authority.press(ADA, is_host=False)
     assert authority.pressers() == []

@@ -12,8 +12,8 @@ from tests.tape.packets import SIZE, pictures
 
 from wax.errors import StateError
 from wax.tape.boxes import is_believable
-from wax.tape.media_file import MediaFile
-from wax.tape.mended import facts_of, mended
+from wax.tape.media_file import TapeFile
+from wax.tape.repaired import facts_of, repaired
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -31,7 +31,7 @@ def run(count: int) -> bytes:
 def tape(tmp_path: Path) -> Path:
     """Write a part with a second of H.264."""
     path = tmp_path / "part.mp4"
-    made = MediaFile(path, codec="h264", size=SIZE, has_sound=False, origin_s=0.0)
+    made = TapeFile(path, codec="h264", size=SIZE, has_sound=False, origin_s=0.0)
     for picture in pictures("h264", begin_s=0.0, seconds=1.0):
         made.picture(picture)
     made.close()
@@ -48,7 +48,7 @@ def test_more_samples_than_bytes_are_refused_with_a_sentence(tape: Path, tmp_pat
     tape.write_bytes(tape.read_bytes() + run(100_000_000))
     assert "counts more samples" in (facts_of(tape).problem or "")
     with pytest.raises(StateError, match=r"part\.mp4: .*counts more samples"):
-        mended(tape, tmp_path / "copies")
+        repaired(tape, tmp_path / "copies")
 
 
 @pytest.mark.parametrize("around", [b"", b"moov", b"traf"])

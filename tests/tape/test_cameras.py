@@ -23,7 +23,7 @@ from wax.tape.reading import read_events
 from wax.tape.recorder import Format, Recorder
 from wax.tape.segment import Segment
 from wax.tape.shelf import Shelf
-from wax.tape.tape import Tape
+from wax.tape.tape import TapeFeed
 from wax.telemetry import Counters
 
 if TYPE_CHECKING:
@@ -187,7 +187,7 @@ class TapeRig:
         source = TestCardVideo(one, self.clock)
         self.camera = Camera(one, source, clock=self.clock, blank=lambda picture: picture)
         self.best = one.renditions[0].name
-        self.tape = Tape(
+        self.tape = TapeFeed(
             settings,
             clock=self.clock,
             counters=self.counters,

@@ -26,11 +26,11 @@ from wax.encode.sound_encoder import SoundEncoder
 from wax.errors import StateError
 from wax.protocol.tape_events import EVENTS, FORMAT, Missed, Named, Stopped, Turned, topic
 from wax.tape import event_file, reading
-from wax.tape import mended as mended_module
+from wax.tape import repaired as repaired_module
 from wax.tape.event_file import METADATA, ORIGIN, VERSION, EventFile
-from wax.tape.media_file import ENDINGS, MediaFile
-from wax.tape.mended import facts_of, mended
+from wax.tape.media_file import ENDINGS, TapeFile
 from wax.tape.reading import read_events
+from wax.tape.repaired import facts_of, repaired
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -45,15 +45,15 @@ CODECS: Final[tuple[Codec, ...]] = ("vp8", "h264")
 Stream = Literal["video", "audio"]
 
 
-def record(path: Path, codec: Codec, *, seconds: float, drift_ppm: float = 0.0) -> MediaFile:
+def record(path: Path, codec: Codec, *, seconds: float, drift_ppm: float = 0.0) -> TapeFile:
     """Write a file in the order in which things arrive, and leave it open."""
-    made = MediaFile(path, codec=codec, size=SIZE, has_sound=True, origin_s=ORIGIN_S)
+    made = TapeFile(path, codec=codec, size=SIZE, has_sound=True, origin_s=ORIGIN_S)
     film = pictures(codec, begin_s=ORIGIN_S, seconds=seconds)
     write(made, [*film, *sounds(begin_s=ORIGIN_S, seconds=seconds, drift_ppm=drift_ppm)])
     return made
 
 
-def write(made: MediaFile, items: Iterable[EncodedPicture | EncodedSound]) -> None:
+def write(made: TapeFile, items: Iterable[EncodedPicture | EncodedSound]) -> None:
     """Write in the order of capture."""
     for item in in_order(items):
         if isinstance(item, EncodedPicture):
@@ -110,7 +110,7 @@ def test_picture_and_sound_are_in_step(codec: Codec, tmp_path: Path) -> None:
 def test_two_channels_are_played_as_two(codec: Codec, tmp_path: Path) -> None:
     """A tone on the left stays there; where packets have one channel both sides have it."""
     path = tmp_path / f"part{ENDINGS[codec]}"
-    made = MediaFile(
+    made = TapeFile(
         path, codec=codec, size=None, has_sound=True, origin_s=ORIGIN_S, sound_channels=2
     )
     tone = np.round(8000 * np.sin(np.arange(480) * (2 * np.pi * 1000 / 48_000))).astype(np.int16)
@@ -143,7 +143,7 @@ def test_an_hour_stays_in_step(tmp_path: Path) -> None:
     all_sounds = sounds(begin_s=ORIGIN_S, seconds=part_s * parts, drift_ppm=50)
     for number in range(parts):
         path, begin_s = tmp_path / f"{number}.webm", ORIGIN_S + number * part_s
-        made = MediaFile(path, codec="vp8", size=SIZE, has_sound=True, origin_s=begin_s)
+        made = TapeFile(path, codec="vp8", size=SIZE, has_sound=True, origin_s=begin_s)
         heard_then = (one for one in all_sounds if 0 <= one.captured_s - begin_s + 1 < part_s + 1)
         write(made, [*pictures("vp8", begin_s=begin_s, seconds=part_s), *heard_then])
         made.close()
@@ -163,11 +163,11 @@ def test_what_is_not_finished_can_be_played(codec: Codec, tmp_path: Path) -> Non
     assert times_s(cut, "video")[-1] >= 4.0
     assert times_s(cut, "audio")[-1] >= 4.0
     (tmp_path / "copies").mkdir()
-    copy = mended(cut, tmp_path / "copies")
+    copy = repaired(cut, tmp_path / "copies")
     assert copy != cut
     assert facts_of(copy).length_ms >= 4000
     assert times_s(copy, "video") == pytest.approx(times_s(cut, "video"), abs=0.002)
-    assert mended(cut, tmp_path / "copies") == copy
+    assert repaired(cut, tmp_path / "copies") == copy
 
 
 @pytest.mark.parametrize("share", [0.3, 0.5, 0.9])
@@ -179,7 +179,7 @@ def test_a_file_that_is_cut_in_the_middle_is_played_up_to_there(
     record(path, "vp8", seconds=4).close()
     cut.write_bytes(path.read_bytes()[: int(path.stat().st_size * share)])
     (tmp_path / "copies").mkdir()
-    copy = mended(cut, tmp_path / "copies")
+    copy = repaired(cut, tmp_path / "copies")
     assert times_s(copy, "video")[-1] >= 4 * share - 1.0
 
 
@@ -187,7 +187,7 @@ def test_a_finished_file_is_played_as_it_is(tmp_path: Path) -> None:
     """No copy is made of what a browser can seek in."""
     path = tmp_path / "part.webm"
     record(path, "vp8", seconds=1).close()
-    assert mended(path, tmp_path / "nowhere") == path
+    assert repaired(path, tmp_path / "nowhere") == path
     facts = facts_of(path)
     assert (facts.has_picture, facts.has_sound, facts.problem) == (True, True, None)
 
@@ -200,14 +200,14 @@ def test_what_is_no_media_file_is_said(tmp_path: Path) -> None:
     assert problem is not None
     assert problem.startswith("Picture and sound are damaged:")
     with pytest.raises(StateError, match="are damaged"):
-        mended(path, tmp_path / "copies")
+        repaired(path, tmp_path / "copies")
 
 
 @pytest.mark.parametrize("codec", CODECS)
 def test_a_file_without_picture_has_sound(codec: Codec, tmp_path: Path) -> None:
     """While the camera is away, the microphone is not."""
     path = tmp_path / f"part{ENDINGS[codec]}"
-    made = MediaFile(path, codec=codec, size=None, has_sound=True, origin_s=ORIGIN_S)
+    made = TapeFile(path, codec=codec, size=None, has_sound=True, origin_s=ORIGIN_S)
     for sound in sounds(begin_s=ORIGIN_S, seconds=1):
         made.sound(sound)
     made.picture(pictures(codec, begin_s=ORIGIN_S, seconds=0.1)[0])
@@ -218,7 +218,7 @@ def test_a_file_without_picture_has_sound(codec: Codec, tmp_path: Path) -> None:
 
 def test_only_its_owner_reads_a_part(tmp_path: Path) -> None:
     """It shows people."""
-    MediaFile(tmp_path / "part.webm", codec="vp8", size=SIZE, has_sound=False, origin_s=0.0).close()
+    TapeFile(tmp_path / "part.webm", codec="vp8", size=SIZE, has_sound=False, origin_s=0.0).close()
     EventFile(tmp_path / "part.mcap", origin_s=0.0, zero_ns=0).close()
     assert all(one.stat().st_mode & 0o077 == 0 for one in tmp_path.iterdir())
 
@@ -448,7 +448,7 @@ def test_picture_and_sound_that_are_too_large_are_not_looked_through(tmp_path: P
     path = tmp_path / "part.webm"
     record(path, "vp8", seconds=1).close()
     os.truncate(path, 50_000_000_000)
-    for look in (facts_of, lambda one: mended(one, tmp_path / "copies")):
+    for look in (facts_of, lambda one: repaired(one, tmp_path / "copies")):
         with pytest.raises(StateError, match=r"50 GB of picture and sound.*the tape's folder"):
             look(path)
 
@@ -464,6 +464,6 @@ def test_no_room_for_a_copy_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(mended_module, "_copy", full)
+    monkeypatch.setattr(repaired_module, "_copy", full)
     with pytest.raises(StateError, match=r"no room in .*TMPDIR"):
-        mended(path, copies)
+        repaired(path, copies)

@@ -15,8 +15,8 @@ import pytest
 from tests.tape.filming import CAMERA_LATER_S
 
 from wax.protocol.tape_events import Filmed
-from wax.tape.mended import mended
 from wax.tape.reading import read_events
+from wax.tape.repaired import repaired
 from wax.tape.shelf import Shelf
 
 if TYPE_CHECKING:
@@ -57,12 +57,12 @@ def _check(folder: Path, captured_s: float) -> None:
     assert part.events is not None
     copies = folder / "copies"
     copies.mkdir()
-    for path in (part.media, mended(part.media, copies)):
+    for path in (part.media, repaired(part.media, copies)):
         ends = _ends_s(path, "video", "audio")
         assert ends["video"] >= captured_s - LOST_S
         assert ends["audio"] >= captured_s - LOST_S
     camera = part.cameras[1]
-    for path in (camera, mended(camera, copies)):
+    for path in (camera, repaired(camera, copies)):
         assert _ends_s(path, "video")["video"] >= captured_s - CAMERA_LATER_S - LOST_S
     read = read_events(part.events)
     (filmed,) = (one for one in read.events if isinstance(one.event, Filmed))

@@ -13,7 +13,7 @@ from wax.capture.source import Sound
 from wax.config.settings import Settings
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
-from wax.tape.tape import Tape
+from wax.tape.tape import TapeFeed
 from wax.telemetry import Counters
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ class Rig:
         self.counters = Counters()
         self.video = VideoHub(settings=settings.video, clock=clock)
         self.audio = SoundHub()
-        self.tape = Tape(
+        self.tape = TapeFeed(
             settings, clock=clock, counters=self.counters, video=self.video, audio=self.audio
         )
 

@@ -6,42 +6,42 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.examples import examples
 
-from wax.voice.floor import Floor, Verdict
+from wax.voice.floor import Floor, VoiceVerdict
 
 
 def judge(
     floor: Floor, who: int, now_s: float, *, may: bool = True, muted: bool = False
-) -> Verdict:
+) -> VoiceVerdict:
     return floor.judge(who, now_s, may_speak=may, is_muted=muted, is_played=True)
 
 
 def test_who_begins_is_heard_and_the_other_waits() -> None:
     """Until they have paused for half a second."""
     floor = Floor()
-    assert judge(floor, 1, 10.0) is Verdict.HEARD
-    assert judge(floor, 2, 10.1) is Verdict.TAKEN
+    assert judge(floor, 1, 10.0) is VoiceVerdict.HEARD
+    assert judge(floor, 2, 10.1) is VoiceVerdict.TAKEN
     floor.sounded(1, 10.4)
-    assert judge(floor, 2, 10.8) is Verdict.TAKEN
-    assert judge(floor, 2, 10.91) is Verdict.HEARD
-    assert judge(floor, 1, 11.0) is Verdict.TAKEN
+    assert judge(floor, 2, 10.8) is VoiceVerdict.TAKEN
+    assert judge(floor, 2, 10.91) is VoiceVerdict.HEARD
+    assert judge(floor, 1, 11.0) is VoiceVerdict.TAKEN
 
 
 def test_silence_keeps_the_floor_from_nobody() -> None:
     """An open microphone in a quiet room is heard, and gives way to a voice."""
     floor = Floor()
     for step in range(100):
-        assert judge(floor, 1, 10 + step / 50) is Verdict.HEARD
-    assert judge(floor, 2, 12.0) is Verdict.HEARD
-    assert judge(floor, 1, 12.1) is Verdict.TAKEN
+        assert judge(floor, 1, 10 + step / 50) is VoiceVerdict.HEARD
+    assert judge(floor, 2, 12.0) is VoiceVerdict.HEARD
+    assert judge(floor, 1, 12.1) is VoiceVerdict.TAKEN
 
 
 def test_who_loses_the_right_loses_the_floor() -> None:
     """At once, to whoever comes next."""
     floor = Floor()
     judge(floor, 1, 10.0)
-    assert judge(floor, 1, 10.1, may=False) is Verdict.NOT_ALLOWED
-    assert judge(floor, 2, 10.1) is Verdict.HEARD
-    assert judge(floor, 2, 10.2, muted=True) is Verdict.MUTED
+    assert judge(floor, 1, 10.1, may=False) is VoiceVerdict.NOT_ALLOWED
+    assert judge(floor, 2, 10.1) is VoiceVerdict.HEARD
+    assert judge(floor, 2, 10.2, muted=True) is VoiceVerdict.MUTED
     assert floor.holder(10.2) is None
 
 
@@ -49,7 +49,7 @@ def test_without_a_speaker_nobody_has_the_floor() -> None:
     """What is not played is not heard."""
     floor = Floor()
     verdict = floor.judge(1, 10.0, may_speak=True, is_muted=False, is_played=False)
-    assert verdict is Verdict.NO_SPEAKER
+    assert verdict is VoiceVerdict.NO_SPEAKER
     assert floor.holder(10.0) is None
 
 
@@ -72,7 +72,7 @@ def test_never_two_and_never_who_may_not(
         now_s += pause_s
         holder = floor.holder(now_s)
         verdict = floor.judge(who, now_s, may_speak=may, is_muted=muted, is_played=played)
-        if verdict is Verdict.HEARD:
+        if verdict is VoiceVerdict.HEARD:
             assert may
             assert played
             assert not muted

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.web.test_preview_picture import encoded
 
 from wax.config.page import PageSettings
-from wax.web.own_page import OwnPage
+from wax.web.branding import BrandedPage
 
 BUILT = (Path(__file__).parents[2] / "web" / "index.html").read_text(encoding="utf-8")
 ORIGIN = "http://robot.example:8080"
@@ -49,7 +49,7 @@ class Read(HTMLParser):
 
 def test_without_settings_the_page_is_complete() -> None:
     """Title, description and preview have words of the page's own, and there is no more to load."""
-    page = Read(OwnPage(PageSettings()).html(BUILT, ORIGIN))
+    page = Read(BrandedPage(PageSettings()).html(BUILT, ORIGIN))
     assert page.title == "WAX"
     assert page.meta["description"] == "Drive a real robot from your browser."
     assert page.meta["og:title"] == "WAX"
@@ -63,7 +63,7 @@ def test_without_settings_the_page_is_complete() -> None:
 def test_the_page_is_the_hosts() -> None:
     """Name and sentence are title, description, preview, and known to the page at once."""
     settings = PageSettings(name="Rover", sentence="Say hello.", language="de")
-    page = Read(OwnPage(settings, {"voice": ""}).html(BUILT, ORIGIN))
+    page = Read(BrandedPage(settings, {"voice": ""}).html(BUILT, ORIGIN))
     assert page.title == page.meta["og:title"] == "Rover"
     assert page.meta["description"] == page.meta["og:description"] == "Say hello."
     assert page.root == {
@@ -77,7 +77,7 @@ def test_the_page_is_the_hosts() -> None:
 
 def test_a_page_in_german_is_described_in_german() -> None:
     """Where the host says nothing, the page's own sentence is in its language."""
-    page = Read(OwnPage(PageSettings(language="de")).html(BUILT, ORIGIN))
+    page = Read(BrandedPage(PageSettings(language="de")).html(BUILT, ORIGIN))
     assert page.meta["description"] == "Steuere einen echten Roboter in deinem Browser."
 
 
@@ -87,7 +87,7 @@ def test_a_preview_needs_whole_addresses(tmp_path: Path) -> None:
     file.write_bytes(encoded("png"))
     settings = PageSettings(picture=str(file))
     for public, base in (("https://robot.example.org", "https://robot.example.org"), ("", ORIGIN)):
-        own = OwnPage(settings, public_url=public)
+        own = BrandedPage(settings, public_url=public)
         assert own.picture is not None
         page = Read(own.html(BUILT, ORIGIN))
         assert page.meta["og:url"] == f"{base}/"
@@ -98,7 +98,7 @@ def test_a_preview_needs_whole_addresses(tmp_path: Path) -> None:
 
 def test_a_colour_is_a_style_sheet_after_the_pages_own() -> None:
     """It outranks that one, is new by name when it changes, and has both themes."""
-    own = OwnPage(PageSettings(accent="#7a1fa2"))
+    own = BrandedPage(PageSettings(accent="#7a1fa2"))
     built = BUILT.replace("</head>", '<link rel="stylesheet" href="assets/a.css"></head>')
     assert Read(own.html(built, ORIGIN)).styles == [
         "assets/a.css",
@@ -106,7 +106,7 @@ def test_a_colour_is_a_style_sheet_after_the_pages_own() -> None:
     ]
     assert "--accent:#7a1fa2" in own.style
     assert "prefers-color-scheme:dark" in own.style
-    assert own.style_digest != OwnPage(PageSettings(accent="#7a1fa3")).style_digest
+    assert own.style_digest != BrandedPage(PageSettings(accent="#7a1fa3")).style_digest
 
 
 ANYTHING = st.text(
@@ -119,8 +119,8 @@ ANYTHING = st.text(
 @given(ANYTHING, ANYTHING)
 def test_whatever_a_host_writes_is_text(name: str, sentence: str) -> None:
     """No name ends an attribute, begins an element or is read as an entity."""
-    plain = Read(OwnPage(PageSettings()).html(BUILT, ORIGIN))
-    page = Read(OwnPage(PageSettings(name=name, sentence=sentence)).html(BUILT, ORIGIN))
+    plain = Read(BrandedPage(PageSettings()).html(BUILT, ORIGIN))
+    page = Read(BrandedPage(PageSettings(name=name, sentence=sentence)).html(BUILT, ORIGIN))
     assert page.title == name
     assert page.root["data-name"] == name
     assert page.root["data-sentence"] == sentence

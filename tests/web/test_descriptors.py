@@ -7,8 +7,8 @@ import sys
 
 import pytest
 
+from wax.commands.doctor import machine
 from wax.config.settings import Settings
-from wax.doctor import machine
 from wax.web import descriptors
 
 

@@ -18,8 +18,8 @@ from wax.config.settings import NetworkSettings, RelaySettings, ServerSettings
 from wax.records.records import Records
 from wax.rtc.ice_servers import IceServers
 from wax.web import routes
+from wax.web.branding import BrandedPage
 from wax.web.guards import Guards
-from wax.web.own_page import OwnPage
 from wax.web.routes import Routes
 from wax.web.security_headers import always
 
@@ -105,7 +105,7 @@ async def line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator
         ice=IceServers(NetworkSettings(), RelaySettings()),
         status=dict,
         proving=cast("ProofRunner", None),
-        own_page=OwnPage(PageSettings()),
+        branding=BrandedPage(PageSettings()),
         access=make_access(Records(clock), clock),
         offers_hz=1000.0,
         guards=Guards(

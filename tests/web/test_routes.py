@@ -26,8 +26,8 @@ from wax.errors import ForbiddenError, FullError, NoPlaceError, SignallingError,
 from wax.records.records import Records
 from wax.rtc.ice_servers import IceServers
 from wax.web import routes
+from wax.web.branding import BrandedPage
 from wax.web.guards import Guards
-from wax.web.own_page import OwnPage
 from wax.web.routes import Routes
 
 if TYPE_CHECKING:
@@ -168,7 +168,7 @@ async def client(
         ice=IceServers(NetworkSettings(stun=["stun:stun.example:3478"]), RelaySettings()),
         status=lambda: {"version": "x"},
         proving=cast("ProofRunner", lent),
-        own_page=OwnPage(PageSettings()),
+        branding=BrandedPage(PageSettings()),
         access=access,
         offers_hz=2.0,
         guards=Guards(
@@ -213,7 +213,7 @@ async def test_the_page_knows_what_to_prepare(
         ice=IceServers(NetworkSettings(), RelaySettings()),
         status=dict,
         proving=cast("ProofRunner", Lent()),
-        own_page=OwnPage(PageSettings(), page_data),
+        branding=BrandedPage(PageSettings(), page_data),
         access=make_access(Records(TurnedClock()), TurnedClock()),
         offers_hz=2.0,
         guards=Guards(ServerSettings(), TurnedClock()),
@@ -240,7 +240,7 @@ async def _served(
         ice=IceServers(NetworkSettings(), RelaySettings()),
         status=dict,
         proving=cast("ProofRunner", Lent()),
-        own_page=OwnPage(settings),
+        branding=BrandedPage(settings),
         access=make_access(Records(TurnedClock()), TurnedClock()),
         offers_hz=2.0,
         guards=Guards(ServerSettings(), TurnedClock()),
@@ -256,7 +256,7 @@ async def test_what_is_the_hosts_own_is_kept_by_its_address(
     file = tmp_path / "robot.png"
     file.write_bytes(encoded("png"))
     settings = PageSettings(accent="#7a1fa2", picture=str(file))
-    own = OwnPage(settings)
+    own = BrandedPage(settings)
     assert own.picture is not None
     async with await _served(settings, tmp_path, monkeypatch) as client:
         for path, digest, content_type in (
@@ -560,7 +560,7 @@ async def test_the_page_is_made_once_for_each_name(
     """What strangers ask for most costs no file, no hash and no packing."""
     first = await client.get("/")
     await first.read()
-    monkeypatch.setattr(OwnPage, "html", None)
+    monkeypatch.setattr(BrandedPage, "html", None)
     again = await client.get("/")
     assert (again.status, await again.read()) == (200, await first.read())
     same = await client.get("/", headers={"If-None-Match": again.headers["ETag"]})
@@ -592,7 +592,7 @@ def test_a_page_that_was_not_built_is_a_sentence(
         ice=IceServers(NetworkSettings(), RelaySettings()),
         status=dict,
         proving=cast("ProofRunner", Lent()),
-        own_page=OwnPage(PageSettings()),
+        branding=BrandedPage(PageSettings()),
         access=make_access(Records(TurnedClock()), TurnedClock()),
         offers_hz=2.0,
         guards=Guards(ServerSettings(), TurnedClock()),

@@ -17,7 +17,7 @@ from wax.config.settings import RenditionSettings, VideoSettings
 from wax.congestion.control import NoCongestionControl
 from wax.protocol import messages
 from wax.sentence import Sentence
-from wax.streams.interface import Codecs, Kind, Lanes, MessageRate, Policy, Units
+from wax.streams.interface import Codecs, Kind, Lanes, MessageRate, Policy, UnitPattern
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -243,10 +243,10 @@ class BaselineStreams:
         self._fail_safe_since_s = now_s if mode == "fail-safe" else None
 
     @property
-    def units(self) -> Units | None:
+    def units(self) -> UnitPattern | None:
         if self._last_sound_pts is None:
             return None
-        return Units(last_pts=self._last_sound_pts, length=self._audio.unit_samples)
+        return UnitPattern(last_pts=self._last_sound_pts, length=self._audio.unit_samples)
 
     def status(self) -> dict[str, object]:
         state = self._sender.state()

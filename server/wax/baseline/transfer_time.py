@@ -23,7 +23,7 @@ _LEAST_PATIENCE_S: Final = 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class UnderWay:
+class UnitUnderWay:
     """An MU that has left and is not yet acknowledged."""
 
     mu: MediaUnit
@@ -53,7 +53,7 @@ class TransferTime:
         self._round_trip = round_trip
         self._lost_after_s = lost_after_s
         self._newest_s: deque[float] = deque(maxlen=_NEWEST)
-        self.under_way: UnderWay | None = None
+        self.under_way: UnitUnderWay | None = None
         self.last_interval_s: float | None = None
         """How long the last MU delayed the next, round trip included."""
 
@@ -76,7 +76,7 @@ class TransferTime:
         """Note that an MU leaves; the one before must have been acknowledged or given up."""
         if self.under_way is not None:
             raise RuntimeError(f"{self.under_way.mu} is still in flight; acknowledge it first")
-        self.under_way = UnderWay(mu, now_s)
+        self.under_way = UnitUnderWay(mu, now_s)
 
     def acknowledged(self, number: int, now_s: float) -> MediaUnit | None:
         """Note an acknowledgement; return its MU, None if it is not the one in flight."""

@@ -36,7 +36,7 @@ _FULL_SHARE: Final = 0.8
 _SIDES: Final = ("left", "right")
 
 
-class Capsules:
+class ChannelFaults:
     """Passes sound on with as many channels as carry something of their own.
 
     One channel stays one. Two become one where the other has failed: it is silent while there is

@@ -43,7 +43,7 @@ _MOST: Final = 200
 
 
 @dataclass(frozen=True, slots=True)
-class Control:
+class CameraControl:
     """One that can be set: to a whole number from `least` to `most`, or of a menu's `choices`."""
 
     number: int
@@ -129,7 +129,7 @@ def _opened(camera: int | str, ioctl: Ioctl | None) -> Iterator[Callable[[int, b
         os.close(descriptor)
 
 
-def _controls(call: Callable[[int, bytearray], object]) -> Iterator[Control]:
+def _controls(call: Callable[[int, bytearray], object]) -> Iterator[CameraControl]:
     """Yield those that can be set, in the camera's order."""
     number = 0
     for _ in range(_MOST):
@@ -142,7 +142,7 @@ def _controls(call: Callable[[int, bytearray], object]) -> Iterator[Control]:
         if kind in _SETTABLE and not flags & (_DISABLED | _READ_ONLY):
             is_menu = kind in (_MENU, _INTEGER_MENU)
             choices = _choices(call, number, kind, range(least, most + 1)) if is_menu else {}
-            yield Control(number, _key(name), kind, least, most, choices)
+            yield CameraControl(number, _key(name), kind, least, most, choices)
 
 
 def _choices(

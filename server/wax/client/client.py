@@ -18,7 +18,7 @@ from pydantic_core import from_json
 from wax.client.clock import ServerClock
 from wax.client.media import Media
 from wax.client.receipts import Receipts
-from wax.client.reports import INTERVAL_S, Received, Reporter
+from wax.client.reports import INTERVAL_S, ReceivedStream, Reporter
 from wax.client.sdp import as_browser
 from wax.errors import SignallingError
 from wax.protocol import compact, messages, room_change
@@ -292,8 +292,8 @@ class Client:
             clock_error_ms=self.clock.error_ms,
         )
 
-    def _received(self, kind: Kind) -> Received:
-        return Received(self.media.counts(kind), self.media.newest(kind))
+    def _received(self, kind: Kind) -> ReceivedStream:
+        return ReceivedStream(self.media.counts(kind), self.media.newest(kind))
 
     def _acknowledge(self, kind: Kind, packet: RtpHeader) -> None:
         if self._receipts is not None and self._receipts.ends_unit(kind, packet):

@@ -53,15 +53,15 @@ class StreamCounts:
 
 
 @dataclass(slots=True)
-class Answers:
+class RtcpAnswers:
     """RTCP sent back: feedback packets, and requests for retransmissions and keyframes."""
 
     feedbacks: int = 0
     retransmissions: int = 0
     keyframes: int = 0
 
-    def __add__(self, other: Answers) -> Answers:
-        return Answers(
+    def __add__(self, other: RtcpAnswers) -> RtcpAnswers:
+        return RtcpAnswers(
             self.feedbacks + other.feedbacks,
             self.retransmissions + other.retransmissions,
             self.keyframes + other.keyframes,
@@ -108,7 +108,7 @@ class Media:
         on_socket: Callable[[Any], None] | None = None,
         now_s: Callable[[], float] = time.monotonic,
     ) -> None:
-        self.answers = Answers()
+        self.answers = RtcpAnswers()
         self.arrived = {kind: asyncio.Event() for kind in KINDS}
         self._on_packet = on_packet
         self._on_socket = on_socket

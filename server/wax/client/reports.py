@@ -20,7 +20,7 @@ _UINT32: Final = 2**32
 
 
 @dataclass(frozen=True, slots=True)
-class Received:
+class ReceivedStream:
     """What has arrived of one stream; `newest` is None before the first frame."""
 
     counts: StreamCounts
@@ -56,8 +56,8 @@ class Reporter:
     def report(
         self,
         *,
-        sound: Received | None,
-        picture: Received | None,
+        sound: ReceivedStream | None,
+        picture: ReceivedStream | None,
         now_s: float,
         ahead_ms: float,
         clock_error_ms: float | None,
@@ -73,7 +73,7 @@ class Reporter:
             clock_error_ms=clock_error_ms,
         )
 
-    def _sound(self, sound: Received, now_s: float, ahead_ms: float) -> messages.SoundReport:
+    def _sound(self, sound: ReceivedStream, now_s: float, ahead_ms: float) -> messages.SoundReport:
         age_ms = played_ms = concealed_ms = None
         if sound.newest is not None:
             self._began_s = self._began_s or sound.newest.at_s
@@ -91,7 +91,7 @@ class Reporter:
             player="browser",
         )
 
-    def _picture(self, picture: Received, now_s: float) -> messages.PictureReport:
+    def _picture(self, picture: ReceivedStream, now_s: float) -> messages.PictureReport:
         counted = self._counted
         counted.append((picture.counts.frames, now_s))
         while len(counted) > 2 and now_s - counted[1][1] >= _RATE_OVER_S:

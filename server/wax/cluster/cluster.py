@@ -40,7 +40,7 @@ has one of ten minutes."""
 
 
 @dataclass(frozen=True, slots=True)
-class Seat:
+class RoomSeat:
     """Where somebody may watch: a room, LiveKit's address, and a token for it."""
 
     room: str
@@ -64,7 +64,7 @@ class _Published:
 
 
 @dataclass(frozen=True, slots=True)
-class Sources:
+class PublishedSources:
     """What is published: the hubs, of which the rooms are one more viewer each.
 
     `audio` is None where not everybody may hear: nobody in a room can be kept from it.
@@ -86,7 +86,10 @@ class Cluster:
         self._news: Callable[[], str | None] = _nothing
 
     def publish(
-        self, settings: Sequence[PublishSettings], renditions: Sequence[str], sources: Sources
+        self,
+        settings: Sequence[PublishSettings],
+        renditions: Sequence[str],
+        sources: PublishedSources,
     ) -> None:
         """Publish into these rooms once `run` begins; raises `StartError` for an unread secret.
 
@@ -101,7 +104,7 @@ class Cluster:
 
     # --- for whoever admits viewers --------------------------------------------------------
 
-    def seats(self, person: str, before: Sequence[str] = ()) -> list[Seat]:
+    def seats(self, person: str, before: Sequence[str] = ()) -> list[RoomSeat]:
         """Return where this person may watch, the first for now; empty where all is full.
 
         `before` are the rooms that they were sent to already, in which they stay.
@@ -111,7 +114,7 @@ class Cluster:
         for one in mine:
             one.leaving.let_in(person)
         return [
-            Seat(one.name, livekit.url, livekit.watch_token(person))
+            RoomSeat(one.name, livekit.url, livekit.watch_token(person))
             for one in rooms.choose([one.occupancy for one in mine if one.is_live], before)
             if (livekit := by_name[one.name]) is not None
         ]
@@ -227,7 +230,7 @@ class Cluster:
     # --- making ----------------------------------------------------------------------------
 
     def _room(
-        self, settings: PublishSettings, renditions: Sequence[str], sources: Sources
+        self, settings: PublishSettings, renditions: Sequence[str], sources: PublishedSources
     ) -> _Published:
         livekit = None
         if settings.livekit:

@@ -12,8 +12,8 @@ import subprocess
 import sys
 from typing import TYPE_CHECKING, Any, Final
 
-from wax import python_process
 from wax.config import driver_tables
+from wax.process import python_module
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -25,7 +25,7 @@ def check(robot: dict[str, Any], ours: Collection[str]) -> list[str]:
     """Return the sentences of `driver_tables.check_here`, none where the driver fails."""
     asked = json.dumps({"robot": robot, "ours": sorted(ours)}, default=str)
     try:
-        done = python_process.ask("wax.config.foreign_table", asked.encode(), _LOAD_S)
+        done = python_module.ask("wax.config.foreign_table", asked.encode(), _LOAD_S)
         lines = json.loads(done.stdout)
     except (OSError, subprocess.TimeoutExpired, ValueError):
         return []

@@ -10,7 +10,7 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from wax.congestion.allocation import Allocation, area
-from wax.congestion.sound_choice import Budget, SoundChoice
+from wax.congestion.sound_choice import SoundBudget, SoundChoice
 from wax.congestion.wire_cost import picture_bps
 from wax.sentence import Sentence
 
@@ -141,7 +141,7 @@ class Allocator:
         if self._begun_s == -math.inf:
             self._begun_s = self._now_s
         quick = estimate.state == "starting" or self._now_s - self._begun_s < _STARTUP_S
-        budget = Budget(estimate.rate_bps, FIT_SHARE, other_bps)
+        budget = SoundBudget(estimate.rate_bps, FIT_SHARE, other_bps)
         form, redundancy = None, 0
         if sound:
             form, redundancy = self._sound.choose(
@@ -172,7 +172,7 @@ class Allocator:
         )
 
     def _left(
-        self, estimate: LinkEstimate, budget: Budget, allowed: Sequence[int]
+        self, estimate: LinkEstimate, budget: SoundBudget, allowed: Sequence[int]
     ) -> tuple[float, float]:
         """Return what other cameras may begin with and keep; nothing before this one is whole."""
         if self._at is None or self._cut > 0 or estimate.assumed or estimate.state == "blind":
@@ -188,7 +188,7 @@ class Allocator:
         return max(left_bps, 0.0), max(kept_bps, 0.0)
 
     def _follow(
-        self, estimate: LinkEstimate, budget: Budget, allowed: Sequence[int], *, quick: bool
+        self, estimate: LinkEstimate, budget: SoundBudget, allowed: Sequence[int], *, quick: bool
     ) -> None:
         now_s, last = self._now_s, allowed[-1]
         calm = estimate.state in ("starting", "steady")
@@ -223,7 +223,7 @@ class Allocator:
         if self._rose_s > -math.inf and now_s - self._rose_s > _PROVEN_S:
             self._rose_s, self._hold_s = -math.inf, _RISE_HOLD_S
 
-    def _target(self, estimate: LinkEstimate, budget: Budget, allowed: Sequence[int]) -> int:
+    def _target(self, estimate: LinkEstimate, budget: SoundBudget, allowed: Sequence[int]) -> int:
         if estimate.assumed:
             return allowed[-1]  # the assumed rate would overload a modem line
         left_bps = self._sound.left_bps(budget, FIT_SHARE)
@@ -235,7 +235,7 @@ class Allocator:
     def _kept_share(self, last: int) -> float:
         return _LAST_SHARE if self._at == last else _KEEP_SHARE
 
-    def _needed_cut(self, at: int, budget: Budget, share: float) -> int | None:
+    def _needed_cut(self, at: int, budget: SoundBudget, share: float) -> int | None:
         """Return how many layers to drop, None if not even the lowest fits."""
         left_bps = self._sound.left_bps(budget, share)
         step = self._steps[at]
@@ -255,7 +255,7 @@ class Allocator:
             return
         self._cut = cut
 
-    def _comes_back(self, budget: Budget, last: int, *, calm: bool) -> bool:
+    def _comes_back(self, budget: SoundBudget, last: int, *, calm: bool) -> bool:
         """Return whether the picture that was given up returns, or is tried."""
         assert self._gone_s is not None
         fits = self._needed_cut(last, budget, _KEEP_SHARE) is not None

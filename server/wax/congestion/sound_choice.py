@@ -32,7 +32,7 @@ _REDUNDANCY_HOLD_S: Final = 10.0
 
 
 @dataclass(frozen=True, slots=True)
-class Budget:
+class SoundBudget:
     """A share of the link's rate for sound and picture, less the rate of everything else."""
 
     rate_bps: float
@@ -58,7 +58,7 @@ class SoundChoice:
 
     def choose(
         self,
-        budget: Budget,
+        budget: SoundBudget,
         fixed: Sequence[SoundForm] | None,
         *,
         channels: int,
@@ -85,15 +85,15 @@ class SoundChoice:
         self._aim = (best, self._affordable(best, third_bps))
         return form, self._affordable(form, third_bps)
 
-    def left_bps(self, chosen_by: Budget, share: float) -> float:
+    def left_bps(self, chosen_by: SoundBudget, share: float) -> float:
         """Return what a `share` of the rate leaves to the picture, after `choose`.
 
         A faster link never leaves less: shortly before the next better sound fits, the picture
         gets no more than it will keep afterwards.
         """
         if self._aim is None:
-            return Budget(chosen_by.rate_bps, share, chosen_by.other_bps).bps
-        left_bps = Budget(chosen_by.rate_bps, share, chosen_by.other_bps).bps - sound_bps(
+            return SoundBudget(chosen_by.rate_bps, share, chosen_by.other_bps).bps
+        left_bps = SoundBudget(chosen_by.rate_bps, share, chosen_by.other_bps).bps - sound_bps(
             *self._aim
         )
         for form in self._considered:
@@ -101,7 +101,7 @@ class SoundChoice:
                 takes_bps = sound_bps(form, redundancy)
                 if takes_bps * _PARTS > chosen_by.bps:
                     from_bps = (takes_bps * _PARTS + chosen_by.other_bps) / chosen_by.share
-                    then = Budget(from_bps, share, chosen_by.other_bps)
+                    then = SoundBudget(from_bps, share, chosen_by.other_bps)
                     left_bps = min(left_bps, then.bps - takes_bps)
         return left_bps
 

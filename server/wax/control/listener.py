@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from wax.driver.interface import Twist
 
 
-class Witness(Protocol):
+class Listener(Protocol):
     """Called once the robot has its set-point; returns at once, never raises, never calls back."""
 
     def offered(self, viewer: int, command: Command, refusal: Refusal | None, now_s: float) -> None:
@@ -23,7 +23,7 @@ class Witness(Protocol):
         ...
 
 
-class NoWitness:
+class NoListener:
     """Nobody listens."""
 
     def offered(

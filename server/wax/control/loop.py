@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 from wax.control import gate, gauge_limits, ramp, speed, stop_latch
 from wax.control.gate import GateState, Setpoint
 from wax.control.gauge_limits import GaugeHold
+from wax.control.listener import NoListener
 from wax.control.loop_timer import LoopTimer
 from wax.control.operating import Operating, is_driving
 from wax.control.operator_delay import OperatorDelay
@@ -24,7 +25,6 @@ from wax.control.safe_driver import SafeDriver
 from wax.control.stop_latch import StopLatch
 from wax.control.turn_view import TurnView
 from wax.control.turns import TurnEnded, TurnRenewed, TurnStarted
-from wax.control.witness import NoWitness
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -35,12 +35,12 @@ if TYPE_CHECKING:
     from wax.control.command import Command
     from wax.control.fairness import Person
     from wax.control.lateness import Lateness
+    from wax.control.listener import Listener
     from wax.control.operation import Operation
     from wax.control.picture_clock import PictureClock
     from wax.control.reasons import Refusal
     from wax.control.stop_latch import LatchedStop, Releaser
     from wax.control.turns import TurnEvent, Turns
-    from wax.control.witness import Witness
     from wax.driver.interface import Driver, RobotState
     from wax.sentence import Sentence
 
@@ -59,7 +59,7 @@ class ControlLoop:
     the host lets a viewer use.
     `on_events` gets every change of the turns. `on_status` gets the operator, whether the robot
     moves, a sentence if it is held or slowed, and what part of the speed asked for is left to it,
-    whenever one of them changes. `witness` hears of every command and set-point. `controls` are
+    whenever one of them changes. `listener` hears of every command and set-point. `controls` are
     what the robot has besides wheels, `gauges` the numbers that it tells; some may stop it.
     """
 
@@ -79,7 +79,7 @@ class ControlLoop:
         max_fraction: Callable[[int], float],
         on_events: Callable[[tuple[TurnEvent, ...]], None],
         on_status: Callable[[int, bool, Sentence | None, float], None],
-        witness: Witness | None = None,
+        listener: Listener | None = None,
         controls: Sequence[ControlSettings] = (),
         gauges: Sequence[GaugeSettings] = (),
     ) -> None:
@@ -95,7 +95,7 @@ class ControlLoop:
         self._max_fraction = max_fraction
         self._on_events = on_events
         self._on_status = on_status
-        self._witness = witness or NoWitness()
+        self._listener = listener or NoListener()
         self._timer = LoopTimer(loop_hz=settings.loop_hz, ttl_s=driver.limits.ttl_s)
         self._latch = StopLatch()
         self._gate = GateState()
@@ -154,7 +154,7 @@ class ControlLoop:
         failure = failure or self._operating.tell(turn, may_move=self._target.holds, now_s=now_s)
         if failure is not None:
             self._gate = gate.require_neutral(self._gate, now_s, Hold.FAULT)
-        self._witness.steered(self._target, self._safe_driver.twist, turn.number, now_s)
+        self._listener.steered(self._target, self._safe_driver.twist, turn.number, now_s)
         self._tell(turn, failure or self._target.reason)
 
     async def _rest(self) -> None:
@@ -254,7 +254,7 @@ class ControlLoop:
             self._turns.drives(viewer, now_s)
         if refusal is None and self._is_news(turn, now_s):
             self._hurry(now_s)
-        self._witness.offered(viewer, command, refusal, now_s)
+        self._listener.offered(viewer, command, refusal, now_s)
         return refusal
 
     def operate(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from wax.control import operation
-from wax.control.operation import Controls, OperationState, Operator
+from wax.control.operation import Controls, ControlsOperator, OperationState
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -47,7 +47,7 @@ class Operating:
     ) -> Refusal | None:
         """Take what has just arrived, or return why not; see `Controls.accept`."""
         drives = is_driving(viewer, turn)
-        by = Operator(
+        by = ControlsOperator(
             viewer,
             _roles(drives=drives, is_host=is_host),
             turn.one_way_s if drives else one_way_s,

@@ -59,7 +59,7 @@ class Operation:
 
 
 @dataclass(frozen=True, slots=True)
-class Operator:
+class ControlsOperator:
     """Somebody who operates controls: which roles they have, and the delay of their link."""
 
     viewer: int
@@ -113,7 +113,7 @@ class Controls:
     def accept(
         self,
         state: OperationState,
-        by: Operator,
+        by: ControlsOperator,
         operation: Operation,
         *,
         turn: TurnView,
@@ -177,7 +177,9 @@ class Controls:
                     return Refusal.OUT_OF_RANGE
         return None
 
-    def _not_allowed(self, by: Operator, operation: Operation, turn: TurnView) -> Refusal | None:
+    def _not_allowed(
+        self, by: ControlsOperator, operation: Operation, turn: TurnView
+    ) -> Refusal | None:
         """Refuse what is for others, or for whoever drives in another turn."""
         drives = by.viewer == turn.operator and "operator" in by.roles
         is_theirs = drives and operation.turn == turn.number
@@ -191,7 +193,7 @@ class Controls:
         return None
 
     def _untimely(
-        self, by: Operator, operation: Operation, held_s: float, now_s: float
+        self, by: ControlsOperator, operation: Operation, held_s: float, now_s: float
     ) -> tuple[Refusal | None, float]:
         """Refuse what is too old; else return until when what is held counts."""
         ttl_s = time_to_live_s(by.one_way_s, self._rules) if operation.held else SET_TTL_S

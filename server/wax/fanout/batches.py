@@ -1,4 +1,4 @@
-"""Deliver to many viewers in small portions, so that timers can run in between."""
+"""Deliver to many viewers in small batches, so that timers can run in between."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PORTION: Final = 4
 """Sending one picture to one viewer takes about a fifth of a millisecond."""
 
 
-def in_portions(calls: Sequence[Callable[[], None]]) -> None:
+def in_batches(calls: Sequence[Callable[[], None]]) -> None:
     """Make the first calls now, and the next ones in each following pass of the event loop.
 
     asyncio checks its timers once a pass, so twenty deliveries in one pass would delay the control
@@ -22,4 +22,4 @@ def in_portions(calls: Sequence[Callable[[], None]]) -> None:
         call()
     rest = calls[PORTION:]
     if rest:
-        asyncio.get_running_loop().call_soon(in_portions, rest)
+        asyncio.get_running_loop().call_soon(in_batches, rest)

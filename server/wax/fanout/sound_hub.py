@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Final
 from wax.capture.source import BLOCK_MS, SAMPLE_RATE_HZ
 from wax.encode.sample_clock import SampleClock
 from wax.encode.sound_encoder import SoundEncoder
-from wax.fanout.portions import in_portions
-from wax.fanout.sound_lane import SoundLane
+from wax.fanout.batches import in_batches
+from wax.fanout.sound_lane import BoundedSoundLane
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -59,7 +59,7 @@ class SoundHub:
         self._clock = SampleClock()
         self._past: deque[tuple[Sound, int]] = deque(maxlen=_PAST_MS // BLOCK_MS)
         self._streams: dict[SoundForm, _Stream] = {}
-        self._lanes: dict[SoundLane, Callable[[SoundForm, EncodedSound], None]] = {}
+        self._lanes: dict[BoundedSoundLane, Callable[[SoundForm, EncodedSound], None]] = {}
         self._dropped_by_gone = 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._captured = 0
@@ -83,25 +83,25 @@ class SoundHub:
                     self._encoded += 1
                     self._from_thread(form, sound)
 
-    def add(self, boundary: ErrorBoundary) -> SoundLane:
+    def add(self, boundary: ErrorBoundary) -> BoundedSoundLane:
         """Make a lane, called inside `boundary`; nothing is sent to it until `choose`."""
-        lane = SoundLane()
+        lane = BoundedSoundLane()
         self._lanes[lane] = boundary.around(lane.put)
         return lane
 
-    def prioritise(self, lane: SoundLane) -> None:
+    def prioritise(self, lane: BoundedSoundLane) -> None:
         """Serve this lane first: the operator does not wait for a crowd."""
         if lane in self._lanes:
             self._lanes = {lane: self._lanes[lane], **self._lanes}
 
-    def remove(self, lane: SoundLane) -> None:
+    def remove(self, lane: BoundedSoundLane) -> None:
         """Forget a lane; safe to call twice."""
         if lane in self._lanes:
             del self._lanes[lane]
             self._dropped_by_gone += lane.dropped
         self._forget_unwanted()
 
-    def choose(self, lane: SoundLane, form: SoundForm | None, preroll_ms: float) -> None:
+    def choose(self, lane: BoundedSoundLane, form: SoundForm | None, preroll_ms: float) -> None:
         """Send sound in this form, beginning `preroll_ms` in the past, or none.
 
         The pre-roll, in whole media units, fills the browser's buffer at once, instead of at the 75
@@ -170,6 +170,6 @@ class SoundHub:
 
     def _fan_out(self, form: SoundForm, sound: EncodedSound) -> None:
         takers = [put for lane, put in self._lanes.items() if form in lane.forms]
-        in_portions([partial(put, form, sound) for put in takers])
+        in_batches([partial(put, form, sound) for put in takers])
         if not takers:
             self._forget_unwanted()

@@ -21,7 +21,7 @@ _REDUNDANT_SAMPLES: Final = 2**14 - 1
 """The largest age of repeated sound: 14 bits of time (RFC 2198, section 3)."""
 
 
-class SoundLane:
+class BoundedSoundLane:
     """Bounded queue of sound; when full it drops the oldest. Used only from the event loop.
 
     A change of form takes effect where units of both forms end together, so that every sample is

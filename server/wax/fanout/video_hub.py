@@ -6,12 +6,12 @@ import asyncio
 from functools import partial
 from typing import TYPE_CHECKING, Final, Literal, Protocol
 
-from wax import cores
 from wax.capture.newest_slot import NewestSlot
 from wax.encode.rendition import Rendition
 from wax.encode.video_encoder import VideoEncoder
-from wax.fanout.portions import in_portions
+from wax.fanout.batches import in_batches
 from wax.fanout.video_lane import VideoLane
+from wax.process import cores
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -27,7 +27,7 @@ _STOP_S: Final = 1.5
 _CORES_SHARE: Final = 0.5
 
 
-class PictureLane(Protocol):
+class HubLane(Protocol):
     """The interface of one viewer's lane; see `VideoLane`."""
 
     dropped: int
@@ -55,7 +55,7 @@ class VideoHub:
         make = make_encoder or partial(_make_encoder, settings.codec)
         self.slot: NewestSlot[Picture] = NewestSlot()
         self._clock = clock
-        self._lanes: dict[PictureLane, Callable[[EncodedPicture], None]] = {}
+        self._lanes: dict[HubLane, Callable[[EncodedPicture], None]] = {}
         self._dropped_by_gone = 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._make = make
@@ -97,7 +97,7 @@ class VideoHub:
         self.attach(lane, boundary)
         return lane
 
-    def attach(self, lane: PictureLane, boundary: ErrorBoundary) -> None:
+    def attach(self, lane: HubLane, boundary: ErrorBoundary) -> None:
         """Add an existing lane; nothing is sent to it until `choose`."""
         self._lanes[lane] = boundary.around(lane.put)
 
@@ -118,19 +118,19 @@ class VideoHub:
         loads = [one.load for one in self._renditions.values()]
         return sum(loads) + max(loads) <= _CORES_SHARE * self._cores
 
-    def prioritise(self, lane: PictureLane) -> None:
+    def prioritise(self, lane: HubLane) -> None:
         """Serve this lane first: the operator does not wait for a crowd."""
         if lane in self._lanes:
             self._lanes = {lane: self._lanes[lane], **self._lanes}
 
-    def remove(self, lane: PictureLane) -> None:
+    def remove(self, lane: HubLane) -> None:
         """Forget a lane; safe to call twice."""
         if lane in self._lanes:
             del self._lanes[lane]
             self._dropped_by_gone += lane.dropped
         self._refresh()
 
-    def choose(self, lane: PictureLane, rendition: str | None) -> None:
+    def choose(self, lane: HubLane, rendition: str | None) -> None:
         """Send this rendition to this lane from its next keyframe on, and request one."""
         if rendition == lane.rendition:
             return
@@ -139,7 +139,7 @@ class VideoHub:
         if rendition is not None:
             self._renditions[rendition].request_keyframe()
 
-    def request_keyframe(self, lane: PictureLane) -> None:
+    def request_keyframe(self, lane: HubLane) -> None:
         """Request a keyframe for a viewer who cannot decode (PLI, RFC 4585; FIR, RFC 5104)."""
         if lane.rendition is not None:
             self._renditions[lane.rendition].request_keyframe()
@@ -186,7 +186,7 @@ class VideoHub:
         calls: list[Callable[[], None]] = [partial(put, picture) for put in takers]
         if picture.keyframe:  # lanes switch now, after which the old rendition may be unused
             calls.append(self._refresh)
-        in_portions(calls)
+        in_batches(calls)
 
 
 def _make_encoder(codec: Literal["vp8", "h264"], rendition: RenditionSettings) -> PictureEncoder:

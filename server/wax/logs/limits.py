@@ -6,7 +6,7 @@ import logging
 import time
 from typing import TYPE_CHECKING, Any, Final
 
-from wax.printable import printable
+from wax.logs.printable import printable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, MutableMapping

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 _GC_THRESHOLDS: Final = (700, 10, 1000)
 """As usual, but full collections a hundred times less often: one stopped the event loop for 35 ms
-while a crowd joined, and who is gone needs none (`wax.weakly`, `break_circle`,
+while a crowd joined, and who is gone needs none (`wax.weak_callback`, `break_circle`,
 `private.break_circles`)."""
 _M_TRIM_THRESHOLD: Final = -1
 _M_MMAP_THRESHOLD: Final = -3

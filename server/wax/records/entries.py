@@ -55,11 +55,11 @@ class LinkSummary:
 
 
 @dataclass(frozen=True, slots=True)
-class Person:
+class RecordedPerson:
     """Somebody as the records name them: `identity` is hashed before it is written."""
 
     identity: str
     name: str
 
 
-NOBODY: Final = Person("", "")
+NOBODY: Final = RecordedPerson("", "")

@@ -8,7 +8,7 @@ import secrets
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
-from wax.printable import printable
+from wax.logs.printable import printable
 from wax.records.entries import Lasting
 from wax.records.shortened import shortened
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from wax.clock import Clock
-    from wax.records.entries import Ban, Invited, LinkSummary, Person
+    from wax.records.entries import Ban, Invited, LinkSummary, RecordedPerson
     from wax.records.writer import RecordWriter, Value
 
 _MAX_CHARS: Final = 200
@@ -65,7 +65,7 @@ class Records:
 
     # --- visits and turns --------------------------------------------------------------------
 
-    def session_began(self, person: Person, *, address: str, role: str) -> int:
+    def session_began(self, person: RecordedPerson, *, address: str, role: str) -> int:
         """Begin a visit; returns its id. The address is shortened."""
         now_ms, number = self.clock.wall_ms(), next(self._ids)
         self._put(
@@ -77,7 +77,13 @@ class Records:
         return number
 
     def session_seen(
-        self, number: int, person: Person, role: str, link: LinkSummary, *, is_over: bool = False
+        self,
+        number: int,
+        person: RecordedPerson,
+        role: str,
+        link: LinkSummary,
+        *,
+        is_over: bool = False,
     ) -> None:
         """Update a visit, or end it."""
         now_ms = self.clock.wall_ms()
@@ -94,7 +100,7 @@ class Records:
             *(link.lost_percent, link.lost_worst_percent, link.rendition, number),
         )
 
-    def turn_began(self, turn: int, person: Person) -> int:
+    def turn_began(self, turn: int, person: RecordedPerson) -> int:
         """Begin a turn; returns its id."""
         number = next(self._ids)
         self._put(
@@ -111,7 +117,7 @@ class Records:
 
     # --- stops, acts, refusals ---------------------------------------------------------------
 
-    def stop_pressed(self, stop: int | None, person: Person, reason: str) -> int:
+    def stop_pressed(self, stop: int | None, person: RecordedPerson, reason: str) -> int:
         """Record a stop, `stop` None if nobody pressed it; returns its id for the release."""
         number = next(self._ids)
         self._put(
@@ -127,7 +133,9 @@ class Records:
             *(self.clock.wall_ms(), by, number),
         )
 
-    def host_act(self, host: Person, act: str, *, about: str = "", detail: str = "") -> None:
+    def host_act(
+        self, host: RecordedPerson, act: str, *, about: str = "", detail: str = ""
+    ) -> None:
         """Record what a host did, to whom or what."""
         self._put(
             "INSERT INTO acts (id, began_ms, person, name, act, about, detail)"

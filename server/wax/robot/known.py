@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Final, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from wax import python_process
 from wax.config.settings import LogSettings
 from wax.driver.hand import HasHand
 from wax.driver.interface import KnowsItsView, Limits, OwnView
 from wax.errors import ConfigError, PluginError
+from wax.process import python_module
 from wax.robot.build_driver import KEY
 from wax.robot.media.messages import Sense
 from wax.robot.process.pipe_messages import Begin, encode
@@ -67,7 +67,7 @@ class Known(BaseModel):
         )
 
 
-class Seen(BaseModel):
+class LookResult(BaseModel):
     """What the looking process tells: one of these."""
 
     known: Known | None = None
@@ -83,7 +83,7 @@ def look(settings: RobotSettings, log: LogSettings | None = None) -> Known:
     begin = encode(Begin(robot=settings, log=log or LogSettings()))
     name = settings.driver
     try:
-        done = python_process.ask("wax.robot.look", begin, BUILD_S)
+        done = python_module.ask("wax.robot.look", begin, BUILD_S)
     except subprocess.TimeoutExpired as error:
         raise PluginError(
             f"{KEY}: {name} hangs: building it takes longer than {BUILD_S:g} s"
@@ -91,7 +91,7 @@ def look(settings: RobotSettings, log: LogSettings | None = None) -> Known:
     except OSError as error:
         raise PluginError(f"{KEY}: {name} cannot be looked at: {error}") from error
     try:
-        seen = Seen.model_validate_json(done.stdout)
+        seen = LookResult.model_validate_json(done.stdout)
     except ValidationError:
         how = f"signal {-done.returncode}" if done.returncode < 0 else f"status {done.returncode}"
         raise PluginError(f"{KEY}: {name} ends the process that builds it ({how})") from None

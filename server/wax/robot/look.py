@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from wax.clock import SystemClock
 from wax.errors import ConfigError, PluginError
 from wax.robot.build_driver import make_driver
-from wax.robot.known import Known, Seen
+from wax.robot.known import Known, LookResult
 from wax.robot.process.child_start import first_line, log_as, own_pipes
 from wax.robot.process.pipe_messages import decode_begin
 
@@ -33,16 +33,16 @@ def main() -> None:
         told = told[os.write(writer, told) :]
 
 
-def _seen(settings: RobotSettings) -> Seen:
+def _seen(settings: RobotSettings) -> LookResult:
     try:
         driver = make_driver(settings, SystemClock())
-        return Seen(known=Known.of(driver))
+        return LookResult(known=Known.of(driver))
     except PluginError as error:
-        return Seen(failed=str(error))
+        return LookResult(failed=str(error))
     except ConfigError as error:
-        return Seen(refused=str(error))
+        return LookResult(refused=str(error))
     except Exception as error:  # a property may raise anything, and another thing each time
-        return Seen(failed=f"robot.driver: {settings.driver} cannot be looked at: {error!r}")
+        return LookResult(failed=f"robot.driver: {settings.driver} cannot be looked at: {error!r}")
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ class Encoded(Protocol):
     def captured_s(self) -> float: ...
 
 
-class Picture(Encoded, Protocol):
+class LanePicture(Encoded, Protocol):
     """A picture: `sync` if it depends only on layer 0, `droppable` if nothing depends on it."""
 
     @property
@@ -71,6 +71,6 @@ class PictureLane(Lane, Protocol):
         """Whether there is nothing to take."""
         ...
 
-    def take(self) -> Picture | None:
+    def take(self) -> LanePicture | None:
         """Return the picture to send now, None if there is none."""
         ...

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from wax.congestion.delivery import Train
-    from wax.rtc.lane import Picture, PictureLane
+    from wax.rtc.lane import LanePicture, PictureLane
     from wax.rtc.payload.split import Payload
 
 TICK_S: Final = 0.001
@@ -37,7 +37,7 @@ _MOST_WAITING: Final = 256
 class UnderWay:
     """A picture whose packets are leaving at the pace of their train; the next one at `due_s`."""
 
-    picture: Picture
+    picture: LanePicture
     train: Train
     packets: deque[rtp.Packet]
     due_s: float
@@ -121,7 +121,7 @@ class PictureSender(Sender):
         """Return how the packets of a picture of this size leave."""
         return self._tap.congestion.plan_train(size_bytes, now_s)
 
-    def _begin(self, picture: Picture, now_s: float) -> UnderWay:
+    def _begin(self, picture: LanePicture, now_s: float) -> UnderWay:
         train = self._plan(len(picture.data), now_s)
         captured_ntp = self._captured_ntp(picture)
         first_less = rtp.first_more_bytes(self._ids, self._playout_delay, captured_ntp)
@@ -193,7 +193,7 @@ class PictureSender(Sender):
         self._transmit([again], now_s, kind="repeat")
 
 
-def _packetizer(codec: Literal["vp8", "h264"]) -> Callable[[Picture, int, int], list[Payload]]:
+def _packetizer(codec: Literal["vp8", "h264"]) -> Callable[[LanePicture, int, int], list[Payload]]:
     """Make what cuts a picture: into payloads of at most so many bytes, the first with so less."""
     if codec == "h264":
         return lambda picture, max_bytes, _less: h264.packets(picture.data, max_bytes=max_bytes)

@@ -531,7 +531,7 @@ class ReceiverInPlace(ABC):
 _srtp: Any = pylibsrtp
 
 
-class MediaTransport:
+class DtlsMediaTransport:
     """The keys and the path of one DTLS transport (`egress.MediaTransport`)."""
 
     def __init__(self, dtls: RTCDtlsTransport) -> None:

@@ -33,7 +33,7 @@ _REPORTER_BYTES: Final = {_SENDER_REPORT: 28, _RECEIVER_REPORT: 8}
 """What stands before the report blocks."""
 
 
-class Report(NamedTuple):
+class ReportBlock(NamedTuple):
     """A report block: the share lost lately (1/256), and LSR and DLSR (1/65536 s)."""
 
     fraction_lost: int
@@ -42,20 +42,20 @@ class Report(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
+class HeardRtcp:
     """What one datagram says; by SSRC of ours, or what claims to be one."""
 
     feedback: list[bytes] = field(default_factory=list)
     """Packets of transport-wide feedback, to be parsed."""
-    reports: dict[int, Report] = field(default_factory=dict)
+    reports: dict[int, ReportBlock] = field(default_factory=dict)
     asked: dict[int, list[int]] = field(default_factory=dict)
     """Sequence numbers to send again."""
     keyframes: set[int] = field(default_factory=set)
 
 
-def read(compound: bytes) -> Heard:
+def read(compound: bytes) -> HeardRtcp:
     """Read one datagram; never raises. Everything after a wrong header or length is ignored."""
-    heard = Heard()
+    heard = HeardRtcp()
     at = 0
     for _ in range(MOST_PACKETS):
         if at + 4 > len(compound):
@@ -76,13 +76,15 @@ def read(compound: bytes) -> Heard:
     return heard
 
 
-def _read_reports(heard: Heard, compound: bytes, at: int, end: int, count: int) -> None:
+def _read_reports(heard: HeardRtcp, compound: bytes, at: int, end: int, count: int) -> None:
     for begin in range(at, min(at + _REPORT.size * count, end - _REPORT.size + 1), _REPORT.size):
         ssrc, fraction, _highest, _jitter, last, delay = _REPORT.unpack_from(compound, begin)
-        heard.reports[ssrc] = Report(fraction, last, delay)
+        heard.reports[ssrc] = ReportBlock(fraction, last, delay)
 
 
-def _read_request(heard: Heard, compound: bytes, at: int, end: int, what: tuple[int, int]) -> None:
+def _read_request(
+    heard: HeardRtcp, compound: bytes, at: int, end: int, what: tuple[int, int]
+) -> None:
     (ssrc,) = _SSRC.unpack_from(compound, at + 8)
     if what == (_RTPFB, _NACK):
         asked = heard.asked.setdefault(ssrc, [])

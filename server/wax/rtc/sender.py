@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from wax.clock import Clock
     from wax.rtc.lane import Encoded, Lane
-    from wax.rtc.rtcp import Report
+    from wax.rtc.rtcp import ReportBlock
     from wax.rtc.transport_tap import TransportTap
 
 _LOG = structlog.get_logger(__name__)
@@ -119,7 +119,7 @@ class Sender(private.SenderInPlace):
         self._payload_type = parameters.codecs[0].payloadType or 0
         extra = next((c for c in parameters.codecs if c.name.lower() == self._extra_name), None)
         self._extra_payload_type = None if extra is None else extra.payloadType
-        self._egress = Egress(private.MediaTransport(self.transport))
+        self._egress = Egress(private.DtlsMediaTransport(self.transport))
         self._source.listen(self._wake)
         self._plan_report()
         self._wake()
@@ -134,7 +134,7 @@ class Sender(private.SenderInPlace):
 
     # --- what the browser says (transport_tap.Stream) --------------------------------------
 
-    def reported(self, report: Report) -> None:
+    def reported(self, report: ReportBlock) -> None:
         now_s = self._now_s()
         self._tap.congestion.lost(report.fraction_lost / 256, now_s, self.kind)
         self.heard_s = now_s

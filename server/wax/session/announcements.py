@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from wax.control.turns import Turns
     from wax.driver.interface import Driver, RobotState
     from wax.fanout.camera import Camera
-    from wax.session.house import House
-    from wax.session.stop_authority import Presser
+    from wax.session.host_decisions import HostDecisions
+    from wax.session.stop_authority import StopPresser
     from wax.session.viewer import Viewer
     from wax.session.voices import Voices
     from wax.streams.interface import Service
@@ -60,7 +60,7 @@ class Announcements:
         captures: Mapping[str, SourceThread[Picture] | SourceThread[Sound]],
         picture_clock: Callable[[], PictureClock],
         access: Access,
-        house: House,
+        house: HostDecisions,
         voices: Voices | None = None,
         tape: Callable[[], messages.Tape | None] = _no_tape,
         cameras: Sequence[Camera] = (),
@@ -175,7 +175,9 @@ class Announcements:
             room=for_guests(room).model_copy(update={"viewers": first}),
         )
 
-    def console(self, viewers: Iterable[Viewer], pressers: Iterable[Presser]) -> messages.Console:
+    def console(
+        self, viewers: Iterable[Viewer], pressers: Iterable[StopPresser]
+    ) -> messages.Console:
         """Return what only the host sees."""
         reused_at = self._access.reused_at
         lines = []

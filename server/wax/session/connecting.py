@@ -46,7 +46,7 @@ class Asking:
     drives: bool = False
 
 
-class Newcomers:
+class Connecting:
     """Decides for one room of `most` guests; all times in seconds of one clock."""
 
     def __init__(

@@ -12,7 +12,7 @@ from wax.errors import FullError, NoPlaceError, SignallingError
 from wax.rtc.peer import Peer
 from wax.rtc.signalling import clean_offer, lacking
 from wax.sentence import Sentence
-from wax.session.newcomers import Asking, Newcomers
+from wax.session.connecting import Asking, Connecting
 from wax.session.viewer import Viewer
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ class Entry:
         self._part = part
         self._is_due = is_due
         self._voices = voices
-        self._newcomers = Newcomers(
+        self._connecting = Connecting(
             most=settings.server.max_viewers,
             most_silent_per_address=settings.server.max_silent_per_address,
             share_per_address=settings.server.max_share_per_address,
@@ -80,7 +80,7 @@ class Entry:
 
     def connected(self, number: int) -> None:
         """Note that a viewer's channels have opened."""
-        self._newcomers.connected(number)
+        self._connecting.connected(number)
 
     async def answer(self, visitor: Visitor, tab: str, offer: str) -> str:
         """Answer a page's offer; the same tab of the same browser keeps its place, turn and name.
@@ -89,7 +89,7 @@ class Entry:
         `TooOftenError` or `SignallingError`.
         """
         viewer = self._viewers.of_tab(visitor.identity, tab)
-        self._newcomers.check(self._asking(visitor, viewer), self._clock.now_s())
+        self._connecting.check(self._asking(visitor, viewer), self._clock.now_s())
         # Before anything else: a bad offer must neither take a place nor end a good peer.
         offer = clean_offer(offer, visitor.address)
         if (lacks := lacking(offer, self._service.codecs)) is not None:
@@ -171,7 +171,7 @@ class Entry:
         if not (self._service.has_room or asking.is_host or asking.has_been_here):
             raise NoPlaceError(Sentence("door.upload_full"), retry_after_s=5)
         number = self._viewers.take_number() if viewer is None else viewer.number
-        self._newcomers.admit(
+        self._connecting.admit(
             number,
             asking,
             [self._asking(one.visitor, None) for one in others if not one.is_elsewhere(now_s)],

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final, Protocol
 import structlog
 
 from wax.access.admission import BANNED
-from wax.printable import printable
+from wax.logs.printable import printable
 from wax.protocol import messages
-from wax.records.entries import Person
+from wax.records.entries import RecordedPerson
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from wax.control.loop import ControlLoop
     from wax.control.turns import Turns
     from wax.records.records import Records
-    from wax.session.house import House
+    from wax.session.host_decisions import HostDecisions
     from wax.session.stop_authority import StopAuthority
     from wax.session.viewer import Viewer
     from wax.session.viewers import Viewers
@@ -51,7 +51,7 @@ class HostActs:
         self,
         *,
         access: Access,
-        house: House,
+        house: HostDecisions,
         turns: Turns,
         control: ControlLoop,
         viewers: Viewers,
@@ -78,7 +78,7 @@ class HostActs:
         self._viewers.changed()
         detail = act.model_dump_json(exclude={"type", "viewer"})
         _LOG.info("host's act", host=host.number, act=act.type, about=about, detail=detail)
-        person = Person(host.visitor.identity, host.name)
+        person = RecordedPerson(host.visitor.identity, host.name)
         self._records.host_act(person, act.type, about=about, detail=detail)
 
     def _in_the_house(self, act: messages.HostIn) -> None:

@@ -11,7 +11,7 @@ BLANKED: Final = Sentence("house.blanked")
 
 
 @dataclass(slots=True)
-class House:
+class HostDecisions:
     """`max_fraction` of the robot's speed is what guests may use; `message` is shown to all.
 
     While `is_blanked`, everybody sees a card instead of the picture and hears nothing, and the

@@ -14,7 +14,7 @@ import structlog
 
 from wax.control.reasons import NOBODY_DRIVES, NOT_HELD, Hold, Limit, Refusal
 from wax.control.turns import TurnEnded, TurnStarted
-from wax.records.entries import NOBODY, Person
+from wax.records.entries import NOBODY, RecordedPerson
 from wax.session.link_statistics import LinkStatistics
 
 if TYPE_CHECKING:
@@ -138,7 +138,7 @@ class RecordKeeper:
         with self._contained():
             self.stops[PRESSED] += 1
             if self._stop is None:
-                person = Person("", name) if viewer is None else _person_of(viewer)
+                person = RecordedPerson("", name) if viewer is None else _person_of(viewer)
                 self._stop = self._records.stop_pressed(stop, person, PRESSED)
 
     def stop_released(self, name: str) -> None:
@@ -194,7 +194,7 @@ class RecordKeeper:
         }
         self._records.refused({reason: count for reason, count in grown.items() if count > 0})
 
-    def _person(self, number: int) -> Person:
+    def _person(self, number: int) -> RecordedPerson:
         viewer = next((one for one in self._viewers if one.number == number), None)
         return NOBODY if viewer is None else _person_of(viewer)
 
@@ -243,8 +243,8 @@ def each(*callbacks: Callable[_P, object]) -> Callable[_P, None]:
     return call
 
 
-def _person_of(viewer: Viewer) -> Person:
-    return Person(viewer.visitor.identity, viewer.name)
+def _person_of(viewer: Viewer) -> RecordedPerson:
+    return RecordedPerson(viewer.visitor.identity, viewer.name)
 
 
 def _role(viewer: Viewer) -> str:

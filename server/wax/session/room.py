@@ -14,10 +14,10 @@ from wax.protocol import messages, room_change
 from wax.sentence import Sentence
 from wax.session import names
 from wax.session.diagnosis import for_guests
-from wax.session.elsewhere import Elsewhere
 from wax.session.entry import Entry
 from wax.session.host_acts import SIGNED_OUT, HostActs
 from wax.session.room_updates import RoomUpdates
+from wax.session.rooms import Rooms
 from wax.session.stop_authority import StopAuthority
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from wax.rtc.network import Network
     from wax.rtc.peer import Peer
     from wax.session.announcements import Announcements
-    from wax.session.house import House
+    from wax.session.host_decisions import HostDecisions
     from wax.session.record_keeper import RecordKeeper
     from wax.session.tape_keeper import TapeKeeper
     from wax.session.viewer import Request, Viewer
@@ -85,7 +85,7 @@ class Room:
         keeper: RecordKeeper,
         network: Network,
         access: Access,
-        house: House,
+        house: HostDecisions,
         records: Records,
         cluster: Cluster,
         voices: Voices | None = None,
@@ -136,7 +136,7 @@ class Room:
             voices=voices,
         )
         self._voices = voices
-        self._elsewhere = Elsewhere(
+        self._elsewhere = Rooms(
             settings=settings.server,
             clock=clock,
             cluster=cluster,
@@ -168,7 +168,7 @@ class Room:
         return await self._entry.answer(visitor, tab, offer)
 
     @property
-    def elsewhere(self) -> Elsewhere:
+    def elsewhere(self) -> Rooms:
         """Those who watch in a room of the cluster."""
         return self._elsewhere
 

@@ -48,7 +48,7 @@ _CHECKED_AT_ONCE: Final = 200
 _SENT_AWAY_S: Final = 60.0
 
 
-class Elsewhere:
+class Rooms:
     """Gives and takes the seats.
 
     `wait` tells the turns that a viewer waits elsewhere, `join` gives them a place in the queue or

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from wax.baseline.unit_hub import UnitHub
     from wax.capture.audio_blocks import Blocks
-    from wax.capture.capsules import Capsules
+    from wax.capture.channel_faults import ChannelFaults
     from wax.capture.source import Picture, Sound
     from wax.capture.source_thread import SourceThread
     from wax.clock import Clock
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from wax.session.viewers import Viewers
     from wax.speaker.speaker_thread import SpeakerThread
     from wax.tape.recorder import Recorder
-    from wax.telemetry import Counters, Rates
+    from wax.telemetry import Counters, CountRates
 
 
 class Status:
@@ -51,11 +51,11 @@ class Status:
         audio: SoundHub | UnitHub,
         captures: Mapping[str, SourceThread[Picture] | SourceThread[Sound]],
         blocks: Blocks,
-        capsules: Capsules,
+        channel_faults: ChannelFaults,
         cluster: Cluster,
         tape: Recorder | None,
         counters: Counters,
-        rates: Rates,
+        rates: CountRates,
         speaker: SpeakerThread | None = None,
         cameras: Sequence[Camera] = (),
         encoders: Sequence[Encoders] = (),
@@ -72,7 +72,7 @@ class Status:
         self._audio = audio
         self._captures = captures
         self._blocks = blocks
-        self._capsules = capsules
+        self._channel_faults = channel_faults
         self._cluster = cluster
         self._tape = tape
         self._counters = counters
@@ -128,7 +128,7 @@ class Status:
                     "wanted": self._audio.wanted,
                     "dropped": self._audio.dropped,
                     "channels": self._audio.channels,
-                    "capsule": self._capsules.problem,
+                    "capsule": self._channel_faults.problem,
                     "filled_ms": self._blocks.filled_ms,
                     "cut_ms": self._blocks.dropped_ms,
                 },

@@ -47,7 +47,7 @@ _PRESSED: Final = "pressed"
 
 
 class TapeKeeper:
-    """A witness of the control loop, which also looks at the viewers once a second.
+    """A listener of the control loop, which also looks at the viewers once a second.
 
     `latched` and `robot` return the stop in force and the robot's state. No method raises.
     """

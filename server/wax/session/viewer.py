@@ -25,7 +25,7 @@ from wax.session.last_wins import LastWins
 from wax.session.names import clean_name
 from wax.session.token_bucket import TokenBucket
 from wax.sync.playout import PlayoutReport, StreamPlayout
-from wax.weakly import weakly
+from wax.weak_callback import weak_callback
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -147,13 +147,15 @@ class Viewer:
         self._sets = TokenBucket(rate_hz=_SETS_HZ, burst=_SETS_BURST, now_s=now_s)
         self._keyframes = TokenBucket(rate_hz=_KEYFRAMES_HZ, burst=_KEYFRAMES_BURST, now_s=now_s)
         self._names = LastWins(
-            weakly(self._ask_name), TokenBucket(rate_hz=_NAMES_HZ, burst=1, now_s=now_s)
+            weak_callback(self._ask_name), TokenBucket(rate_hz=_NAMES_HZ, burst=1, now_s=now_s)
         )
         self._wants = LastWins(
-            weakly(self._want), TokenBucket(rate_hz=_WANTS_HZ, burst=_WANTS_BURST, now_s=now_s)
+            weak_callback(self._want),
+            TokenBucket(rate_hz=_WANTS_HZ, burst=_WANTS_BURST, now_s=now_s),
         )
         self._looks = LastWins(
-            weakly(self._look), TokenBucket(rate_hz=_WANTS_HZ, burst=_WANTS_BURST, now_s=now_s)
+            weak_callback(self._look),
+            TokenBucket(rate_hz=_WANTS_HZ, burst=_WANTS_BURST, now_s=now_s),
         )
         self._camera_keyframes = TokenBucket(
             rate_hz=_KEYFRAMES_HZ, burst=_KEYFRAMES_BURST, now_s=now_s
@@ -191,7 +193,7 @@ class Viewer:
 
     def _make_boundary(self) -> ErrorBoundary:
         return ErrorBoundary(
-            viewer=self.number, counters=self._counters, end=weakly(self._end_peer)
+            viewer=self.number, counters=self._counters, end=weak_callback(self._end_peer)
         )
 
     def _end_peer(self) -> None:

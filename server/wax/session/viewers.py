@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from wax.config.settings import RoleSyncSettings
     from wax.control.turns import TurnEvent, Turns
-    from wax.session.house import House
+    from wax.session.host_decisions import HostDecisions
     from wax.session.viewer import Viewer
 
 _LOG = structlog.get_logger(__name__)
@@ -32,7 +32,7 @@ class Viewers:
     """The viewers in order of arrival; viewers may leave during an iteration."""
 
     def __init__(
-        self, *, sync: RoleSyncSettings, turns: Turns, has_camera: bool, house: House
+        self, *, sync: RoleSyncSettings, turns: Turns, has_camera: bool, house: HostDecisions
     ) -> None:
         self._sync = sync
         self._turns = turns

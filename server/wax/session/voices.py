@@ -9,14 +9,14 @@ from wax.access import permissions
 from wax.protocol import messages
 from wax.sentence import Sentence
 from wax.session.token_bucket import TokenBucket
-from wax.voice.floor import Floor, Verdict
+from wax.voice.floor import Floor, VoiceVerdict
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from wax.access.permissions import Role
     from wax.clock import Clock
-    from wax.session.house import House
+    from wax.session.host_decisions import HostDecisions
     from wax.session.viewer import Viewer
     from wax.telemetry import Counters
     from wax.voice.packet import VoicePacket
@@ -53,7 +53,7 @@ class _Speaking:
 
     viewer: Viewer
     bucket: TokenBucket
-    verdict: Verdict
+    verdict: VoiceVerdict
     came_s: float
     told: messages.Heard | None = None
     told_s: float = float("-inf")
@@ -71,7 +71,7 @@ class Voices:
         speaker: Output,
         clock: Clock,
         counters: Counters,
-        house: House,
+        house: HostDecisions,
         role: Callable[[Viewer], Role],
         changed: Callable[[], None],
     ) -> None:
@@ -100,7 +100,7 @@ class Voices:
             one = self._speaking.get(viewer.number)
             if one is None or one.viewer is not viewer:
                 bucket = TokenBucket(rate_hz=_PACKETS_HZ, burst=_PACKETS_BURST, now_s=now_s)
-                one = _Speaking(viewer, bucket, Verdict.NOT_ALLOWED, now_s)
+                one = _Speaking(viewer, bucket, VoiceVerdict.NOT_ALLOWED, now_s)
                 self._speaking[viewer.number] = one
             one.came_s = now_s
             if packet is None:
@@ -109,7 +109,7 @@ class Voices:
                 self._counters.add("voice packets over the rate")
             else:
                 one.verdict = self._judged(viewer, now_s)
-                if one.verdict is Verdict.HEARD:
+                if one.verdict is VoiceVerdict.HEARD:
                     source = viewer.number << 32 | packet.source
                     self._speaker.push(replace(packet, source=source), now_s)
                 else:
@@ -141,7 +141,7 @@ class Voices:
             self._shown = shown
             self._changed()
 
-    def _judged(self, viewer: Viewer, now_s: float) -> Verdict:
+    def _judged(self, viewer: Viewer, now_s: float) -> VoiceVerdict:
         holder = self._floor.holder(now_s)
         if holder is not None:
             self._floor.sounded(holder, self._speaker.sounded_s)
@@ -152,7 +152,7 @@ class Voices:
             is_muted=self._is_muted,
             is_played=self._speaker.problem is None,
         )
-        if holder == viewer.number and verdict in (Verdict.NOT_ALLOWED, Verdict.MUTED):
+        if holder == viewer.number and verdict in (VoiceVerdict.NOT_ALLOWED, VoiceVerdict.MUTED):
             self._speaker.hush()
         return verdict
 
@@ -165,16 +165,16 @@ class Voices:
 
     def _news(self, one: _Speaking, now_s: float) -> messages.Heard:
         match one.verdict:
-            case Verdict.HEARD:
+            case VoiceVerdict.HEARD:
                 sounds = now_s - self._speaker.sounded_s < _OVER_S
                 return messages.Heard(heard=sounds, reason=None)
-            case Verdict.NOT_ALLOWED:
+            case VoiceVerdict.NOT_ALLOWED:
                 reason = _ONLY
-            case Verdict.MUTED:
+            case VoiceVerdict.MUTED:
                 reason = _MUTED
-            case Verdict.TAKEN:
+            case VoiceVerdict.TAKEN:
                 reason = self._taken(now_s)
-            case Verdict.NO_SPEAKER:
+            case VoiceVerdict.NO_SPEAKER:
                 reason = self._speaker.problem or Sentence("speaker.silent")
         return messages.Heard(heard=False, reason=reason)
 

@@ -34,7 +34,7 @@ class Codecs:
 
 
 @dataclass(frozen=True, slots=True)
-class Units:
+class UnitPattern:
     """How a page recognises the last packet of each media unit of the sound.
 
     `last_pts` is the media time of one such packet, and `length` the distance to the next.
@@ -149,7 +149,7 @@ class Streams(Protocol):
         ...
 
     @property
-    def units(self) -> Units | None:
+    def units(self) -> UnitPattern | None:
         """What the page needs to acknowledge units, None if it should not, or not yet."""
         ...
 

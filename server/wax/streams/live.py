@@ -14,11 +14,11 @@ from wax.congestion.allocator import FIT_SHARE, Allocator
 from wax.congestion.sender_side import SenderSideControl
 from wax.congestion.upload_budget import UploadBudget
 from wax.streams.camera_feeds import CameraFeeds
-from wax.streams.interface import Codecs, Kind, Lanes, MessageRate, Policy, Units
+from wax.streams.interface import Codecs, Kind, Lanes, MessageRate, Policy, UnitPattern
 from wax.streams.playout_controller import PlayoutController
 from wax.streams.rendition_ladder import RenditionLadder
 from wax.streams.served_notifier import ServedNotifier, served
-from wax.weakly import weakly
+from wax.weak_callback import weak_callback
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from wax.congestion.delivery import LinkEstimate
     from wax.fanout.camera import Camera
     from wax.fanout.sound_hub import SoundHub
-    from wax.fanout.sound_lane import SoundLane
+    from wax.fanout.sound_lane import BoundedSoundLane
     from wax.fanout.video_hub import VideoHub
     from wax.fanout.video_lane import VideoLane
     from wax.streams.interface import Page
@@ -43,7 +43,7 @@ _RESUME_S: Final = 0.5
 class LiveStreams:
     """One viewer's lanes, congestion control and decisions."""
 
-    units: Units | None = None
+    units: UnitPattern | None = None
 
     def __init__(
         self,
@@ -72,14 +72,14 @@ class LiveStreams:
         self._is_deciding = False
         self._drives = False
         self._picture_lane: VideoLane | None = None
-        self._sound_lane: SoundLane | None = None
+        self._sound_lane: BoundedSoundLane | None = None
         self._begin()
 
     def _begin(self) -> None:
         """Start without knowledge of the link."""
         self._playout = PlayoutController(self._page, self._sync)
         self._notifier = ServedNotifier(self._page)
-        self._congestion = SenderSideControl(weakly(self._decide), self._budget)
+        self._congestion = SenderSideControl(weak_callback(self._decide), self._budget)
         self._congestion.full_feedback = self._drives
         self._allocator = self._make_allocator()
         self._allocation: Allocation | None = None
@@ -281,7 +281,7 @@ class LiveStreams:
             and self._congestion.free_in_s(None, now_s) <= 0
         )
 
-    def _send_sound(self, lane: SoundLane, allocation: Allocation) -> None:
+    def _send_sound(self, lane: BoundedSoundLane, allocation: Allocation) -> None:
         lane.redundancy = allocation.redundancy
         self._audio.choose(lane, allocation.sound, self._playout.preroll_ms)
 

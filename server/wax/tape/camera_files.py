@@ -10,7 +10,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from wax.tape.media_file import ENDINGS, MediaFile
+from wax.tape.media_file import ENDINGS, TapeFile
 from wax.tape.shelf import beside
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class CameraFiles:
         self._name = name
         self._cameras = cameras
         self._origin_s = origin_s
-        self._files: dict[int, MediaFile] = {}
+        self._files: dict[int, TapeFile] = {}
 
     def has(self, camera: int) -> bool:
         """Whether the file of this camera has begun."""
@@ -65,9 +65,9 @@ class CameraFiles:
             for file in self._files.values():
                 closing.callback(file.close)
 
-    def _begin(self, camera: int, origin_s: float) -> MediaFile:
+    def _begin(self, camera: int, origin_s: float) -> TapeFile:
         form = self._cameras[camera - 1]
-        return MediaFile(
+        return TapeFile(
             self._shelf.path(self._name, beside(camera, ENDINGS[form.codec])),
             codec=form.codec,
             size=form.size,

@@ -46,7 +46,7 @@ _GAP_S: Final = 0.04
 """Sound that is further from where counting its samples puts it has had a gap."""
 
 
-class MediaFile:
+class TapeFile:
     """Begins at `origin_s` on the server's clock; without a `size` it has no pictures.
 
     With two `sound_channels` packets may have one or two: players show both as two (RFC 7845, 5.1).

@@ -60,7 +60,7 @@ def facts_of(path: Path) -> MediaFacts:
         return MediaFacts(0.0, False, False, _UNREADABLE.format(why=_words(error)))
 
 
-def mended(path: Path, folder: Path) -> Path:
+def repaired(path: Path, folder: Path) -> Path:
     """Return the file itself if it is finished, else a copy in `folder`, made once.
 
     Raises `StateError`.

@@ -26,14 +26,14 @@ class Part:
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class Retention:
     """The names of what goes, and how much is left after that."""
 
     gone: tuple[str, ...]
     left_bytes: int
 
 
-def retain(parts: Sequence[Part], *, now_s: float, max_bytes: float, keep_days: float) -> Verdict:
+def retain(parts: Sequence[Part], *, now_s: float, max_bytes: float, keep_days: float) -> Retention:
     """Choose what goes of `parts`, of which the oldest is first.
 
     Whatever is older than its days goes; beyond the size the oldest that nobody keeps, and then the
@@ -48,4 +48,4 @@ def retain(parts: Sequence[Part], *, now_s: float, max_bytes: float, keep_days: 
         if is_old or left_bytes > max_bytes:
             gone.append(one.name)
             left_bytes -= one.size_bytes
-    return Verdict(tuple(gone), left_bytes)
+    return Retention(tuple(gone), left_bytes)

@@ -13,7 +13,7 @@ import av
 from wax.protocol.tape_events import Filmed
 from wax.tape.camera_files import CameraFiles
 from wax.tape.event_file import EventFile
-from wax.tape.media_file import ENDINGS, MediaFile
+from wax.tape.media_file import ENDINGS, TapeFile
 from wax.tape.shelf import EVENTS
 
 if TYPE_CHECKING:
@@ -51,10 +51,10 @@ class Segment:
         self._formats = cameras
         self._cameras = CameraFiles(shelf, self.name, cameras, origin_s=origin_s)
         self._events = EventFile(shelf.path(self.name, EVENTS), origin_s=origin_s, zero_ns=zero_ns)
-        self._media: MediaFile | None = None
+        self._media: TapeFile | None = None
         if size is not None or has_sound:
             try:
-                self._media = MediaFile(
+                self._media = TapeFile(
                     shelf.path(self.name, ENDINGS[codec]),
                     codec=codec,
                     size=size,

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from wax.congestion.allocation import SoundForm
     from wax.fanout.camera import Camera
     from wax.fanout.sound_hub import SoundHub
-    from wax.fanout.sound_lane import SoundLane
+    from wax.fanout.sound_lane import BoundedSoundLane
     from wax.fanout.video_hub import VideoHub
     from wax.fanout.video_lane import VideoLane
     from wax.telemetry import Counters
@@ -33,7 +33,7 @@ _SOUND_MS: Final = 20
 """The packets that observers on good links get; the form next to it is recorded."""
 
 
-class Tape:
+class TapeFeed:
     """Takes the best rendition and one length of packets of sound, as one more viewer would.
 
     `video` is None for a robot without a camera, `audio` without a microphone; `cameras` are those
@@ -57,7 +57,7 @@ class Tape:
         self._audio = audio if settings.recording.sound else None
         self._boundary = ErrorBoundary(viewer=0, counters=counters, end=self._detach)
         self._picture_lane: VideoLane | None = None
-        self._sound_lane: SoundLane | None = None
+        self._sound_lane: BoundedSoundLane | None = None
         recorded = cameras if settings.recording.cameras else ()
         self.recorder = Recorder(
             Shelf(where(settings.recording, settings.server.state_dir)),
@@ -118,7 +118,7 @@ class Tape:
         if self._audio is not None and self._sound_lane is not None:
             self._choose_form(self._audio, self._sound_lane)
 
-    def _choose_form(self, audio: SoundHub, lane: SoundLane) -> None:
+    def _choose_form(self, audio: SoundHub, lane: BoundedSoundLane) -> None:
         """Take stereo while the microphone has two channels that are good, else mono."""
         fitting = (form for form in self._forms if form.channels <= audio.channels)
         audio.choose(lane, next(fitting, self._forms[-1]), 0)

@@ -9,7 +9,7 @@ _PAUSE_S: Final = 0.5
 """Who has said nothing for this long has finished."""
 
 
-class Verdict(Enum):
+class VoiceVerdict(Enum):
     """What becomes of a packet of somebody's voice."""
 
     HEARD = "heard"
@@ -34,24 +34,24 @@ class Floor:
 
     def judge(
         self, who: int, now_s: float, *, may_speak: bool, is_muted: bool, is_played: bool
-    ) -> Verdict:
+    ) -> VoiceVerdict:
         """Decide about a packet that has come from `who`, who gets the floor if it is free.
 
         What they may is asked first: nobody is told more of the room than concerns them.
         """
         if not may_speak:
             self.leave(who)
-            return Verdict.NOT_ALLOWED
+            return VoiceVerdict.NOT_ALLOWED
         if is_muted:
             self.leave(who)
-            return Verdict.MUTED
+            return VoiceVerdict.MUTED
         if not is_played:
-            return Verdict.NO_SPEAKER
+            return VoiceVerdict.NO_SPEAKER
         if self.holder(now_s) not in (None, who):
-            return Verdict.TAKEN
+            return VoiceVerdict.TAKEN
         if self._holder != who:
             self._holder, self._sounded_s = who, now_s
-        return Verdict.HEARD
+        return VoiceVerdict.HEARD
 
     def sounded(self, who: int, now_s: float) -> None:
         """Note that `who` is not silent: silence keeps the floor from nobody."""

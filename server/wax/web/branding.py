@@ -33,7 +33,7 @@ _DESCRIPTION: Final = re.compile(r'<meta\s+name="description"\s+content="[^"]*"\
 _LANGUAGE: Final = re.compile(r'<html lang="[^"]*"')
 
 
-class OwnPage:
+class BrandedPage:
     """What the host's `[page]` makes of the built page; raises `ConfigError` for its picture.
 
     `data` is what the page must know before it connects, as attributes of its root element.

@@ -21,7 +21,7 @@ from wax.web.connection import Connection
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from wax.web.own_page import OwnPage
+    from wax.web.branding import BrandedPage
 
 _PIECE_BYTES: Final = 16_384
 _MOST_ORIGINS: Final = 16
@@ -41,7 +41,7 @@ class _File:
 class BuiltPage:
     """Reads `folder`; raises `OSError` if there is no page. `own` makes it the host's."""
 
-    def __init__(self, folder: Path, own: OwnPage) -> None:
+    def __init__(self, folder: Path, own: BrandedPage) -> None:
         self._own = own
         self._index = (folder / "index.html").read_text(encoding="utf-8")
         self._pages: dict[str, _File] = {}

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 from aiohttp import web
 
-from wax.memory import break_circle
+from wax.process.memory import break_circle
 from wax.sentence import Sentence
 from wax.web import cookies
 from wax.web.accounts import HOST
 from wax.web.request_head import Head, Requests, read_head
 from wax.web.security_headers import always
 from wax.web.timed import timed
-from wax.web.watch import IDLE_S, Watch
+from wax.web.watch import IDLE_S, ConnectionWatch
 
 if TYPE_CHECKING:
     import asyncio
@@ -82,7 +82,7 @@ class Connection(web.RequestHandler):
         self._loop_of_watch = loop
         self._place = place
         self._peer = peer
-        self._watch: Watch | None = None
+        self._watch: ConnectionWatch | None = None
         self._requests = Requests()
         self._body_left: int | None = 0
         self._is_answering = False
@@ -98,7 +98,7 @@ class Connection(web.RequestHandler):
         if self._place not in self._entrance.limits:  # it has made room already
             line.abort()
             return
-        self._watch = Watch(self._entrance, self._loop_of_watch, line, self._place)
+        self._watch = ConnectionWatch(self._entrance, self._loop_of_watch, line, self._place)
         # Whatever is written waits here until the kernel has it all, so that nobody who does not
         # read has more of our memory than one piece of an answer.
         line.set_write_buffer_limits(high=1, low=0)

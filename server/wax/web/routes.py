@@ -38,8 +38,8 @@ from wax.session.token_bucket import TokenBuckets
 from wax.web import cookies
 from wax.web.accounts import HOST
 from wax.web.addresses import is_loopback
+from wax.web.branding import PICTURE_PATH, STYLE_PATH
 from wax.web.built_page import BuiltPage, keeps
-from wax.web.own_page import PICTURE_PATH, STYLE_PATH
 from wax.web.security_headers import policy_of_document
 
 if TYPE_CHECKING:
@@ -52,8 +52,8 @@ if TYPE_CHECKING:
     from wax.rtc.ice_servers import IceServers
     from wax.session.proof_runner import ProofRunner
     from wax.session.room import Room
+    from wax.web.branding import BrandedPage
     from wax.web.guards import Guards
-    from wax.web.own_page import OwnPage
 
     Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
@@ -86,7 +86,7 @@ Client = Annotated[str, Field(pattern=r"^[A-Za-z0-9-]{8,64}$")]
 _Body = TypeVar("_Body", bound=BaseModel)
 
 
-class Offer(BaseModel):
+class OfferBody(BaseModel):
     """A page's session description, and which of a browser's tabs it is."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
@@ -103,7 +103,7 @@ class HostLink(BaseModel):
     secret: Annotated[str, Field(min_length=1, max_length=MAX_TOKEN_CHARS)]
 
 
-class Entry(BaseModel):
+class EntryBody(BaseModel):
     """An invitation's token."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
@@ -124,7 +124,7 @@ class Queue(BaseModel):
     name: Annotated[str, Field(max_length=200)] | None = None
 
 
-class Seat(BaseModel):
+class SeatBody(BaseModel):
     """The tab that watches elsewhere and wants to go on, or to begin; or `leaves`."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
@@ -169,7 +169,7 @@ class Routes:
         ice: IceServers,
         status: Callable[[], dict[str, object]],
         proving: ProofRunner,
-        own_page: OwnPage,
+        branding: BrandedPage,
         guards: Guards,
         access: Access,
         offers_hz: float,
@@ -193,13 +193,13 @@ class Routes:
         self._proof_runner = proving
         self._ice = ice
         self._status = status
-        self._own_page = own_page
+        self._branding = branding
         self._missing = missing
 
     def application(self) -> web.Application:
         """Make the application; raises `StartError` if the page was not built."""
         try:
-            self._built = BuiltPage(PAGE, self._own_page)
+            self._built = BuiltPage(PAGE, self._branding)
         except OSError as error:
             raise StartError(
                 "the page is not built; run `make run`, or `pip install .` again"
@@ -241,7 +241,7 @@ class Routes:
 
     async def style(self, request: web.Request) -> web.Response:
         """Answer with the host's colours; with none, the page keeps its own."""
-        own = self._own_page
+        own = self._branding
         headers = keeps(request, own.style_digest)
         return web.Response(text=own.style, content_type="text/css", headers=headers)
 
@@ -275,7 +275,7 @@ class Routes:
         return response
 
     async def enter(self, request: web.Request) -> web.Response:
-        token = (await _body(request, Entry)).token
+        token = (await _body(request, EntryBody)).token
         response, identity = self._somebody(request)
         with self._knocking(request):
             invitation = self._access.enter(token, identity)
@@ -285,7 +285,7 @@ class Routes:
     async def offer(self, request: web.Request) -> web.Response:
         visitor = request[_VISITOR]
         self._limit(request, self._offers)
-        offer = await _body(request, Offer)
+        offer = await _body(request, OfferBody)
         response, identity = self._somebody(request)
         visitor = replace(visitor, identity=identity)
         try:
@@ -312,7 +312,7 @@ class Routes:
 
     async def seat(self, request: web.Request) -> web.Response:
         self._limit(request, self._asks)
-        seat = await _body(request, Seat)
+        seat = await _body(request, SeatBody)
         response, identity = self._somebody(request)
         visitor = replace(request[_VISITOR], identity=identity)
         if seat.leaves:

@@ -10,7 +10,7 @@ import asyncio
 import ssl
 from typing import TYPE_CHECKING, Final, cast
 
-from wax.memory import break_circle
+from wax.process.memory import break_circle
 from wax.web.watch import READ_S
 
 if TYPE_CHECKING:

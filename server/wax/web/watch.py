@@ -34,7 +34,7 @@ STILL_S: Final = 15.0
 _LASTS_S: Final[dict[State, float]] = {"idle": IDLE_S, "reading": READ_S, "answering": ANSWER_S}
 
 
-class Watch:
+class ConnectionWatch:
     """Ends a connection that takes too long over what it is doing."""
 
     def __init__(

@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from wax.doctor.network import Network
+from wax.commands.doctor.network import ServedNetwork
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    MakeNetwork = Callable[..., Network]
+    MakeNetwork = Callable[..., ServedNetwork]
 
 
 @pytest.fixture
 def network() -> MakeNetwork:
     """Make one that is open to all, with the fields given."""
-    usual = Network(
+    usual = ServedNetwork(
         host="0.0.0.0",
         tcp_port=8080,
         udp_port=8081,
@@ -31,7 +31,7 @@ def network() -> MakeNetwork:
         names=(),
     )
 
-    def make(**fields: Any) -> Network:
+    def make(**fields: Any) -> ServedNetwork:
         return dataclasses.replace(usual, **fields)
 
     return make

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 from aioice import stun
 
-from wax.doctor import addresses
+from wax.commands.doctor import addresses
 from wax.rtc import public_address as asking
 from wax.rtc.public_address import StunError, public_address, split
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
-    from tests.doctor.conftest import MakeNetwork
+    from tests.commands.doctor.conftest import MakeNetwork
 
 
 def _own(*pairs: tuple[str, str]) -> list[tuple[str, addresses.Address]]:

@@ -7,15 +7,15 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
-from tests.doctor.certificates import NOW, write_pair
+from tests.commands.doctor.certificates import NOW, write_pair
 
-from wax.doctor.certificate import certificate
+from wax.commands.doctor.certificate import certificate
 from wax.web.certificate import Certificate
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from tests.doctor.conftest import MakeNetwork
+    from tests.commands.doctor.conftest import MakeNetwork
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from wax.__main__ import main
-from wax.doctor import machine
+from wax.commands.doctor import machine
 
 if TYPE_CHECKING:
     from pathlib import Path

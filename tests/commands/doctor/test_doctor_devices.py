@@ -11,18 +11,18 @@ import cv2
 import numpy as np
 import pytest
 import serial
-from tests.doctor.sources import Dark
+from tests.commands.doctor.sources import Dark
 
+from wax.commands.doctor import devices
+from wax.commands.doctor.verdict import ok
 from wax.config.settings import Settings
-from wax.doctor import devices
-from wax.doctor.verdict import ok
-from wax.robot.serial.list_ports import Port
+from wax.robot.serial.list_ports import ListedPort
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from wax.doctor.verdict import Verdict
+    from wax.commands.doctor.verdict import Verdict
 
 
 def _settings(video: str = "none", audio: str = "none", **robot: Any) -> Settings:
@@ -50,7 +50,7 @@ def test_a_camera_by_which_nobody_drives_is_told(
 ) -> None:
     """Its pictures can be watched; the sentence says why nobody drives, and what to do."""
     monkeypatch.setattr(devices, "_DATED_S", 0.05)
-    plugin = _camera("tests.doctor.sources:Undated")
+    plugin = _camera("tests.commands.doctor.sources:Undated")
     assert (plugin.level, "within_s" in plugin.advice) == ("warning", True)
     still = tmp_path / "snapshot.png"
     cv2.imwrite(str(still), np.zeros((48, 64, 3), np.uint8))
@@ -63,8 +63,8 @@ def test_a_camera_by_which_nobody_drives_is_told(
     [
         ("/dev/video-that-is-not-there", "There is no camera"),
         ("nowhere.mp4", "does not exist"),
-        ("tests.doctor.sources:Dark", "no picture"),
-        ("tests.doctor.sources:Missing", "Missing"),
+        ("tests.commands.doctor.sources:Dark", "no picture"),
+        ("tests.commands.doctor.sources:Missing", "Missing"),
     ],
 )
 def test_a_camera_that_gives_none_is_bad(source: str, says: str) -> None:
@@ -77,7 +77,7 @@ def test_a_camera_that_gives_none_is_bad(source: str, says: str) -> None:
 def test_a_camera_is_closed_after_its_failure() -> None:
     """What was opened is given back."""
     before = Dark.closed
-    _camera("tests.doctor.sources:Dark")
+    _camera("tests.commands.doctor.sources:Dark")
     assert Dark.closed == before + 1
 
 
@@ -85,9 +85,9 @@ def test_a_microphone_is_heard() -> None:
     """Sound is well, a constant is a warning, and one that cannot be had is bad."""
     assert _microphone("testcard") == ok("The microphone testcard gives sound, in mono.")
     assert "in stereo" in _microphone("robot").sentence
-    deaf = _microphone("tests.doctor.sources:DeafOnTheLeft")
+    deaf = _microphone("tests.commands.doctor.sources:DeafOnTheLeft")
     assert (deaf.level, "The left channel" in deaf.sentence) == ("warning", True)
-    muted = _microphone("tests.doctor.sources:Muted")
+    muted = _microphone("tests.commands.doctor.sources:Muted")
     assert (muted.level, "muted" in muted.advice) == ("warning", True)
     assert _microphone("microphone:no such device").level == "bad"
 
@@ -145,8 +145,8 @@ def test_a_port_that_may_be_another_board_is_told(monkeypatch: pytest.MonkeyPatc
     """With a second board plugged in, a number is a warning that says what to write."""
     with _terminal() as (_, name):
         boards = [
-            Port("/dev/serial/by-path/hub-1", name, "", is_usb=True),
-            Port("/dev/serial/by-path/hub-2", "/dev/ttyUSB9", "", is_usb=True),
+            ListedPort("/dev/serial/by-path/hub-1", name, "", is_usb=True),
+            ListedPort("/dev/serial/by-path/hub-2", "/dev/ttyUSB9", "", is_usb=True),
         ]
         monkeypatch.setattr(devices, "find_ports", lambda: boards)
         verdict = _serial(name)
@@ -174,7 +174,7 @@ def test_a_serial_port_that_is_missing_is_told(tmp_path: Path) -> None:
     [
         ("testcard", "ok", "The camera Door gives pictures of 640×480"),
         ("robot", "ok", "The camera Door gives pictures"),
-        ("tests.doctor.sources:Dark", "bad", "Door: "),
+        ("tests.commands.doctor.sources:Dark", "bad", "Door: "),
         ("nowhere.mp4", "bad", "camera Door: "),
     ],
 )

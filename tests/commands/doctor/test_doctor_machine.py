@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from wax.commands.doctor import machine
 from wax.config.settings import Settings
-from wax.doctor import machine
 from wax.encode.choice import Encoders
 from wax.encode.trial import Trial
 

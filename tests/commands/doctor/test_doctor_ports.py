@@ -11,13 +11,13 @@ import pytest
 from aiohttp import web
 from aiohttp.test_utils import TestServer
 
+from wax.commands.doctor import ports
+from wax.commands.doctor.network import network_of
 from wax.config.settings import Settings
-from wax.doctor import ports
-from wax.doctor.network import network_of
 from wax.web.certificate import Certificate, kept_in
 
 if TYPE_CHECKING:
-    from tests.doctor.conftest import MakeNetwork
+    from tests.commands.doctor.conftest import MakeNetwork
 
 KINDS = pytest.mark.parametrize("kind", [socket.SOCK_STREAM, socket.SOCK_DGRAM])
 

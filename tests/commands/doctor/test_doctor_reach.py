@@ -12,13 +12,13 @@ import aiohttp
 import pytest
 from aiohttp import web
 from aiohttp.test_utils import TestServer
+from tests.commands.doctor.certificates import write_pair
 from tests.deploy.running import answers, free_port, serving
-from tests.doctor.certificates import write_pair
 
 from wax.client import client
+from wax.commands.doctor import ports, reach
+from wax.commands.doctor.network import network_of
 from wax.config.settings import Settings
-from wax.doctor import ports, reach
-from wax.doctor.network import network_of
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator

@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from wax.doctor.verdict import Check, Verdict, examine, ok
+from wax.commands.doctor.verdict import Check, Verdict, examine, ok
 from wax.errors import StateError
 
 

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING
 import pytest
 
 from wax.__main__ import main
+from wax.commands.init.command import init
+from wax.commands.init.found import Found, Thing
 from wax.config import settings as config
 from wax.errors import ConfigError, StateError
-from wax.init.command import init
-from wax.init.found import Found, Thing
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from wax.init.found import look
+from wax.commands.init.found import look
 
 
 def test_it_looks_at_this_machine() -> None:

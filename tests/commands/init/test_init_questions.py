@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.examples import examples
 
+from wax.commands.init import questions
+from wax.commands.init.found import Found, Thing
+from wax.commands.init.questions import Answers, Key
+from wax.commands.init.writing import render
 from wax.config import settings as config
-from wax.init import questions
-from wax.init.found import Found, Thing
-from wax.init.questions import Answers, Key
-from wax.init.writing import render
 
 BENCH = Found(
     cameras=(Thing("/dev/v4l/by-id/usb-Acme", "HD Webcam"), Thing("/dev/video2", "Infrared")),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from wax import __main__
-from wax.new_driver.command import MAX_NAME, new_driver
+from wax.commands.new_driver.command import MAX_NAME, new_driver
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -10,8 +10,8 @@ import threading
 from typing import TYPE_CHECKING
 
 import pytest
-from tests.new_driver.json_rover import JsonRover
-from tests.new_driver.walk_through import (
+from tests.commands.new_driver.json_rover import JsonRover
+from tests.commands.new_driver.walk_through import (
     Environment,
     commands,
     own_lines,
@@ -19,7 +19,7 @@ from tests.new_driver.walk_through import (
     with_own_lines,
 )
 
-from wax.proof.remote import RemoteOperator
+from wax.commands.proof.remote import RemoteOperator
 from wax.session.proof_runner import NOT_ALL
 
 if TYPE_CHECKING:

@@ -16,7 +16,9 @@ import wax
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-_TEXT: Final = (Path(wax.__file__).parent / "new_driver/README.md").read_text(encoding="utf-8")
+_TEXT: Final = (Path(wax.__file__).parent / "commands/new_driver/README.md").read_text(
+    encoding="utf-8"
+)
 _BLOCK: Final = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 _AS_IT_IS: Final = re.compile(r"\Aclass .*\n    \.\.\..*\n\n")
 _TODO: Final = "    # TODO"

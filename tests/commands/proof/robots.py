@@ -1,4 +1,4 @@
-"""Robots of a host's own, each named in the configuration as ``tests.proof.robots:Class``."""
+"""Robots of a host's own, named in the configuration as ``tests.commands.proof.robots:Class``."""
 
 from __future__ import annotations
 

@@ -6,12 +6,12 @@ import tomllib
 from typing import Any
 
 import pytest
-from tests.proof.robots import WheelSettings
+from tests.commands.proof.robots import WheelSettings
 
+from wax.commands.proof.config_file import check, observed, tapped, write
+from wax.commands.proof.observed import ObservedSettings
 from wax.config.settings import RobotSettings, Settings, parse
 from wax.errors import ConfigError
-from wax.proof.config_file import check, observed, tapped, write
-from wax.proof.observed import ObservedSettings
 
 HOSTS: dict[str, Any] = {
     "server": {"host": "0.0.0.0", "port": 80},
@@ -67,7 +67,7 @@ def test_nothing_else_of_the_hosts_is_used() -> None:
 
 def test_a_robot_of_the_hosts_own_is_proved_as_it_is_configured() -> None:
     """Its whole [robot], its own table too, is handed on; what the server needs is unchanged."""
-    own_table = {"driver": "tests.proof.robots:Moving", "wheels": {"bus": 5}}
+    own_table = {"driver": "tests.commands.proof.robots:Moving", "wheels": {"bus": 5}}
     hosts = parse(HOSTS | {"robot": HOSTS["robot"] | own_table}, "the host")
     used = parse(tomllib.loads(observed(hosts, "/tmp/log", "/tmp/state")), "the proof")
     own = used.robot.own(ObservedSettings)
@@ -75,7 +75,7 @@ def test_a_robot_of_the_hosts_own_is_proved_as_it_is_configured() -> None:
     assert handed_on == hosts.robot
     assert handed_on.own(WheelSettings).bus == 5
     assert own.log == "/tmp/log"
-    assert used.robot.driver == "wax.proof.observed:ObservedRobot"
+    assert used.robot.driver == "wax.commands.proof.observed:ObservedRobot"
     assert (used.robot.max_linear_mps, used.robot.silence_ms) == (0.4, 100)
     assert used.drive == hosts.drive
 

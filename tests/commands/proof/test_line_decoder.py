@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from wax.commands.proof.line_decoder import language_of
 from wax.config.settings import SerialSettings
-from wax.proof.line_decoder import language_of
 from wax.robot.serial.frames import (
     Decoder,
     DriveBody,

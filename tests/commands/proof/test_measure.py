@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from wax.proof.measure import Event, Sample, measure
+from wax.commands.proof.measure import Event, Sample, measure
 
 
 def said(at_s: float, speed_mps: float) -> Event:

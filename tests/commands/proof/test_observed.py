@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from wax.clock import SystemClock
+from wax.commands.proof.measure import measure
+from wax.commands.proof.observed import ObservedMotion, ObservedRobot
+from wax.commands.proof.observer import Observer
 from wax.config.settings import RobotSettings, parse
 from wax.driver.interface import STANDSTILL, Pose, RobotState, Twist
 from wax.errors import DriverError
-from wax.proof.measure import measure
-from wax.proof.observed import Motion, ObservedRobot
-from wax.proof.observer import Observer
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -28,7 +28,7 @@ def at(x_m: float = 0.0, y_m: float = 0.0, heading_rad: float = 0.0) -> RobotSta
 
 def test_a_robot_that_says_so_is_believed() -> None:
     """Its own word counts, whatever its pose does."""
-    motion = Motion()
+    motion = ObservedMotion()
     for moves in (True, False):
         state = RobotState(connected=True, moving=moves, pose=Pose(time.monotonic(), 0.0, 0.0))
         assert motion.seen(state) is moves
@@ -36,7 +36,7 @@ def test_a_robot_that_says_so_is_believed() -> None:
 
 def test_a_pose_that_changes_is_motion() -> None:
     """In place or in heading, across the angle's seam, and however slowly; noise is none."""
-    motion = Motion()
+    motion = ObservedMotion()
     assert motion.seen(at()) is False
     assert motion.seen(at(x_m=0.004)) is True
     assert motion.seen(at(x_m=0.004)) is False
@@ -49,14 +49,16 @@ def test_a_pose_that_changes_is_motion() -> None:
 
 def test_a_robot_that_tells_nothing_is_not_judged() -> None:
     """Without either there is no verdict."""
-    assert Motion().seen(RobotState(connected=True)) is None
+    assert ObservedMotion().seen(RobotState(connected=True)) is None
 
 
 class Watched:
     """A robot of the host's, and the proof's eye on it."""
 
     def __init__(self, name: str) -> None:
-        self.settings = parse({"robot": {"driver": f"tests.proof.robots:{name}"}}, "the host")
+        self.settings = parse(
+            {"robot": {"driver": f"tests.commands.proof.robots:{name}"}}, "the host"
+        )
         self.observer = Observer(self.settings.robot.driver)
         self.observer.open()
         self._table: dict[str, Any] = {
@@ -65,7 +67,7 @@ class Watched:
         }
 
     def build(self) -> ObservedRobot:
-        driver = "wax.proof.observed:ObservedRobot"
+        driver = "wax.commands.proof.observed:ObservedRobot"
         settings = RobotSettings.model_validate({"driver": driver, "observed": self._table})
         return ObservedRobot(settings, SystemClock())
 
@@ -104,7 +106,7 @@ def test_it_is_the_hosts_own_driver(watched: Callable[[str], Watched]) -> None:
     """Kind and limits are the host's driver's, and building it makes no file."""
     one = watched("Moving")
     robot = one.build()
-    assert robot.kind == "tests.proof.robots:Moving"
+    assert robot.kind == "tests.commands.proof.robots:Moving"
     assert robot.limits.linear_mps == 0.6
     robot.close()
     assert not one.observer._log.exists()

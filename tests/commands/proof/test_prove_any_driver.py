@@ -11,18 +11,18 @@ from pathlib import Path
 from typing import Final
 
 import pytest
-from tests.proof.robots import LEFT
+from tests.commands.proof.robots import LEFT
 
 from wax.session.proof_runner import NOT_ALL
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(240)]
 
-ROOT: Final = Path(__file__).parents[2]
+ROOT: Final = Path(__file__).parents[3]
 MEASURED: Final = 6
 
 
 def begin(folder: Path, name: str) -> subprocess.Popen[str]:
-    (folder / "wax.toml").write_text(f'robot.driver = "tests.proof.robots:{name}"\n')
+    (folder / "wax.toml").write_text(f'robot.driver = "tests.commands.proof.robots:{name}"\n')
     command = [sys.executable, "-m", "wax", "--config", "wax.toml", "prove-stop", "--lifted"]
     command += ["--repeats", "1", "--record", "record.html"]
     return subprocess.Popen(
@@ -56,7 +56,7 @@ def test_what_can_be_cut_is_proved_and_the_rest_is_named(tmp_path: Path, name: s
     assert last.startswith("Each measurable link was cut once; the robot stood within ")
     assert last.endswith("Not proved: The driver process is killed; The link to the robot is cut.")
     assert "the call of the driver" in record
-    assert f"Driver tests.proof.robots:{name}" in record
+    assert f"Driver tests.commands.proof.robots:{name}" in record
     assert not complaint
 
 

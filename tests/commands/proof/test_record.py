@@ -7,10 +7,10 @@ from html.parser import HTMLParser
 
 import pytest
 
+from wax.commands.proof.measure import Sample
+from wax.commands.proof.record import RecordHeading, page, sentence
+from wax.commands.proof.verdict import FAULTS, Finding, Findings
 from wax.config.settings import parse
-from wax.proof.measure import Sample
-from wax.proof.record import RecordHeading, page, sentence
-from wax.proof.verdict import FAULTS, Finding, Findings
 
 SETTINGS = parse({"robot": {"driver": "serial", "serial": {"url": "/dev/<robot>"}}}, "the test")
 HEADING = RecordHeading("2026-11-21 22:40 UTC", "lab <1>, Linux", "0.5")

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from wax.commands.proof.line_decoder import language_of
+from wax.commands.proof.tap import Tap
 from wax.config.settings import SerialSettings
 from wax.errors import DriverError
-from wax.proof.line_decoder import language_of
-from wax.proof.tap import Tap
 from wax.robot.serial.frames import (
     Decoder,
     DriveBody,

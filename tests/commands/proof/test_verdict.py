@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from wax.proof.measure import Sample
-from wax.proof.verdict import FAULTS, Fault, Finding, Findings, spread
+from wax.commands.proof.measure import Sample
+from wax.commands.proof.verdict import FAULTS, Fault, Finding, Findings, spread
 
 BY_FRAME = next(fault for fault in FAULTS if fault.ends == "frame")
 BY_ROBOT = next(fault for fault in FAULTS if fault.ends == "robot")

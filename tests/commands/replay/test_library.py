@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Final
 import pytest
 from tests.tape.packets import SIZE, pictures, sounds
 
+from wax.commands.replay.library import Library
 from wax.errors import StateError
 from wax.protocol.tape_events import FORMAT, Stopped
-from wax.replay.library import Library
 from wax.tape import event_file
 from wax.tape.camera_files import CameraFormat
 from wax.tape.segment import Segment

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 from aiohttp.test_utils import TestClient, TestServer
-from tests.replay.test_library import BEGIN_S, CAMERAS, record
+from tests.commands.replay.test_library import BEGIN_S, CAMERAS, record
 from tests.turned_clock import TurnedClock
 
+from wax.commands.replay.library import Library
+from wax.commands.replay.server import ReplayServer
 from wax.config.settings import ServerSettings
 from wax.errors import StartError
 from wax.protocol.tape_events import FORMAT
-from wax.replay.library import Library
-from wax.replay.server import ReplayServer
 from wax.tape import event_file
 from wax.tape.shelf import Shelf
 from wax.web.guards import Guards

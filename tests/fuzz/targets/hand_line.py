@@ -15,7 +15,7 @@ from wax.control import local_hand
 from wax.control.local_hand import HandRules, HandState
 from wax.driver.hand import HandReading
 from wax.driver.interface import STANDSTILL, Limits
-from wax.robot.hand.line import START, Decoder, encode
+from wax.robot.hand.line import START, HandDecoder, encode
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -28,7 +28,7 @@ _BEGAN_S: Final = 100.0
 
 def _hear(data: bytes) -> None:
     pieces = [data[at : at + _PIECE] for at in range(0, len(data), _PIECE)]
-    decoder, state, rested = Decoder(), HandState(), False
+    decoder, state, rested = HandDecoder(), HandState(), False
     found: list[HandReading] = []
     now_s = _BEGAN_S
     for piece in pieces:
@@ -42,7 +42,9 @@ def _hear(data: bytes) -> None:
             assert abs(twist.linear_mps) <= _LIMITS.linear_mps
             assert abs(twist.angular_rps) <= _LIMITS.angular_rps
             assert reading.is_in_range or state.mode == "lost", f"{reading} was taken for one"
-    assert _as_said(Decoder().feed(data, now_s)) == _as_said(found), "pieces make other readings"
+    assert _as_said(HandDecoder().feed(data, now_s)) == _as_said(found), (
+        "pieces make other readings"
+    )
     assert local_hand.watch(state, now_s + 1.0, _RULES).mode == "lost"
 
 

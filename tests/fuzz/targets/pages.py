@@ -86,7 +86,7 @@ def _hear_offer(data: bytes) -> None:
             return data
 
     try:
-        body: Any = at_once(routes._body(Request(), routes.Offer))  # type: ignore[arg-type]
+        body: Any = at_once(routes._body(Request(), routes.OfferBody))  # type: ignore[arg-type]
         clean_offer(body.sdp)
     except (ProtocolError, SignallingError, web.HTTPRequestEntityTooLarge):
         pass

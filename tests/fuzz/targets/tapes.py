@@ -23,9 +23,9 @@ from tests.tape.packets import SIZE, pictures, sounds
 from wax.errors import StateError
 from wax.protocol.tape_events import FORMAT, Filmed, Missed, Named, Stopped, TapeContent, Turned
 from wax.tape.event_file import METADATA, ORIGIN, VERSION, EventFile
-from wax.tape.media_file import ENDINGS, MediaFile
-from wax.tape.mended import facts_of, mended
+from wax.tape.media_file import ENDINGS, TapeFile
 from wax.tape.reading import read_events
+from wax.tape.repaired import facts_of, repaired
 
 if TYPE_CHECKING:
     from wax.tape.media_file import Codec
@@ -51,7 +51,7 @@ def _events() -> bytes:
 
 def _media(codec: Codec) -> bytes:
     path = _MADE / f"seed{ENDINGS[codec]}"
-    made = MediaFile(path, codec=codec, size=SIZE, has_sound=True, origin_s=_BEGIN_S)
+    made = TapeFile(path, codec=codec, size=SIZE, has_sound=True, origin_s=_BEGIN_S)
     for picture in pictures(codec, begin_s=_BEGIN_S, seconds=_SECONDS):
         made.picture(picture)
     for sound in sounds(begin_s=_BEGIN_S, seconds=_SECONDS):
@@ -112,7 +112,7 @@ def _hear_media(data: bytes) -> None:
     facts = facts_of(path)
     assert facts.length_ms >= 0
     try:
-        playable = mended(path, copies)
+        playable = repaired(path, copies)
     except StateError as error:
         _names(error, path)
     else:

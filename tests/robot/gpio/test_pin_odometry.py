@@ -6,12 +6,12 @@ import math
 
 import pytest
 
-from wax.robot.gpio.odometry import WINDOW_S, Odometry
+from wax.robot.gpio.odometry import WINDOW_S, StepOdometry
 
 
 def test_a_circle_ends_where_it_began() -> None:
     """The right wheel rolls around the left one, which stands."""
-    odometry = Odometry(steps_per_m=1000.0, wheel_base_m=0.3)
+    odometry = StepOdometry(steps_per_m=1000.0, wheel_base_m=0.3)
     for step in range(round(math.tau * 0.3 * 1000.0) + 1):
         odometry.take((0, step), step * 0.01)
     assert math.hypot(odometry.pose.x_m, odometry.pose.y_m) < 0.01
@@ -20,7 +20,7 @@ def test_a_circle_ends_where_it_began() -> None:
 
 def test_on_the_spot_to_the_left() -> None:
     """Wheels in opposite directions turn it and move it nowhere; that is motion."""
-    odometry = Odometry(steps_per_m=100.0, wheel_base_m=0.2)
+    odometry = StepOdometry(steps_per_m=100.0, wheel_base_m=0.2)
     odometry.take((0, 0), 0.0)
     odometry.take((-10, 10), 0.1)
     assert odometry.pose.x_m == odometry.pose.y_m == 0.0
@@ -31,7 +31,7 @@ def test_on_the_spot_to_the_left() -> None:
 
 def test_the_speed_is_that_of_the_last_moment() -> None:
     """Without a step for a moment it stands."""
-    odometry = Odometry(steps_per_m=100.0, wheel_base_m=0.2)
+    odometry = StepOdometry(steps_per_m=100.0, wheel_base_m=0.2)
     for number in range(11):
         odometry.take((number, number), number * 0.02)
     assert odometry.moving
@@ -45,7 +45,7 @@ def test_the_speed_is_that_of_the_last_moment() -> None:
 
 def test_counts_of_before_do_not_count() -> None:
     """Encoders may have counted before anybody looked."""
-    odometry = Odometry(steps_per_m=100.0, wheel_base_m=0.2)
+    odometry = StepOdometry(steps_per_m=100.0, wheel_base_m=0.2)
     odometry.take((500, 500), 0.0)
     assert odometry.pose.x_m == 0.0
     assert not odometry.moving

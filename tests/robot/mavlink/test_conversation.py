@@ -13,7 +13,7 @@ from tests.turned_clock import TurnedClock
 from wax.clock import SystemClock
 from wax.driver.interface import STANDSTILL, Limits, Twist
 from wax.robot.mavlink.conversation import Conversation
-from wax.robot.mavlink.link import Link
+from wax.robot.mavlink.link import MavlinkLink
 from wax.robot.mavlink.settings import MavlinkSettings
 
 if TYPE_CHECKING:
@@ -183,7 +183,7 @@ def test_a_stop_overtakes_also_on_a_line_that_can_only_be_written(
     monkeypatch.setattr("wax.robot.mavlink.link.open_line", open_line)
     clock = SystemClock()
     talk = Conversation(SETTINGS, LIMITS, clock, None)
-    link = Link(SETTINGS, clock, talk)
+    link = MavlinkLink(SETTINGS, clock, talk)
 
     def until(so: Callable[[], bool], wanted: Twist = AHEAD) -> None:
         end_s = time.monotonic() + 10.0

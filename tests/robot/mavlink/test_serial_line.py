@@ -6,7 +6,7 @@ import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
 from wax.robot.mavlink.codec import Codec
-from wax.robot.mavlink.line import MAY_WAIT_BYTES, Line, open_line
+from wax.robot.mavlink.line import MAY_WAIT_BYTES, MavlinkLine, open_line
 from wax.robot.mavlink.mapping import Velocity
 from wax.robot.mavlink.settings import MavlinkSettings
 
@@ -41,7 +41,7 @@ def port(monkeypatch: pytest.MonkeyPatch) -> Port:
 
 
 @pytest.fixture
-def line(port: Port) -> Line:
+def line(port: Port) -> MavlinkLine:
     return open_line(SETTINGS)
 
 
@@ -53,7 +53,7 @@ def told(data: bytes, key: bytes | None) -> list[float]:
 
 
 @pytest.mark.parametrize("key", [None, bytes(range(32))])
-def test_a_stop_overtakes_what_waits(port: Port, line: Line, key: bytes | None) -> None:
+def test_a_stop_overtakes_what_waits(port: Port, line: MavlinkLine, key: bytes | None) -> None:
     """Wherever the message is torn that the port was taking, the rover reads the stop."""
     codec = Codec(255, 1, key, 1_800_000_000_000)
     ahead = codec.velocity(Velocity(0.5, 0.0), 1.0)
@@ -64,14 +64,14 @@ def test_a_stop_overtakes_what_waits(port: Port, line: Line, key: bytes | None) 
         assert told(ahead[:taken] + port.waits, key) == [0.0]
 
 
-def test_what_is_nearly_out_is_not_torn(port: Port, line: Line) -> None:
+def test_what_is_nearly_out_is_not_torn(port: Port, line: MavlinkLine) -> None:
     """A short wait does no harm, and a stop that is written once is enough."""
     line.write(bytes(MAY_WAIT_BYTES))
     line.stop(b"stop")
     assert port.waits == bytes(MAY_WAIT_BYTES) + b"stop"
 
 
-def test_a_port_that_does_not_know_what_waits_is_written_to(port: Port, line: Line) -> None:
+def test_a_port_that_does_not_know_what_waits_is_written_to(port: Port, line: MavlinkLine) -> None:
     """It is not taken for a lost one."""
     port.knows = False
     line.stop(b"stop")

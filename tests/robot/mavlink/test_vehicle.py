@@ -11,7 +11,7 @@ from wax.robot.mavlink.failsafe import QUESTIONS
 from wax.robot.mavlink.news import (
     Attitude,
     Battery,
-    Heard,
+    HeardMessage,
     Heartbeat,
     News,
     Parameter,
@@ -45,7 +45,9 @@ def tell(
     component: int = 1,
     signed: bool = False,
 ) -> list[bool]:
-    return [one.hear(Heard(system, component, piece, is_signed=signed), now_s) for piece in news]
+    return [
+        one.hear(HeardMessage(system, component, piece, is_signed=signed), now_s) for piece in news
+    ]
 
 
 def code(sentence: Any) -> str:

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from wax.capture.source import Picture, Sound
 from wax.errors import ProtocolError, SourceError
-from wax.robot.media.link import STARTING, Link, SenseError
+from wax.robot.media.link import STARTING, MediaProcessLink, SenseError
 from wax.robot.media.messages import NEXT, Answer, decode, encode
 from wax.robot.media.outlets import checked_picture, checked_sound
 from wax.robot.media.picture_memory import PictureMemory, make_memory
@@ -34,12 +34,12 @@ def nothing() -> None: ...
 
 
 @pytest.fixture
-def link() -> Link:
-    return Link(SILENT)
+def link() -> MediaProcessLink:
+    return MediaProcessLink(SILENT)
 
 
 @pytest.fixture
-def far(link: Link) -> Iterator[Connection]:
+def far(link: MediaProcessLink) -> Iterator[Connection]:
     """Return the process's end of the link."""
     ours, theirs = Pipe()
     link.attach(ours, None)
@@ -89,7 +89,7 @@ def test_no_bytes_are_too_strange(data: bytes) -> None:
     assert math.isfinite(answer.captured_s)
 
 
-def test_an_answer_is_waited_for(link: Link, far: Connection) -> None:
+def test_an_answer_is_waited_for(link: MediaProcessLink, far: Connection) -> None:
     """And a problem in it is the problem."""
     thread = answers(far, encode(Answer(captured_s=1.5), b"x"), encode(Answer(problem=GONE)))
     assert link.ask(NEXT, 2.0) == (Answer(captured_s=1.5), b"x")
@@ -99,7 +99,7 @@ def test_an_answer_is_waited_for(link: Link, far: Connection) -> None:
     thread.join()
 
 
-def test_without_a_process_its_end_is_the_problem(link: Link) -> None:
+def test_without_a_process_its_end_is_the_problem(link: MediaProcessLink) -> None:
     """Until one has begun, that it is starting."""
     for problem in (STARTING, GONE):
         with pytest.raises(SenseError) as failed:
@@ -108,7 +108,7 @@ def test_without_a_process_its_end_is_the_problem(link: Link) -> None:
         link.detach(GONE)
 
 
-def test_a_question_is_not_asked_twice(link: Link, far: Connection) -> None:
+def test_a_question_is_not_asked_twice(link: MediaProcessLink, far: Connection) -> None:
     """What comes late is the answer to it, and to no other."""
     with pytest.raises(SenseError):
         link.ask(NEXT, 0.01)
@@ -124,7 +124,7 @@ def test_a_question_is_not_asked_twice(link: Link, far: Connection) -> None:
     thread.join()
 
 
-def test_one_that_has_answered_is_silent_then(link: Link, far: Connection) -> None:
+def test_one_that_has_answered_is_silent_then(link: MediaProcessLink, far: Connection) -> None:
     """It is not said to be starting any more."""
     thread = answers(far, encode(Answer()))
     link.ask(NEXT, 2.0)
@@ -135,7 +135,9 @@ def test_one_that_has_answered_is_silent_then(link: Link, far: Connection) -> No
 
 
 @pytest.mark.parametrize("end", ["close", "garbage"])
-def test_why_a_process_has_ended_is_waited_for(link: Link, far: Connection, end: str) -> None:
+def test_why_a_process_has_ended_is_waited_for(
+    link: MediaProcessLink, far: Connection, end: str
+) -> None:
     """It is the supervisor that knows, in a moment."""
     far.close() if end == "close" else far.send_bytes(b"{")
     timer = threading.Timer(0.05, link.detach, (GONE,))
@@ -146,7 +148,7 @@ def test_why_a_process_has_ended_is_waited_for(link: Link, far: Connection, end:
     timer.join()
 
 
-def test_a_new_process_is_asked_anew(link: Link, far: Connection) -> None:
+def test_a_new_process_is_asked_anew(link: MediaProcessLink, far: Connection) -> None:
     """The question that the last one did not answer is not its business."""
     with pytest.raises(SenseError):
         link.ask(NEXT, 0.01)
@@ -160,7 +162,7 @@ def test_a_new_process_is_asked_anew(link: Link, far: Connection) -> None:
     ours.close()
 
 
-def test_nobody_waits_for_ever(link: Link, far: Connection) -> None:
+def test_nobody_waits_for_ever(link: MediaProcessLink, far: Connection) -> None:
     """However little comes."""
     start_s = time.monotonic()
     with pytest.raises(SenseError):
@@ -182,7 +184,7 @@ def test_a_picture_in_memory_is_copied_out() -> None:
     os.close(descriptor)
 
 
-def test_an_answer_without_a_picture_is_no_picture(link: Link, far: Connection) -> None:
+def test_an_answer_without_a_picture_is_no_picture(link: MediaProcessLink, far: Connection) -> None:
     """A camera that says so is silent, and so is a microphone without sound."""
     thread = answers(far, encode(Answer()), encode(Answer()))
     with pytest.raises(SourceError, match="camera delivers nothing"):

@@ -13,7 +13,7 @@ import pytest
 
 from wax.client import Client
 from wax.client.host import become_host
-from wax.proof.server import ServerUnderProof
+from wax.commands.proof.server import ServerUnderProof
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator

@@ -21,7 +21,7 @@ from wax.robot.process.driver_watchdog import (
     DriverWatchdog,
     SetAxis,
     SetControl,
-    Stop,
+    StopDriver,
 )
 from wax.robot.process.pipe_messages import Axis, Control, Halt, Message, Move
 
@@ -121,7 +121,7 @@ def test_before_anything_was_said_it_is_told_to_stand(server: Server) -> None:
 
 def test_a_turn_begins_with_a_stop_and_moves_after_standstill(server: Server) -> None:
     """The first word of a turn stops the robot; motion is let through once it was told to stand."""
-    assert server.drive(0.0) == (Stop(1), apply(0.0))
+    assert server.drive(0.0) == (StopDriver(1), apply(0.0))
     assert server.drive(0.5, 0.25) == (apply(0.5, 0.25),)
     assert server.wait(0.02) == (apply(0.5, 0.25),)
     assert server.warden.problem is None
@@ -136,7 +136,7 @@ def test_a_part_of_motion_is_no_standstill(server: Server) -> None:
 
 def test_motion_without_standstill_says_so(server: Server) -> None:
     """Motion before standstill is refused, counted and reported; standstill resolves it."""
-    assert server.drive(0.5) == (Stop(1), apply(0.0))
+    assert server.drive(0.5) == (StopDriver(1), apply(0.0))
     assert server.warden.problem == NEUTRAL_FIRST
     assert server.pan(0.5) == ()
     assert server.warden.counts["driver_unarmed"] == 2
@@ -151,7 +151,7 @@ def test_silence_stops_at_its_moment(server: Server) -> None:
     server.driving()
     assert server.warden.silent_at_s == server.now_s + SILENCE_S
     assert server.wait(SILENCE_S - 0.001) == (ahead(),)
-    assert server.wait(0.001) == (Stop(1), apply(0.0))
+    assert server.wait(0.001) == (StopDriver(1), apply(0.0))
     assert server.wait(0.02) == (apply(0.0),)
     assert server.warden.silent_at_s == math.inf
     assert server.warden.problem == SILENT
@@ -173,7 +173,7 @@ def test_silence_comes_before_what_waited(server: Server) -> None:
     """A process that slept finds fresh set-points in its pipe: it stops first, and none moves."""
     server.driving()
     server.now_s += 0.2
-    assert server.drive(0.5, age_s=0.15) == (Stop(1),)
+    assert server.drive(0.5, age_s=0.15) == (StopDriver(1),)
     assert server.warden.counts["driver_stale"] == 1
     assert server.drive(0.5, age_s=0.01) == (apply(0.0),)
     assert server.drive(0.0, age_s=0.005) == (apply(0.0),)  # from before the stop
@@ -217,7 +217,7 @@ def test_what_is_refused_does_not_end_the_silence(server: Server) -> None:
 
 def test_the_first_number_may_be_zero(server: Server) -> None:
     """Numbers are counted from zero on."""
-    assert server.drive(0.0, sequence=0) == (Stop(1), apply(0.0))
+    assert server.drive(0.0, sequence=0) == (StopDriver(1), apply(0.0))
 
 
 def test_an_axis_counts_in_the_sequence(server: Server) -> None:
@@ -234,13 +234,13 @@ def test_an_axis_that_is_not_there_is_not_moved(server: Server) -> None:
 def test_a_new_turn_needs_its_own_standstill(server: Server) -> None:
     """Between two turns is a stop, and the old one's neutral is worth nothing in the new one."""
     server.driving()
-    assert server.drive(0.5, turn=2) == (Stop(2), apply(0.0, turn=2))
+    assert server.drive(0.5, turn=2) == (StopDriver(2), apply(0.0, turn=2))
     assert server.drive(0.5, turn=1) == ()
     assert server.pan(0.5, turn=1) == ()
     assert server.warden.counts["driver_old_turn"] == 2
     server.drive(0.0, turn=2)
     assert server.drive(0.5, turn=2) == (ahead(turn=2),)
-    assert server.pan(0.5, turn=3) == (Stop(3),)
+    assert server.pan(0.5, turn=3) == (StopDriver(3),)
 
 
 def test_a_stop_is_never_refused(server: Server) -> None:
@@ -253,7 +253,7 @@ def test_a_stop_is_never_refused(server: Server) -> None:
         {"turn": 0, "age_s": 10.0, "sequence": 0},
     ):
         server = Server().driving()
-        assert server.halt(**halt) == (Stop(1),)
+        assert server.halt(**halt) == (StopDriver(1),)
         assert server.wait(0.02) == (apply(0.0),)
         assert server.warden.silent_at_s <= server.now_s + SILENCE_S
 
@@ -278,20 +278,20 @@ def test_a_stop_ends_the_silence(server: Server) -> None:
     server.halt()
     assert server.warden.silent_at_s == server.now_s + SILENCE_S
     server.now_s += 0.2
-    assert server.halt(age_s=0.15) == (Stop(1), Stop(1))
+    assert server.halt(age_s=0.15) == (StopDriver(1), StopDriver(1))
     assert server.warden.silent_at_s == math.inf
 
 
 def test_the_stop_of_a_new_turn_needs_standstill_after_it(server: Server) -> None:
     """It raises the turn: the old one is past."""
-    assert server.driving().halt(turn=2) == (Stop(2),)
+    assert server.driving().halt(turn=2) == (StopDriver(2),)
     assert server.drive(0.5, turn=1) == ()
     assert server.drive(0.5, turn=2) == (apply(0.0, turn=2),)
 
 
 def test_garbage_holds_the_robot(server: Server) -> None:
     """An invalid message stops the robot."""
-    assert server.driving().warden.garbage(server.now_s) == (Stop(1),)
+    assert server.driving().warden.garbage(server.now_s) == (StopDriver(1),)
     assert server.warden.problem == GARBLED
     assert server.warden.counts["driver_garbage"] == 1
     assert server.warden.silent_at_s == math.inf  # it is stopped already
@@ -311,7 +311,7 @@ def test_standstill_from_before_the_hold_is_no_offence(server: Server) -> None:
 
 def test_a_driver_that_raises_holds_the_robot(server: Server) -> None:
     """It is stopped, and that it does not answer is its problem."""
-    assert server.driving().warden.failed(server.now_s) == (Stop(1),)
+    assert server.driving().warden.failed(server.now_s) == (StopDriver(1),)
     assert server.warden.problem == NO_ANSWER
     assert server.warden.counts["driver_failures"] == 1
     assert server.warden.holds == 1
@@ -389,7 +389,7 @@ class Witness:
             self._fault()
         calls = self._say(word)
         for number, call in enumerate(calls):
-            if isinstance(call, Stop):
+            if isinstance(call, StopDriver):
                 assert call.turn <= self.turn
                 self.spins = False
                 continue
@@ -504,7 +504,7 @@ def motion(name: str, value: ControlValue, turn: int = 1) -> SetControl:
 
 def test_a_lamp_needs_no_standstill(server: Server) -> None:
     """What only lights or sounds works at once, whatever holds the robot."""
-    assert server.control("lamp", True) == (Stop(1), light(True))
+    assert server.control("lamp", True) == (StopDriver(1), light(True))
     assert server.control("horn", True) == (light(True, "horn"),)
     assert server.control("lmap", True) == ()
     assert server.warden.problem is None
@@ -531,7 +531,7 @@ def test_silence_lets_go_of_what_is_held(server: Server) -> None:
     server.control("spin", True)
     server.control("lift", -1.0)
     assert server.wait(SILENCE_S)[:-1] == (
-        Stop(1),
+        StopDriver(1),
         light(False, "horn"),
         motion("spin", False),
         motion("lift", None),
@@ -544,8 +544,8 @@ def test_a_stop_lets_go_of_what_moves(server: Server) -> None:
     server.driving()
     server.control("horn", True)
     server.control("spin", True)
-    assert server.halt() == (Stop(1), motion("spin", False))
-    assert server.halt() == (Stop(1),)
+    assert server.halt() == (StopDriver(1), motion("spin", False))
+    assert server.halt() == (StopDriver(1),)
     assert server.control("horn", False) == (light(False, "horn"),)
 
 
@@ -562,7 +562,7 @@ def test_a_new_turn_lets_go_of_all(server: Server, how: str) -> None:
             calls = server.halt(turn=2)
         case _:
             calls = server.control("lamp", True, turn=2)
-    assert calls[:3] == (Stop(2), light(False, "horn", 2), motion("spin", False, 2))
+    assert calls[:3] == (StopDriver(2), light(False, "horn", 2), motion("spin", False, 2))
     assert server.control("spin", True, turn=2) == ()
 
 

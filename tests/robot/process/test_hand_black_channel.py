@@ -27,7 +27,7 @@ from wax.driver.hand import HandReading
 from wax.driver.interface import STANDSTILL, Limits, Twist
 from wax.errors import ProtocolError
 from wax.robot.hand import line
-from wax.robot.process.driver_watchdog import Apply, DriverWatchdog, Stop
+from wax.robot.process.driver_watchdog import Apply, DriverWatchdog, StopDriver
 from wax.robot.process.hand_watchdog import HandWatchdog
 from wax.robot.process.pipe_messages import Bye, Halt, Move, decode_message, encode
 from wax.robot.serial import frames
@@ -253,7 +253,7 @@ class Trace:
         self.hand = Channel(rng, "hand", error if which == "hand" else "none", tally)
         self.server = Channel(rng, "server", error if which == "server" else "none", tally)
         self.watchdog = HandWatchdog(DriverWatchdog(LIMITS, SILENCE_S), LIMITS, RULES)
-        self.decoder = line.Decoder()
+        self.decoder = line.HandDecoder()
         self.oracle = Oracle()
         self.arrived: list[HandReading] = []
         """What was meant and has arrived, until it is read."""
@@ -329,7 +329,7 @@ class Trace:
         for call in calls:
             if isinstance(call, Apply):
                 self.twist = call.twist
-            elif isinstance(call, Stop):
+            elif isinstance(call, StopDriver):
                 self.twist = STANDSTILL
 
     def _person_acts(self, tick: int) -> None:

@@ -20,7 +20,7 @@ from wax.robot.process.driver_watchdog import (
     DriverWatchdog,
     SetAxis,
     SetControl,
-    Stop,
+    StopDriver,
 )
 from wax.robot.process.hand_watchdog import HandWatchdog
 from wax.robot.process.pipe_messages import Axis, Control, Halt, Move
@@ -102,7 +102,7 @@ class Chair:
         for call in calls:
             if isinstance(call, Apply):
                 self.twist = call.twist
-            elif isinstance(call, Stop):
+            elif isinstance(call, StopDriver):
                 self.twist = STANDSTILL
         return calls
 
@@ -140,7 +140,7 @@ def test_with_the_control_at_rest_it_is_as_without() -> None:
     chair.sequence += 1
     axis = Axis(sequence=chair.sequence, sent_s=chair.now_s, turn=1, name="pan", position=0.5)
     assert chair.watchdog.hear(axis, chair.now_s) == (SetAxis("pan", 0.5, 1),)
-    assert chair.halt() == (Stop(1),)
+    assert chair.halt() == (StopDriver(1),)
 
 
 def test_a_touch_stops_on_the_event_and_drives_from_the_next_beat() -> None:
@@ -148,7 +148,7 @@ def test_a_touch_stops_on_the_event_and_drives_from_the_next_beat() -> None:
     chair = driven()
     chair.stick = (0.0, 1.0)
     chair.now_s += 0.001
-    assert chair.feel() == (Stop(1),)
+    assert chair.feel() == (StopDriver(1),)
     assert chair.mode == "hand"
     assert chair.say(AHEAD) == ()
     calls = chair.run(0.5)
@@ -196,19 +196,19 @@ def test_the_person_drives_on_without_a_server() -> None:
     chair.do(chair.watchdog.garbage(chair.now_s))
     chair.asked = None
     calls = chair.run(60.0)
-    assert not any(isinstance(call, Stop) for call in calls)
+    assert not any(isinstance(call, StopDriver) for call in calls)
     assert chair.twist == Twist(-0.6, 0.0)
     assert chair.watchdog.problem is None
     chair.buttons = {"stop": True}
     chair.now_s += 0.001
-    assert chair.feel() == (Stop(2),)
+    assert chair.feel() == (StopDriver(2),)
     assert chair.mode == "stopped"
 
 
 def test_a_server_that_is_known_to_be_dead_is_not_waited_for() -> None:
     """What it asked for ends at once, and nothing it sent before counts; the person's goes on."""
     chair = driven()
-    assert chair.do(chair.watchdog.abandoned(chair.now_s)) == (Stop(1),)
+    assert chair.do(chair.watchdog.abandoned(chair.now_s)) == (StopDriver(1),)
     assert chair.watchdog.problem == SILENT
     chair.run(0.5)
     assert chair.twist == STANDSTILL
@@ -238,7 +238,7 @@ def test_letting_go_stops_on_the_event() -> None:
     chair.run(0.5)
     chair.stick = (0.0, 0.0)
     chair.now_s += 0.001
-    assert chair.feel() == (Stop(1),)
+    assert chair.feel() == (StopDriver(1),)
     assert all(call.twist == STANDSTILL for call in chair.run(0.5) if isinstance(call, Apply))
 
 
@@ -283,7 +283,7 @@ def test_a_lost_control_stops_whoever_drives(touches: bool) -> None:
         assert chair.twist != STANDSTILL
         chair.is_plugged_in = False
         if is_known:
-            assert chair.do(chair.watchdog.lose_hand(chair.now_s)) == (Stop(1),)
+            assert chair.do(chair.watchdog.lose_hand(chair.now_s)) == (StopDriver(1),)
         else:
             chair.run(0.16)
         assert (chair.mode, chair.twist) == ("lost", STANDSTILL)
@@ -304,7 +304,7 @@ def test_a_fault_of_the_robot_holds_the_hand_too() -> None:
             if fault == "failed"
             else watchdog.hold(NO_ANSWER, chair.now_s)
         )
-        assert chair.do(calls) == (Stop(1),)
+        assert chair.do(calls) == (StopDriver(1),)
         chair.run(1.0)
         assert chair.twist == STANDSTILL
         chair.stick = (0.0, 0.0)
@@ -346,7 +346,7 @@ def test_stops_pass_while_sharing() -> None:
     chair.stick = (1.0, 0.0)
     chair.run(1.0)
     assert chair.twist == AHEAD
-    assert chair.halt() == (Stop(1),)
+    assert chair.halt() == (StopDriver(1),)
     calls = chair.say(AHEAD)
     assert isinstance(calls[-1], Apply)
     assert calls[-1].twist.linear_mps < 0.05

@@ -12,8 +12,8 @@ from tests.robot.process.conftest import until
 from wax.clock import SystemClock
 from wax.config.settings import RobotSettings
 from wax.driver.interface import STANDSTILL, Limits
-from wax.robot.process.appetite import Appetite
 from wax.robot.process.driver import ProcessDriver
+from wax.robot.process.resource_limits import ResourceUse
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,28 +23,28 @@ MIB = 1 << 20
 
 def test_a_process_like_this_is_none() -> None:
     """The tests themselves take less than a driver may."""
-    assert Appetite().excess(os.getpid()) is None
+    assert ResourceUse().excess(os.getpid()) is None
 
 
 def test_memory_and_threads_are_counted() -> None:
     """Of any process that is there; of one that is gone nothing is known."""
-    assert str(Appetite(max_bytes=MIB).excess(os.getpid())).endswith(" MB")
+    assert str(ResourceUse(max_bytes=MIB).excess(os.getpid())).endswith(" MB")
     done = threading.Event()
     thread = threading.Thread(target=done.wait)
     thread.start()
     try:
-        assert str(Appetite(max_threads=1).excess(os.getpid())).endswith(" threads")
+        assert str(ResourceUse(max_threads=1).excess(os.getpid())).endswith(" threads")
     finally:
         done.set()
         thread.join()
-    assert Appetite(max_bytes=0).excess(2**22 + 1) is None
+    assert ResourceUse(max_bytes=0).excess(2**22 + 1) is None
 
 
 def test_nobody_may_take_more_than_half_of_the_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     """On a small one a driver is ended before the system has to choose whom to end."""
     pages: Callable[[str], int] = {"SC_PHYS_PAGES": 1000, "SC_PAGE_SIZE": 4096}.__getitem__
     monkeypatch.setattr(os, "sysconf", pages)
-    assert Appetite()._max_bytes == 2_048_000
+    assert ResourceUse()._max_bytes == 2_048_000
 
 
 @pytest.mark.system
@@ -53,7 +53,7 @@ def test_a_driver_that_leaks_memory_is_restarted() -> None:
     settings = RobotSettings(driver="tests.robot.plugins.misbehaving:LeaksMemory")
     limits = Limits(0.6, 1.5, ttl_s=0.2)
     robot = ProcessDriver(settings, SystemClock(), kind="good", limits=limits)
-    robot._appetite = Appetite(max_bytes=300 * MIB)
+    robot._resource_use = ResourceUse(max_bytes=300 * MIB)
     robot.open()
     try:
 

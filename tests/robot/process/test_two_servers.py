@@ -12,7 +12,7 @@ from wax.clock import SystemClock
 from wax.config.settings import RobotSettings
 from wax.driver.interface import STANDSTILL, Limits, Twist
 from wax.robot.process.driver import ProcessDriver
-from wax.robot.process.place import Place
+from wax.robot.process.place import RobotPlace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -24,8 +24,8 @@ TAKEN = "Another server on this machine has this robot: end that one first."
 
 def test_a_place_is_taken_once() -> None:
     """Another robot has its own; one that is left is free."""
-    first, second = Place(RobotSettings()), Place(RobotSettings())
-    other = Place(RobotSettings.model_validate({"boat": {"sail": 1}}))
+    first, second = RobotPlace(RobotSettings()), RobotPlace(RobotSettings())
+    other = RobotPlace(RobotSettings.model_validate({"boat": {"sail": 1}}))
     try:
         assert first.take()
         assert first.take()

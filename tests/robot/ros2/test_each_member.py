@@ -17,7 +17,7 @@ from wax.control.gauge_limits import GaugeHold, watch
 from wax.driver.interface import Limits, Pose
 from wax.robot.ros2.conversation import Ros2Conversation
 from wax.robot.ros2.images import to_bgr
-from wax.robot.ros2.senses import Senses
+from wax.robot.ros2.senses import RosSenses
 from wax.robot.ros2.settings import Ros2Settings
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ def spoilt(kind: str, path: Path, wrong: Any) -> Any:
 
 
 def known(kind: str, message: Any) -> dict[str, Any]:
-    senses = Senses()
+    senses = RosSenses()
     senses.hear(kind, message, 1.0)
     return {
         "pose": senses.pose(1.0),
@@ -189,7 +189,7 @@ def test_a_quaternion_of_zeros_is_no_heading() -> None:
 @pytest.mark.parametrize("wrong", WRONG, ids=lambda value: repr(value)[:9])
 def test_a_bumper_that_is_not_said_which_is_pressed(wrong: Any) -> None:
     """Of a press without its place it is known that it is one, and when it ends."""
-    senses = Senses()
+    senses = RosSenses()
     event = {} if wrong is REMOVED else {"bumper": wrong}
     senses.hear("bumper", SimpleNamespace(**event, state=1), 1.0)
     assert senses.bumpers

@@ -375,10 +375,11 @@ def test_each_answer_of_rosapi_counts_for_itself() -> None:
     """Without the type, who takes the commands is known, and nobody is said to be of another."""
     graph = RosbridgeGraph("/cmd_vel", "/bridge")
     assert len(list(graph.questions(0.0))) == 3
-    graph.hear(protocol.Answer("wax:topic_type", None), 0.0)
-    graph.hear(protocol.Answer("wax:publishers", None), 0.0)
+    graph.hear(protocol.ServiceAnswer("wax:topic_type", None), 0.0)
+    graph.hear(protocol.ServiceAnswer("wax:publishers", None), 0.0)
     graph.hear(
-        protocol.Answer("wax:subscribers", SimpleNamespace(subscribers=[None, "/base", 7])), 0.0
+        protocol.ServiceAnswer("wax:subscribers", SimpleNamespace(subscribers=[None, "/base", 7])),
+        0.0,
     )
     traffic = graph.traffic(0.0)
     assert [taker.guid for taker in traffic.takers or ()] == ["/base"]

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from tests.examples import examples
 
 from wax.driver.interface import Pose
-from wax.robot.ros2.senses import FAULT_S, ODOMETRY_S, Senses
+from wax.robot.ros2.senses import FAULT_S, ODOMETRY_S, RosSenses
 
 
 def message(values: object) -> Any:
@@ -48,7 +48,7 @@ def status(level: object, name: str = "motors", words: str = "hot") -> Any:
 )
 def test_a_heading_is_read_off_the_quaternion(degrees: float, heading: float) -> None:
     """Turned to the left is positive, from the x axis."""
-    senses = Senses()
+    senses = RosSenses()
     half = math.radians(degrees) / 2
     senses.hear("odometry", odometry(z=math.sin(half), w=math.cos(half)), 1.0)
     pose = senses.pose(1.0)
@@ -62,14 +62,14 @@ def test_a_heading_is_read_off_the_quaternion(degrees: float, heading: float) ->
 )
 def test_motion_is_more_than_noise(v: float, turning: float, moves: bool) -> None:
     """A standing robot's odometry is never quite zero."""
-    senses = Senses()
+    senses = RosSenses()
     senses.hear("odometry", odometry(v=v, turning=turning), 1.0)
     assert senses.moving(1.0) is moves
 
 
 def test_old_odometry_says_nothing() -> None:
     """A robot that has gone silent is neither moving nor standing."""
-    senses = Senses()
+    senses = RosSenses()
     senses.hear("odometry", odometry(v=1.0), 1.0)
     assert senses.moving(1.0 + ODOMETRY_S) is None
     assert senses.pose(1.0 + ODOMETRY_S) is None
@@ -88,14 +88,14 @@ def test_a_battery_may_not_know(
     voltage: float, percentage: float, volts: float | None, share: float | None
 ) -> None:
     """NaN is not known; percents are taken as the share that the message asks for."""
-    senses = Senses()
+    senses = RosSenses()
     senses.hear("battery", message({"voltage": voltage, "percentage": percentage}), 1.0)
     assert (senses.battery_v, senses.battery_fraction) == (volts, share)
 
 
 def test_each_bumper_has_its_bit() -> None:
     """Where bumpers are told apart, one that is released leaves the other pressed."""
-    senses = Senses()
+    senses = RosSenses()
     senses.hear("bumper", message({"bumper": 0, "state": 1}), 1.0)
     senses.hear("bumper", message({"bumper": 2, "state": 1}), 1.0)
     assert senses.bumpers == 0b101
@@ -106,7 +106,7 @@ def test_each_bumper_has_its_bit() -> None:
 @pytest.mark.parametrize("level", [2, "\x02", "Ag=="])
 def test_an_error_is_a_fault(level: object) -> None:
     """An ERROR is a fault however the octet is written, until its part says something else."""
-    senses = Senses()
+    senses = RosSenses()
     senses.hear("diagnostics", status(level), 1.0)
     assert senses.fault(1.0) == "motors: hot"
     senses.hear("diagnostics", status(0, "other"), 1.0)
@@ -117,7 +117,7 @@ def test_an_error_is_a_fault(level: object) -> None:
 
 def test_a_fault_that_nobody_repeats_is_over() -> None:
     """Whoever told of a fault and has ended keeps nobody from driving."""
-    senses = Senses()
+    senses = RosSenses()
     senses.hear("diagnostics", status(2), 1.0)
     assert senses.fault(1.0 + FAULT_S - 0.1)
     assert senses.fault(1.0 + FAULT_S) is None
@@ -125,7 +125,7 @@ def test_a_fault_that_nobody_repeats_is_over() -> None:
 
 def test_faults_do_not_pile_up() -> None:
     """A thousand parts that fail are not all remembered."""
-    senses = Senses()
+    senses = RosSenses()
     for number in range(1000):
         senses.hear("diagnostics", status(2, f"part {number}", "x" * 10_000), 1.0)
     fault = senses.fault(1.0)
@@ -158,7 +158,7 @@ JSON = st.recursive(
 @examples(400)
 def test_what_is_no_message_never_raises(kind: str, values: object) -> None:
     """Whatever comes as JSON, the state stays whole."""
-    senses = Senses()
+    senses = RosSenses()
     senses.hear(kind, message(values), 1.0)
     assert senses.pose(1.0) is None or senses.moving(1.0) is not None
     assert 0 <= senses.bumpers <= 255
@@ -168,7 +168,7 @@ def test_what_is_no_message_never_raises(kind: str, values: object) -> None:
 
 def test_what_is_no_message_is_counted() -> None:
     """Odometry of infinite places changes nothing, and is counted."""
-    senses = Senses()
+    senses = RosSenses()
     senses.hear("odometry", odometry(z=float("inf")), 1.0)
     assert senses.pose(1.0) is None
     assert senses.invalid == 1
@@ -182,13 +182,13 @@ def test_words_that_are_a_tree_are_counted(levels: int, where: str, fault: str) 
     for _ in range(levels):
         tree = SimpleNamespace(inner=tree)
     error = SimpleNamespace(**{"level": 2, "name": "motors", "message": "hot", where: tree})
-    senses = Senses()
+    senses = RosSenses()
     senses.hear("diagnostics", SimpleNamespace(status=[error]), 1.0)
     assert (senses.fault(1.0), senses.invalid) == (fault, 1)
 
 
 def test_an_octet_of_nothing_is_counted() -> None:
     """A level of no octet does not raise."""
-    senses = Senses()
+    senses = RosSenses()
     senses.hear("diagnostics", status(""), 1.0)
     assert (senses.fault(1.0), senses.invalid) == (None, 1)

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Final
 
 import ifaddr
 
-from wax.doctor.verdict import Verdict, bad, ok, warning
+from wax.commands.doctor.verdict import Verdict, bad, ok, warning
 from wax.rtc.public_address import StunError, public_address
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from wax.doctor.network import Network
+    from wax.commands.doctor.network import ServedNetwork
 
     Address = ipaddress.IPv4Address | ipaddress.IPv6Address
 
@@ -39,7 +39,7 @@ def own_addresses() -> list[tuple[str, Address]]:
     return found
 
 
-def local_addresses(network: Network, own: Sequence[tuple[str, Address]]) -> Verdict:
+def local_addresses(network: ServedNetwork, own: Sequence[tuple[str, Address]]) -> Verdict:
     """Say where the page is served, and whether that is a public address."""
     if network.is_local and not network.is_behind_proxy:
         return warning(
@@ -74,7 +74,7 @@ def _is_vpn(name: str) -> bool:
     return name.lower().startswith(_VPN)
 
 
-def world_address(network: Network, own: Sequence[tuple[str, Address]]) -> Verdict:
+def world_address(network: ServedNetwork, own: Sequence[tuple[str, Address]]) -> Verdict:
     """Ask the STUN servers, if there are any, and compare what they see."""
     if not network.stun:
         if told := ", ".join(network.public_addresses):
@@ -92,7 +92,7 @@ def world_address(network: Network, own: Sequence[tuple[str, Address]]) -> Verdi
     )
 
 
-def _seen(seen: Address, network: Network, own: Sequence[tuple[str, Address]]) -> Verdict:
+def _seen(seen: Address, network: ServedNetwork, own: Sequence[tuple[str, Address]]) -> Verdict:
     """Compare the address that the world sees with our own, and with what viewers are told."""
     if any(seen == address for _, address in own):
         return ok(f"The world sees this machine as {seen}, its own address.")
@@ -116,7 +116,7 @@ def _seen(seen: Address, network: Network, own: Sequence[tuple[str, Address]]) -
 
 
 def firewall(
-    network: Network,
+    network: ServedNetwork,
     *,
     ufw: Path = _UFW,
     firewalld: Path = _FIREWALLD,

@@ -5,14 +5,14 @@ from __future__ import annotations
 import datetime
 from typing import TYPE_CHECKING, Final
 
-from wax.doctor.verdict import Verdict, bad, ok, warning
+from wax.commands.doctor.verdict import Verdict, bad, ok, warning
 from wax.errors import StartError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from wax.doctor.network import Network
+    from wax.commands.doctor.network import ServedNetwork
     from wax.web.certificate import Certificate
 
 SOON: Final = datetime.timedelta(days=14)
@@ -20,7 +20,7 @@ SOON: Final = datetime.timedelta(days=14)
 _RENEW: Final = "Renew it and restart the server."
 
 
-def certificate(network: Network, now: datetime.datetime) -> Verdict:
+def certificate(network: ServedNetwork, now: datetime.datetime) -> Verdict:
     """Check the configured pair, or the server's own; `now` has a time zone."""
     if network.certificate is None:
         return _without(network)
@@ -39,7 +39,7 @@ def certificate(network: Network, now: datetime.datetime) -> Verdict:
     )
 
 
-def _without(network: Network) -> Verdict:
+def _without(network: ServedNetwork) -> Verdict:
     if network.is_self_signed:
         return bad("Nothing says where to keep a certificate.", "Set [server] state_dir.")
     if network.is_behind_proxy:

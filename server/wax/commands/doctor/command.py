@@ -8,10 +8,10 @@ from functools import cache
 from typing import TYPE_CHECKING, Final
 
 from wax import state_dir
+from wax.commands.doctor import addresses, certificate, devices, machine, ports, reach
+from wax.commands.doctor.network import network_of
+from wax.commands.doctor.verdict import Check, Verdict, bad, examine, ok
 from wax.config import settings as config
-from wax.doctor import addresses, certificate, devices, machine, ports, reach
-from wax.doctor.network import network_of
-from wax.doctor.verdict import Check, Verdict, bad, examine, ok
 from wax.encode.choice import choose
 from wax.encode.trials import LIMIT_S
 from wax.errors import ConfigError

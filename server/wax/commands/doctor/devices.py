@@ -13,7 +13,7 @@ from wax.capture.find_sources import Sources, make_camera, make_sources
 from wax.capture.source import Picture, Sound
 from wax.capture.undated import undated
 from wax.clock import SystemClock
-from wax.doctor.verdict import Verdict, bad, ok, warning
+from wax.commands.doctor.verdict import Verdict, bad, ok, warning
 from wax.errors import ConfigError, SourceError
 from wax.robot.find_driver import make_driver
 from wax.robot.serial.advice import advised

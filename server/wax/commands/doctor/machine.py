@@ -11,11 +11,11 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, cast
 
-from wax import cores
 from wax.capture.testcard import TestCardVideo
 from wax.clock import SystemClock
-from wax.doctor.verdict import Verdict, bad, ok, warning
+from wax.commands.doctor.verdict import Verdict, bad, ok, warning
 from wax.encode.choice import Encoders
+from wax.process import cores
 from wax.web import descriptors
 
 if TYPE_CHECKING:

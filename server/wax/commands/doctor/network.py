@@ -19,7 +19,7 @@ _EVERYWHERE: Final = ("", "0.0.0.0", "::")
 
 
 @dataclass(frozen=True, slots=True)
-class Network:
+class ServedNetwork:
     """Where the page is served, and how picture, sound and commands go.
 
     `udp_port` is None where each viewer gets a random port. `certificate` is None for
@@ -62,11 +62,11 @@ class Network:
         return f"TCP port {tcp}{udp}"
 
 
-def network_of(settings: Settings, stun: str | None = None) -> Network:
+def network_of(settings: Settings, stun: str | None = None) -> ServedNetwork:
     """Read the configuration; `stun` as ``HOST:PORT`` goes before its STUN servers."""
     server, network = settings.server, settings.network
     configured = [url.removeprefix("stun:") for url in network.stun]
-    return Network(
+    return ServedNetwork(
         host=server.host,
         tcp_port=server.port,
         udp_port=network.udp_port if network.mode == "one-port" else None,

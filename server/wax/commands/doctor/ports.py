@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 from pydantic_core import from_json
 
-from wax.doctor.verdict import Verdict, bad, ok, warning
+from wax.commands.doctor.verdict import Verdict, bad, ok, warning
 from wax.edge.binding import NOT_HERE
 
 if TYPE_CHECKING:
-    from wax.doctor.network import Network
+    from wax.commands.doctor.network import ServedNetwork
 
 _ANSWER_S: Final = 2.0
 _ADVICE: Final = {
@@ -25,7 +25,7 @@ _ADVICE: Final = {
 }
 
 
-def is_running(network: Network) -> bool:
+def is_running(network: ServedNetwork) -> bool:
     """Whether a WAX server answers at the configured port of this machine."""
     if network.tcp_port == 0:
         return False
@@ -44,7 +44,7 @@ def is_running(network: Network) -> bool:
         return False
 
 
-def tcp_port(network: Network, *, running: bool) -> Verdict:
+def tcp_port(network: ServedNetwork, *, running: bool) -> Verdict:
     """Look whether the page's port can be had."""
     name = f"TCP port {network.tcp_port}"
     if running:
@@ -57,7 +57,7 @@ def tcp_port(network: Network, *, running: bool) -> Verdict:
     return _bound(name, socket.SOCK_STREAM, network.host, network.tcp_port)
 
 
-def udp_port(network: Network, *, running: bool) -> Verdict:
+def udp_port(network: ServedNetwork, *, running: bool) -> Verdict:
     """Look whether the port of picture, sound and commands can be had."""
     if network.udp_port is None:
         return warning(

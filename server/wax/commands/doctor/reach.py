@@ -14,7 +14,7 @@ from typing import Final
 from urllib.parse import urlsplit
 
 from wax.client import Client
-from wax.doctor.verdict import Verdict, bad, ok, warning
+from wax.commands.doctor.verdict import Verdict, bad, ok, warning
 from wax.errors import ConfigError, SignallingError
 
 _ANSWER_S: Final = 5.0

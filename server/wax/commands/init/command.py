@@ -11,20 +11,20 @@ from typing import TYPE_CHECKING
 
 from wax.capture.find_sources import make_sources
 from wax.clock import SystemClock
+from wax.commands.init import questions
+from wax.commands.init.found import look
+from wax.commands.init.writing import render
 from wax.config import settings as config
 from wax.errors import ConfigError, StateError
-from wax.init import questions
-from wax.init.found import look
-from wax.init.writing import render
-from wax.printable import printable
+from wax.logs.printable import printable
 from wax.robot.find_driver import make_driver
 from wax.speaker.find_speaker import make_speaker
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from wax.init.found import Found
-    from wax.init.questions import Key, Question
+    from wax.commands.init.found import Found
+    from wax.commands.init.questions import Key, Question
 
 _LINE_CHARS = 120
 

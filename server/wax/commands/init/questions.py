@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from wax.init.found import Found, Thing
+    from wax.commands.init.found import Found, Thing
 
 Key = Literal["robot", "camera", "microphone", "speaker", "who"]
 

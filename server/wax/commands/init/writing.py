@@ -5,15 +5,15 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Final
 
+from wax.commands.init.questions import THIS_MACHINE
 from wax.config.settings import DriveSettings, RobotSettings, SerialSettings
-from wax.init.questions import THIS_MACHINE
-from wax.printable import printable
+from wax.logs.printable import printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from wax.init.found import Found, Thing
-    from wax.init.questions import Answers
+    from wax.commands.init.found import Found, Thing
+    from wax.commands.init.questions import Answers
 
 _NAME_CHARS: Final = 80
 

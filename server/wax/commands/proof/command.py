@@ -12,18 +12,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from wax import __version__
+from wax.commands.proof import record
+from wax.commands.proof.config_file import check
+from wax.commands.proof.proof import Progress, Proof
 from wax.errors import ConfigError, StartError
-from wax.proof import record
-from wax.proof.config_file import check
-from wax.proof.proof import Progress, Proof
 from wax.sentence import Sentence
 from wax.session.proof_runner import NOT_ALL
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from wax.commands.proof.verdict import Findings
     from wax.config.settings import Settings
-    from wax.proof.verdict import Findings
 
 MAX_REPEATS: Final = 1000
 _STDIN: Final = 0

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 _TURN_S: Final = 86_400.0
 """No turn ends during the proof."""
-_OBSERVED: Final = "wax.proof.observed:ObservedRobot"
+_OBSERVED: Final = "wax.commands.proof.observed:ObservedRobot"
 
 
 def check(settings: Settings) -> None:

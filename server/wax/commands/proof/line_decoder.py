@@ -5,7 +5,7 @@ from __future__ import annotations
 import secrets
 from typing import TYPE_CHECKING, Protocol
 
-from wax.proof.measure import Event
+from wax.commands.proof.measure import Event
 from wax.robot.serial.frames import (
     NO_SESSION,
     Decoder,

@@ -53,7 +53,7 @@ class ObservedRobot:
         self._driver: Driver = make_driver(self._robot, clock)
         self._log = own.log
         self._file: int | None = None
-        self._motion = Motion()
+        self._motion = ObservedMotion()
         self._moved_s = 0.0
 
     @property
@@ -114,7 +114,7 @@ class ObservedRobot:
             os.write(self._file, line.encode() + b"\n")
 
 
-class Motion:
+class ObservedMotion:
     """Whether a robot moves by its own reports (pure): it says so, or its pose changes."""
 
     def __init__(self) -> None:

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
 from wax import folders
+from wax.commands.proof.config_file import observed
+from wax.commands.proof.measure import Event
 from wax.errors import DriverError
-from wax.proof.config_file import observed
-from wax.proof.measure import Event
 
 if TYPE_CHECKING:
     from tempfile import TemporaryDirectory

@@ -11,23 +11,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from wax import folders
+from wax.commands.proof.line_decoder import language_of
+from wax.commands.proof.measure import measure
+from wax.commands.proof.observer import Observer
+from wax.commands.proof.remote import RemoteOperator
+from wax.commands.proof.server import ServerUnderProof, kill
+from wax.commands.proof.tap import Tap
+from wax.commands.proof.verdict import Finding, Findings, faults_of
 from wax.errors import ConfigError, StartError, WaxError
-from wax.proof.line_decoder import language_of
-from wax.proof.measure import measure
-from wax.proof.observer import Observer
-from wax.proof.remote import RemoteOperator
-from wax.proof.server import ServerUnderProof, kill
-from wax.proof.tap import Tap
-from wax.proof.verdict import Finding, Findings, faults_of
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from wax.commands.proof.measure import Sample
+    from wax.commands.proof.verdict import Fault
+    from wax.commands.proof.watch import Watch
     from wax.config.settings import Settings
-    from wax.proof.measure import Sample
-    from wax.proof.verdict import Fault
-    from wax.proof.watch import Watch
 
 _SETTLE_S: Final = 0.5
 """Long enough to reach full speed, and for the gate to recover from the previous fault."""

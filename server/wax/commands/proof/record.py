@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING, Final
 
-from wax.proof.verdict import FRAME_LIMIT_MS, ROBOT_LIMIT_MS, spread
+from wax.commands.proof.verdict import FRAME_LIMIT_MS, ROBOT_LIMIT_MS, spread
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from wax.commands.proof.verdict import Finding, Findings, StopSpread
+    from wax.commands.proof.watch import Sees
     from wax.config.settings import Settings
-    from wax.proof.verdict import Finding, Findings, Spread
-    from wax.proof.watch import Sees
 
 _STYLE: Final = """
 @page { size: A4; margin: 12mm 15mm }
@@ -235,7 +235,7 @@ def _list(lines: Iterable[str]) -> str:
     return "<ul>\n" + "\n".join(f"<li>{escape(line)}</li>" for line in lines) + "\n</ul>"
 
 
-def _max(times: Spread) -> str:
+def _max(times: StopSpread) -> str:
     return f"{times.missing} × never" if times.missing else _number(times.max_ms)
 
 

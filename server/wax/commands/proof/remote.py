@@ -10,8 +10,8 @@ import uuid
 from typing import TYPE_CHECKING, Final
 
 from wax.client.process import OperatorState
+from wax.commands.proof.controlled_process import ControlledProcess
 from wax.errors import StartError
-from wax.proof.controlled_process import ControlledProcess
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, Final
 import aiohttp
 
 from wax.client.host import become_host
+from wax.commands.proof.controlled_process import ControlledProcess
 from wax.errors import StartError, StateError
-from wax.proof.controlled_process import ControlledProcess
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import serial
 
+from wax.commands.proof.config_file import tapped
 from wax.errors import DriverError
-from wax.proof.config_file import tapped
 
 if TYPE_CHECKING:
+    from wax.commands.proof.line_decoder import LineDecoder
+    from wax.commands.proof.measure import Event
     from wax.config.settings import SerialSettings, Settings
-    from wax.proof.line_decoder import LineDecoder
-    from wax.proof.measure import Event
 
 _READ_S: Final = 0.05
 _WRITE_S: Final = 0.25

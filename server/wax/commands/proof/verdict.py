@@ -11,8 +11,8 @@ from wax.sentence import Sentence
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from wax.proof.measure import Sample
-    from wax.proof.watch import Sees
+    from wax.commands.proof.measure import Sample
+    from wax.commands.proof.watch import Sees
 
 FRAME_LIMIT_MS: Final = 200.0
 """From the fault to the stop frame on the robot's line."""
@@ -131,7 +131,7 @@ class Findings:
 
 
 @dataclass(frozen=True, slots=True)
-class Spread:
+class StopSpread:
     """Median and maximum of the stops that came; `missing` of `n` did not come."""
 
     n: int
@@ -140,11 +140,11 @@ class Spread:
     max_ms: float | None
 
 
-def spread(times_ms: Iterable[float | None]) -> Spread:
+def spread(times_ms: Iterable[float | None]) -> StopSpread:
     """Summarise times; missing ones are counted separately."""
     times = list(times_ms)
     came = [time for time in times if time is not None]
-    return Spread(
+    return StopSpread(
         n=len(times),
         missing=len(times) - len(came),
         median_ms=statistics.median(came) if came else None,

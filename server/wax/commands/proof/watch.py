@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Literal, Protocol
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from wax.commands.proof.measure import Event
     from wax.config.settings import Settings
-    from wax.proof.measure import Event
 
 Sees = Literal["line", "driver"]
 """Where a stop is seen: on the robot's line, or in the driver's process as it is called."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from wax.protocol.tape_events import Filmed, Placed, TapeCamera
-from wax.tape.mended import facts_of
+from wax.tape.repaired import facts_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

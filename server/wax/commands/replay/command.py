@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Final
 from aiohttp import web
 
 from wax.clock import SystemClock
+from wax.commands.replay.library import Library
+from wax.commands.replay.server import ReplayServer
 from wax.config.settings import ServerSettings
 from wax.edge.binding import listen
 from wax.errors import StartError
-from wax.replay.library import Library
-from wax.replay.server import ReplayServer
 from wax.telemetry import configure_logs
 from wax.web.guards import Guards
 

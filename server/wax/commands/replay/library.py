@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Final
 
 from wax import folders
+from wax.commands.replay.cameras import cameras_of
 from wax.errors import StateError
 from wax.protocol.tape_events import Placed, TapeContent, TapeListing, TapePart
-from wax.replay.cameras import cameras_of
-from wax.tape.mended import facts_of, mended
 from wax.tape.reading import read_events
+from wax.tape.repaired import facts_of, repaired
 from wax.tape.shelf import CAMERAS, EVENTS, MEDIA, Shelf, Shelved, ending_of
 
 _NO_EVENTS: Final = "There are no events beside this: only picture and sound can be played."
@@ -102,7 +102,7 @@ class Library:
             what = "no picture and sound" if camera is None else f"no pictures of camera {camera}"
             raise StateError(f"{name}: there are {what} beside these events")
         with self._lock:
-            return mended(path, Path(self._copies.name))
+            return repaired(path, Path(self._copies.name))
 
     def _parts(self) -> list[Shelved]:
         return self._shelf.parts() if self._only is None else [self._only]

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from pydantic import BaseModel
 
-    from wax.replay.library import Library
+    from wax.commands.replay.library import Library
     from wax.web.guards import Guards
 
     Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]

@@ -6,7 +6,7 @@ import threading
 from typing import TYPE_CHECKING, Final
 
 from wax.driver.interface import RobotState
-from wax.robot.gpio.odometry import Odometry
+from wax.robot.gpio.odometry import StepOdometry
 from wax.robot.gpio.shares import OFF, Opening, unless_bumped
 from wax.robot.serial.setpoints import SetPoints
 from wax.sentence import Sentence
@@ -109,7 +109,7 @@ class PinLoop:
             self._setpoints.connected()
             self._epoch += 1
             self._turned.clear()
-        odometry = Odometry(self._settings.steps_per_m, self._wheel_base_m)
+        odometry = StepOdometry(self._settings.steps_per_m, self._wheel_base_m)
         try:
             while not self._closing:
                 self._step(pins, odometry)
@@ -119,7 +119,7 @@ class PinLoop:
             pins.close()
         return None
 
-    def _step(self, pins: Pins, odometry: Odometry) -> None:
+    def _step(self, pins: Pins, odometry: StepOdometry) -> None:
         """Put the set-point on the pins, look at them, and wait for news."""
         now_s = self._clock.now_s()
         with self._changed:
@@ -142,7 +142,7 @@ class PinLoop:
         pins.drive(shares)
         pins.follow(*self._opening.directions(twist))
 
-    def _look(self, pins: Pins, odometry: Odometry, now_s: float) -> None:
+    def _look(self, pins: Pins, odometry: StepOdometry, now_s: float) -> None:
         steps = pins.steps
         extra: dict[str, float] = {}
         if steps is not None:

@@ -15,7 +15,7 @@ WINDOW_S: Final = 0.2
 """A wheel of which no step came for so long stands."""
 
 
-class Odometry:
+class StepOdometry:
     """Adds up steps; forward is positive, whichever way an encoder or a motor is wired."""
 
     def __init__(self, steps_per_m: float, wheel_base_m: float) -> None:

@@ -63,7 +63,7 @@ def encode(reading: HandReading, number: int) -> bytes:
     return START + body + _crc(body)
 
 
-class Decoder:
+class HandDecoder:
     """Finds frames in a stream of bytes; never raises, keeps at most one unfinished frame.
 
     `errors` counts what began like a frame but was none.

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 import structlog
 
 from wax.config.settings import SerialSettings
-from wax.robot.hand.line import Decoder
+from wax.robot.hand.line import HandDecoder
 from wax.robot.serial.reconnecting_port import Port
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ class SerialHand:
         )
         self._lock = threading.Lock()
         self._readings: deque[HandReading] = deque(maxlen=_MOST)
-        self._decoder = Decoder()
+        self._decoder = HandDecoder()
         self._is_lost = False
         self._pipe: tuple[int, int] | None = None
 
@@ -79,7 +79,7 @@ class SerialHand:
     # --- the line's threads (Caller) -------------------------------------------------------
 
     def opened(self, now_s: float) -> bytes:  # noqa: ARG002 - of the protocol
-        self._decoder = Decoder()
+        self._decoder = HandDecoder()
         _LOG.info("the hand control's line is open", url=self._url)
         return b""
 

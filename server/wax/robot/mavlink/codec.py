@@ -12,7 +12,7 @@ from wax.robot.mavlink.news import (
     AUTOPILOT,
     Attitude,
     Battery,
-    Heard,
+    HeardMessage,
     Heartbeat,
     News,
     Parameter,
@@ -65,7 +65,7 @@ class Codec:
         """Drop the beginning of a message whose end was lost with the line."""
         self._mav.buf, self._mav.buf_index = bytearray(), 0
 
-    def feed(self, data: bytes) -> list[Heard]:
+    def feed(self, data: bytes) -> list[HeardMessage]:
         """Return the messages that have come; what is damaged is left out and counted."""
         heard = []
         for message in self._mav.parse_buffer(data) or ():
@@ -76,7 +76,7 @@ class Codec:
                 continue
             read = _READERS.get(message.get_msgId())
             heard.append(
-                Heard(
+                HeardMessage(
                     system=message.get_srcSystem(),
                     component=message.get_srcComponent(),
                     news=None if read is None else read(message),

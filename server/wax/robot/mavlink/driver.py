@@ -27,7 +27,7 @@ class MavlinkRobot:
     def __init__(self, settings: RobotSettings, clock: Clock) -> None:
         # pymavlink takes a moment to load, and is only there where it is wanted.
         from wax.robot.mavlink.conversation import Conversation  # noqa: PLC0415
-        from wax.robot.mavlink.link import Link  # noqa: PLC0415
+        from wax.robot.mavlink.link import MavlinkLink  # noqa: PLC0415
 
         own = settings.own(MavlinkSettings)
         self._limits = Limits(
@@ -38,7 +38,7 @@ class MavlinkRobot:
         key = read_key(own.signing_key) if own.signing_key else None
         self._clock = clock
         self._conversation = Conversation(own, self._limits, clock, key)
-        self._link = Link(own, clock, self._conversation)
+        self._link = MavlinkLink(own, clock, self._conversation)
 
     @property
     def kind(self) -> str:

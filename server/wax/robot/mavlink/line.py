@@ -33,7 +33,7 @@ _END_OF_A_TORN_MESSAGE: Final = bytes(max(FRAME_BYTES.values()) + SIGNATURE_BYTE
 """A message that is torn swallows as much of what comes next; between two, zeros are nothing."""
 
 
-class Line(Protocol):
+class MavlinkLine(Protocol):
     """An open line. One thread reads, another writes; both raise `OSError` when it is lost."""
 
     def read(self) -> bytes:
@@ -53,7 +53,7 @@ class Line(Protocol):
     def close(self) -> None: ...
 
 
-def open_line(settings: MavlinkSettings) -> Line:
+def open_line(settings: MavlinkSettings) -> MavlinkLine:
     """Open the line; raises `OSError` (`serial.SerialException` is one) or `ValueError`."""
     address = parse(settings.url)
     match address.kind:

@@ -12,7 +12,7 @@ from wax.robot.mavlink.line import open_line, why_closed, why_lost
 if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.robot.mavlink.conversation import Conversation
-    from wax.robot.mavlink.line import Line
+    from wax.robot.mavlink.line import MavlinkLine
     from wax.robot.mavlink.settings import MavlinkSettings
     from wax.sentence import Sentence
 
@@ -20,7 +20,7 @@ CLOSE_TIMEOUT_S: Final = 0.8
 LONGEST_PAUSE_S: Final = 1.0
 
 
-class Link:
+class MavlinkLink:
     """One line, kept open from `open` to `close` whatever happens to it."""
 
     def __init__(self, settings: MavlinkSettings, clock: Clock, conversation: Conversation) -> None:
@@ -91,7 +91,7 @@ class Link:
             line.close()
         return None
 
-    def _write(self, line: Line, closing: threading.Event) -> None:
+    def _write(self, line: MavlinkLine, closing: threading.Event) -> None:
         ends_s = math.inf
         while True:
             with self._changed:
@@ -115,7 +115,7 @@ class Link:
     def _must_act(self) -> bool:
         return self._news or self._error is not None
 
-    def _read(self, line: Line, ended: threading.Event) -> None:
+    def _read(self, line: MavlinkLine, ended: threading.Event) -> None:
         try:
             while not ended.is_set():
                 data = line.read()

@@ -64,7 +64,7 @@ News = Heartbeat | Parameter | Speed | Attitude | Position | Battery
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
+class HeardMessage:
     """A message with its sender; `news` is None for one that does not matter to us."""
 
     system: int

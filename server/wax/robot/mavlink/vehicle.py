@@ -11,7 +11,7 @@ from wax.robot.mavlink.news import (
     AUTOPILOT,
     Attitude,
     Battery,
-    Heard,
+    HeardMessage,
     Heartbeat,
     News,
     Parameter,
@@ -92,7 +92,7 @@ class Vehicle:
         self._signs = False
         self.restarted = False
 
-    def hear(self, heard: Heard, now_s: float) -> bool:
+    def hear(self, heard: HeardMessage, now_s: float) -> bool:
         """Take a message; returns whether it is the rover's own, which its autopilot sends."""
         news = heard.news
         if heard.system == self._settings.own_system:

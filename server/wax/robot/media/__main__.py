@@ -37,7 +37,7 @@ from wax.sentence import Sentence
 if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.robot.media.messages import Outlet as OutletSettings
-    from wax.robot.media.outlets import Outlet
+    from wax.robot.media.outlets import SenseOutlet
 
 _LOG = structlog.get_logger(__name__)
 
@@ -108,7 +108,7 @@ class _Robot:
             return self._driver
 
 
-def _outlet(one: OutletSettings, robot: _Robot, clock: Clock) -> Outlet:
+def _outlet(one: OutletSettings, robot: _Robot, clock: Clock) -> SenseOutlet:
     os.set_inheritable(one.connection, False)
     connection = Connection(one.connection)
     if one.sense == "speaker":

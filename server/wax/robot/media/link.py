@@ -27,7 +27,7 @@ class SenseError(Exception):
         self.sentence = sentence
 
 
-class Link:
+class MediaProcessLink:
     """Asks whichever process is there now. `ask` is for one thread, the others for any.
 
     `silent` is the problem where a process that has answered before does so no more.

@@ -45,7 +45,7 @@ _KEPT_SOUNDS: Final = 20
 _MAX_QUESTION_BYTES: Final = 65_536
 
 
-class Outlet(Protocol):
+class SenseOutlet(Protocol):
     """Answers one sense's questions in threads of its own, until the connection ends."""
 
     def start(self) -> None: ...

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any, Final
 import structlog
 
 from wax.config.settings import LogSettings
-from wax.robot.media.link import Link
+from wax.robot.media.link import MediaProcessLink
 from wax.robot.media.messages import MediaBegin, Outlet
 from wax.robot.media.picture_memory import make_memory
 from wax.robot.media.senses import RemoteCamera, RemoteMicrophone, RemoteSpeaker
-from wax.robot.process.appetite import Appetite
 from wax.robot.process.child_process import ChildProcess
+from wax.robot.process.resource_limits import ResourceUse
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class _Wanted:
     """One sense that the server uses, over however many processes."""
 
     sense: Sense
-    link: Link
+    link: MediaProcessLink
     video: dict[str, Any] | None = None
 
 
@@ -70,7 +70,7 @@ class MediaProcess:
         self._thread: threading.Thread | None = None
         self._closing = threading.Event()
         self._child: ChildProcess | None = None
-        self._appetite = Appetite()
+        self._resource_use = ResourceUse()
         self.restarts = 0
 
     @property
@@ -114,9 +114,11 @@ class MediaProcess:
             if within_s > 0.0 and self._child is not None:
                 self._child.kill()
 
-    def _link(self, sense: Sense, silent: Sentence, video: VideoSettings | None = None) -> Link:
+    def _link(
+        self, sense: Sense, silent: Sentence, video: VideoSettings | None = None
+    ) -> MediaProcessLink:
         dumped = None if video is None else video.model_dump(mode="json")
-        wanted = _Wanted(sense, Link(silent), dumped)
+        wanted = _Wanted(sense, MediaProcessLink(silent), dumped)
         self._wanted.append(wanted)
         return wanted.link
 
@@ -183,7 +185,7 @@ class MediaProcess:
             if self._is_stuck():
                 child.kill()
                 return Sentence("media.hangs")
-            if (excess := self._appetite.excess(child.pid)) is not None:
+            if (excess := self._resource_use.excess(child.pid)) is not None:
                 return Sentence("media.greedy", {"what": excess})
         return None
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from wax.capture.source import Picture, Sound
 from wax.errors import SourceError, SpeakerError
-from wax.robot.media.link import Link, SenseError
+from wax.robot.media.link import MediaProcessLink, SenseError
 from wax.robot.media.messages import CLOSE, NEXT, OPEN, WRITE
 from wax.sentence import Sentence
 
@@ -27,7 +27,7 @@ _CLOSE_S: Final = 0.2
 class RemoteCamera:
     """A `VideoSource`; `start` makes the process begin, if it has not yet."""
 
-    def __init__(self, link: Link, start: Callable[[], None]) -> None:
+    def __init__(self, link: MediaProcessLink, start: Callable[[], None]) -> None:
         self._link = link
         self._start = start
 
@@ -51,7 +51,7 @@ class RemoteCamera:
 class RemoteMicrophone:
     """An `AudioSource`."""
 
-    def __init__(self, link: Link, start: Callable[[], None]) -> None:
+    def __init__(self, link: MediaProcessLink, start: Callable[[], None]) -> None:
         self._link = link
         self._start = start
 
@@ -76,7 +76,7 @@ class RemoteMicrophone:
 class RemoteSpeaker:
     """A `Speaker`."""
 
-    def __init__(self, link: Link, start: Callable[[], None]) -> None:
+    def __init__(self, link: MediaProcessLink, start: Callable[[], None]) -> None:
         self._link = link
         self._start = start
 

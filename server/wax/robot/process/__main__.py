@@ -21,7 +21,7 @@ from wax.robot.process.child_start import first_line, log_as, outlive_signals, o
 from wax.robot.process.driver_watchdog import DriverWatchdog
 from wax.robot.process.passenger import make_passenger
 from wax.robot.process.pipe_messages import NotBuilt, decode_begin, encode
-from wax.robot.process.place import Place
+from wax.robot.process.place import RobotPlace
 
 _LOG = structlog.get_logger(__name__)
 
@@ -59,7 +59,7 @@ def main() -> int:
         reader=reader,
         writer=writer,
         passenger=passenger,
-        place=Place(begin.robot),
+        place=RobotPlace(begin.robot),
     ).run()
     return 0
 

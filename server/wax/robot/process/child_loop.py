@@ -16,7 +16,7 @@ from wax.driver.interface import HasControls, RobotState
 from wax.errors import ProtocolError
 from wax.robot.hand.source import LOOK_S
 from wax.robot.process.child_start import READ_BYTES
-from wax.robot.process.driver_watchdog import Apply, SetAxis, SetControl, Stop
+from wax.robot.process.driver_watchdog import Apply, SetAxis, SetControl, StopDriver
 from wax.robot.process.pipe_messages import (
     Bye,
     LineBuffer,
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from wax.robot.process.driver_watchdog import Call, DriverWatchdog
     from wax.robot.process.hand_watchdog import HandWatchdog
     from wax.robot.process.passenger import Passenger
-    from wax.robot.process.place import Place
+    from wax.robot.process.place import RobotPlace
 
 _LOG = structlog.get_logger(__name__)
 
@@ -70,7 +70,7 @@ class ChildLoop:
         reader: int,
         writer: int,
         passenger: Passenger | None = None,
-        place: Place | None = None,
+        place: RobotPlace | None = None,
     ) -> None:
         self._driver = driver
         self._place = place
@@ -217,7 +217,7 @@ class ChildLoop:
             late = self._watchdog.watch(now_s) if _moves(call) else ()
             if late:
                 self._call(*late)
-            if any(isinstance(one, Stop) for one in late):
+            if any(isinstance(one, StopDriver) for one in late):
                 return  # the stop let go of what was held, and its epoch asks for the rest anew
             try:
                 self._one(call, now_s)

@@ -7,7 +7,7 @@ import select
 import subprocess
 from typing import TYPE_CHECKING, Final
 
-from wax import python_process
+from wax.process import python_module
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -28,12 +28,12 @@ class ChildProcess:
         self, begin: bytes, module: str = _DRIVER, descriptors: Collection[int] = ()
     ) -> None:
         self._process = subprocess.Popen(
-            python_process.command(module),
+            python_module.command(module),
             pass_fds=descriptors,
             bufsize=0,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env=python_process.environment(),
+            env=python_module.environment(),
             # Ctrl-C reaches all processes of the terminal; this one must stop the robot first.
             start_new_session=True,
         )

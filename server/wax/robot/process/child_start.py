@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, NoReturn
 
 import structlog
 
-from wax.log_handler import PrintedLines
+from wax.logs.handler import PrintedLines
 from wax.telemetry import configure_logs
 
 if TYPE_CHECKING:

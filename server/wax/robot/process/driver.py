@@ -14,7 +14,6 @@ from wax.config.settings import LocalSettings, LogSettings
 from wax.driver.checks import unit
 from wax.driver.interface import RobotState
 from wax.errors import ProtocolError
-from wax.robot.process.appetite import Appetite
 from wax.robot.process.child_process import ChildProcess
 from wax.robot.process.driver_watchdog import COUNTS
 from wax.robot.process.hand_watchdog import HAND_COUNTS
@@ -32,6 +31,7 @@ from wax.robot.process.pipe_messages import (
     decode_answer,
     encode,
 )
+from wax.robot.process.resource_limits import ResourceUse
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ class ProcessDriver:
         hand_counts = HAND_COUNTS if local.is_on else ()
         self._past = Counter(dict.fromkeys((*COUNTS, *hand_counts, *_OURS), 0))
         self._counts: dict[str, int] = {}
-        self._appetite = Appetite()
+        self._resource_use = ResourceUse()
 
     @property
     def kind(self) -> str:
@@ -285,7 +285,7 @@ class ProcessDriver:
             now_s = self._clock.now_s()
             if now_s >= look_s:
                 look_s = now_s + LOOK_S
-                if (excess := self._appetite.excess(child.pid)) is not None:
+                if (excess := self._resource_use.excess(child.pid)) is not None:
                     return Sentence("robot.driver_greedy", {"what": excess})
             if not data and now_s >= deadline_s:
                 child.kill()

@@ -70,13 +70,13 @@ class SetControl:
 
 
 @dataclass(frozen=True, slots=True)
-class Stop:
+class StopDriver:
     """Call `Driver.stop`."""
 
     turn: int
 
 
-Call = Apply | SetAxis | SetControl | Stop
+Call = Apply | SetAxis | SetControl | StopDriver
 
 
 class DriverWatchdog:
@@ -166,7 +166,7 @@ class DriverWatchdog:
         self.silent_at_s = math.inf
         self.problem = problem
         self.holds += 1
-        return (Stop(self._turn), *self._let_go(*self._held))
+        return (StopDriver(self._turn), *self._let_go(*self._held))
 
     def _halt(self, halt: Halt, now_s: float) -> tuple[Call, ...]:
         self._sequence = max(self._sequence, halt.sequence)
@@ -175,7 +175,7 @@ class DriverWatchdog:
         if self._is_fresh(halt, now_s):
             self._heard(halt)
         moving = [name for name in self._held if self._controls[name].moves]
-        return (Stop(self._turn), *released, *self._let_go(*moving))
+        return (StopDriver(self._turn), *released, *self._let_go(*moving))
 
     def _move(self, move: Move) -> Call:
         self._heard(move)
@@ -225,7 +225,7 @@ class DriverWatchdog:
             return ()
         self._turn = turn
         self._disarm()
-        return (Stop(turn), *self._let_go(*self._held))
+        return (StopDriver(turn), *self._let_go(*self._held))
 
     def _disarm(self) -> None:
         self._armed = False

@@ -14,7 +14,7 @@ from wax.control import local_hand, ramp
 from wax.control.local_hand import HandState
 from wax.control.reasons import NO_HAND
 from wax.driver.interface import STANDSTILL, Twist
-from wax.robot.process.driver_watchdog import SILENT, Apply, SetControl, Stop
+from wax.robot.process.driver_watchdog import SILENT, Apply, SetControl, StopDriver
 from wax.robot.process.pipe_messages import Move
 
 if TYPE_CHECKING:
@@ -182,7 +182,7 @@ class HandWatchdog:
                 return tuple(call for call in calls if _is_harmless(call))
             case _:
                 slows_down = not self._twist.is_zero
-                stops = () if slows_down else tuple(c for c in calls if isinstance(c, Stop))
+                stops = () if slows_down else tuple(c for c in calls if isinstance(c, StopDriver))
                 return (*stops, *(call for call in calls if _is_harmless(call)))
 
     def _shared(self, call: Call, now_s: float) -> Call:
@@ -192,7 +192,7 @@ class HandWatchdog:
         if isinstance(call, Apply):
             part = local_hand.share(self._hand, self._rules)
             return self._ramped(_scaled(call.twist, part), call.turn, now_s)
-        if isinstance(call, Stop):
+        if isinstance(call, StopDriver):
             self._twist = STANDSTILL
         return call
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from wax.config.settings import RobotSettings
 
 
-class Place:
+class RobotPlace:
     """The place at the robot of these settings: its driver, with that driver's own table."""
 
     def __init__(self, settings: RobotSettings) -> None:

@@ -13,7 +13,7 @@ MAX_THREADS: Final = 500
 """Far above any pool of threads, far below what a user may have."""
 
 
-class Appetite:
+class ResourceUse:
     """What a process may take: half of the machine's memory, and no more than the above."""
 
     def __init__(self, max_bytes: int | None = None, max_threads: int = MAX_THREADS) -> None:

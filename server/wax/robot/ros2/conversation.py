@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from wax.driver.interface import RobotState
 from wax.robot.ros2.pace import Pace
-from wax.robot.ros2.senses import Senses
+from wax.robot.ros2.senses import RosSenses
 from wax.robot.serial.setpoints import SetPoints
 from wax.sentence import Sentence
 
@@ -29,7 +29,7 @@ class Ros2Conversation:
         self._pace = Pace(
             rate_hz=settings.rate_hz, zeros_s=settings.zeros_s, idle_hz=settings.idle_hz
         )
-        self._senses = Senses()
+        self._senses = RosSenses()
         self._connected = False
         self._verdict: Sentence | None = None
         self._is_alone = True

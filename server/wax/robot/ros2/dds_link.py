@@ -90,7 +90,7 @@ class DdsLink:
     def send(self, twist: Twist, wall_ns: int) -> None:
         if self._writer is None:
             return
-        said = idl.Twist(
+        said = idl.TwistMessage(
             linear=idl.Vector3(x=twist.linear_mps), angular=idl.Vector3(z=twist.angular_rps)
         )
         with told(self._settings):
@@ -150,7 +150,7 @@ class DdsLink:
         kind = idl.TYPES[command_type(self._settings)]
         return DataWriter(member, Topic(member, dds_topic(self._settings.topic), kind), qos)
 
-    def _stamped(self, said: idl.Twist, wall_ns: int) -> idl.TwistStamped:
+    def _stamped(self, said: idl.TwistMessage, wall_ns: int) -> idl.TwistStamped:
         sec, nanosec = divmod(wall_ns, 1_000_000_000)
         return idl.TwistStamped(idl.Header(idl.Time(sec, nanosec), self._settings.frame_id), said)
 

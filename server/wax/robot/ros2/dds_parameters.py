@@ -34,7 +34,7 @@ class ParameterClient:
     def __init__(self, member: DomainParticipant, node: str, server: str) -> None:
         self._is_headed = server.startswith(_CYCLONE)
         asks: Any = idl.HeadedRequest if self._is_headed else idl.Request
-        answers: Any = idl.HeadedAnswer if self._is_headed else idl.Answer
+        answers: Any = idl.HeadedAnswer if self._is_headed else idl.ParametersAnswer
         service = f"{node}/get_parameters"
         self._writer: DataWriter[Any] = DataWriter(
             member, Topic(member, f"rq{service}Request", asks), _QOS

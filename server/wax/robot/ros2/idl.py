@@ -49,7 +49,7 @@ class Vector3(IdlStruct, typename="geometry_msgs::msg::dds_::Vector3_"):
 
 @dataclass
 @final
-class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
+class TwistMessage(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
     linear: Vector3 = field(default_factory=Vector3)
     angular: Vector3 = field(default_factory=Vector3)
 
@@ -58,7 +58,7 @@ class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
 @final
 class TwistStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TwistStamped_"):
     header: Header = field(default_factory=Header)
-    twist: Twist = field(default_factory=Twist)
+    twist: TwistMessage = field(default_factory=TwistMessage)
 
 
 @dataclass
@@ -80,7 +80,7 @@ class Quaternion(IdlStruct, typename="geometry_msgs::msg::dds_::Quaternion_"):
 
 @dataclass
 @final
-class Pose(IdlStruct, typename="geometry_msgs::msg::dds_::Pose_"):
+class PoseMessage(IdlStruct, typename="geometry_msgs::msg::dds_::Pose_"):
     position: Point = field(default_factory=Point)
     orientation: Quaternion = field(default_factory=Quaternion)
 
@@ -92,20 +92,20 @@ def _uncertain() -> list[float]:
 @dataclass
 @final
 class PoseWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::PoseWithCovariance_"):
-    pose: Pose = field(default_factory=Pose)
+    pose: PoseMessage = field(default_factory=PoseMessage)
     covariance: Covariance = field(default_factory=_uncertain)
 
 
 @dataclass
 @final
 class TwistWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::TwistWithCovariance_"):
-    twist: Twist = field(default_factory=Twist)
+    twist: TwistMessage = field(default_factory=TwistMessage)
     covariance: Covariance = field(default_factory=_uncertain)
 
 
 @dataclass
 @final
-class Odometry(IdlStruct, typename="nav_msgs::msg::dds_::Odometry_"):
+class OdometryMessage(IdlStruct, typename="nav_msgs::msg::dds_::Odometry_"):
     header: Header = field(default_factory=Header)
     child_frame_id: str = ""
     pose: PoseWithCovariance = field(default_factory=PoseWithCovariance)
@@ -225,9 +225,9 @@ def _header(cdr: CdrReader) -> Header:
 
 
 TYPES: Final = {
-    names.TWIST: Twist,
+    names.TWIST: TwistMessage,
     names.TWIST_STAMPED: TwistStamped,
-    names.ODOMETRY: Odometry,
+    names.ODOMETRY: OdometryMessage,
     names.BATTERY: BatteryState,
     "std_msgs/msg/Bool": Bool,
     "kobuki_ros_interfaces/msg/BumperEvent": BumperEvent,

@@ -42,7 +42,7 @@ class Request(IdlStruct, typename="rcl_interfaces::srv::dds_::GetParameters_Requ
 
 @dataclass
 @final
-class Answer(IdlStruct, typename="rcl_interfaces::srv::dds_::GetParameters_Response_"):
+class ParametersAnswer(IdlStruct, typename="rcl_interfaces::srv::dds_::GetParameters_Response_"):
     values: sequence[ParameterValue] = field(default_factory=list)
 
 

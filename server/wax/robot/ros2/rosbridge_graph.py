@@ -11,7 +11,7 @@ from wax.robot.ros2.rosbridge_protocol import CALLS, call
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from wax.robot.ros2.rosbridge_protocol import Answer
+    from wax.robot.ros2.rosbridge_protocol import ServiceAnswer
 
 ASK_S: Final = 1.0
 OLD_S: Final = 3.5
@@ -39,7 +39,7 @@ class RosbridgeGraph:
             for name in _QUESTIONS:
                 yield call(f"{CALLS}{name}", f"/rosapi/{name}", topic=self._topic)
 
-    def hear(self, answer: Answer, now_s: float) -> None:
+    def hear(self, answer: ServiceAnswer, now_s: float) -> None:
         """Take an answer; none, as of a server without rosapi, is not kept."""
         name = answer.call.removeprefix(CALLS)
         if name in _QUESTIONS and answer.values is not None:

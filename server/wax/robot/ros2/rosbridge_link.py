@@ -206,7 +206,7 @@ class RosbridgeLink:
                 want = self._wanted.get(heard.topic)
                 if want is not None:
                     self._heard.setdefault(want.kind, deque(maxlen=_KEPT)).append(heard.message)
-            case protocol.Answer():
+            case protocol.ServiceAnswer():
                 self._graph.hear(heard, self._clock.now_s())
             case protocol.Complaint() if self._is_giver and heard.is_harmless:
                 self._note(heard)

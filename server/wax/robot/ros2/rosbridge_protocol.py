@@ -43,14 +43,14 @@ class Complaint:
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class ServiceAnswer:
     """What a service answered, None if it refused or is not there."""
 
     call: str
     values: Any
 
 
-Heard = Published | Complaint | Answer
+Heard = Published | Complaint | ServiceAnswer
 
 CALLS: Final = "wax:"
 """With what the number of each of our calls begins."""
@@ -120,7 +120,7 @@ def _heard(found: object) -> Heard | None:
         case "service_response":
             done = getattr(found, "result", False) is True
             number = members.text(getattr(found, "id", ""))
-            return Answer(number, getattr(found, "values", None) if done else None)
+            return ServiceAnswer(number, getattr(found, "values", None) if done else None)
         case "status" if getattr(found, "level", "") == "error":
             return _complaint(getattr(found, "msg", None), getattr(found, "id", None))
     return None

@@ -36,7 +36,7 @@ _NO_MESSAGE: Final = (AttributeError, TypeError, ValueError, OverflowError, Inde
 """What reading one raises; `IndexError` is for an octet of nothing."""
 
 
-class Senses:
+class RosSenses:
     """Keeps the newest of each kind; what is no message never raises."""
 
     def __init__(self) -> None:

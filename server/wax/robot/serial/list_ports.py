@@ -12,7 +12,7 @@ from wax.lasting_names import lasting_name
 
 
 @dataclass(frozen=True, slots=True)
-class Port:
+class ListedPort:
     """A serial port; what is `about` it may be nothing.
 
     `name` is what to write for it, the same whenever it is plugged in; `path` is where it is now.
@@ -26,7 +26,7 @@ class Port:
     has_twin: bool = False
 
 
-def find_ports(folder: Path = Path("/dev/serial")) -> list[Port]:
+def find_ports(folder: Path = Path("/dev/serial")) -> list[ListedPort]:
     """Return each serial port, in the order of their names."""
     found = sorted(tools.comports(), key=lambda port: port.device)
     # Cheap boards have no serial number of their own, or all the same one.
@@ -38,11 +38,11 @@ def find_ports(folder: Path = Path("/dev/serial")) -> list[Port]:
         has_twin = is_usb and twins > 1
         name = lasting_name(one.device, folder, has_twin=has_twin)
         about = _about(one.description)
-        ports.append(Port(name, one.device, about, is_usb=is_usb, has_twin=has_twin))
+        ports.append(ListedPort(name, one.device, about, is_usb=is_usb, has_twin=has_twin))
     return ports
 
 
-def safer_name(url: str, ports: list[Port]) -> str | None:
+def safer_name(url: str, ports: list[ListedPort]) -> str | None:
     """Return what to write instead of `url` where it may lead to another board after a restart.
 
     Numbers are given in the order in which boards are found, and a link that two boards claim leads

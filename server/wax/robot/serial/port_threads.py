@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 MAX_READ_BYTES: Final = 4096
 
 
-class Conversation(Protocol):
+class PortConversation(Protocol):
     """What is written to a port and read from it. The port's threads call the methods."""
 
     def opened(self, now_s: float) -> bytes:
@@ -37,7 +37,7 @@ class Conversation(Protocol):
 class PortThreads:
     """Carries a conversation over `port`, which must have short timeouts, and closes it."""
 
-    def __init__(self, port: serial.Serial, clock: Clock, conversation: Conversation) -> None:
+    def __init__(self, port: serial.Serial, clock: Clock, conversation: PortConversation) -> None:
         self._port = port
         self._clock = clock
         self._conversation = conversation

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 import serial
 
 from wax.errors import DriverError
-from wax.robot.serial.port_threads import Conversation, PortThreads
+from wax.robot.serial.port_threads import PortConversation, PortThreads
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ WRITE_TIMEOUT_S: Final = 0.25
 CLOSE_TIMEOUT_S: Final = 0.9
 
 
-class Caller(Conversation, Protocol):
+class Caller(PortConversation, Protocol):
     """A conversation that is notified when the port is lost."""
 
     def lost(self, problem: DriverError) -> None:

@@ -15,7 +15,7 @@ from wax.config.line_template import LineTemplate
 from wax.config.text_dialect import POSITION, TWIST, WHEELS
 from wax.driver.checks import within
 from wax.driver.interface import STANDSTILL
-from wax.printable import printable
+from wax.logs.printable import printable
 from wax.robot.serial.text_lines import Lines, Reports
 from wax.sentence import Sentence
 

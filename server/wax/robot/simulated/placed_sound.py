@@ -42,7 +42,7 @@ class Emitter(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Reach:
+class SoundReach:
     """How sound reaches the head: how loud, through how many walls, and from where.
 
     A `gain` of 1 is one metre in front; `bearing_rad` is from straight ahead to the left.
@@ -53,7 +53,7 @@ class Reach:
     bearing_rad: float
 
 
-def reach(world: World, place: tuple[float, float], pose: Pose, ear_rad: float) -> Reach:
+def reach(world: World, place: tuple[float, float], pose: Pose, ear_rad: float) -> SoundReach:
     """Return how sound from `place` reaches a head at `pose` that looks towards `ear_rad`.
 
     It falls by 6 dB for each doubling of the distance and by 9 dB for each wall, and is 8 dB
@@ -64,7 +64,7 @@ def reach(world: World, place: tuple[float, float], pose: Pose, ear_rad: float) 
     bearing_rad = math.remainder(math.atan2(north, east) - ear_rad, math.tau)
     facing = (1.0 + BEHIND_GAIN) / 2.0 + (1.0 - BEHIND_GAIN) / 2.0 * math.cos(bearing_rad)
     gain = facing * WALL_GAIN**walls / max(NEAREST_M, math.hypot(east, north))
-    return Reach(gain, walls, bearing_rad)
+    return SoundReach(gain, walls, bearing_rad)
 
 
 class PlacedSound:

@@ -1,0 +1,1 @@
+"""What `wax` does besides serving, a package for each command; `wax.__main__` chooses."""

@@ -1,0 +1,1 @@
+"""Logs that never block, and that stay short and legible whatever strangers send."""
