@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.timeout(120)
 
-WORDS: Final = Path(__file__).parents[1] / "web/src/words/en/support.json"
+WORDS: Final = Path(__file__).parents[1] / "web/src/words/en/first.json"
 TOUCH_SCREEN: Final = {"ui.primaryPointerCapabilities": 1, "ui.allPointerCapabilities": 1}
 """Fingers are all that points."""
 IN_FRONT: Final = "document.hasFocus = () => true"

@@ -27,7 +27,7 @@ pytestmark = [pytest.mark.full, pytest.mark.timeout(120)]
 LAYOUT: Final = (Path(__file__).parent / "gallery/layout.js").read_text(encoding="utf-8")
 SIDEWAYS: Final = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
 WORDS: Final = json.loads(
-    (Path(__file__).parents[1] / "web/src/words/en/support.json").read_text(encoding="utf-8")
+    (Path(__file__).parents[1] / "web/src/words/en/first.json").read_text(encoding="utf-8")
 )
 SILENT_PEER: Final = """
 class Never extends EventTarget {

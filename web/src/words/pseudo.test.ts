@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { all as everything } from "./en/all";
+import { all as everything } from "./en";
 import { makePseudo, pseudo } from "./pseudo";
 import { fill } from "./words";
 

@@ -5,7 +5,7 @@
  */
 
 import english from "../generated/sentences.json";
-import { all as everything } from "./en/all";
+import { all as everything } from "./en";
 import type { Language, Message } from "./words";
 
 /** Latin digits, so that figures stay comparable; XB is a country of nobody's. */

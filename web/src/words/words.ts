@@ -7,8 +7,8 @@
  */
 
 import { signal } from "@preact/signals";
-import { en } from "./en";
-import type { all } from "./en/all";
+import type { all } from "./en";
+import first from "./en/first.json";
 
 export type Code = keyof typeof all;
 export type Values = Readonly<Record<string, string | number>>;
@@ -27,7 +27,7 @@ export interface Language {
 }
 
 /** What English has, as far as it is loaded. */
-const english: Partial<Record<Code, Message>> = { ...en };
+const english: Partial<Record<Code, Message>> = { ...first };
 
 export const ENGLISH: Language = { tag: "en", direction: "ltr", messages: english };
 
@@ -38,7 +38,7 @@ export function learn(more: Catalog): void {
 
 /** Loads the English of the parts that are loaded late. */
 export async function learnLater(): Promise<void> {
-  learn((await import("./en/later")).later);
+  learn((await import("./en/later.json")).default);
 }
 
 /** The language in use: views that read a sentence are drawn again when it changes. */

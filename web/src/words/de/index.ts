@@ -1,81 +1,11 @@
 /** German; loaded only for who reads it. */
 
-import said from "../server/de.json";
 import type { Catalog, Language } from "../words";
-import aboard from "./aboard.json";
-import controls from "./controls.json";
-import door from "./door.json";
-import drive from "./drive.json";
-import entry from "./entry.json";
-import face from "./face.json";
-import facts from "./facts.json";
-import figures from "./figures.json";
-import host from "./host.json";
-import hud from "./hud.json";
-import invitation from "./invitation.json";
-import kiosk from "./kiosk.json";
-import language from "./language.json";
-import late from "./late.json";
-import link from "./link.json";
-import message from "./message.json";
-import own from "./own.json";
-import panels from "./panels.json";
-import path from "./path.json";
-import people from "./people.json";
-import proof from "./proof.json";
-import queue from "./queue.json";
+import first from "./first.json";
+import later from "./later.json";
 import replay from "./replay.json";
-import robot from "./robot.json";
-import rules from "./rules.json";
-import sound from "./sound.json";
-import stage from "./stage.json";
-import stats from "./stats.json";
-import stop from "./stop.json";
-import support from "./support.json";
-import tape from "./tape.json";
-import turn from "./turn.json";
-import voice from "./voice.json";
-import watch from "./watch.json";
-import ways from "./ways.json";
-import when from "./when.json";
+import said from "./server.json";
 
-export const de: Catalog = {
-  ...aboard,
-  ...controls,
-  ...door,
-  ...drive,
-  ...entry,
-  ...face,
-  ...facts,
-  ...figures,
-  ...host,
-  ...hud,
-  ...invitation,
-  ...kiosk,
-  ...language,
-  ...late,
-  ...link,
-  ...message,
-  ...own,
-  ...panels,
-  ...path,
-  ...people,
-  ...proof,
-  ...queue,
-  ...replay,
-  ...robot,
-  ...rules,
-  ...sound,
-  ...stage,
-  ...stats,
-  ...stop,
-  ...support,
-  ...tape,
-  ...turn,
-  ...voice,
-  ...watch,
-  ...ways,
-  ...when,
-};
+export const de: Catalog = { ...first, ...later, ...replay };
 
 export const german: Language = { tag: "de", direction: "ltr", messages: de, said };
