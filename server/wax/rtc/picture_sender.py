@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 TICK_S: Final = 0.001
 """An event loop's timer resolution."""
 ASK_AGAIN_S: Final = 0.05
-"""A wait is asked about again after this, for feedback may have shortened it: libwebrtc sends one
-at most this often (RemoteEstimatorProxy)."""
+"""The pacer is asked again after this, since feedback may have shortened the wait: libwebrtc sends
+it at most this often (RemoteEstimatorProxy)."""
 _NOT_AT_ONCE_10MS: Final = 51
 """Just above the 500 ms below which libwebrtc shows pictures at once if the least is 0."""
 _MOST_WAITING: Final = 256

@@ -252,7 +252,7 @@ class Rooms:
         return self._announcements.told(room, self._watching(), now_s).model_dump_json()
 
     def _watching(self) -> int:
-        """Count who only watches or waits, here and there; who came for a turn is in both."""
+        """Count those who only watch or wait, here and there; of both if they came for a turn."""
         there = self._cluster.watching
         for viewer in self._viewers:
             is_there = self._seats.get(person(viewer.visitor.identity, viewer.tab)) is not None

@@ -1,7 +1,7 @@
 """Decodes a voice's packets of Opus.
 
 FFmpeg's wrapper of libopus has neither its concealment nor its forward error correction, so lost
-packets are made up by `wax.voice.concealment`.
+packets are concealed by `wax.voice.concealment`.
 """
 
 from __future__ import annotations

@@ -80,7 +80,7 @@ class VoicePlayout:
             return self._concealer.make_up(item.samples)
 
     def _count_missing(self, packet: VoicePacket) -> None:
-        """Count what was made up before this packet, unless that was the end of a sentence."""
+        """Count what was concealed before this packet, unless that was the end of a sentence."""
         if self._expected is not None:
             gap = (packet.timestamp - self._expected) % 2**32
             self.lost_samples += gap if gap <= _LONGEST_GAP else 0

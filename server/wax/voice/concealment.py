@@ -33,7 +33,7 @@ class Concealer:
         self._made_up = 0
 
     def played(self, samples: NDArray[np.int16]) -> NDArray[np.int16]:
-        """Return what was received, joined without a click to what was made up before it."""
+        """Return what was received, joined without a click to what was concealed before it."""
         result = samples
         if self._made_up:
             length = min(_JOIN, len(samples))

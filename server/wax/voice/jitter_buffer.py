@@ -35,7 +35,7 @@ _UINT32: Final = 2**32
 
 @dataclass(frozen=True, slots=True)
 class Missing:
-    """So many samples at 48 kHz are lost, and to be made up."""
+    """So many samples at 48 kHz are lost, and to be concealed."""
 
     samples: int
 
@@ -86,7 +86,7 @@ class JitterBuffer:
             return
         if self._next is not None and at < self._next:
             if self._packets:
-                # Something was made up in its place, and what follows is here. The next one that
+                # It was concealed already, and what follows is here. The next one that
                 # is as late shall be waited for.
                 self._offset_s = max(self._offset_s, self._base_s + self._jitter_s)
                 return

@@ -61,8 +61,8 @@ class Proxies:
         """Return a request as its sender sees it, through any number of trusted proxies.
 
         Both families of headers count, X-Forwarded-For/-Proto/-Host and Forwarded (RFC 7239). A
-        proxy sets one and may pass on what a client made up in the other: where they differ, one is
-        made up, and `NotForUsError` is raised. A proxy that adds none is the sender itself.
+        proxy sets one and may pass on what a client forged in the other: where they differ, one is
+        forged, and `NotForUsError` is raised. A proxy that adds none is the sender itself.
         """
         direct = self.direct(request)
         remote = parsed(request.remote or "")
