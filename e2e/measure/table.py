@@ -28,7 +28,7 @@ def to_table(rows: Sequence[Row]) -> str:
 
 
 def to_markdown(published: Published, *, is_stale: bool) -> str:
-    """Set a suite's rows and their origin; what the goal is about is bold."""
+    """Set a suite's rows and their origin; what is judged is bold."""
     return _table(published.rows, published.columns, _origin(published, is_stale=is_stale))
 
 
