@@ -40,6 +40,8 @@ export interface Actions extends HearingActions {
   setDriving(change: Partial<DrivePreferences>): void;
   /** Drives with this gamepad, with none for null. */
   useGamepad(index: number | null): void;
+  /** Where its axes rest, if nobody touches it now; null unless they stood still for a second. */
+  padRestNow(): readonly number[] | null;
   /** Chooses what is offered to somebody with switches, or moves on. */
   scan(what: "select" | "next"): void;
   join(): void;

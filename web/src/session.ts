@@ -67,6 +67,7 @@ const PAD_NEWS = {
   found: "ways.pad_found",
   found_by_menu: "ways.pad_found_by_menu",
   lost: "ways.pad_lost",
+  frozen: "ways.pad_frozen",
 } as const;
 
 /** Connects at once, before anything is drawn. */
@@ -463,6 +464,7 @@ export function startSession(): Session {
       prefer(change);
     },
     useGamepad: (index) => controller.useGamepad(index),
+    padRestNow: () => controller.padRestNow(),
     scan: (what) => controller.scan(what),
     join: () => ask("join"),
     leave: () => ask("leave"),

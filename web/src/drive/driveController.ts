@@ -184,6 +184,11 @@ export class DriveController {
     this.#gamepad?.use(index);
   }
 
+  /** Where the axes of the gamepad in use rest, if it is let go now; null unless they stood still. */
+  padRestNow(): readonly number[] | null {
+    return this.#gamepad?.restNow() ?? null;
+  }
+
   /** Chooses what is offered, or moves on to the next, for somebody who touches the screen. */
   scan(what: "select" | "next"): void {
     this.#scanner?.[what]();

@@ -8,7 +8,13 @@ it("finds again what was saved", () => {
     stepMs: 1000,
     switches: 2,
     dwellMs: 500,
-    gamepad: { turn: "right", triggers: false, deadZone: 0.5, curve: 3 },
+    gamepad: {
+      turn: "right",
+      triggers: false,
+      deadZone: 0.5,
+      curve: 3,
+      rests: { Stick: [0, -1, 0] },
+    },
   } as const;
   expect(loadDrivePreferences(JSON.parse(JSON.stringify(mine)))).toEqual(mine);
 });
@@ -18,8 +24,16 @@ it.each([
   { way: "fly", stepMs: 100_000, switches: 3, dwellMs: "1", keys: 7, gamepad: null },
   { stepMs: 0, gamepad: { turn: 1, triggers: 1, deadZone: 0, curve: Number.NaN } },
   { gamepad: "Xbox" },
+  { gamepad: { rests: "Stick" } },
+  { gamepad: { rests: { a: null, b: [0, 0], c: [0, 0, 1.1], d: [0, 0, null], e: [0, 0, 0, 0] } } },
 ])("takes the defaults for what is missing or invalid: %j", (kept) => {
   expect(loadDrivePreferences(kept)).toEqual(DRIVE_DEFAULTS);
+});
+
+it("keeps the rests of eight gamepads, the newest", () => {
+  const all = Array.from({ length: 9 }, (_, at) => [`Stick ${at}`, [0, at / 10, 0]]);
+  const { rests } = loadDrivePreferences({ gamepad: { rests: Object.fromEntries(all) } }).gamepad;
+  expect(Object.entries(rests)).toEqual(all.slice(1));
 });
 
 it.each([

@@ -36,7 +36,7 @@ export const DRIVE_DEFAULTS: DrivePreferences = {
   switches: 1,
   dwellMs: 1500,
   keys: DEFAULT_KEYS,
-  gamepad: { turn: "left", triggers: true, deadZone: 0.15, curve: 1.5 },
+  gamepad: { turn: "left", triggers: true, deadZone: 0.15, curve: 1.5, rests: {} },
 };
 
 /** Returns the stored choices, with defaults for missing or invalid ones. */
@@ -57,6 +57,7 @@ export function loadDrivePreferences(kept: Readonly<Record<string, unknown>>): D
       triggers: typeof pad.triggers === "boolean" ? pad.triggers : of.gamepad.triggers,
       deadZone: ranged(pad.deadZone, RANGES.deadZone) ?? of.gamepad.deadZone,
       curve: ranged(pad.curve, RANGES.curve) ?? of.gamepad.curve,
+      rests: loadRests(pad.rests),
     },
   };
 }
@@ -74,6 +75,17 @@ export function controlInForce(
 /** The way in force: clicks only where the host allows them. */
 export function wayInForce({ way }: DrivePreferences, mayClick: boolean | undefined): Way {
   return way === "click" && !mayClick ? "hold" : way;
+}
+
+/** So many gamepads' rests are kept, the newest, each of the axes that can count. */
+const MOST_RESTS = 8;
+const REST = { min: -1, max: 1 };
+
+function loadRests(kept: unknown): PadSettings["rests"] {
+  const isRests = (rests: unknown) =>
+    Array.isArray(rests) && rests.length === 3 && rests.every((one) => ranged(one, REST) !== null);
+  const all = Object.entries(typeof kept === "object" && kept !== null ? kept : {});
+  return Object.fromEntries(all.filter(([, rests]) => isRests(rests)).slice(-MOST_RESTS));
 }
 
 function ranged(value: unknown, { min, max }: { min: number; max: number }): number | null {

@@ -3,6 +3,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { type FakePad, pad, plugIn, push, readings, takeAwayGamepads } from "../testing/gamepads";
 import { GamepadInput, NO_PADS, type PadState } from "./gamepad";
 import { InputState } from "./inputState";
+import type { PadSettings } from "./padReading";
 import { Ways } from "./ways";
 
 const STAND = { linear: 0, angular: 0 };
@@ -17,6 +18,7 @@ let driving: boolean;
 let focused: boolean;
 let aborting: AbortController;
 let gamepad: GamepadInput;
+let settings: PadSettings;
 
 beforeEach(() => {
   vi.useFakeTimers();
@@ -25,6 +27,7 @@ beforeEach(() => {
   input.enable();
   state = NO_PADS;
   mine = pad();
+  settings = { turn: "left", triggers: true, deadZone: 0.2, curve: 1, rests: {} };
   driving = true;
   focused = true;
   vi.spyOn(document, "hasFocus").mockImplementation(() => focused);
@@ -32,7 +35,7 @@ beforeEach(() => {
   gamepad = new GamepadInput(window, {
     input,
     ways: new Ways({ input, way: () => "hold", stepMs: () => 400 }),
-    settings: () => ({ turn: "left", triggers: true, deadZone: 0.2, curve: 1 }),
+    settings: () => settings,
     isDriving: () => driving,
     stop,
     toggleSpeed,
@@ -76,6 +79,7 @@ describe("a pad that was not chosen", () => {
       chosen: null,
       isReady: false,
       held: [],
+      unmoved: [],
     });
     expect(tell).toHaveBeenCalledExactlyOnceWith("found");
   });
@@ -228,7 +232,7 @@ describe("a pad that was chosen", () => {
     expect(input.isHolding).toBe(false);
     expect(state.held).toEqual([{ kind: "axis", at: 1 }]);
     mine.axes[1] = 0;
-    readings(2);
+    readings(11);
     mine.axes[1] = -1;
     readings(2);
     expect(input.motion.linear).toBe(1);

@@ -7,6 +7,7 @@ import {
   type PadSettings,
   readPad,
 } from "./padReading";
+import { PadRest } from "./padRest";
 import type { Ways } from "./ways";
 
 /** The gamepads that the browser names, and the one that the user has chosen to drive with. */
@@ -17,12 +18,20 @@ export interface PadState {
   isReady: boolean;
   /** What of it must still be let go of. */
   held: readonly PadPart[];
+  /** What must be moved away from its own rest and let go, before that is believed. */
+  unmoved: readonly PadPart[];
 }
 
-export const NO_PADS: PadState = { found: [], chosen: null, isReady: false, held: [] };
+export const NO_PADS: PadState = {
+  found: [],
+  chosen: null,
+  isReady: false,
+  held: [],
+  unmoved: [],
+};
 
 /** `found_by_menu`: none of them has a Start that is listened to. */
-export type PadNews = "found" | "found_by_menu" | "lost";
+export type PadNews = "found" | "found_by_menu" | "lost" | "frozen";
 
 export interface GamepadInputOptions {
   input: InputState;
@@ -32,7 +41,7 @@ export interface GamepadInputOptions {
   stop: () => void;
   toggleSpeed: () => void;
   changed: (state: PadState) => void;
-  /** Gamepads were found, of which nothing is used; or the one in use was lost. */
+  /** Gamepads were found, of which nothing is used; or the one in use was lost, or says nothing new. */
   tell: (what: PadNews) => void;
 }
 
@@ -44,19 +53,18 @@ const OFFERED_MS = 20_000;
 const DRIVING_MS = 8;
 /** Before that, to see what is plugged in, pressed or let go. */
 const LOOKING_MS = 50;
-/** After so long without a reading, what was let go and pushed again meanwhile is not known. */
-const LATE_MS = 250;
 
 /**
  * Drives with a gamepad that the user has chosen. It is read by a timer, often while this page may
- * drive, while it is used or has just been found. At first, whenever all was released, and when the
- * browser held the timer up, it moves nothing until everything on it was let go once.
+ * drive, while it is used or has just been found. At first, whenever all was released or it was set
+ * otherwise, and in any doubt (`PadRest`), it moves nothing until everything on it was let go once.
  */
 export class GamepadInput {
   #state = NO_PADS;
   #offeredUntilMs = 0;
   #timer: ReturnType<typeof setTimeout> | undefined;
-  #readMs = 0;
+  #rest = new PadRest();
+  #settings: PadSettings | null = null;
   #last: PadReading | null = null;
   #isDeflected = false;
   #starts = new Set<number>();
@@ -81,8 +89,20 @@ export class GamepadInput {
     this.#offeredUntilMs = 0;
     this.#set({ chosen: isThere ? index : null });
     if (this.#state.chosen === null) return;
-    this.#readMs = performance.now();
+    this.#rest = new PadRest();
     this.#read();
+  }
+
+  /** Where the axes of the one in use rest, if all that hold it are let go; null unless they stood still. */
+  restNow(): readonly number[] | null {
+    if (!this.#last || !this.#rest.isStill(performance.now())) return null;
+    const { axes, held } = this.#last;
+    const rests: number[] = [0, 0, 0];
+    for (const { at, value, rest } of axes) {
+      const isHeld = held.some((part) => part.kind === "axis" && part.at === at);
+      rests[at] = isHeld ? Math.max(-1, Math.min(1, value)) : rest;
+    }
+    return rests;
   }
 
   #pads(): Gamepad[] {
@@ -130,11 +150,7 @@ export class GamepadInput {
     if (isOffered) this.#listenToStarts(pads);
     const { chosen } = this.#state;
     const pad = pads.find((one) => one.index === chosen);
-    if (pad) {
-      if (nowMs - this.#readMs > LATE_MS) this.#disarm();
-      this.#readMs = nowMs;
-      this.#follow(readPad(pad, this.options.settings()));
-    }
+    if (pad) this.#follow(pad, nowMs);
     if (!pad && !isOffered) return;
     const afterMs = pad && this.options.input.isEnabled ? DRIVING_MS : LOOKING_MS;
     this.#timer = setTimeout(() => this.#read(), afterMs);
@@ -151,29 +167,41 @@ export class GamepadInput {
     }
   }
 
-  #follow(now: PadReading): void {
+  #follow(pad: Gamepad, nowMs: number): void {
     const { document } = this.window;
+    const settings = this.options.settings();
+    // What stood within the dead zone of before may be away from the rest of now.
+    if (settings !== this.#settings) {
+      this.#disarm();
+      this.#rest = new PadRest();
+    }
+    this.#settings = settings;
+    const now = readPad(pad, settings);
     const last = this.#last ?? now;
     this.#last = now;
     // A page that is not in front gets no keys either.
     const isInFront = !document.hidden && document.hasFocus();
     if (isInFront && this.options.isDriving() && now.stop && !last.stop) this.options.stop();
+    // Where it is not, browsers say what was.
+    const doubt = isInFront ? this.#rest.doubt(pad, now, nowMs) : null;
+    if (doubt === "frozen" && this.#state.isReady) this.options.tell(doubt);
+    if (doubt !== null) this.#disarm();
     if (!isInFront || !this.options.input.isEnabled) {
       this.#disarm();
     } else if (this.#state.isReady) {
       this.#drive(now, last);
     } else {
-      this.#await(now.held);
+      this.#await(this.#rest.isLetGo(pad, now, nowMs), now.held);
     }
   }
 
-  /** Is ready once nothing is held any more; says until then what is. */
-  #await(held: readonly PadPart[]): void {
-    const { held: before } = this.#state;
-    const isSame = (part: PadPart, at: number) =>
-      part.kind === before[at]?.kind && part.at === before[at].at;
-    if (held.length === 0) this.#set({ isReady: true, held });
-    else if (held.length !== before.length || !held.every(isSame)) this.#set({ held });
+  /** Is ready once nothing is held any more; says until then what is, and what is to be moved. */
+  #await(isReady: boolean, held: readonly PadPart[]): void {
+    const unmoved = this.#rest.unmoved.map((at) => ({ kind: "axis" as const, at }));
+    const before = JSON.stringify([this.#state.held, this.#state.unmoved]);
+    if (isReady || JSON.stringify([held, unmoved]) !== before) {
+      this.#set({ isReady, held, unmoved });
+    }
   }
 
   #drive(now: PadReading, last: PadReading): void {

@@ -2,7 +2,13 @@ import { describe, expect, it } from "vitest";
 import { type FakePad, pad, push } from "../testing/gamepads";
 import { layoutOf, type PadSettings, readPad } from "./padReading";
 
-const SETTINGS: PadSettings = { turn: "left", triggers: true, deadZone: 0.2, curve: 1 };
+const SETTINGS: PadSettings = {
+  turn: "left",
+  triggers: true,
+  deadZone: 0.2,
+  curve: 1,
+  rests: {},
+};
 
 /** What a pad says on which this was done. */
 function said(doing: (on: FakePad) => void, more: Partial<FakePad> = {}, settings = {}) {
@@ -19,6 +25,10 @@ it("asks for nothing while nobody touches it", () => {
     speed: false,
     start: false,
     held: [],
+    axes: [
+      { at: 0, value: 0, rest: 0 },
+      { at: 1, value: 0, rest: 0 },
+    ],
   });
 });
 
@@ -167,10 +177,46 @@ it.each([
     [],
     [{ kind: "axis", at: 1 }],
   ],
+  ["a lever beside a stick that is hardly moved", [0.004, -0.6], [], [{ kind: "axis", at: 1 }]],
+  [
+    "a stick that is aside by both of its axes together",
+    [0.16, 0.16],
+    [],
+    [
+      { kind: "axis", at: 0 },
+      { kind: "axis", at: 1 },
+    ],
+  ],
   ["a switch in the place of Stop", [0, 0], [1, 5], [{ kind: "button", at: 1 }]],
 ])("names what holds of %s", (_, axes, on, held) => {
   const reading = said((to) => on.forEach((at) => void push(to, at)), { mapping: "", axes });
   expect(reading.held).toEqual(held);
+});
+
+describe("an axis with a rest of its own", () => {
+  const ahead = (rest: number, value: number) =>
+    -said(
+      () => {},
+      { mapping: "", axes: [0, value] },
+      { deadZone: 0.1, rests: { Xbox: [0, rest, 0] } },
+    ).motion.linear;
+
+  it.each([
+    ["stands there", -1, -1, 0],
+    ["reaches to the other end", -1, 1, 1],
+    ["counts from there, as far as the end is", -0.5, -0.95, -0.889],
+    ["counts so on the longer side, too", -0.5, 0.55, 0.667],
+    ["trembles by a short way to an end without being magnified", 0.95, 1, 0],
+    ["goes beyond its ends no further", 1, 3.29, 0],
+    ["is let go where it says no number", -1, Number.NaN, 0],
+  ])("%s", (_, rest, value, is) => {
+    expect(ahead(rest, value)).toBeCloseTo(is, 3);
+  });
+
+  it("is another pad's matter", () => {
+    const rests = { Other: [0, -1, 0] };
+    expect(said(() => {}, { axes: [0, -1] }, { rests }).motion.linear).toBe(1);
+  });
 });
 
 it.each([

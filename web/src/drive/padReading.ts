@@ -6,6 +6,8 @@ export interface PadSettings extends Response {
   turn: "left" | "right";
   /** Whether the right trigger goes ahead and the left one back. */
   triggers: boolean;
+  /** Where the axes rest, by the gamepad's name; 0 for those that are not told. */
+  rests: Readonly<Record<string, readonly number[]>>;
 }
 
 /** What a gamepad says at one moment. */
@@ -18,6 +20,8 @@ export interface PadReading {
   start: boolean;
   /** What keeps it from being neutral. */
   held: readonly PadPart[];
+  /** The axes that count, as the browser says them, and where they rest. */
+  axes: readonly { at: number; value: number; rest: number }[];
 }
 
 /** A button or a stick's axis, by its place in the browser's list. */
@@ -29,7 +33,7 @@ export interface PadPart {
 /** What a gamepad can do here: `unknown` has no Start that we could find, `bare` no Stop either. */
 export type PadLayout = "standard" | "unknown" | "bare";
 
-export type Pad = Pick<Gamepad, "axes" | "mapping"> & {
+export type Pad = Pick<Gamepad, "id" | "axes" | "mapping"> & {
   buttons: readonly Pick<GamepadButton, "pressed" | "value">[];
 };
 
@@ -53,7 +57,8 @@ export function layoutOf({ mapping, buttons }: Pick<Pad, "mapping" | "buttons">)
  */
 export function readPad(pad: Pad, settings: PadSettings): PadReading {
   const isStandard = pad.mapping === "standard";
-  const axis = (at: number) => pad.axes[at] ?? 0;
+  const rest = (at: number) => settings.rests[pad.id]?.[at] ?? 0;
+  const axis = (at: number) => fromRest(pad.axes[at] ?? 0, rest(at), settings.deadZone);
   const pressed = (at: number) => pad.buttons[at]?.pressed === true;
   const standard = (at: number) => isStandard && pressed(at);
   const trigger = (at: number) =>
@@ -67,7 +72,10 @@ export function readPad(pad: Pad, settings: PadSettings): PadReading {
   const motion = { linear: Math.max(-1, Math.min(1, ahead)), angular: 0 - stick.x };
   const used = isStandard ? LET_GO : [BUTTONS.speed, BUTTONS.stop];
   const triggers = [BUTTONS.leftTrigger, BUTTONS.rightTrigger].filter((at) => trigger(at) !== 0);
-  const sticks = [...(stick.x === 0 ? [] : [isSplit ? 2 : 0]), ...(stick.y === 0 ? [] : [1])];
+  const turn = isSplit ? 2 : 0;
+  const sticks = [...(stick.x === 0 ? [] : [turn]), ...(stick.y === 0 ? [] : [1])];
+  // What is hardly moved beside another is not what holds.
+  const aside = sticks.filter((at) => Math.abs(axis(at)) > settings.deadZone);
   return {
     motion,
     directions: new Set(DIRECTIONS.filter((one) => standard(CROSS[one]))),
@@ -75,8 +83,20 @@ export function readPad(pad: Pad, settings: PadSettings): PadReading {
     speed: pressed(BUTTONS.speed),
     start: standard(BUTTONS.start),
     held: [
-      ...sticks.map((at) => ({ kind: "axis" as const, at })),
+      ...(aside.length > 0 ? aside : sticks).map((at) => ({ kind: "axis" as const, at })),
       ...[...used.filter(pressed), ...triggers].map((at) => ({ kind: "button" as const, at })),
     ],
+    axes: [turn, 1].map((at) => ({ at, value: pad.axes[at] ?? 0, rest: rest(at) })),
   };
+}
+
+/**
+ * What an axis would say that rests at 0 and reaches as far. However short its way to an end is, a
+ * tremble within the dead zone is not magnified.
+ */
+function fromRest(said: number, rest: number, deadZone: number): number {
+  if (rest === 0) return said;
+  const way = Math.max(-1, Math.min(1, said)) - rest;
+  if (!(Math.abs(way) > deadZone)) return 0;
+  return way / (way > 0 ? 1 - rest : 1 + rest);
 }

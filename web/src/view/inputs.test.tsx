@@ -25,7 +25,7 @@ let actions: Pick<
   Actions,
   "press" | "deflect" | "release" | "letGo" | "recentre" | "setDriving" | "useGamepad" | "scan"
 > &
-  Pick<Actions, "setAxis" | "stop">;
+  Pick<Actions, "setAxis" | "stop" | "padRestNow">;
 const body = document.body;
 
 /** This page drives a robot that can pan and tilt. */
@@ -47,6 +47,7 @@ beforeEach(() => {
       state.preferences.value = { ...state.preferences.value, ...change };
     }),
     useGamepad: vi.fn(),
+    padRestNow: vi.fn(() => null),
     scan: vi.fn(),
     setAxis: vi.fn(),
     stop: vi.fn(),
@@ -261,14 +262,14 @@ describe("a gamepad", () => {
     expect(queryByRole(body, "combobox", { name: "Gamepad" })).toBeNull();
     const found = [{ index: 1, id: "Xbox", layout: "standard" as const }];
     act(() => {
-      state.pads.value = { found, chosen: null, isReady: false, held: [] };
+      state.pads.value = { found, chosen: null, isReady: false, held: [], unmoved: [] };
     });
     const pads = getByRole<HTMLSelectElement>(body, "combobox", { name: "Gamepad" });
     pads.value = "1";
     act(() => void pads.dispatchEvent(new Event("change", { bubbles: true })));
     expect(actions.useGamepad).toHaveBeenLastCalledWith(1);
     act(() => {
-      state.pads.value = { found, chosen: 1, isReady: false, held: [] };
+      state.pads.value = { found, chosen: 1, isReady: false, held: [], unmoved: [] };
     });
     act(() => getByRole(body, "switch", { name: /Triggers/ }).click());
     expect(actions.setDriving).toHaveBeenLastCalledWith({
@@ -284,7 +285,7 @@ describe("what is said of a gamepad", () => {
   const shown = (layout: "standard" | "unknown" | "bare", more: Partial<PadState>) => {
     const found = [{ index: 1, id: "Stick", layout }];
     act(() => {
-      state.pads.value = { found, chosen: 1, isReady: false, held: [], ...more };
+      state.pads.value = { found, chosen: 1, isReady: false, held: [], unmoved: [], ...more };
     });
     return body.querySelector(".ways-group p[aria-live]")?.textContent?.trim();
   };
@@ -300,6 +301,38 @@ describe("what is said of a gamepad", () => {
     expect(shown("standard", { isReady: true })).toContain("B stops, A changes");
     expect(shown("unknown", { isReady: true })).toContain("button 2 stops, button 1 changes");
     expect(shown("bare", { isReady: true })).toContain("no button for Stop");
+    takeAwayGamepads();
+  });
+});
+
+describe("where an axis of a gamepad rests", () => {
+  const button = () => queryByRole(body, "button", { name: "This is how it rests" });
+  const holds = (held: PadState["held"], more: Partial<PadState> = {}) => {
+    const found = [{ index: 1, id: "Stick", layout: "unknown" as const }];
+    act(() => {
+      state.pads.value = { found, chosen: 1, isReady: false, held, unmoved: [], ...more };
+    });
+  };
+
+  it("is asked where an axis holds, and kept if they stood still", () => {
+    plugIn([]);
+    holds([{ kind: "button", at: 1 }]);
+    expect(button()).toBeNull();
+    const before = { ...DRIVE_DEFAULTS.gamepad, rests: { Other: [0, 0.5, 0] } };
+    prefer({ gamepad: before });
+    holds([{ kind: "axis", at: 1 }]);
+    act(() => button()?.click());
+    expect(body.textContent).toContain("has not stood still for a second");
+    expect(actions.setDriving).not.toHaveBeenCalled();
+    vi.mocked(actions.padRestNow).mockReturnValue([0, -1, 0]);
+    act(() => button()?.click());
+    expect(body.textContent).not.toContain("has not stood still for a second");
+    expect(actions.setDriving).toHaveBeenLastCalledWith({
+      gamepad: { ...before, rests: { Other: [0, 0.5, 0], Stick: [0, -1, 0] } },
+    });
+    holds([], { unmoved: [{ kind: "axis", at: 1 }] });
+    expect(button()).toBeNull();
+    expect(body.textContent).toContain("Move axis 2 once and let go");
     takeAwayGamepads();
   });
 });

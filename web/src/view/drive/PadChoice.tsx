@@ -1,3 +1,4 @@
+import { useSignal } from "@preact/signals";
 import { RANGES } from "../../drive/drivePreferences";
 import type { PadLayout, PadPart, PadSettings } from "../../drive/padReading";
 import { t } from "../../words/words";
@@ -33,6 +34,7 @@ export function PadChoice() {
       <p class="quiet" aria-live="polite">
         <PadWords />
       </p>
+      <PadRestButton />
       {chosen !== null && <PadFields />}
     </fieldset>
   );
@@ -40,7 +42,7 @@ export function PadChoice() {
 
 function PadWords() {
   const { pads, mayMove } = useState();
-  const { found, chosen, isReady, held } = pads.value;
+  const { found, chosen, isReady, held, unmoved } = pads.value;
   if (!("getGamepads" in navigator)) return <>{t("ways.pad_missing")}</>;
   if (found.length === 0) return <>{t("ways.pad_search")}</>;
   if (chosen === null) return null;
@@ -48,12 +50,42 @@ function PadWords() {
   const deeds = deedsOf(layout);
   if (!mayMove.value) return <>{t("ways.pad_idle", { deeds })}</>;
   if (isReady) return <>{t("ways.pad_ready", { deeds })}</>;
-  const what = held.map((part) => partName(part, layout)).join(", ");
-  const isAside = held.some(({ kind }) => kind === "axis");
+  const names = (parts: readonly PadPart[]) =>
+    [...new Set(parts.map((part) => partName(part, layout)))].join(", ");
+  const [what, axes] = [names(held), names(unmoved)];
+  if (what === "" && axes !== "") return <>{t("ways.pad_unmoved", { what: axes })}</>;
   return (
     <>
       {what === "" ? t("ways.pad_arming") : t("ways.pad_holds", { what })}{" "}
-      {isAside && t("ways.pad_aside")}
+      {held.some(isAxis) && t("ways.pad_aside")}
+    </>
+  );
+}
+
+const isAxis = ({ kind }: PadPart) => kind === "axis";
+
+/** Where an axis holds: says that nobody does, and that it rests where it stands. */
+function PadRestButton() {
+  const { pads, mayMove, preferences } = useState();
+  const { padRestNow, setDriving } = useActions();
+  const isRestless = useSignal(false);
+  const { found, chosen, isReady, held } = pads.value;
+  const id = found.find(({ index }) => index === chosen)?.id;
+  if (id === undefined || !mayMove.value || isReady || !held.some(isAxis)) return null;
+  const take = () => {
+    const rest = padRestNow();
+    isRestless.value = rest === null;
+    const { gamepad } = preferences.peek();
+    if (rest) setDriving({ gamepad: { ...gamepad, rests: { ...gamepad.rests, [id]: rest } } });
+  };
+  return (
+    <>
+      <button type="button" onClick={take}>
+        {t("ways.pad_rest")}
+      </button>
+      <p class="ways-told" role="status">
+        {isRestless.value && t("ways.pad_restless")}
+      </p>
     </>
   );
 }

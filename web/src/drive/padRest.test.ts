@@ -1,0 +1,289 @@
+// @vitest-environment happy-dom
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { type FakePad, pad, plugIn, push, readings, takeAwayGamepads } from "../testing/gamepads";
+import { numbers } from "../testing/random";
+import { GamepadInput, NO_PADS, type PadState } from "./gamepad";
+import { InputState } from "./inputState";
+import type { PadSettings } from "./padReading";
+import { FROZEN_MS } from "./padRest";
+import { Ways } from "./ways";
+
+const DEAD_ZONE = 0.15;
+const tell = vi.fn();
+
+let input: InputState;
+let state: PadState;
+let mine: FakePad;
+let settings: PadSettings;
+let aborting: AbortController;
+let gamepad: GamepadInput;
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  vi.spyOn(document, "hasFocus").mockReturnValue(true);
+  tell.mockClear();
+  settings = { turn: "left", triggers: true, deadZone: DEAD_ZONE, curve: 1, rests: {} };
+});
+
+afterEach(() => {
+  aborting.abort();
+  readings(2);
+  takeAwayGamepads();
+  vi.useRealTimers();
+});
+
+/** Chooses this pad, of an unknown layout if nothing else is said, in a turn of this page. */
+function chooses(axes: number[], more: Partial<FakePad> = {}): void {
+  input = new InputState({ changed: () => {}, deflected: () => {} });
+  input.enable();
+  state = NO_PADS;
+  aborting = new AbortController();
+  gamepad = new GamepadInput(window, {
+    input,
+    ways: new Ways({ input, way: () => "hold", stepMs: () => 400 }),
+    settings: () => settings,
+    isDriving: () => true,
+    stop: () => {},
+    toggleSpeed: () => {},
+    changed(now) {
+      state = now;
+    },
+    tell,
+  });
+  mine = pad({ mapping: "", axes, ...more });
+  gamepad.listen(aborting.signal);
+  plugIn([mine]);
+  gamepad.use(0);
+  vi.advanceTimersByTime(50);
+}
+
+/** Says this of an axis for so long. */
+function says(at: number, value: number, ms = 50): void {
+  mine.axes[at] = value;
+  vi.advanceTimersByTime(ms);
+}
+
+/** Tells that the axes rest where they stand, as the page does. */
+function rests(): void {
+  const told = gamepad.restNow();
+  expect(told).not.toBeNull();
+  settings = { ...settings, rests: { [mine.id]: told ?? [] } };
+}
+
+const axis = (at: number) => ({ kind: "axis", at });
+
+it("moves nothing, whatever is said, by an axis that was not seen at its rest before", () => {
+  const between = numbers(34);
+  const one = <T>(of: readonly T[]) => of[Math.floor(between(0, of.length))] as T;
+  let moved = 0;
+  for (let run = 0; run < 80; run++) {
+    const own = [one([0, 0, -1, 0.3]), one([0, 0, -1, 0.3]), 0];
+    settings = { ...settings, rests: { Xbox: own } };
+    chooses([0, 0]);
+    const seen = [0, 1].map(() => ({
+      hasSpoken: false,
+      wasSeen: false,
+      wasAway: false,
+      isProven: false,
+    }));
+    let [stoodMs, hasStood] = [50, false];
+    for (let step = 0; step < 30; step++) {
+      const ms = one([8, 16, 100, 300, 600]);
+      // Most of the time one goes where another goes on standing.
+      const at = one([0, 1]);
+      mine.axes[at] = one([0, own[at] ?? 0, own[at] ?? 0, 0.004, 0.3, -0.6, -1, 1]);
+      const isAway = (at: number) => Math.abs((mine.axes[at] ?? 0) - (own[at] ?? 0)) > DEAD_ZONE;
+      const isAtRest = !isAway(0) && !isAway(1);
+      stoodMs = isAtRest ? stoodMs + ms : 0;
+      hasStood ||= stoodMs >= 500;
+      seen.forEach((of, at) => {
+        of.hasSpoken ||= mine.axes[at] !== 0;
+        of.wasSeen ||= of.hasSpoken && !isAway(at);
+        of.wasAway ||= hasStood && isAway(at);
+        of.isProven ||= of.wasAway && stoodMs >= 500;
+      });
+      vi.advanceTimersByTime(ms);
+      if (!input.isHolding) continue;
+      moved += 1;
+      seen.forEach((of, at) => {
+        if (isAway(at)) expect(of.wasSeen).toBe(true);
+        if (own[at] !== 0) expect(of.isProven).toBe(true);
+      });
+    }
+    aborting.abort();
+  }
+  expect(moved).toBeGreaterThan(50);
+});
+
+describe("an axis that has only said 0", () => {
+  it("drives nothing by its first jump, and is named where it stays", () => {
+    chooses([0, 0]);
+    says(1, 0, 600);
+    expect(state.isReady).toBe(true);
+    says(1, -1, 600);
+    expect(input.isHolding).toBe(false);
+    expect(state).toMatchObject({ isReady: false, held: [axis(1)] });
+  });
+
+  it("drives by its second push, where it came back meanwhile", () => {
+    chooses([0, 0]);
+    says(1, 0, 600);
+    says(1, -0.8);
+    says(1, 0, 600);
+    says(1, -0.8);
+    expect(input.motion.linear).toBeGreaterThan(0);
+  });
+
+  it("drives at once where it begins within the dead zone, or by a layout that says its middle", () => {
+    chooses([0, 0]);
+    says(1, 0, 600);
+    says(1, -0.05);
+    says(1, -0.8);
+    expect(input.motion.linear).toBeGreaterThan(0);
+    aborting.abort();
+    chooses([0, 0], { mapping: "standard" });
+    says(1, -0.8);
+    expect(input.motion.linear).toBeGreaterThan(0);
+  });
+});
+
+it("is not ready while an axis that rests at an end passes its middle", () => {
+  chooses([0, -1]);
+  for (const value of [-0.5, 0, 0.5, 1, 0.5, 0, -0.5, -1]) says(1, value, 60);
+  expect(input.isHolding).toBe(false);
+  expect(state.held).toEqual([axis(1)]);
+});
+
+describe("a rest of one's own", () => {
+  it("is taken of the axes that hold, once they stood still for a second", () => {
+    chooses([0.02, -0.6]);
+    vi.advanceTimersByTime(900);
+    expect(gamepad.restNow()).toBeNull();
+    vi.advanceTimersByTime(100);
+    expect(gamepad.restNow()).toEqual([0, -0.6, 0]);
+    says(1, -0.9, 500);
+    expect(gamepad.restNow()).toBeNull();
+    says(1, -0.94, 600);
+    expect(gamepad.restNow()).toEqual([0, -0.94, 0]);
+  });
+
+  it("drives once it stood there, was moved away and came back, and in the next turn at once", () => {
+    chooses([0, -1], { id: "Pedals" });
+    says(1, -1, 1100);
+    rests();
+    says(1, -1, 600);
+    expect(state).toMatchObject({ isReady: false, held: [], unmoved: [axis(1)] });
+    says(1, 0.5);
+    expect(state).toMatchObject({ held: [axis(1)], unmoved: [] });
+    expect(input.isHolding).toBe(false);
+    says(1, -1, 600);
+    expect(state.isReady).toBe(true);
+    says(1, 0);
+    expect(input.motion.linear).toBeCloseTo(-(0.5 - DEAD_ZONE) / (1 - DEAD_ZONE), 2);
+    says(1, -1);
+    expect(input.isHolding).toBe(false);
+    input.enable();
+    says(1, -1, 600);
+    says(1, 0);
+    expect(input.isHolding).toBe(true);
+  });
+
+  it("is no stick's that was held meanwhile", () => {
+    chooses([0, 0.004]);
+    says(1, -0.6, 1100);
+    rests();
+    says(1, -0.6, 2000);
+    says(1, 0.004, 2000);
+    expect(input.isHolding).toBe(false);
+    expect(state).toMatchObject({ isReady: false, held: [axis(1)] });
+    for (const value of [-0.3, -0.6, -0.9, -0.6, 0.004]) says(1, value);
+    expect(input.isHolding).toBe(false);
+    says(1, 0.004, 1100);
+    rests();
+    says(1, 0.004, 600);
+    says(1, -0.6);
+    says(1, 0.004, 600);
+    says(1, -0.6);
+    expect(input.motion.linear).toBeGreaterThan(0);
+  });
+
+  it("is not told of a pad that is not read, or none", () => {
+    chooses([0, -1]);
+    says(1, -1, 1100);
+    vi.mocked(document.hasFocus).mockReturnValue(false);
+    vi.advanceTimersByTime(1000);
+    expect(gamepad.restNow()).toBeNull();
+    gamepad.use(null);
+    expect(gamepad.restNow()).toBeNull();
+  });
+});
+
+it("moves nothing because its dead zone was made smaller", () => {
+  settings = { ...settings, deadZone: 0.3 };
+  chooses([0, 0.2]);
+  says(1, 0.2, 600);
+  expect(state.isReady).toBe(true);
+  settings = { ...settings, deadZone: 0.1 };
+  vi.advanceTimersByTime(1000);
+  expect(input.isHolding).toBe(false);
+  expect(state.held).toEqual([axis(1)]);
+});
+
+describe("what people have met", () => {
+  it("a pad whose tool has closed, or that is gone and still listed, lets go after 10 s, and says so", () => {
+    chooses([0, 0], { mapping: "standard" });
+    says(1, -0.637, FROZEN_MS - 100);
+    expect(input.isHolding).toBe(true);
+    vi.advanceTimersByTime(200);
+    expect(input.isHolding).toBe(false);
+    vi.advanceTimersByTime(1000);
+    expect(tell.mock.calls.filter(([news]) => news === "frozen")).toHaveLength(1);
+    says(1, 0);
+    says(1, -0.637);
+    expect(input.isHolding).toBe(true);
+  });
+
+  it("a stick in a hand goes on, by whatever on it says something new", () => {
+    chooses([0, 0], { mapping: "standard" });
+    says(1, -1, 9000);
+    says(3, 0.004, 9000);
+    push(mine, 7, 0.01);
+    says(1, -1, 9000);
+    expect(input.motion.linear).toBe(1);
+  });
+
+  it("a keyboard listed as a pad moves nothing, whatever it says of its axes", () => {
+    for (const axes of [[], [-1, -1], [0, 1, 0, 1], [Number.NaN, 1]]) {
+      chooses(axes, { id: "Wired Keyboard 600", buttons: [] });
+      vi.advanceTimersByTime(2000);
+      expect(input.isHolding).toBe(false);
+      expect(state.found).toMatchObject([{ layout: "bare" }]);
+      aborting.abort();
+    }
+  });
+
+  it("a stick that drifts is named, and drives by its own rest", () => {
+    chooses([0, 0.22, 0, 0], { mapping: "standard" });
+    says(1, 0.22, 1100);
+    expect(state.held).toEqual([axis(1)]);
+    rests();
+    says(1, 0.22, 600);
+    says(1, -1);
+    says(1, 0.25, 600);
+    says(1, 0.2);
+    expect(input.isHolding).toBe(false);
+    says(1, -1);
+    expect(input.motion.linear).toBe(1);
+  });
+
+  it("a right stick that says something until it is tapped turns nothing until then", () => {
+    settings = { ...settings, turn: "right" };
+    chooses([0, 0, 0.9, -0.9], { mapping: "standard" });
+    vi.advanceTimersByTime(2000);
+    expect(input.isHolding).toBe(false);
+    expect(state.held).toEqual([axis(2)]);
+    says(2, 0);
+    says(2, 0.5);
+    expect(input.motion.angular).toBeLessThan(0);
+  });
+});
