@@ -1,4 +1,5 @@
 import { describe, expect, it } from "vitest";
+import { codeOf } from "./codeOf";
 import {
   actionOf,
   assign,
@@ -37,12 +38,33 @@ describe("a new key", () => {
     expect(assign(DEFAULT_KEYS, "forward", "Space")).toEqual({ why: "taken", by: "stop" });
   });
 
-  it.each(["Tab", "Escape", "ShiftLeft", "ControlRight", "AltLeft", "MetaLeft", "", "Key W", "Fn"])(
-    "is refused where the browser or the system needs it: %j",
-    (key) => {
-      expect(assign(DEFAULT_KEYS, "forward", key)).toEqual({ why: "reserved" });
-    },
-  );
+  it("may be one that an on-screen keyboard only names", () => {
+    const told = codeOf({ code: "", key: "BrowserBack" });
+    expect(assign(DEFAULT_KEYS, "stop", told)).toMatchObject({ keys: { stop: ["Space", told] } });
+    expect(assign(DEFAULT_KEYS, "stop", codeOf({ code: "", key: "é" }))).toEqual({
+      why: "reserved",
+    });
+  });
+
+  it.each([
+    "Shift",
+    "Meta",
+    "Alt",
+    "Control",
+    "AltGraph",
+    "OS",
+    "Tab",
+    "Escape",
+    "ShiftLeft",
+    "ControlRight",
+    "AltLeft",
+    "MetaLeft",
+    "",
+    "Key W",
+    "Fn",
+  ])("is refused where the browser or the system needs it: %j", (key) => {
+    expect(assign(DEFAULT_KEYS, "forward", key)).toEqual({ why: "reserved" });
+  });
 
   it("is refused beside four others", () => {
     const keys = { ...DEFAULT_KEYS, forward: ["KeyW", "ArrowUp", "Numpad8", "KeyZ"] };

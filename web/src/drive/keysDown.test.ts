@@ -62,6 +62,13 @@ it("lets go of a key without a code that neither repeats nor comes up", () => {
   expect(down.press(event("", "ArrowUp"))).toBe(true);
 });
 
+it("waits for no release of what is pressed with Meta, of which macOS tells none", () => {
+  expect(down.press(event("KeyW", "w", { metaKey: true }))).toBe(true);
+  expect(down.names).toEqual([]);
+  expect(down.press(event("KeyW", "w"))).toBe(true);
+  expect(down.names).toEqual(["KeyW"]);
+});
+
 it("releases of two keys without a code only the one that comes up", () => {
   down.press(event("", "ArrowUp"));
   down.press(event("", "ArrowLeft"));

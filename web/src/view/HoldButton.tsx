@@ -1,7 +1,8 @@
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
-import { useEffect } from "preact/hooks";
+import { useCallback, useEffect } from "preact/hooks";
 import { codeOf } from "../drive/codeOf";
+import { useKeysDown } from "./useHeld";
 
 /** Longer than an accidental press; the style sheet fills the button in this time. */
 const HOLD_MS = 800;
@@ -23,9 +24,10 @@ export function HoldButton({ onHeld, children }: Props) {
   const begin = () => {
     isHeld.value = true;
   };
-  const end = () => {
+  const end = useCallback(() => {
     isHeld.value = false;
-  };
+  }, [isHeld]);
+  const { keys, clear } = useKeysDown(end);
   useEffect(() => {
     if (!held) return;
     const ending = new AbortController();
@@ -33,16 +35,13 @@ export function HoldButton({ onHeld, children }: Props) {
       isHeld.value = false;
       onHeld();
     }, HOLD_MS);
-    const letGo = () => {
-      isHeld.value = false;
-    };
-    window.addEventListener("blur", letGo, ending);
-    document.addEventListener("visibilitychange", letGo, ending);
+    window.addEventListener("blur", end, ending);
+    document.addEventListener("visibilitychange", end, ending);
     return () => {
       clearTimeout(timer);
       ending.abort();
     };
-  }, [held, isHeld, onHeld]);
+  }, [held, isHeld, end, onHeld]);
   return (
     <button
       type="button"
@@ -56,14 +55,14 @@ export function HoldButton({ onHeld, children }: Props) {
       onPointerUp={end}
       onPointerCancel={end}
       onLostPointerCapture={end}
-      onBlur={end}
+      onBlur={clear}
       onKeyDown={(event) => {
         if (codeOf(event) === "Space" || HOLDING.has(codeOf(event))) event.preventDefault();
-        if (HOLDING.has(codeOf(event)) && !event.repeat) begin();
+        if (HOLDING.has(codeOf(event)) && keys.press(event) && keys.has(event)) begin();
       }}
       onKeyUp={(event) => {
         event.preventDefault();
-        end();
+        keys.lift(event);
       }}
       onContextMenu={(event) => {
         // A long touch would open a menu on some phones.

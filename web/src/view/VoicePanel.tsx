@@ -1,5 +1,5 @@
 import type { TargetedKeyboardEvent, TargetedPointerEvent } from "preact";
-import { useEffect } from "preact/hooks";
+import { useCallback } from "preact/hooks";
 import { codeOf } from "../drive/codeOf";
 import { fingerHolder } from "../drive/inputState";
 import { hindrance } from "../voice/microphone";
@@ -7,6 +7,7 @@ import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { PRESSING } from "./keys";
 import { Switch } from "./Switch";
+import { useKeysDown } from "./useHeld";
 import { speakerWords, voiceProblem, voiceWords } from "./words";
 
 type Pointer = TargetedPointerEvent<HTMLButtonElement>;
@@ -51,7 +52,7 @@ function TalkButton({ isDisabled }: { isDisabled: boolean }) {
   const { voice } = useState();
   const { speak, hush } = useActions();
   const finger = (event: Pointer) => fingerHolder(event.pointerId);
-  useEffect(() => () => hush(HOLDER), [hush]);
+  const { keys, clear } = useKeysDown(useCallback(() => hush(HOLDER), [hush]));
   const onPointerDown = (event: Pointer) => {
     if (event.button !== 0) return;
     // Prevent the focus, which would give Space to this button, and a text selection.
@@ -63,7 +64,7 @@ function TalkButton({ isDisabled }: { isDisabled: boolean }) {
     // Never Space, which stops the robot.
     if (!PRESSING.has(codeOf(event)) || codeOf(event) === "Space") return;
     event.preventDefault();
-    if (!event.repeat) speak(HOLDER);
+    if (keys.press(event) && keys.has(event)) speak(HOLDER);
   };
   const { isOn, isOpening, isKept } = voice.value;
   return (
@@ -82,8 +83,8 @@ function TalkButton({ isDisabled }: { isDisabled: boolean }) {
       }}
       onMouseDown={(event) => event.preventDefault()}
       onKeyDown={onKeyDown}
-      onKeyUp={() => hush(HOLDER)}
-      onBlur={() => hush(HOLDER)}
+      onKeyUp={(event) => keys.lift(event)}
+      onBlur={clear}
     >
       {isOpening ? t("voice.opening") : isKept ? t("voice.is_open") : t("voice.hold")}
     </button>

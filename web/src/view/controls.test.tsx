@@ -5,6 +5,7 @@ import { act } from "preact/test-utils";
 import { afterEach, beforeAll, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Actions } from "../actions";
 import { DriveController } from "../drive/driveController";
+import { UNHEARD_MS } from "../drive/keysDown";
 import type { ControlInfo, GaugeInfo, Operate, RobotStatus } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
@@ -225,6 +226,19 @@ describe("the robot's controls", () => {
     send(lift, "keydown", { code: "Home" });
     slide(lift, -1);
     act(() => void lift.dispatchEvent(new FocusEvent("blur")));
+    expect(sent.at(-1)?.held).toEqual({});
+  });
+
+  it("that move let go of a key without a code whose release never comes", () => {
+    drives();
+    const lift = slider("Lift");
+    send(lift, "keydown", { key: "ArrowRight", metaKey: true });
+    expect(controller.input.isHolding).toBe(false);
+    send(lift, "keydown", { key: "ArrowRight" });
+    slide(lift, 0.05);
+    vi.advanceTimersByTime(UNHEARD_MS - 1);
+    expect(sent.at(-1)?.held).toEqual({ lift: 0.05 });
+    vi.advanceTimersByTime(1);
     expect(sent.at(-1)?.held).toEqual({});
   });
 

@@ -8,6 +8,7 @@ import { DRIVE_DEFAULTS } from "../drive/drivePreferences";
 import type { PadState } from "../drive/gamepad";
 import type { InputState } from "../drive/inputState";
 import { DEFAULT_KEYS } from "../drive/keyMap";
+import { UNHEARD_MS } from "../drive/keysDown";
 import { loadPreferences, type Preferences } from "../preferences";
 import { createState, type State } from "../state";
 import { plugIn, takeAwayGamepads } from "../testing/gamepads";
@@ -76,8 +77,8 @@ function prefer(change: Partial<Preferences>): void {
   });
 }
 
-function key(element: EventTarget, type: string, code: string): Event {
-  const event = new KeyboardEvent(type, { code, bubbles: true, cancelable: true });
+function key(element: EventTarget, type: string, code: string, name = ""): Event {
+  const event = new KeyboardEvent(type, { code, key: name, bubbles: true, cancelable: true });
   act(() => void element.dispatchEvent(event));
   return event;
 }
@@ -205,6 +206,19 @@ describe("the axes", () => {
     expect(input.isHolding).toBe(true);
     key(slider, "keyup", "ArrowLeft");
     expect(input.isHolding).toBe(false);
+  });
+});
+
+describe("an axis that a key without a code holds", () => {
+  it("is let go where the release never comes", () => {
+    vi.useFakeTimers();
+    const slider = getByRole(body, "slider", { name: "pan" });
+    key(slider, "keydown", "", "ArrowLeft");
+    vi.advanceTimersByTime(UNHEARD_MS - 1);
+    expect(input.isHolding).toBe(true);
+    vi.advanceTimersByTime(1);
+    expect(input.isHolding).toBe(false);
+    vi.useRealTimers();
   });
 });
 
@@ -388,6 +402,14 @@ describe("the keys", () => {
     key(body, "keydown", code);
     expect(told()).toBe(sentence);
     expect(state.preferences.value.keys).toEqual(DEFAULT_KEYS);
+  });
+
+  it("are taken by their names from what tells no code, and asked for again by what tells none", () => {
+    asks("Forward");
+    key(body, "keydown", "", "Process");
+    expect(told()).toContain("Press the new key for “Forward”");
+    key(body, "keydown", "", "e");
+    expect(state.preferences.value.keys.forward).toEqual(["ArrowUp", "KeyW", "KeyE"]);
   });
 
   it("stop the robot by Space even now", () => {

@@ -99,9 +99,10 @@ export function pointer(element: Element, type: string, pointerId = 1) {
   return capture;
 }
 
-export function key(element: Element, type: string, code: string): void {
+export function key(element: Element, type: string, code: string, more: KeyboardEventInit = {}) {
   act(() => {
-    element.dispatchEvent(new KeyboardEvent(type, { code, bubbles: true, cancelable: true }));
+    const told = { code, bubbles: true, cancelable: true, ...more };
+    element.dispatchEvent(new KeyboardEvent(type, told));
   });
 }
 

@@ -128,6 +128,21 @@ describe("a stop that is latched", () => {
     expect(actions.releaseStop).toHaveBeenCalledOnce();
   });
 
+  it("is released by Enter without a code as by any other, and by none with Meta", () => {
+    show({ operator: 1, stop });
+    const hold = button("Hold to release");
+    key(hold, "keydown", "Enter", { metaKey: true });
+    wait(1000);
+    key(hold, "keydown", "", { key: "Enter" });
+    wait(700);
+    key(hold, "keyup", "", { key: "Enter" });
+    wait(1000);
+    expect(actions.releaseStop).not.toHaveBeenCalled();
+    key(hold, "keydown", "", { key: "Enter" });
+    wait(900);
+    expect(actions.releaseStop).toHaveBeenCalledOnce();
+  });
+
   it.each(["pointercancel", "lostpointercapture", "blur"])("is not released after %s", (type) => {
     show({ operator: 1, stop });
     pointer(button("Hold to release"), "pointerdown");

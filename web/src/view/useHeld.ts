@@ -1,5 +1,5 @@
 import type { TargetedKeyboardEvent, TargetedMouseEvent, TargetedPointerEvent } from "preact";
-import { useEffect, useMemo } from "preact/hooks";
+import { useCallback, useEffect, useMemo } from "preact/hooks";
 import { codeOf } from "../drive/codeOf";
 import { fingerHolder } from "../drive/inputState";
 import { KeysDown } from "../drive/keysDown";
@@ -8,6 +8,20 @@ import { PRESSING } from "./keys";
 
 type Pointer = TargetedPointerEvent<HTMLButtonElement>;
 type Key = TargetedKeyboardEvent<HTMLButtonElement>;
+
+/**
+ * The keys that hold what has the focus. `release` lets go of it where a key's release never comes,
+ * when the focus goes, and when the element itself goes; it stays the same function.
+ */
+export function useKeysDown(release: () => void) {
+  const keys = useMemo(() => new KeysDown(release), [release]);
+  const clear = () => {
+    keys.clear();
+    release();
+  };
+  useEffect(() => clear, [keys]);
+  return { keys, clear };
+}
 
 /**
  * What makes a button work while it is pressed: by one or more fingers, the mouse, or Space and
@@ -20,14 +34,8 @@ export function useHeld(
   release: (holder: string) => boolean,
 ) {
   const { letGo } = useActions();
-  const keys = useMemo(() => new KeysDown(() => void release(focusHolder)), [release, focusHolder]);
-  useEffect(
-    () => () => {
-      keys.clear();
-      release(focusHolder);
-    },
-    [keys, release, focusHolder],
-  );
+  const letFocusGo = useCallback(() => void release(focusHolder), [release, focusHolder]);
+  const { keys, clear } = useKeysDown(letFocusGo);
   const finger = (event: Pointer) => fingerHolder(event.pointerId);
   // After an ordinary release nothing is held; anything still held was cancelled by the system.
   const onLost = (event: Pointer) => {
@@ -65,9 +73,6 @@ export function useHeld(
       if (PRESSING.has(codeOf(event))) event.preventDefault();
       keys.lift(event);
     },
-    onBlur() {
-      keys.clear();
-      release(focusHolder);
-    },
+    onBlur: clear,
   };
 }

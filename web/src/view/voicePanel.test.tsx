@@ -3,6 +3,7 @@ import { getByRole, getByText, queryByRole, queryByText } from "@testing-library
 import { act } from "preact/test-utils";
 import { afterEach, describe, expect, it, vi } from "vitest";
 import { fingerHolder } from "../drive/inputState";
+import { UNHEARD_MS } from "../drive/keysDown";
 import type { VoiceInfo } from "../messages";
 import { hello, room } from "../testing/messages";
 import { says } from "../words/said";
@@ -62,6 +63,23 @@ describe("speaking to the people beside the robot", () => {
     expect(actions.hush).toHaveBeenLastCalledWith("talk button");
     key(button("Hold to speak"), "keydown", "Space");
     expect(actions.speak).toHaveBeenCalledTimes(2);
+  });
+
+  it("ends by itself where the release of a key never comes, and begins by none with Meta", () => {
+    vi.useFakeTimers();
+    speakable({ operator: 1 });
+    const talk = button("Hold to speak");
+    key(talk, "keydown", "Enter", { metaKey: true });
+    expect(actions.speak).not.toHaveBeenCalled();
+    key(talk, "keydown", "", { key: "Enter" });
+    vi.advanceTimersByTime(UNHEARD_MS - 1);
+    key(talk, "keydown", "", { key: "Enter", repeat: true });
+    vi.advanceTimersByTime(UNHEARD_MS - 1);
+    expect(actions.speak).toHaveBeenCalledOnce();
+    expect(actions.hush).not.toHaveBeenCalled();
+    vi.advanceTimersByTime(1);
+    expect(actions.hush).toHaveBeenCalledExactlyOnceWith("talk button");
+    vi.useRealTimers();
   });
 
   it("says what becomes of the voice, how loud it is, and what is not heard meanwhile", () => {

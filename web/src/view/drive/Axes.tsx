@@ -1,10 +1,12 @@
 import type { TargetedKeyboardEvent } from "preact";
+import { useCallback } from "preact/hooks";
 import { keyedAxes } from "../../drive/axisKeys";
 import { codeOf } from "../../drive/codeOf";
 import { fingerHolder } from "../../drive/inputState";
 import { keyWords } from "../../drive/keyMap";
 import { t } from "../../words/words";
 import { useActions, useState } from "../context";
+import { useKeysDown } from "../useHeld";
 import { axisWords } from "../words";
 
 const AXIS_STEP = 0.05;
@@ -37,8 +39,12 @@ function Axis({ axis }: { axis: string }) {
   const { axes, cameras, mayMove } = useState();
   const { setAxis, press, release } = useActions();
   const focusHolder = `axis ${axis}`;
+  const letGo = useCallback(() => void release(focusHolder), [release, focusHolder]);
+  const { keys, clear } = useKeysDown(letGo);
   const onKeyDown = (event: TargetedKeyboardEvent<HTMLInputElement>) => {
-    if (SLIDING.test(codeOf(event))) press(focusHolder, null);
+    if (!SLIDING.test(codeOf(event))) return;
+    keys.press(event);
+    if (keys.has(event)) press(focusHolder, null);
   };
   return (
     <label class="axis">
@@ -55,8 +61,8 @@ function Axis({ axis }: { axis: string }) {
         // The window gets the pointerup wherever it happens.
         onPointerDown={(event) => press(fingerHolder(event.pointerId), null)}
         onKeyDown={onKeyDown}
-        onKeyUp={() => release(focusHolder)}
-        onBlur={() => release(focusHolder)}
+        onKeyUp={(event) => keys.lift(event)}
+        onBlur={clear}
         onInput={(event) => setAxis(axis, event.currentTarget.valueAsNumber)}
       />
     </label>

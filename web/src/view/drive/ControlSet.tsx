@@ -1,4 +1,5 @@
 import "../../style/controls.css";
+import { useCallback } from "preact/hooks";
 import { codeOf } from "../../drive/codeOf";
 import { controlOf } from "../../drive/controlKeys";
 import { fingerHolder } from "../../drive/inputState";
@@ -6,7 +7,7 @@ import type { ControlInfo } from "../../messages";
 import { figure, t } from "../../words/words";
 import { useActions, useState } from "../context";
 import { Segment } from "../Segment";
-import { useHeld } from "../useHeld";
+import { useHeld, useKeysDown } from "../useHeld";
 import { keyName } from "./keyHint";
 
 /** Keys that move a slider which has the focus. */
@@ -90,6 +91,8 @@ function Slide({ control }: { control: ControlInfo }) {
   const hold = (by: string) => {
     if (moves) holdControl(by, name);
   };
+  const letGo = useCallback(() => void releaseControl(holder), [releaseControl, holder]);
+  const { keys, clear } = useKeysDown(letGo);
   return (
     <label class={isHeld ? "control is-slider is-held" : "control is-slider"}>
       <bdi class="control-name">{control.label}</bdi>
@@ -104,10 +107,12 @@ function Slide({ control }: { control: ControlInfo }) {
         // The window gets the pointerup wherever it happens.
         onPointerDown={(event) => hold(fingerHolder(event.pointerId))}
         onKeyDown={(event) => {
-          if (SLIDING.test(codeOf(event))) hold(holder);
+          if (!SLIDING.test(codeOf(event))) return;
+          keys.press(event);
+          if (keys.has(event)) hold(holder);
         }}
-        onKeyUp={() => releaseControl(holder)}
-        onBlur={() => releaseControl(holder)}
+        onKeyUp={(event) => keys.lift(event)}
+        onBlur={clear}
         onInput={(event) => slideControl(name, event.currentTarget.valueAsNumber)}
       />
       <output>{value === undefined ? "" : figure(value)}</output>
