@@ -136,7 +136,7 @@ async def test_only_the_peers_inside_reach_the_network_so(monkeypatch: pytest.Mo
     """A client in the same process keeps aioice, and of the others each has the addresses told."""
     private.install()
     monkeypatch.setattr(private, "_found_addresses", lambda _4, _6: ["192.0.2.7"])
-    made = LiteConnection(UdpHub(0, list, rich_meter()), list, SystemClock().now_s, rich_meter())
+    made = LiteConnection(UdpHub(0, list), list, SystemClock().now_s, rich_meter())
     with private.reached_by(private.Reach(lambda: made)):
         inside = RTCIceGatherer([])
     with private.reached_by(private.Reach(None, lambda: ["192.0.2.8", "2001:db8::8"])):

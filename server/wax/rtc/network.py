@@ -29,8 +29,6 @@ _GUESTS: Final = Rates(committed=0.01, committed_burst_s=0.02, pool=0.15, pool_b
 """What a browser that watches sends costs 0.3 % of a core; connecting, some 10 ms once."""
 _TRUSTED: Final = Rates(committed=0.3, committed_burst_s=0.3, pool=0.0, pool_burst_s=0.0)
 """For one operator or host, who need a hundredth of it: even theirs must leave room for a Stop."""
-_STRANGERS: Final = Rates(committed=0.05, committed_burst_s=0.05, pool=0.0, pool_burst_s=0.0)
-"""For the checks of all addresses that nobody has verified: five hundred a second."""
 
 
 class Network:
@@ -48,8 +46,7 @@ class Network:
         self._clock = clock
         self._turnstile = turnstile
         self._guests = Budget(_GUESTS)
-        strangers = Meter(turnstile, Budget(_STRANGERS).payer(""))
-        self._hub = UdpHub(settings.udp_port, self._addresses, strangers)
+        self._hub = UdpHub(settings.udp_port, self._addresses)
         self._announced = AnnouncedAddresses(
             settings.public_addresses, settings.stun if settings.mode == "one-port" else []
         )

@@ -291,7 +291,7 @@ class _Viewer:
 
 def _hear_one_port(data: bytes) -> None:
     private.install()
-    hub = UdpHub(8081, list, cast("Any", _Meter()))
+    hub = UdpHub(8081, list)
     hub.add("ours", _Viewer())
     hub.received(0, data, "192.0.2.9", 9)
 

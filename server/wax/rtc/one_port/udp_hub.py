@@ -62,7 +62,7 @@ class HubPeer(Protocol):
 
     @property
     def meter(self) -> Meter:
-        """What is charged for the checks that come by a verified path."""
+        """What is charged for the checks that are for it."""
         ...
 
     @property
@@ -90,14 +90,12 @@ class UdpHub:
     """One socket for each local address, all with the same port.
 
     `addresses` returns those of this machine, which may come and go. Port 0 is any free one.
-    `strangers` is charged for checks that come by a path that nobody has verified.
     """
 
-    def __init__(self, port: int, addresses: Callable[[], list[str]], strangers: Meter) -> None:
+    def __init__(self, port: int, addresses: Callable[[], list[str]]) -> None:
         self.port = port
         self._is_any = port == 0
         self._find = addresses
-        self._strangers = strangers
         self._next = 0
         self._sockets: dict[int, _Bound] = {}
         self._numbers: dict[str, int] = {}
@@ -281,20 +279,23 @@ class UdpHub:
         path = Path(number, host, port)
         peer = self._paths.get(path)
         if data[4:8] == _COOKIE and data[0] < 4:
-            self._stun(data, path, self._strangers if peer is None else peer.meter)
+            self._stun(data, path)
         elif peer is not None:
             peer.datagram(data, path)
 
-    def _stun(self, data: bytes, path: Path, meter: Meter) -> None:
-        """Hand a check, or the answer to one, to its peer; parse nobody's."""
+    def _stun(self, data: bytes, path: Path) -> None:
+        """Hand a check, or the answer to one, to its peer, who pays for it; parse nobody's.
+
+        Only its browser knows a peer's name, so whoever floods from new addresses spends their own.
+        """
         is_request = not (data[0] & 1 or data[1] & 16)
         peer = self._peers.get(_ufrag(data)) if is_request else self._asked.get(data[8:20])
-        if peer is None or len(data) > _MAX_STUN_BYTES or not meter.is_open:
+        if peer is None or len(data) > _MAX_STUN_BYTES or not peer.meter.is_open:
             return
         began_s = time.thread_time()
         with suppress(ValueError, struct.error):  # ValueError includes bad UTF-8
             peer.stun(parse_message(data), path)
-        meter.charge(began_s)
+        peer.meter.charge(began_s)
 
 
 def _ufrag(data: bytes) -> str:
