@@ -189,6 +189,24 @@ def test_a_malformed_command_is_refused_and_counted(text: str) -> None:
     assert connected.counters.snapshot() == {"messages refused": 1}
 
 
+def test_a_page_from_before_an_update_is_told_to_reload() -> None:
+    """Its commands have a column less; it hears of that once a connection, not once a command."""
+    connected = _scene()
+    older = json.dumps(json.loads(_drive())[:-1])
+    notice = {"type": "notice", "text": {"code": "request.not_understood"}}
+
+    def told() -> int:
+        return connected.room.sent.count(("state", notice))
+
+    for _ in range(3):
+        connected.viewer.received("drive", older)
+    assert told() == 1
+    connected.viewer.lanes()
+    connected.viewer.ready()
+    connected.viewer.received("state", '{"type":"release","stop":1,"sent_server_ms":1.0}')
+    assert told() == 2
+
+
 @given(st.sampled_from(["drive", "state"]), st.text() | st.binary())
 def test_no_bytes_raise(channel: Any, data: str | bytes) -> None:
     """Whatever arrives, the handler returns: an exception would close the peer."""

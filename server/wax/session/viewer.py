@@ -68,6 +68,8 @@ _ONLY_LATE: Final = (
 )
 """What is refused for one of these may count when it is sent again."""
 
+_NOT_UNDERSTOOD: Final = Sentence("request.not_understood")
+
 Request = messages.Join | messages.Leave | messages.Here | messages.KeepTape
 
 
@@ -139,6 +141,7 @@ class Viewer:
         self.drive_status: messages.DriveStatus | None = None
         """The status of their commands, None until they drive."""
         self._drive_told: tuple[messages.DriveStatus | None, float] = (None, float("-inf"))
+        self._is_misunderstood = False
         self._limits = {
             "drive": TokenBucket(rate_hz=_DRIVE_HZ, burst=_DRIVE_BURST, now_s=now_s),
             "state": TokenBucket(rate_hz=state.rate_hz, burst=state.burst, now_s=now_s),
@@ -190,6 +193,7 @@ class Viewer:
         self._wanted = None
         self.report = None
         self.drive_status, self._drive_told = None, (None, float("-inf"))
+        self._is_misunderstood = False
 
     def _make_boundary(self) -> ErrorBoundary:
         return ErrorBoundary(
@@ -325,9 +329,16 @@ class Viewer:
         except ProtocolError as error:
             self._counters.add("messages refused")
             _LOG.debug("message refused", viewer=self.number, error=str(error))
+            self._tell_misunderstood()
         except Exception:
             self._counters.add("messages failed")
             _LOG.exception("message failed", viewer=self.number, channel=channel)
+
+    def _tell_misunderstood(self) -> None:
+        """Say so, once a connection: a page that was open through an update drives in vain."""
+        if self.is_ready and not self._is_misunderstood:
+            self._is_misunderstood = True
+            self.send(messages.Notice(text=_NOT_UNDERSTOOD))
 
     def _on_drive(self, message: messages.DriveIn) -> None:
         now_s = self._clock.now_s()
