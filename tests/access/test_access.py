@@ -80,6 +80,17 @@ def test_an_invitation_is_used_as_often_as_it_says() -> None:
         access.enter(token, "eve")
 
 
+def test_who_is_refused_leaves_nothing() -> None:
+    """A link that is used up may be tried for ever, each time by a new browser."""
+    access = make(Wall())
+    token, _ = access.invite("queue", uses=1, valid_s=600)
+    access.enter(token, "ann")
+    for number in range(3):
+        with pytest.raises(ForbiddenError, match="used up"):
+            access.enter(token, f"eve {number}")
+    assert list(access._invited) == ["ann"]
+
+
 def test_uses_outlast_the_server() -> None:
     """A restart gives nobody a second use."""
     clock = Wall()

@@ -123,7 +123,7 @@ class Access:
     def enter(self, token: str, identity: str) -> Invitation:
         """Use an invitation, as often as one likes but as one person; raises `ForbiddenError`."""
         invitation = self._keyring.invitation_of(token)
-        if invitation.id not in self._invited[identity]:
+        if invitation.id not in self._invited.get(identity, ()):
             if self._uses(invitation.id) >= invitation.uses:
                 raise ForbiddenError(Sentence("invitation.used_up"))
             use = Invited(invitation.id, identity, invitation.purpose, invitation.ends_s)
