@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from typing import Any
 
 import pytest
 
@@ -34,6 +35,25 @@ def test_the_doctor_tells(most: int, level: str) -> None:
     verdict = machine.open_files(Settings(), most)
     assert verdict.level == level
     assert str(most) in verdict.sentence
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no such limit")
+def test_the_limit_is_raised_where_it_is_called_infinite(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As on macOS, which gives 256 and refuses infinity: that left 16 connections for everybody."""
+    resource: Any = vars(descriptors)["resource"]
+    infinity = resource.RLIM_INFINITY
+    now = [(256, infinity)]
+
+    def refuse(_: int, limits: tuple[int, int]) -> None:
+        if limits[0] == infinity:
+            raise ValueError("current limit exceeds maximum limit")
+        now[0] = limits
+
+    monkeypatch.setattr(resource, "getrlimit", lambda _: now[0])
+    monkeypatch.setattr(resource, "setrlimit", refuse)
+    descriptors.raise_limit()
+    assert descriptors.connections_that_fit(Settings(), descriptors.limit()) == 640
+    assert now == [(10_240, infinity)]
 
 
 @pytest.mark.system

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
 if sys.platform != "win32":
@@ -18,6 +19,8 @@ _PER_VIEWER: Final = {"one-port": 4, "full-ice": 16}
 this machine's addresses, and relays."""
 _LEAST: Final = 16
 """As `[server] max_connections` has it."""
+_OPEN_MAX: Final = 10_240
+"""What macOS allows at most where it calls its limit infinite (its setrlimit(2))."""
 
 
 def limit(*, hard: bool = False) -> int | None:
@@ -33,10 +36,10 @@ def raise_limit() -> None:
     if sys.platform == "win32":
         return
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    try:
-        resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
-    except (OSError, ValueError):  # macOS calls its limit infinite, and allows less
-        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    for wanted in (hard, max(soft, _OPEN_MAX)):
+        with suppress(OSError, ValueError):
+            resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
+            return
 
 
 def connections_that_fit(settings: Settings, most: int | None) -> int:
