@@ -445,6 +445,23 @@ async def test_who_is_known_is_served_beside_a_flood() -> None:
         await asyncio.sleep(0.05)
 
 
+async def test_who_waits_in_line_is_not_slow() -> None:
+    """A class behind one address, on a small machine: what has come as a whole is answered."""
+    async with open_entrance() as entrance:
+        flood = entrance.accounts.of_guest("127.0.0.1")
+        reader, writer = await asyncio.open_connection("127.0.0.1", entrance.port)
+        await _until_open(entrance, 1)
+        await asyncio.sleep(0.05)
+        for _ in range(9):
+            entrance.turnstile.charge(flood, time.thread_time() - 0.5)
+        began_s = time.monotonic()
+        writer.write(GET)
+        assert b'{"read": 0}' in await asyncio.wait_for(reader.readuntil(b"}"), 5)
+        assert time.monotonic() - began_s > READ_S
+        writer.transport.abort()
+        await asyncio.sleep(0.05)
+
+
 async def test_who_drips_is_not_read_beyond_their_budget() -> None:
     """A header in a thousand pieces is work as well: it waits in line like a request."""
     async with open_entrance() as entrance:

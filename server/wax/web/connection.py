@@ -149,6 +149,8 @@ class Connection(web.RequestHandler):
         self._is_answering = True
         self._body_left = head.body_bytes
         self._get_in_line(payer, lambda: self._give_head(data), ahead=is_ahead)
+        if self._watch is not None:
+            self._watch.is_in_line = self._waiting is not None
 
     def _payer_of(self, head: Head) -> tuple[Payer | None, bool]:
         """Return who pays, None if they may have no more, and whether they pass the others."""
@@ -173,6 +175,8 @@ class Connection(web.RequestHandler):
         self._waiting = self._entrance.line.enter(payer, begin, ahead=ahead)
 
     def _give_head(self, head: bytes) -> None:
+        if self._watch is not None:
+            self._watch.is_in_line = False
         self._give(head)
         self._give_body()
 

@@ -48,6 +48,8 @@ class ConnectionWatch:
         self._loop = loop
         self._transport = transport
         self.place = place
+        self.is_in_line = False
+        """Whether a whole header waits for its sender's turn: the client is not slow."""
         self._state: State = "reading"
         self._request: web.BaseRequest | None = None
         self._moves = 0
@@ -114,6 +116,9 @@ class ConnectionWatch:
         now_s = self._loop.time()
         if self._state == "reading" and self._request and self._request.content.is_eof():
             self._begin("answering")
+            return
+        if self._state == "reading" and self.is_in_line:
+            self._begin("reading")
             return
         if self._state == "answering" and now_s < self._until_s and not self._stands_still():
             self._set_timer()
