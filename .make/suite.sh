@@ -57,4 +57,14 @@ coverage)
     ;;
 *) die "usage: suite.sh bench | faults | public | cluster | voice | page | drivers | gallery | lab | soak | fuzz | mutants | coverage ARGUMENTS…" ;;
 esac
+case $suite in
+bench) suite=load ;;
+cluster | page) suite=load.$suite ;;
+faults) suite=stop ;;
+drivers) suite=stop.$suite ;;
+public) suite=strangers ;;
+soak) suite=strangers.$suite ;;
+lab) suite=delay ;;
+voice) suite=delay.$suite ;;
+esac
 exec python -m "e2e.$suite" "$@"

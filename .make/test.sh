@@ -42,7 +42,7 @@ unit_tests() {
 lab() {
     rm -rf e2e/out/quick
     code=0
-    python -m e2e.lab --quick --out e2e/out/quick "$@" || code=$?
+    python -m e2e.delay --quick --out e2e/out/quick "$@" || code=$?
     [ $code != 130 ] || exit 130
     [ $code = 0 ] || { [ $code = 77 ] && ! in_ci; }
 }

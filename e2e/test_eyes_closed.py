@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from e2e.delay.voice.direction import SHARE, WITHIN_DEG, errors, stereo_forms
 from e2e.harness.direction import lateral_deg
 from e2e.harness.listener import Listener
-from e2e.voice.direction import SHARE, WITHIN_DEG, errors, stereo_forms
 from wax.config.settings import RobotSettings
 from wax.driver.interface import STANDSTILL, Pose, Twist
 from wax.robot.simulated.flat import furnished_flat

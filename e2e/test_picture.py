@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import pytest
 import pytest_asyncio
 
-from e2e.bench.servers import STOCK, serving
 from e2e.harness import toml
 from e2e.harness.video_probe import assert_live
 from e2e.harness.wait import eventually
+from e2e.load.servers import STOCK, serving
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator

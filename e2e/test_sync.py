@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from e2e.bench.servers import STOCK, serving
 from e2e.harness import audio_probe, toml
 from e2e.harness.video_probe import assert_live
 from e2e.harness.wait import eventually
+from e2e.load.servers import STOCK, serving
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from e2e.browsers import open_browser
+from e2e.delay.cell import Cell
+from e2e.delay.systems import origin, start
 from e2e.harness.missing import missing
 from e2e.harness.wait import eventually
-from e2e.lab.browsers import open_browser
-from e2e.lab.cell import Cell
-from e2e.lab.link import Link, UnavailableError
-from e2e.lab.systems import origin, start
+from e2e.link import Link, UnavailableError
 from e2e.measure.errors import NotRunError
 
 if TYPE_CHECKING:
-    from e2e.lab.browsers import Window
-    from e2e.lab.systems import Running
+    from e2e.browsers import Window
+    from e2e.delay.systems import Running
 
 PROBE = Path(__file__).parent / "harness" / "probe.js"
 CELL = Cell(experiment="E4", profile="modem-56k", system="audio-master")

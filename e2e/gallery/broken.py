@@ -35,7 +35,7 @@ async def camera_failed(scene: Scene) -> None:
 async def picture_frozen(scene: Scene) -> None:
     """Freeze a camera that says nothing of it."""
     camera = scene.camera()
-    frozen = {"source": "e2e.faults.camera:Camera"}
+    frozen = {"source": "e2e.stop.camera:Camera"}
     await scene.serves(environment=camera.environment, video=frozen, audio=_CARD)
     await scene.opens()
     await camera.freeze()

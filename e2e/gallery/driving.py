@@ -20,7 +20,7 @@ _TOO_LATE_MS: Final = 3000
 """A host may have set this. As it is shipped, a busy machine's own delay makes late too late."""
 _PUSH_PX: Final = 50
 _LATE: Final = "e2e.gallery.late_camera:LateCamera"
-_FROZEN: Final = "e2e.faults.camera:Camera"
+_FROZEN: Final = "e2e.stop.camera:Camera"
 
 
 async def driving(scene: Scene) -> None:

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from playwright.async_api import Error
 
-from e2e.faults.camera import Control
 from e2e.gallery.views import COMPUTER
 from e2e.harness import toml
 from e2e.harness.board import Board
 from e2e.harness.server import Server
 from e2e.harness.viewer import Viewer
 from e2e.measure.suite import ROOT
+from e2e.stop.camera import Control
 from wax.client import Operator
 
 if TYPE_CHECKING:

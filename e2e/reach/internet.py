@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Final, Self
 
 from pydantic import TypeAdapter
 
-from e2e.lab.link import leftovers, namespace
-from e2e.lab.link.errors import UnavailableError
-from e2e.lab.link.link import End
+from e2e.link import leftovers, namespace
+from e2e.link.errors import UnavailableError
+from e2e.link.link import End
 from e2e.reach.router import HOSTS, Hello, Host
 
 if TYPE_CHECKING:

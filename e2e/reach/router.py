@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING
 
 from pydantic import TypeAdapter
 
-from e2e.lab.link import leftovers, namespace
-from e2e.lab.link.errors import UnavailableError
-from e2e.lab.link.tun import open_tun, read_packets
+from e2e.link import leftovers, namespace
+from e2e.link.errors import UnavailableError
+from e2e.link.tun import open_tun, read_packets
 from e2e.reach.nat import Nat
 from e2e.reach.packet import UDP, read
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
 
+from e2e.delay.relay import http_through
 from e2e.harness.chromium import FLAGS, find_chromium
 from e2e.harness.server import COMMAND
 from e2e.harness.wait import eventually
-from e2e.lab.relay import http_through
 from e2e.reach.packet import TCP, UDP
 from e2e.reach.router import Host
 from wax.client.host import become_host

@@ -17,7 +17,7 @@ from e2e.harness.missing import missing
 from e2e.harness.server import COMMAND
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
-from e2e.lab.link import UnavailableError
+from e2e.link import UnavailableError
 from e2e.reach.internet import Internet
 from e2e.reach.router import Host
 from e2e.reach.stage import FRIEND, HTTP, ROBOT, URL, browser_at, serving, tell_logs

@@ -13,7 +13,7 @@ from playwright.async_api import async_playwright
 from e2e.harness.missing import missing
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
-from e2e.lab.link import UnavailableError
+from e2e.link import UnavailableError
 from e2e.reach.internet import Internet
 from e2e.reach.packet import TCP
 from e2e.reach.router import Host

@@ -1,6 +1,6 @@
 """One direction of a link, without a clock: packets in, and when which of them come out.
 
-Unit tests of congestion control simulate with it, and the emulator in `e2e.lab.link` moves real
+Unit tests of congestion control simulate with it, and the emulator in `e2e.link` moves real
 packets by it.
 """
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from e2e.soak.soak import Sample, Soaked, rows, soak
-from e2e.soak.suite import join_leave
+from e2e.strangers.soak.soak import Sample, Soaked, rows, soak
+from e2e.strangers.soak.suite import join_leave
 
 
 @pytest.mark.system

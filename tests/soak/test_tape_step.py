@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import av
 import pytest
-from e2e.soak.tape import skews_ms
+from e2e.strangers.soak.tape import skews_ms
 from tests.turned_clock import TurnedClock
 
 from wax.capture.source import SAMPLE_RATE_HZ

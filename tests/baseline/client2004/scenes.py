@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from e2e.lab.thesis import AUDIO
+from e2e.delay.thesis import AUDIO
 from tests.baseline.client2004.client import Client
 from tests.baseline.client2004.path import SyntheticPath
 from tests.baseline.client2004.source import Recorder
 
 if TYPE_CHECKING:
-    from e2e.lab.thesis import Pauses
+    from e2e.delay.thesis import Pauses
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +21,7 @@ class Scene:
 
     name: str
     profile: str
-    """The lab's profile that stands for it, by which `e2e.lab.thesis` has its words."""
+    """The lab's profile that stands for it, by which `e2e.delay.thesis` has its words."""
     users: tuple[str, ...]
     """Whose pauses the thesis tells there: the clients in `AUDIO`."""
     path: SyntheticPath

@@ -1,0 +1,114 @@
+"""A TCP server of one end, reached from outside by a Unix socket, which knows no namespaces.
+
+``python -m e2e.delay.relay SOCKET HOST PORT`` listens on SOCKET, writes an empty line when it does,
+and hands each connection on to HOST:PORT. It ends when its standard input does, which is when
+whoever started it has ended.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+import tempfile
+from asyncio.subprocess import PIPE
+from contextlib import asynccontextmanager, suppress
+from typing import TYPE_CHECKING, Final
+
+import aiohttp
+
+from e2e.measure.errors import MeasureError
+
+if TYPE_CHECKING:
+    from asyncio import StreamReader, StreamWriter
+    from collections.abc import AsyncIterator
+
+    from e2e.link import End
+
+_START_WITHIN_S: Final = 15.0
+_END_WITHIN_S: Final = 5.0
+_PIECE_BYTES: Final = 65_536
+
+
+@asynccontextmanager
+async def http_through(end: End, host: str, port: int) -> AsyncIterator[aiohttp.ClientSession]:
+    """Give a client whose every connection goes to `host` and `port` as seen from `end`.
+
+    Nobody need listen there yet. Raises `MeasureError` when there is no relay.
+    """
+    # Of its own and not in the caller's folder, since a socket's path has at most 107 characters.
+    with tempfile.TemporaryDirectory(prefix="lab-") as folder:
+        path = f"{folder}/relay"
+        process = await end.spawn_python(
+            ["-m", "e2e.delay.relay", path, host, str(port)], stdin=PIPE, stdout=PIPE
+        )
+        assert process.stdin is not None
+        assert process.stdout is not None
+        try:
+            await _ready(process.stdout)
+            async with aiohttp.ClientSession(
+                connector=aiohttp.UnixConnector(path),
+                cookie_jar=aiohttp.CookieJar(unsafe=True),  # the servers are addresses
+            ) as http:
+                yield http
+        finally:
+            process.stdin.close()
+            try:
+                await asyncio.wait_for(process.wait(), _END_WITHIN_S)
+            except TimeoutError:
+                process.kill()
+                await process.wait()
+
+
+async def _ready(says: StreamReader) -> None:
+    try:
+        line = await asyncio.wait_for(says.readline(), _START_WITHIN_S)
+    except TimeoutError as error:
+        raise MeasureError("the relay to an end of the link does not start; try again") from error
+    if not line:
+        raise MeasureError(
+            "the relay to an end of the link ended at start; its last words are above"
+        )
+
+
+async def _relay(path: str, host: str, port: int) -> None:
+    open_ones: set[asyncio.Task[None]] = set()
+
+    def accept(reader: StreamReader, writer: StreamWriter) -> None:
+        one = asyncio.create_task(_hand_on(reader, writer, host, port))
+        open_ones.add(one)
+        one.add_done_callback(open_ones.discard)
+
+    server = await asyncio.start_unix_server(accept, path)
+    print(flush=True)
+    await asyncio.to_thread(sys.stdin.read)
+    server.close()
+    for one in open_ones:
+        one.cancel()
+    await asyncio.gather(*open_ones, return_exceptions=True)
+
+
+async def _hand_on(reader: StreamReader, writer: StreamWriter, host: str, port: int) -> None:
+    try:
+        from_there, to_there = await asyncio.open_connection(host, port)
+    except OSError:
+        writer.close()  # as a refused connection: whoever asks tries again
+        return
+    await asyncio.gather(_pump(reader, to_there), _pump(from_there, writer))
+
+
+async def _pump(source: StreamReader, sink: StreamWriter) -> None:
+    """Hand on one direction; its end is the end of both."""
+    with suppress(OSError):
+        while piece := await source.read(_PIECE_BYTES):
+            sink.write(piece)
+            await sink.drain()
+    sink.close()
+
+
+def main() -> None:
+    path, host, port = sys.argv[1:]
+    asyncio.run(_relay(path, host, int(port)))
+
+
+if __name__ == "__main__":
+    main()

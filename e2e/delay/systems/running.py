@@ -1,0 +1,35 @@
+"""A system at the server's end of the link, whichever it is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, Protocol
+
+if TYPE_CHECKING:
+    from e2e.browsers import Window
+    from e2e.link import Link
+
+PORT: Final = 8080
+"""Each link has its own network, so it is free."""
+
+
+class Running(Protocol):
+    """Inside its block it serves."""
+
+    url: str
+    """What the browser opens."""
+    pid: int
+    """Of the server; it may have children."""
+
+    async def opened(self, window: Window) -> None:
+        """Do what a person does to hear, and for ``operator`` to drive, once the page is open.
+
+        Returns when the page says so. Raises `MeasureError` when it does not.
+        """
+
+    async def told(self) -> dict[str, float | str]:
+        """Return what the server says of itself. Raises `MeasureError` when it has ended."""
+
+
+def origin(link: Link) -> str:
+    """Return where a page of any system comes from."""
+    return f"http://{link.server.address}:{PORT}"

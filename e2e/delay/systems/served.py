@@ -1,0 +1,140 @@
+"""A server as a process at the server's end: healthy inside the block, gone after it."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import time
+from contextlib import asynccontextmanager, suppress
+from typing import TYPE_CHECKING, Any, Final
+
+import aiohttp
+
+from e2e.delay.relay import http_through
+from e2e.delay.systems.running import PORT, origin
+from e2e.measure.errors import MeasureError
+from wax.client.host import become_host
+from wax.errors import StateError
+
+if TYPE_CHECKING:
+    from asyncio.subprocess import Process
+    from collections.abc import AsyncIterator, Mapping, Sequence
+    from contextlib import AbstractAsyncContextManager
+    from pathlib import Path
+
+    from e2e.link import Link
+
+_START_WITHIN_S: Final = 40.0
+_STOP_WITHIN_S: Final = 5.0
+STATE: Final = "state"
+"""The servers' XDG_STATE_HOME within their folder."""
+_ASK_EVERY_S: Final = 0.05
+_ANSWER_WITHIN: Final = aiohttp.ClientTimeout(total=10.0)
+
+
+class Served:
+    """One server that answers HTTP."""
+
+    def __init__(
+        self, name: str, process: Process, url: str, log: Path, http: aiohttp.ClientSession
+    ) -> None:
+        self.pid = process.pid
+        self.url = url
+        self._name = name
+        self._process = process
+        self._log = log
+        self._http = http
+
+    async def healthy(self) -> None:
+        """Wait until it serves; raises `MeasureError` when it ends before or takes too long."""
+        until_s = time.monotonic() + _START_WITHIN_S
+        while time.monotonic() < until_s:
+            if self._process.returncode is not None:
+                break
+            with suppress(aiohttp.ClientError, TimeoutError):
+                async with self._get("/healthz"):
+                    return
+            await asyncio.sleep(_ASK_EVERY_S)
+        raise MeasureError(f"{self._how()}; {self._last_words()}")
+
+    async def json(self, path: str) -> Any:
+        """Return what it answers; raises `MeasureError`."""
+        try:
+            async with self._get(path) as response:
+                return await response.json()
+        except (aiohttp.ClientError, TimeoutError) as error:
+            raise MeasureError(
+                f"{self._how()} at {path} ({error}); {self._last_words()}"
+            ) from error
+
+    async def become_host(self, state_folder: Path) -> None:
+        """Ask from now on as the host of a WAX server; raises `MeasureError`."""
+        try:
+            await become_host(self._http, self.url.rstrip("/"), state_folder)
+        except (aiohttp.ClientError, TimeoutError, StateError) as error:
+            raise MeasureError(f"{self._how()} its host ({error}); {self._last_words()}") from error
+
+    def check(self) -> None:
+        """Raise `MeasureError` when it has ended."""
+        if self._process.returncode is not None:
+            raise MeasureError(f"{self._how()}; {self._last_words()}")
+
+    def _get(self, path: str) -> AbstractAsyncContextManager[aiohttp.ClientResponse]:
+        return self._http.get(self.url + path, timeout=_ANSWER_WITHIN, raise_for_status=True)
+
+    def _how(self) -> str:
+        code = self._process.returncode
+        return f"the {self._name} server " + (
+            "does not answer" if code is None else f"ended with status {code}"
+        )
+
+    def _last_words(self) -> str:
+        lines = self._log.read_text(encoding="utf-8", errors="replace").split("\n")
+        said = next((line.strip() for line in reversed(lines) if line.strip()), "nothing")
+        return f"its log ends with: {said} ({self._log})"
+
+
+@asynccontextmanager
+async def serving(
+    name: str,
+    link: Link,
+    folder: Path,
+    arguments: Sequence[str],
+    variables: Mapping[str, str] | None = None,
+) -> AsyncIterator[Served]:
+    """Run this Python with `arguments`, log into `folder`; asked to stop afterwards, else killed.
+
+    `variables` are added to its environment.
+
+    Raises `MeasureError` with the end of its log when it does not get healthy.
+    """
+    path = folder / f"{name}.log"
+    with path.open("wb") as log:
+        process = await link.server.spawn_python(
+            arguments,
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=log,
+            stderr=log,
+            env={
+                **os.environ,
+                **(variables or {}),
+                "XDG_STATE_HOME": str((folder / STATE).resolve()),
+            },
+        )
+    try:
+        async with http_through(link.server, link.server.address, PORT) as http:
+            served = Served(name, process, origin(link), path, http)
+            await served.healthy()
+            yield served
+    finally:
+        await _stop(process)
+
+
+async def _stop(process: Process) -> None:
+    with suppress(ProcessLookupError):
+        process.terminate()
+    try:
+        await asyncio.wait_for(process.wait(), _STOP_WITHIN_S)
+    except TimeoutError:
+        process.kill()
+        await process.wait()

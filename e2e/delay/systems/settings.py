@@ -1,0 +1,63 @@
+"""The configuration with which WAX is started for a cell; it reads no file but the thesis's."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from e2e.delay.systems.running import PORT
+from e2e.harness.toml import MANY_PLAYED_BY_ONE, merged
+from e2e.measure.errors import MeasureError, NotRunError
+
+if TYPE_CHECKING:
+    from e2e.delay.cell import Cell
+
+THESIS: Final = Path(__file__).parents[3] / "config" / "thesis.toml"
+
+TURN_S: Final = 3600.0
+"""No turn ends within a cell, because turns are not measured here."""
+
+DRIVES_HZ: Final = 20.0
+"""Set-points a second where a cell drives: what the goal of the modem line says."""
+
+
+def settings(cell: Cell, media: str) -> dict[str, Any]:
+    """Return the tree of keys that differ from what is shipped.
+
+    `media` is where picture and sound come from, as `[video] source` has it. Raises `MeasureError`
+    for a system that is not WAX's, `NotRunError` when the thesis's configuration is not there.
+    """
+    tree = {
+        "server": {"host": "0.0.0.0", "port": PORT, "max_viewers": max(100, cell.viewers + 1)},
+        "video": {"source": media},
+        "audio": {"source": media},
+        "turns": {"turn_s": TURN_S},
+    }
+    if cell.player != "auto":
+        tree["sync"] = {role: {"player": cell.player} for role in ("operator", "observer")}
+    for_all = merged(MANY_PLAYED_BY_ONE, tree)
+    match cell.system:
+        case "audio-master":
+            return for_all
+        case "operator":
+            asks = merged(for_all, {"turns": {"join": "ask"}})
+            return merged(asks, {"drive": {"command_rate_hz": DRIVES_HZ}}) if cell.drives else asks
+        case "video-first":
+            both = {"operator": {"policy": "video-first"}, "observer": {"policy": "video-first"}}
+            return merged(for_all, {"sync": both})
+        case "thesis":
+            tree = merged(_thesis(), for_all)
+            if cell.audio_mu_ms is None:
+                return tree
+            return merged(tree, {"thesis": {"audio_mu_ms": cell.audio_mu_ms}})
+    raise MeasureError(f"{cell.system} is no system of WAX; e2e/delay/cell.py names them")
+
+
+def _thesis() -> dict[str, Any]:
+    try:
+        return tomllib.loads(THESIS.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise NotRunError(
+            f"the thesis's configuration {THESIS.name} cannot be read: {error.strerror}"
+        ) from error

@@ -1,0 +1,94 @@
+"""LiveKit at the server's end: its command line, its refusals, and that all of it is one family."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+import pytest
+
+from e2e.delay.cell import Cell
+from e2e.delay.systems import peers
+from e2e.delay.systems.peers import LiveKitRunning, check_installed, command
+from e2e.harness.missing import missing
+from e2e.link import Link, UnavailableError
+from e2e.measure.errors import MeasureError, NotRunError
+from e2e.peers.livekit import installation
+from e2e.peers.livekit.__main__ import parse
+
+if TYPE_CHECKING:
+    from e2e.delay.cell import SystemName
+
+
+def cell(system: SystemName) -> Cell:
+    return Cell(experiment="E2", profile="lan", system=system)
+
+
+@pytest.mark.parametrize("film", [None, Path("/films/film.mp4")])
+def test_its_own_program_takes_the_command_line(film: Path | None) -> None:
+    """It is told who publishes, the address at its end, and a film only where there is one."""
+    for system, how in (("livekit", "sdk"), ("livekit-whip", "whip")):
+        asked = parse(command(cell(system), "10.77.0.1", film)[2:])  # type: ignore[arg-type]  # a name
+        assert (asked.how, str(asked.host), asked.media) == (how, "10.77.0.1", film)
+
+
+@pytest.mark.parametrize(
+    ("missing_part", "said"),
+    [("_BUILT", "Go"), ("_PACKAGE", "make check"), ("_SDK", "package livekit")],
+)
+def test_what_is_missing_is_not_run(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, missing_part: str, said: str
+) -> None:
+    """Without LiveKit's server, client or SDK a cell is not run, and one sentence says why."""
+    program = tmp_path / "livekit-server"
+    program.touch(0o755)
+    monkeypatch.delenv("WAX_LIVEKIT", raising=False)
+    monkeypatch.setattr(installation, "_BUILT", program)
+    monkeypatch.setattr(installation, missing_part, type(getattr(installation, missing_part))("no"))
+    with pytest.raises(NotRunError, match=said) as refusal:
+        check_installed("sdk")
+    assert "\n" not in str(refusal.value)
+
+
+def page(*says: str) -> Any:
+    """Make a window whose page says what it is given, the last for ever."""
+    left = list(says)
+
+    async def evaluate(_: str) -> str:
+        return left.pop(0) if len(left) > 1 else left[0]
+
+    return SimpleNamespace(evaluate=evaluate, left=left)
+
+
+async def test_it_is_open_when_the_page_plays(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The page is asked until it is connected and heard; in time, or its words are the error."""
+    running = LiveKitRunning(SimpleNamespace(url="http://10.77.0.1:8080", pid=1))  # type: ignore[arg-type]  # nothing is asked of it
+    window = page("connecting", "its sound is off", "connected")
+    await running.opened(window)
+    assert window.left == ["connected"]
+    monkeypatch.setattr(peers, "_PLAYS_WITHIN_S", 0.0)
+    with pytest.raises(MeasureError, match="not connected: no token"):
+        await running.opened(page("not connected: no token"))
+
+
+@pytest.mark.timeout(90)
+@pytest.mark.parametrize("system", ["livekit", "livekit-whip"])
+async def test_it_serves_at_its_end_and_leaves_nothing(system: Any, tmp_path: Path) -> None:
+    """Over a link it publishes, tells its versions, and all its processes end with the block."""
+    try:
+        check_installed("sdk" if system == "livekit" else "whip")
+    except NotRunError as error:
+        pytest.skip(str(error))
+    try:
+        async with Link("lan") as link:
+            async with peers.start(cell(system), link, tmp_path) as running:
+                told = await running.told()
+                family = psutil.Process(running.pid).children(recursive=True)
+                assert len(family) == 1
+                assert told["livekit_server"] == "1.11.0"
+                assert told["published"] == 1
+            assert not [child for child in family if child.is_running()]
+    except UnavailableError as error:
+        missing(str(error))

@@ -1,0 +1,113 @@
+"""What WAX is started with for a cell."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import settings as examples
+from hypothesis import strategies as st
+
+from e2e.delay.cell import Cell, SystemName
+from e2e.delay.systems.settings import THESIS, settings
+from e2e.delay.systems.wax import flat
+from e2e.harness import toml
+from e2e.harness.toml import merged
+from e2e.measure.errors import MeasureError
+from wax.config import settings as config
+
+TEXT = st.text(st.characters(codec="utf-8"))
+SCALARS = st.booleans() | st.integers() | st.floats(allow_nan=False) | TEXT
+VALUES = st.recursive(
+    SCALARS, lambda inner: st.lists(inner) | st.dictionaries(TEXT, inner), max_leaves=12
+)
+
+
+def cell(system: SystemName, **keys: Any) -> Cell:
+    return Cell(experiment="E1", profile="lan", system=system, **keys)
+
+
+def read(system: SystemName, media: str = "testcard", **keys: Any) -> config.Settings:
+    """Let WAX read what the lab writes."""
+    text = toml.dumps(settings(cell(system, **keys), media))
+    return config.parse(tomllib.loads(text), "a test")
+
+
+@examples(deadline=None, max_examples=50)
+@given(st.dictionaries(TEXT, VALUES))
+def test_a_tree_is_read_back_as_it_was_written(tree: dict[str, Any]) -> None:
+    """Whatever a tree of tables, lists and scalars holds, its TOML says the same."""
+    assert tomllib.loads(toml.dumps(tree)) == tree
+
+
+def test_what_toml_cannot_say_is_refused() -> None:
+    """A null is an error and not a text."""
+    with pytest.raises(TypeError, match="None"):
+        toml.dumps({"video": {"source": None}})
+
+
+def test_tables_are_merged_key_by_key() -> None:
+    """What is laid over a tree replaces single keys and whole lists, and leaves the tree alone."""
+    tree = {"a": {"b": 1, "c": [1, 2]}, "d": 3}
+    assert merged(tree, {"a": {"c": [4]}, "e": {"f": 5}}) == {
+        "a": {"b": 1, "c": [4]},
+        "d": 3,
+        "e": {"f": 5},
+    }
+    assert tree == {"a": {"b": 1, "c": [1, 2]}, "d": 3}
+
+
+@pytest.mark.parametrize("system", ["audio-master", "operator"])
+def test_our_policies_run_as_shipped(system: SystemName) -> None:
+    """But for address, sources and the length of a turn WAX is as it is shipped."""
+    given_, shipped = read(system), config.Settings()
+    assert (given_.video.source, given_.audio.source) == ("testcard", "testcard")
+    for section in ("sync", "drive", "robot"):
+        assert getattr(given_, section) == getattr(shipped, section)
+    assert given_.video.renditions == shipped.video.renditions
+    assert given_.turns.join == "ask"
+
+
+def test_video_first_is_for_both_roles() -> None:
+    """In that system neither the operator nor the observers wait for sound."""
+    sync = read("video-first").sync
+    assert sync.operator.policy == sync.observer.policy == "video-first"
+
+
+def test_the_thesis_keeps_its_constants() -> None:
+    """The shipped file is the base; the cell changes the audio MU and the sources alone."""
+    tree = settings(cell("thesis", audio_mu_ms=200), "/films/film.mp4")
+    assert tree["thesis"].pop("audio_mu_ms") == 200
+    assert tree["video"].pop("source") == tree["audio"].pop("source") == "/films/film.mp4"
+    shipped = tomllib.loads(THESIS.read_text(encoding="utf-8"))
+    del shipped["thesis"]["audio_mu_ms"], shipped["turns"]["turn_s"]
+    for name, keys in shipped.items():
+        for key, value in keys.items():
+            assert tree[name][key] == value
+
+
+def test_the_thesis_is_what_wax_can_read() -> None:
+    """WAX takes the file that is made for the thesis, with its own audio MU where none is given."""
+    shipped = tomllib.loads(THESIS.read_text(encoding="utf-8"))
+    assert settings(cell("thesis"), "testcard")["thesis"] == shipped["thesis"]
+    assert read("thesis", audio_mu_ms=300).turns.join == "auto"
+
+
+def test_a_crowd_has_room() -> None:
+    """A cell with more viewers than WAX lets in by default raises that limit."""
+    assert read("audio-master", viewers=150).server.max_viewers == 151
+    assert read("audio-master").server.max_viewers == config.Settings().server.max_viewers
+
+
+def test_another_system_is_refused() -> None:
+    """A peer has no configuration of WAX."""
+    with pytest.raises(MeasureError, match="stock is no system of WAX"):
+        settings(cell("stock"), "testcard")
+
+
+def test_a_status_becomes_names_and_numbers() -> None:
+    """Nested numbers, truth values and texts get dotted names; lists and nulls are left out."""
+    status = {"a": {"b": 1, "c": {"d": "x", "e": None}}, "f": True, "g": [1], "h": 0.5}
+    assert flat(status) == {"a.b": 1.0, "a.c.d": "x", "f": 1.0, "h": 0.5}

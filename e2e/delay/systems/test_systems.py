@@ -1,0 +1,186 @@
+"""Whole sessions through the link, and their end."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+import pytest
+import pytest_asyncio
+
+from e2e.browsers import open_browser
+from e2e.delay.cell import Cell
+from e2e.delay.systems import origin, start
+from e2e.harness.missing import missing
+from e2e.harness.wait import eventually
+from e2e.link import Link, UnavailableError
+from e2e.measure.errors import MeasureError, NotRunError
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+ROOT = Path(__file__).parents[3]
+PROBE = ROOT / "e2e" / "harness" / "probe.js"
+
+OWNER = """
+import asyncio, sys
+from pathlib import Path
+from e2e.browsers import open_browser
+from e2e.delay.cell import Cell
+from e2e.link import Link
+from e2e.delay.systems import origin, start
+
+async def main():
+    cell = Cell(experiment="E4", profile="lan", system="stock")
+    folder = Path(sys.argv[1])
+    async with Link("lan") as link, start(cell, link, folder) as running:
+        async with open_browser("chromium", link, [origin(link)], folder) as browser:
+            async with browser.window("") as window:
+                await window.goto(running.url)
+                print("watches", flush=True)
+                await asyncio.sleep(60)
+
+asyncio.run(main())
+"""
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def link() -> AsyncIterator[Link]:
+    try:
+        async with Link("lan") as link:
+            yield link
+    except UnavailableError as error:
+        missing(str(error))
+
+
+def cell(system: Any, **keys: Any) -> Cell:
+    return Cell(experiment="E4", profile="lan", system=system, **keys)
+
+
+@pytest.mark.timeout(120)
+@pytest.mark.parametrize(
+    "cell",
+    [
+        cell("operator"),
+        cell("operator", drives=True),
+        cell("stock"),
+        cell("operator", browser="firefox"),
+        cell("stock", browser="firefox"),
+    ],
+    ids=lambda cell: "-".join([cell.system, cell.browser, *(["drives"] * cell.drives)]),
+)
+async def test_a_session_runs_through_the_link(cell: Cell, link: Link, tmp_path: Path) -> None:
+    """The browser at one end shows the test card and plays the sound of the server at the other."""
+    rooms = [tmp_path / "server", tmp_path / "browser"]
+    for room in rooms:
+        room.mkdir()
+    async with start(cell, link, rooms[0]) as running:
+        before = await link.statistics()
+        try:
+            async with open_browser(cell.browser, link, [origin(link)], rooms[1]) as browser:
+                await watch(cell, running, browser)
+        except NotRunError as error:
+            missing(str(error))
+        after = await link.statistics()
+        assert {"wax", "e2e.peers.stock"} & set(psutil.Process(running.pid).cmdline())
+    assert not psutil.pid_exists(running.pid)
+    assert after.down.bytes_out - before.down.bytes_out > 50_000
+
+
+async def watch(cell: Cell, running: Any, browser: Any) -> None:
+    async with browser.window(PROBE.read_text(encoding="utf-8")) as window:
+        await window.goto(running.url)
+        assert await window.evaluate("isSecureContext")
+        at_first = await running.told()
+        await running.opened(window)
+
+        async def ask(expression: str) -> Any:
+            return await window.evaluate(f"waxProbe.{expression}")
+
+        await eventually(lambda: ask("playing()"), "the picture plays", within_s=20)
+        assert all(card["valid"] for card in await ask("cards(3)"))
+        assert await browser.ear.tap().hears(within_s=10)
+        told = await running.told()
+        if cell.system == "operator":
+            assert told["viewer.role"] == "operator"
+        if cell.drives:
+            where = ("robot.pose.x_m", "robot.pose.y_m")
+            assert [told[one] for one in where] != [at_first[one] for one in where]
+        assert await kept(browser, running.url) == []
+
+
+async def kept(browser: Any, url: str) -> Any:
+    """Return what another window of the same browser knows of this origin before its scripts."""
+    async with browser.window("window.kept = Object.keys(localStorage)") as window:
+        await window.goto(url)
+        return await window.evaluate("kept")
+
+
+async def test_the_end_of_the_log_is_told(link: Link, tmp_path: Path) -> None:
+    """A server that ends at start is an error with its own last words."""
+    wrong = cell("thesis", audio_mu_ms=123)
+    with pytest.raises(
+        MeasureError, match=r"(?s)ended with status 2; its log ends with: .*audio_mu_ms"
+    ):
+        async with start(wrong, link, tmp_path):
+            pass
+
+
+@pytest.mark.parametrize("browser", ["chromium", "firefox"])
+async def test_a_missing_browser_is_a_sentence(
+    browser: Any, link: Link, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without a browser the cell cannot run here, and the error says what to install."""
+    monkeypatch.delenv(f"WAX_{browser.upper()}", raising=False)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(NotRunError, match=rf"^there is no {browser}.*; install the package"):
+        async with open_browser(browser, link, [origin(link)], tmp_path):
+            pass
+
+
+@pytest.mark.parametrize("browser", ["chromium", "firefox"])
+async def test_a_broken_browser_is_a_sentence(
+    browser: Any, link: Link, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A browser that ends at once is an error that names it."""
+    monkeypatch.setenv(f"WAX_{browser.upper()}", "/bin/false")
+    with pytest.raises(MeasureError, match=f"(?i)^{browser} does not"):
+        async with open_browser(browser, link, [origin(link)], tmp_path):
+            pass
+
+
+@pytest.mark.timeout(90)
+@pytest.mark.usefixtures("link")
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
+def test_nothing_is_left_however_the_lab_ends(how: signal.Signals, tmp_path: Path) -> None:
+    """After Ctrl-C, which a terminal sends to all, and after a crash server and browser end too."""
+    owner = subprocess.Popen(
+        [sys.executable, "-c", OWNER, str(tmp_path)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        process_group=0,
+    )
+    try:
+        assert owner.stdout is not None
+        assert owner.stdout.readline() == "watches\n"
+        family = psutil.Process(owner.pid).children(recursive=True)
+        names = " ".join(" ".join(one.cmdline()) for one in family)
+        assert "e2e.peers.stock" in names
+        assert "chromium" in names
+        if how is signal.SIGINT:
+            os.killpg(owner.pid, how)
+        else:
+            owner.send_signal(how)
+        owner.wait(20)
+        _, left = psutil.wait_procs(family, 15)
+        assert left == []
+    finally:
+        owner.kill()
+        owner.communicate()

@@ -1,0 +1,113 @@
+"""How much later commands come while their operator speaks."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+from e2e.delay.voice.stage import staged
+from e2e.measure.errors import MeasureError
+from e2e.measure.row import Row, counted
+from e2e.measure.summary import summarize
+
+if TYPE_CHECKING:
+    from e2e.browsers.window import Key
+    from e2e.delay.voice.stage import Stage
+
+SECONDS: Final = 60.0
+_REST_S: Final = 2.0
+"""Between two stretches: what is still on its way belongs to neither."""
+_QUANTILES: Final = ("median", "p95", "p99", "max")
+_SOUNDS: Final = 0.001
+_TOO_OLD: Final = "counters.commands.refused.too_old"
+_ACCEPTED: Final = "counters.commands.accepted"
+
+
+@dataclass(slots=True)
+class Stretches:
+    """What came of all the stretches of one kind; the ages are since a moment of their own, ms."""
+
+    ages_ms: list[float] = field(default_factory=list)
+    accepted: float = 0.0
+    too_old: float = 0.0
+    played: list[bool] = field(default_factory=list)
+    """Of each 10 ms at the robot's speaker, whether it sounded."""
+
+    @property
+    def played_percent(self) -> float:
+        return 100 * sum(self.played) / max(1, len(self.played))
+
+
+async def command_age(
+    profile: str, goal_ms: float, n: int, *, seconds: float = SECONDS
+) -> list[Row]:
+    """Drive, `n` times speaking and `n` times silent in turn, and compare."""
+    silent, speaking = Stretches(), Stretches()
+    async with staged(profile) as stage:
+        for number in range(n):
+            pair = (silent, speaking) if number % 2 else (speaking, silent)
+            for one in pair:
+                await _stretch(stage, one, seconds, speaks=one is speaking)
+    return rows(profile, goal_ms, silent, speaking)
+
+
+def rows(profile: str, goal_ms: float, silent: Stretches, speaking: Stretches) -> list[Row]:
+    """Set the quantiles of both against each other; raises `MeasureError` where one is empty."""
+    base, with_voice = summarize(silent.ages_ms), summarize(speaking.ages_ms)
+    more = {name: getattr(with_voice, name) - getattr(base, name) for name in _QUANTILES}
+    key, while_speaking = f"command-age/{profile}", f"while its operator speaks: {profile}"
+    return [
+        Row(
+            key=key,
+            what=f"a command’s age, more {while_speaking}",
+            n=with_voice.n,
+            unit="ms",
+            values=more,
+            judged="p99",
+            goal=goal_ms,
+            met=more["p99"] <= goal_ms,
+        ),
+        counted(
+            f"{key}: too old",
+            "… refused for their age, more than while they are silent",
+            max(0, round(speaking.too_old - silent.too_old)),
+            round(speaking.accepted + speaking.too_old),
+        ),
+        Row(
+            key=f"{key}: played",
+            what="… of that time, sounding at the robot’s speaker",
+            n=len(speaking.played),
+            unit="%",
+            values={"median": speaking.played_percent},
+        ),
+    ]
+
+
+async def _stretch(stage: Stage, into: Stretches, seconds: float, *, speaks: bool) -> None:
+    held: tuple[Key, ...] = ("ArrowUp", "KeyT") if speaks else ("ArrowUp",)
+    for key in held:
+        await stage.window.hold(key)
+    await stage.taken()
+    tap = stage.ear.tap()
+    before = await stage.system.told()
+    from_ms = float(await stage.window.evaluate("performance.now()"))
+    await asyncio.sleep(seconds)
+    to_ms = float(await stage.window.evaluate("performance.now()"))
+    after = await stage.system.told()
+    for key in held:
+        await stage.window.release(key)
+    into.played += [block.rms > _SOUNDS for block in tap.heard]
+    await asyncio.sleep(_REST_S)
+    pings = (await stage.taken())["pings"]
+    into.ages_ms += [
+        server_ms - sent_ms for sent_ms, server_ms in pings if from_ms <= sent_ms <= to_ms
+    ]
+    into.accepted += _grown(before, after, _ACCEPTED)
+    into.too_old += _grown(before, after, _TOO_OLD)
+    if into.accepted == 0:
+        raise MeasureError("no command was accepted")
+
+
+def _grown(before: dict[str, float | str], after: dict[str, float | str], counter: str) -> float:
+    return float(after.get(counter, 0.0)) - float(before.get(counter, 0.0))

@@ -1,0 +1,124 @@
+"""How soon a voice is silent at the robot's speaker, once the host will not have it."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import random
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from e2e.delay.systems.wax import press
+from e2e.delay.voice.stage import ear_ahead_ms, staged
+from e2e.harness.page_clock import PageClock, page_clock
+from e2e.measure.ear import BLOCK_MS
+from e2e.measure.errors import MeasureError
+from e2e.measure.row import timed
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from e2e.browsers import Window
+    from e2e.delay.voice.stage import Stage
+    from e2e.measure.ear import Block
+    from e2e.measure.row import Row
+
+MOST_MS: Final = 1000
+"""What sounds for so long after the act has not been silenced."""
+_SOUNDS: Final = 0.001
+_JUST_BEFORE_MS: Final = 50
+_SOUNDS_WITHIN_S: Final = 15.0
+_TELLS_WITHIN_S: Final = 10.0
+_PHASE_S: Final = 0.4
+_REST_S: Final = 0.3
+_MUTED: Final = "The host has muted all voices."
+
+
+@dataclass(slots=True)
+class _Scene:
+    stage: Stage
+    host: Window
+    clock: PageClock
+    """Of the operator's page."""
+    hosts_clock: PageClock
+
+
+async def muted(goal_ms: float, n: int) -> list[Row]:
+    """Have the host mute all voices `n` times, at any moment of a voice that does not pause."""
+    silent_ms: list[float | None] = []
+    told_ms: list[float | None] = []
+    async with staged("same-machine", pauses=False) as stage, stage.host() as host:
+        scene = await _scene(stage, host)
+        for _ in range(n):
+            await _until_it_sounds(stage)
+            told = asyncio.create_task(
+                stage.window.evaluate(f"waxVoice.reads({json.dumps(_MUTED)})")
+            )
+            silent, at_s = await _silent(scene, press("Mute all voices"))
+            read_s = scene.clock.monotonic_s(await asyncio.wait_for(told, _TELLS_WITHIN_S))
+            silent_ms.append(silent)
+            told_ms.append((read_s - at_s) * 1000)
+            await stage.window.release("KeyT")
+            await host.evaluate(press("Mute all voices"))
+            await asyncio.sleep(_REST_S)
+    key, after = "mute", "after the host mutes all voices,"
+    more = {"clock_error_ms": (scene.clock.error_s + scene.hosts_clock.error_s) * 1000}
+    return [
+        timed(f"{key}: speaker", f"{after} the robot’s speaker is silent", silent_ms, goal_ms),
+        timed(f"{key}: told", f"{after} the page of who speaks says so", told_ms, goal_ms, **more),
+    ]
+
+
+async def turn_ended(goal_ms: float, n: int) -> list[Row]:
+    """Have the host end the turn of who speaks, `n` times."""
+    silent_ms: list[float | None] = []
+    async with staged("same-machine", pauses=False) as stage, stage.host() as host:
+        scene = await _scene(stage, host)
+        for _ in range(n):
+            await _until_it_sounds(stage)
+            await host.evaluate(press("End this turn…"))
+            silent, _ = await _silent(scene, press("End it"))
+            silent_ms.append(silent)
+            await stage.window.release("KeyT")
+            await stage.system.opened(stage.window)
+    what = "after the host ends the turn of who speaks, the robot’s speaker is silent"
+    return [timed("turn-end: speaker", what, silent_ms, goal_ms)]
+
+
+def silent_after_ms(heard: Sequence[Block], act_ms: float) -> float | None:
+    """Return how long after `act_ms` the last sound ended; None where it went on.
+
+    Raises `MeasureError` where it was silent before, or was not listened to for long enough.
+    """
+    ends_ms = [block.start_ms + BLOCK_MS for block in heard if block.rms > _SOUNDS]
+    if not any(act_ms - _JUST_BEFORE_MS < end_ms <= act_ms for end_ms in ends_ms):
+        raise MeasureError("the robot's speaker was silent before")
+    if heard[-1].start_ms < act_ms + MOST_MS:
+        raise MeasureError("nobody listened for long enough")
+    last_ms = ends_ms[-1] - act_ms
+    return None if last_ms > MOST_MS else max(0.0, last_ms)
+
+
+async def _scene(stage: Stage, host: Window) -> _Scene:
+    clocks = [await page_clock(window.evaluate) for window in (stage.window, host)]
+    return _Scene(stage, host, *clocks)
+
+
+async def _until_it_sounds(stage: Stage) -> None:
+    await stage.window.hold("KeyT")
+    if not await stage.ear.tap().hears(_SOUNDS_WITHIN_S):
+        raise MeasureError(f"no voice sounded at the robot within {_SOUNDS_WITHIN_S:g} s")
+
+
+async def _silent(scene: _Scene, act: str) -> tuple[float | None, float]:
+    """Return after how many ms it was silent, and when the host acted (monotonic seconds)."""
+    tap = scene.stage.ear.tap()
+    await asyncio.sleep(_PHASE_S * (1 + random.random()))
+    acted_ms = await scene.host.evaluate(
+        f"((at) => {act} ? at : null)(performance.now())"  # a switch acts before this returns
+    )
+    if acted_ms is None:
+        raise MeasureError("the host's page has no such button")
+    at_s = scene.hosts_clock.monotonic_s(acted_ms)
+    await asyncio.sleep((MOST_MS + _PHASE_S * 1000) / 1000)
+    return silent_after_ms(tap.heard, at_s * 1000 + ear_ahead_ms()), at_s

@@ -1,0 +1,137 @@
+"""A browser whose microphone hears words, and a robot with a speaker, at the ends of a link."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+import wave
+from contextlib import AsyncExitStack, asynccontextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Final
+from urllib.parse import urlsplit
+
+from e2e.browsers import chromium
+from e2e.browsers.window import installed
+from e2e.delay.cell import Cell
+from e2e.delay.systems import origin
+from e2e.delay.systems.served import STATE, serving
+from e2e.delay.systems.settings import settings
+from e2e.delay.systems.wax import Wax
+from e2e.harness import speech, toml
+from e2e.link import Link, UnavailableError
+from e2e.measure.ear import open_ear
+from e2e.measure.errors import MeasureError, NotRunError
+from wax.access import host_link
+from wax.clock import SystemClock
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from e2e.browsers import Browser, Window
+    from e2e.measure.ear import Ear
+
+SPOKEN_S: Final = 12.0
+"""After this the words begin again."""
+_PRELOAD: Final = Path(__file__).with_name("page.js").read_text(encoding="utf-8")
+_SEES_WITHIN_S: Final = 60.0
+_LOOK_EVERY_S: Final = 0.1
+
+
+class Stage:
+    """`ear` hears what the robot's speaker plays; `window` is the operator's page.
+
+    `state` is the server's folder, in which whoever may use it finds the host's link.
+    """
+
+    def __init__(
+        self, browser: Browser, window: Window, system: Wax, ear: Ear, state: Path
+    ) -> None:
+        self.window = window
+        self.system = system
+        self.ear = ear
+        self._browser = browser
+        self._state = state
+
+    @asynccontextmanager
+    async def host(self) -> AsyncIterator[Window]:
+        """Have the host's page open beside the operator's, in the same browser."""
+        link, *_ = await asyncio.to_thread(host_link.ask, self._state)
+        async with self._browser.window(_preload(listens=False)) as window:
+            await window.goto(f"{self.system.url}#{urlsplit(link).fragment}")
+            await _sees(window)
+            yield window
+
+    async def taken(self) -> dict[str, Any]:
+        """Return what the page has heard and pinged since the last call, as ``page.js`` has it."""
+        found: dict[str, Any] = await self.window.evaluate("waxVoice.take()")
+        return found
+
+
+@asynccontextmanager
+async def staged(
+    profile: str, *, listens: bool = False, pauses: bool = True
+) -> AsyncIterator[Stage]:
+    """Have the operator's page open, whose turn lasts as long as this; nothing is held.
+
+    With `listens` it keeps what its microphone hears. Without `pauses` the words have none. Raises
+    `NotRunError` or `MeasureError`.
+    """
+    path = installed(*chromium.PROGRAM)
+    cell = Cell(experiment="G", profile=profile, system="operator")
+    tree = toml.merged(settings(cell, "testcard"), {"voice": {"speaker": "speaker"}})
+    async with AsyncExitStack() as leaving:
+        folder = Path(leaving.enter_context(TemporaryDirectory(prefix="wax-voice-")))
+        config, words = folder / "wax.toml", folder / "words.wav"
+        config.write_text(toml.dumps(tree), encoding="utf-8")
+        _write(words, speech.voice(SPOKEN_S) if pauses else speech.unbroken(SPOKEN_S))
+        try:
+            link = await leaving.enter_async_context(Link(profile))
+        except UnavailableError as error:
+            raise NotRunError(str(error)) from error
+        robots, own = [await leaving.enter_async_context(open_ear()) for _ in range(2)]
+        arguments = ["-m", "wax", "--config", str(config)]
+        served = await leaving.enter_async_context(
+            serving("wax", link, folder, arguments, robots.variables)
+        )
+        state = folder / STATE / "wax"
+        await served.become_host(state)
+        browser = await leaving.enter_async_context(
+            chromium.open_chromium(
+                *(path, link, [origin(link)], folder, own),
+                "--use-fake-device-for-media-stream",
+                f"--use-file-for-fake-audio-capture={words}",
+            )
+        )
+        window = await leaving.enter_async_context(browser.window(_preload(listens=listens)))
+        await window.goto(served.url)
+        await _sees(window)
+        system = Wax(served, joins=True)
+        await system.opened(window)
+        yield Stage(browser, window, system, robots, state)
+
+
+def ear_ahead_ms() -> float:
+    """Return how far the ear's clock, which tells Unix time, is ahead of the monotonic one."""
+    return SystemClock().wall_ms() - time.monotonic() * 1000
+
+
+def _preload(*, listens: bool) -> str:
+    return f"const LISTENS = {str(listens).lower()};\n{_PRELOAD}"
+
+
+def _write(path: Path, words: NDArray[np.int16]) -> None:
+    with wave.open(str(path), "wb") as file:
+        file.setparams((1, 2, speech.RATE_HZ, 0, "NONE", ""))
+        file.writeframes(words.tobytes())
+
+
+async def _sees(window: Window) -> None:
+    until_s = time.monotonic() + _SEES_WITHIN_S
+    while not await window.evaluate("waxVoice.sees()"):
+        if time.monotonic() > until_s:
+            raise MeasureError(f"there was no picture within {_SEES_WITHIN_S:g} s")
+        await asyncio.sleep(_LOOK_EVERY_S)

@@ -1,0 +1,76 @@
+"""What is made of the suite's readings."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from e2e.delay.voice.command_age import Stretches, rows
+from e2e.delay.voice.mouth_to_speaker import MOST_MS, PIECE_MS, delays
+from e2e.delay.voice.silenced import silent_after_ms
+from e2e.measure.ear import BLOCK_MS, Block
+from e2e.measure.errors import MeasureError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+def loudness(seconds: float) -> NDArray[np.float64]:
+    """Syllables of uneven length."""
+    random = np.random.default_rng(5)
+    smooth = np.convolve(random.normal(size=round(seconds * 1000)), np.hanning(80), "same")
+    return np.asarray(0.01 + np.maximum(smooth, 0) * 0.02)
+
+
+@pytest.mark.parametrize("late_ms", [0, 73, 400])
+def test_the_delay_of_a_voice_is_found(late_ms: int) -> None:
+    """To the ms, whatever it is and however much quieter the speaker plays."""
+    mouth = loudness(20)
+    speaker = np.concatenate((np.zeros(late_ms), mouth))[: len(mouth)] * 0.3
+    found = delays(mouth, speaker)
+    assert len(found) > 30
+    assert set(found) == {float(late_ms)}
+
+
+def test_what_was_not_played_has_no_delay() -> None:
+    """Another sound is not taken for it, and silence is not judged."""
+    mouth = loudness(20)
+    speaker = mouth.copy()
+    speaker[5000 : 5000 + PIECE_MS + MOST_MS] = 0
+    mouth[10_000 : 10_000 + PIECE_MS] = 0
+    found = delays(mouth, speaker)
+    assert found[10] is None
+    assert len(found) == len(range(0, 20_000 - PIECE_MS - MOST_MS, PIECE_MS)) - 1
+
+
+def blocks(until_ms: float, *, of_ms: float = 3000) -> list[Block]:
+    """Listen to what sounds until then."""
+    starts = np.arange(0, of_ms, BLOCK_MS)
+    return [Block(at, 0.1 if at < until_ms else 0.0, 0, 0) for at in map(float, starts)]
+
+
+@pytest.mark.parametrize(("until_ms", "late_ms"), [(1500, 0), (1620, 120), (2900, None)])
+def test_silence_begins_after_the_last_sound(until_ms: float, late_ms: float | None) -> None:
+    """Whatever goes on for a second has not been silenced."""
+    assert silent_after_ms(blocks(until_ms), 1500) == late_ms
+
+
+@pytest.mark.parametrize("heard", [blocks(1400), blocks(1620, of_ms=2000)])
+def test_a_pause_is_not_taken_for_silence(heard: list[Block]) -> None:
+    """Nor is what was not listened to."""
+    with pytest.raises(MeasureError):
+        silent_after_ms(heard, 1500)
+
+
+def test_a_voice_that_delays_commands_misses_the_goal() -> None:
+    """The quantiles are compared, and each command that was refused for it counts."""
+    silent = Stretches([float(ms) for ms in range(100)], accepted=1000)
+    speaking = Stretches([ms + 3.0 for ms in silent.ages_ms], 1000, 2, [True, False])
+    age, too_old, played = rows("lan", 2.0, silent, speaking)
+    assert age.values == {"median": 3.0, "p95": 3.0, "p99": 3.0, "max": 3.0}
+    assert (age.met, too_old.met, played.values) == (False, False, {"median": 50.0})
+    assert rows("lan", 3.0, silent, speaking)[0].met
+    with pytest.raises(MeasureError):
+        rows("lan", 3.0, Stretches(), speaking)

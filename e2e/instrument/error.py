@@ -1,0 +1,117 @@
+"""The instrument's own error, measured: two of them on one page, and a source that lies."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from typing import TYPE_CHECKING, Final
+
+from e2e.delay.systems.running import PORT
+from e2e.delay.systems.served import serving
+from e2e.delay.systems.wax import press
+from e2e.harness import toml
+from e2e.instrument.bursts import bursts
+from e2e.instrument.cards import LIE_MS
+from e2e.instrument.instrument import Instrument
+from e2e.instrument.judge import is_clear, shift
+from e2e.instrument.preload import preload
+from e2e.instrument.sums import figures, picture_ages
+from e2e.measure.errors import MeasureError
+from e2e.measure.row import Row
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+    from pathlib import Path
+
+    from e2e.browsers import Browser
+    from e2e.delay.readings import Readings
+    from e2e.link import Link
+
+LIMIT_MS: Final = 5.0
+# A small picture, so that the encoder's own unrest is small.
+_CONFIG: Final = {
+    "server": {"host": "0.0.0.0", "port": PORT},
+    "video": {
+        "source": "e2e.instrument.cards:LyingVideo",
+        "width": 320,
+        "height": 240,
+        "renditions": [{"width": 320, "height": 240, "fps": 30.0, "bitrate_bps": 350_000}],
+    },
+    "audio": {"source": "e2e.instrument.cards:LyingAudio"},
+}
+_SETTLE_S: Final = 3.0
+_LEAST_S: Final = 15.0
+_MORE_S: Final = 5.0
+_MOST_S: Final = 45.0
+_WITHIN_S: Final = 30.0
+_TWO: Final = ("__waxLabOne", "__waxLabTwo")
+
+
+async def own_error(link: Link, browser: Browser, folder: Path) -> list[Row]:
+    """Watch WAX over a link that adds nothing, for 15 s and some to start.
+
+    The goal is that two instruments on the page agree within 5 ms, and that 100 ms by which the
+    source's clock is behind at times are read as 100 ± 5, for picture and sound. On a busy
+    machine, whose unrest spreads the readings, it goes on for up to 45 s, until they tell. Raises
+    `MeasureError` when server or browser do not work.
+    """
+    config = folder / "wax.toml"
+    config.write_text(toml.dumps(_CONFIG), encoding="utf-8")
+    async with (
+        serving("wax", link, folder, ["-m", "wax", "--config", str(config)]) as served,
+        browser.window("\n".join(map(preload, _TWO))) as window,
+    ):
+        await window.goto(served.url)
+        one, two = (Instrument(window.evaluate, browser.ear, name=name) for name in _TWO)
+        await _until(one.sees_picture, "there is no picture")
+        await window.evaluate(press("Turn sound on"))
+        if not await one.hears(_WITHIN_S):
+            raise MeasureError(f"the instrument's own error: no sound within {_WITHIN_S:g} s")
+        began_s = time.monotonic()
+        await asyncio.sleep(_SETTLE_S + _LEAST_S)
+        while True:
+            found, is_certain = judged(await one.readings(), await two.readings())
+            if is_certain or time.monotonic() - began_s - _SETTLE_S >= _MOST_S:
+                return found
+            await asyncio.sleep(_MORE_S)
+
+
+def judged(first: Readings, second: Readings) -> tuple[list[Row], bool]:
+    """Compare two readings of one page whose source lied at times; and whether they tell."""
+    to_ms = min((read.pictures.at_ms or [read.opened_ms])[-1] for read in (first, second))
+    one, two = (figures(read, settle_s=_SETTLE_S, to_ms=to_ms) for read in (first, second))
+    pictures = picture_ages(first.pictures)
+    found = bursts(first.sound, first.heard_counters, pictures)
+    heard = [(burst.heard_ms, burst.age_ms) for burst in found]
+    rows, is_certain = [], True
+    for kind, ages in (("picture", pictures), ("sound", heard)):
+        a, b = (getattr(each, f"{kind}_age_ms") for each in (one, two))
+        apart_ms = abs(a.median - b.median) if a and b else None
+        rows.append(_row(kind, "two on one page are apart by", apart_ms))
+        read = shift((at - age, age) for at, age in ages if one.from_ms <= at <= to_ms)
+        off_ms = None if read is None else abs(read.ms - LIE_MS)
+        rows.append(_row(kind, f"{LIE_MS} ms in the source are read wrong by", off_ms))
+        is_certain &= read is not None and is_clear(read, LIE_MS, LIMIT_MS)
+    return rows, is_certain
+
+
+def _row(kind: str, what: str, off_ms: float | None) -> Row:
+    """Make a row; what could not be read is not within the limit."""
+    return Row(
+        key=f"instrument/{kind}/{what.split(maxsplit=1)[0]}",
+        what=f"the instrument, {kind}: {what}",
+        n=1,
+        unit="ms",
+        values={"off": off_ms},
+        judged="off",
+        goal=LIMIT_MS,
+        met=off_ms is not None and off_ms <= LIMIT_MS,
+    )
+
+
+async def _until(ask: Callable[[], Awaitable[bool]], problem: str) -> None:
+    until_s = time.monotonic() + _WITHIN_S
+    while not await ask():
+        if time.monotonic() > until_s:
+            raise MeasureError(f"the instrument's own error: {problem} within {_WITHIN_S:g} s")
+        await asyncio.sleep(0.1)

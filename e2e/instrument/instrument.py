@@ -1,0 +1,145 @@
+"""The part of the instrument that asks the page and the ear, and keeps what they said."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+from e2e.delay.readings import (
+    Commands,
+    Connections,
+    Counters,
+    OwnSound,
+    Pictures,
+    Readings,
+    SetPoints,
+    Sound,
+)
+from e2e.instrument.preload import NAME
+from e2e.measure.errors import MeasureError
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from e2e.measure.ear import Ear
+
+STAMP_MODULUS: Final = 1 << 40
+_PLAUSIBLE_MS: Final = 600_000.0
+"""A card farther from now is invalid: one picture in 256 has the right check by chance."""
+
+
+class InstrumentError(MeasureError):
+    """The instrument cannot do its work."""
+
+
+class Instrument:
+    """Reads one page and hears its browser, from now on.
+
+    `evaluate` runs an expression in the page, awaits promises, returns JSON values.
+
+    The page keeps the last 10 min at most; each call of `readings` fetches what is new. Where the
+    page is loaded again, what it had read since the last call is lost, and a limit says so.
+    """
+
+    def __init__(
+        self,
+        evaluate: Callable[[str], Awaitable[Any]],
+        ear: Ear,
+        *,
+        name: str = NAME,
+        records: bool = False,
+    ) -> None:
+        self._evaluate = evaluate
+        self._tap = ear.tap(records=records)
+        self._at = f"window[{name!r}]"
+        self._load: float | None = None
+        self._loads = 0
+        self._readings: Readings | None = None
+        self._read = self._missed = 0
+
+    async def sees_picture(self) -> bool:
+        """Tell whether a frame of any video has been presented."""
+        return bool(await self._evaluate(f"{self._at}?.sees() ?? false"))
+
+    async def hears(self, within_s: float) -> bool:
+        """Wait until the browser sounds, and tell whether it did in time."""
+        return await self._tap.hears(within_s)
+
+    @property
+    def recorded(self) -> list[NDArray[np.float32]]:
+        """What was heard, in blocks of 10 ms at 48 kHz; nothing unless it `records`."""
+        return self._tap.recorded or []
+
+    async def readings(self) -> Readings:
+        """Return everything from the page's opening until now.
+
+        Raises `InstrumentError` where the page never had the instrument in it.
+        """
+        taken = await self._evaluate(f"{self._at}?.take() ?? null")
+        if taken is not None:
+            self._take(taken)
+        if self._readings is None:
+            raise InstrumentError(
+                "The instrument is not in this page: add PRELOAD before the page is opened."
+            )
+        heard = self._tap.take()
+        columns = {name: [getattr(one, name) for one in heard] for name in Sound.model_fields}
+        _extend(self._readings.sound, Sound(**columns))
+        self._readings.first_sound_ms = self._tap.first_ms
+        # A copy: whoever keeps it shall not see it grow.
+        return self._readings.model_copy(deep=True)
+
+    def _take(self, taken: dict[str, Any]) -> None:
+        known = self._readings
+        if known is None or (known.first_picture_ms is None and self._load != taken["load"]):
+            # A blank page before the real one is no page.
+            known = self._readings = Readings(opened_ms=taken["opened_ms"])
+            self._load, self._loads = taken["load"], 1
+        elif self._load != taken["load"]:
+            self._load, self._loads = taken["load"], self._loads + 1
+        self._read, self._missed = taken["cost"]["reads"], taken["cost"]["missed"]
+        if known.first_picture_ms is None:
+            known.first_picture_ms = taken["first_picture_ms"]
+        _extend(known.pictures, _pictures(taken["pictures"]))
+        _extend(known.counters, Counters(**taken["counters"]))
+        _extend(known.own_sound, OwnSound(**taken["own_sound"]))
+        _extend(known.commands, Commands(**taken["commands"]))
+        _extend(known.set_points, SetPoints(**taken["set_points"]))
+        _extend(known.connections, Connections(**taken["connections"]))
+        known.limits = [*taken["limits"], *self._own_limits()]
+
+    def _own_limits(self) -> list[str]:
+        limits = []
+        if self._loads > 1:
+            limits.append(f"The page was loaded {self._loads} times; some readings are lost.")
+        if self._missed:
+            limits.append(
+                f"{self._missed} of {self._missed + self._read} presented frames were"
+                " gone before the page could read them."
+            )
+        return limits
+
+
+def whole_ms(stamp40_ms: int, at_ms: float) -> float | None:
+    """Return the Unix time near `at_ms` that a card's 40 bits stand for; None if none is near."""
+    behind_ms = (math.floor(at_ms) - stamp40_ms) % STAMP_MODULUS
+    if behind_ms > STAMP_MODULUS // 2:
+        behind_ms -= STAMP_MODULUS
+    return None if abs(behind_ms) > _PLAUSIBLE_MS else float(math.floor(at_ms) - behind_ms)
+
+
+def _pictures(taken: dict[str, list[Any]]) -> Pictures:
+    stamps = taken.pop("stamp40_ms")
+    whole = [
+        None if stamp is None else whole_ms(stamp, at)
+        for stamp, at in zip(stamps, taken["at_ms"], strict=True)
+    ]
+    return Pictures(stamp_ms=whole, **taken)
+
+
+def _extend(known: Any, more: Any) -> None:
+    for column in type(known).model_fields:
+        getattr(known, column).extend(getattr(more, column))

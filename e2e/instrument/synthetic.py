@@ -1,0 +1,103 @@
+"""Readings that were never read, for the tests of the sums: a perfect page, and what is asked."""
+
+from __future__ import annotations
+
+import math
+
+from e2e.delay.readings import Counters, Pictures, Readings, Sound
+from e2e.instrument.cards import lies
+
+OPENED_MS = 1_800_000_000_000.0
+
+
+def readings(
+    seconds: float,
+    *,
+    picture_age_ms: float = 80.0,
+    sound_age_ms: float = 120.0,
+    lie_ms: float = 0.0,
+    sound: bool = True,
+    opened_ms: float = OPENED_MS,
+) -> Readings:
+    """Make 25 pictures and 100 blocks a second from the opening on; the clock may lie."""
+    return Readings(
+        opened_ms=opened_ms,
+        first_picture_ms=opened_ms,
+        first_sound_ms=opened_ms if sound else None,
+        pictures=pictures(seconds, picture_age_ms, opened_ms, lie_ms),
+        sound=blocks(seconds, sound_age_ms, opened_ms, lie_ms) if sound else Sound(),
+    )
+
+
+def pictures(
+    seconds: float, age_ms: float, opened_ms: float = OPENED_MS, lie_ms: float = 0.0
+) -> Pictures:
+    count = round(25 * seconds)
+    at_ms = [opened_ms + 40 * n for n in range(count)]
+    true_ms = [at - age_ms for at in at_ms]
+    return Pictures(
+        at_ms=at_ms,
+        stamp_ms=[true - (lie_ms if lies(true) else 0) for true in true_ms],
+        mouth=[None] * count,
+        width=[640] * count,
+        height=[480] * count,
+    )
+
+
+def shown(*parts: tuple[float, float, float, int]) -> Pictures:
+    """Make pictures in parts: until when, s; how many a second; their age, ms; their width."""
+    found, begin_s = Pictures(), 0.0
+    for until_s, rate, age_ms, width in parts:
+        for number in range(round((until_s - begin_s) * rate)):
+            at_ms = OPENED_MS + 1000 * (begin_s + number / rate)
+            found.at_ms.append(at_ms)
+            found.stamp_ms.append(at_ms - age_ms)
+            found.mouth.append(None)
+            found.width.append(width)
+            found.height.append(width * 3 // 4)
+        begin_s = until_s
+    return found
+
+
+def blocks(
+    seconds: float, age_ms: float, opened_ms: float = OPENED_MS, lie_ms: float = 0.0
+) -> Sound:
+    """Make the tone, and a burst at each whole second of the source's clock, in blocks of 10 ms."""
+    count = round(100 * seconds)
+    start_ms = [opened_ms + 10 * n for n in range(count)]
+    burst = [0.4 * _share(at - age_ms, lie_ms) for at in start_ms]
+    return Sound(
+        start_ms=start_ms,
+        rms=[math.hypot(0.035, one / 1.414) for one in burst],
+        tone=[0.05] * count,
+        burst=burst,
+    )
+
+
+def _share(true_ms: float, lie_ms: float) -> float:
+    """How much of the 10 ms from this moment of capture is burst."""
+    begin_ms: float = 1000 * round((true_ms - 45) / 1000)
+    begin_ms += lie_ms if lies(begin_ms) else 0
+    return max(0.0, min(true_ms + 10, begin_ms + 100) - max(true_ms, begin_ms)) / 10
+
+
+def counters(
+    concealed: list[tuple[float, int]], *, rate_hz: int = 48_000, opened_ms: float = OPENED_MS
+) -> Counters:
+    """Make looks every 100 ms: what was concealed since the last, in ms and in events."""
+    rows = len(concealed)
+    totals, events = [0.0], [0.0]
+    for milliseconds, more in concealed[1:]:
+        totals.append(totals[-1] + milliseconds * rate_hz / 1000)
+        events.append(events[-1] + more)
+    nothing: list[float | None] = [None] * rows
+    columns: dict[str, list[float | None]] = {
+        name: list(nothing) for name in Counters.model_fields if name != "at_ms"
+    }
+    columns |= {
+        "played_samples": [n * rate_hz / 10 for n in range(rows)],
+        "concealed_samples": list(totals),
+        "concealment_events": list(events),
+    }
+    at_ms = [opened_ms + 100 * n for n in range(rows)]
+    return Counters(at_ms=at_ms, **columns)

@@ -1,0 +1,88 @@
+"""The instrument under its own magnifying glass: what it is trusted for is shown, not said."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from e2e.browsers import open_browser
+from e2e.delay.systems import origin
+from e2e.harness.missing import missing
+from e2e.instrument.cards import LIE_MS, LyingClock, lies
+from e2e.instrument.error import judged, own_error
+from e2e.instrument.judge import shift
+from e2e.instrument.synthetic import readings
+from e2e.link import Link, UnavailableError
+from e2e.measure.errors import NotRunError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from e2e.delay.readings import Readings
+
+
+def test_the_clock_lies_in_every_other_second_only() -> None:
+    """Its wall clock is honest, then 100 ms behind, changing at half seconds; the other is true."""
+
+    class At:
+        def __init__(self, wall_ms: int) -> None:
+            self._wall_ms = wall_ms
+
+        def now_s(self) -> float:
+            return 7.0
+
+        def wall_ms(self) -> int:
+            return self._wall_ms
+
+    told = [LyingClock(At(wall_ms)).wall_ms() for wall_ms in (400, 500, 1499, 1500)]
+    assert told == [400, 400, 1399, 1500]
+    assert LyingClock(At(500)).now_s() == 7.0
+
+
+@pytest.mark.parametrize("wrong_ms", [0.0, -8.0, 30.0])
+def test_a_shift_that_is_read_wrong_is_told(wrong_ms: float) -> None:
+    """What an instrument makes of the lie comes out as it is, also while all ages drift."""
+    stamps = [10_000_000.0 + 33 * n for n in range(600)]
+    read = [
+        (stamp, 80 + n / 20 + ((LIE_MS + wrong_ms) if lies(stamp) else 0))
+        for n, stamp in enumerate(stamps)
+    ]
+    found = shift(read)
+    assert found is not None
+    assert found.ms == pytest.approx(LIE_MS + wrong_ms, abs=0.5)
+    assert found.uncertain_ms < 0.5
+
+
+def test_an_instrument_that_reads_wrong_is_not_ok() -> None:
+    """A source that lies by 90 instead of 100, two that are 6 ms apart, nothing heard: not ok."""
+    right = readings(20, lie_ms=100)
+    assert verdict(right, right) == (True, True)
+    assert not verdict(readings(20, lie_ms=90), readings(20, lie_ms=90))[0]
+    assert not verdict(right, readings(20, lie_ms=100, picture_age_ms=86))[0]
+    assert not verdict(right, readings(20, lie_ms=100, sound_age_ms=126))[0]
+    assert verdict(readings(20, lie_ms=100, sound=False), right) == (False, False)
+
+
+def verdict(first: Readings, second: Readings) -> tuple[bool, bool]:
+    """Say whether all goals are met, and whether that is certain."""
+    rows, is_certain = judged(first, second)
+    assert len(rows) == 4
+    return all(row.met for row in rows), is_certain
+
+
+@pytest.mark.timeout(150)
+async def test_two_agree_and_a_lie_is_read(tmp_path: Path) -> None:
+    """In Chromium two on one page agree within 5 ms, and +100 ms in the source is read as such."""
+    rooms = [tmp_path / "server", tmp_path / "browser"]
+    for room in rooms:
+        room.mkdir()
+    try:
+        async with (
+            Link("same-machine") as link,
+            open_browser("chromium", link, [origin(link)], rooms[1]) as browser,
+        ):
+            rows = await own_error(link, browser, rooms[0])
+    except (UnavailableError, NotRunError) as error:
+        missing(str(error))
+    assert [row.what for row in rows if not row.met] == []

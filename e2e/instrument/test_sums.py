@@ -1,0 +1,258 @@
+"""The sums: a figure that is wrong in the report is worse than none."""
+
+from __future__ import annotations
+
+import pytest
+
+from e2e.delay.figures import Pauses
+from e2e.delay.readings import OwnSound, Pictures, Readings
+from e2e.instrument.instrument import Instrument, InstrumentError, whole_ms
+from e2e.instrument.pauses import concealed_pauses, tone_pauses
+from e2e.instrument.quantities import drift_per_min
+from e2e.instrument.sums import figures
+from e2e.instrument.synthetic import OPENED_MS, blocks, counters, pictures, readings
+from e2e.measure.ear import Ear
+
+END_MS = OPENED_MS + 60_000
+
+
+def test_of_nothing_there_is_nothing() -> None:
+    """A page that showed and played nothing has no figures, and that is no error."""
+    found = figures(Readings(opened_ms=OPENED_MS))
+    assert found.from_ms == found.to_ms == found.sound_from_ms == OPENED_MS + 3000
+    window = {"from_ms", "to_ms", "sound_from_ms"}
+    assert found.model_dump(exclude=window, exclude_defaults=True) == {}
+
+
+def test_a_perfect_page_is_read_as_what_it_is() -> None:
+    """Ages, skew, rate and freeze are those that were put in; nothing drifts, nothing pauses."""
+    found = figures(readings(20, picture_age_ms=80, sound_age_ms=123))
+    assert found.picture_age_ms is not None
+    assert found.sound_age_ms is not None
+    assert found.skew_ms is not None
+    assert (found.picture_age_ms.min, found.picture_age_ms.max) == (80, 80)
+    assert found.sound_age_ms.n == 17
+    assert found.sound_age_ms.min == pytest.approx(123, abs=0.5)
+    assert found.skew_ms.median == pytest.approx(43, abs=0.5)
+    assert found.absolute_skew_p95_ms == pytest.approx(43, abs=0.5)
+    assert found.pictures_per_s == pytest.approx(25, abs=0.2)
+    assert found.longest_freeze_ms == pytest.approx(40)
+    assert found.picture_drift_ms_per_min == pytest.approx(0, abs=0.1)
+    assert found.sound_drift_ms_per_min == pytest.approx(0, abs=0.1)
+    assert found.tone_pauses == Pauses()
+
+
+def test_sound_before_its_picture_has_a_skew_below_zero() -> None:
+    """Of 200 ms old pictures and 90 ms old sound the skew is −110, and 110 without its sign."""
+    found = figures(readings(10, picture_age_ms=200, sound_age_ms=90))
+    assert found.skew_ms is not None
+    assert found.skew_ms.median == pytest.approx(-110, abs=0.5)
+    assert found.absolute_skew_p95_ms == pytest.approx(110, abs=0.5)
+
+
+@pytest.mark.parametrize("age_ms", [3.0, 480.0, 999.0, 1001.0, 1430.0, 2600.0])
+def test_sound_may_be_older_than_a_second(age_ms: float) -> None:
+    """A burst does not say which second it is of; the pictures beside it do."""
+    found = figures(readings(10, picture_age_ms=age_ms + 60, sound_age_ms=age_ms))
+    assert found.sound_age_ms is not None
+    assert found.sound_age_ms.median == pytest.approx(age_ms, abs=0.5)
+
+
+def test_sound_is_no_younger_than_the_jitter_buffer_held_it() -> None:
+    """With 1.1 s in the jitter buffer, 1.3 s are not 0.3, though the picture is at 0.2."""
+    page = readings(10, picture_age_ms=200, sound_age_ms=1300)
+    page.counters = counters([(0, 0)] * 100)
+    page.counters.sound_buffer_ms = [1100.0] * 100
+    found = figures(page)
+    assert found.sound_age_ms is not None
+    assert found.sound_age_ms.median == pytest.approx(1300, abs=0.5)
+
+
+def test_sound_that_falls_behind_is_followed_over_the_second() -> None:
+    """From 0.9 s on it grows 50 ms a second to 1.9 s: the drift is 3000 ms a minute, no jump."""
+    page = readings(1)
+    page.pictures = Pictures()
+    page.sound = blocks(21, 900)
+    page.sound.start_ms = [at + 0.05 * (at - OPENED_MS) for at in page.sound.start_ms]
+    found = figures(page)
+    assert found.sound_age_ms is not None
+    assert found.sound_age_ms.max - found.sound_age_ms.min > 800
+    assert found.sound_drift_ms_per_min == pytest.approx(60 * 1000 * 0.05 / 1.05, rel=0.02)
+
+
+def test_unreadable_pictures_have_no_age_but_are_pictures() -> None:
+    """With every other card spoilt ages are as before, and the rate counts all that changed."""
+    page = readings(10)
+    page.pictures.stamp_ms[::2] = [None] * len(page.pictures.stamp_ms[::2])
+    found = figures(page)
+    assert found.picture_age_ms is not None
+    assert found.picture_age_ms.p95 == 80
+    assert found.pictures_per_s == pytest.approx(25, abs=0.2)
+
+
+def test_the_same_picture_again_is_no_other() -> None:
+    """A card that stays for a second, however often presented, is a freeze of a second."""
+    page = readings(10)
+    stamps = page.pictures.stamp_ms
+    stamps[126:150] = [stamps[125]] * 24
+    found = figures(page)
+    assert found.longest_freeze_ms == pytest.approx(1000)
+    assert found.pictures_per_s == pytest.approx(25 - 24 / 7, abs=0.2)
+
+
+def test_a_freeze_at_the_end_counts_to_the_end() -> None:
+    """A picture that stands for the last 4 of 12 s while the sound plays counts as a freeze."""
+    page = readings(12)
+    page.pictures = pictures(8, 80)
+    found = figures(page)
+    assert found.longest_freeze_ms == pytest.approx(4000, abs=60)
+    assert figures(page, to_ms=OPENED_MS + 20_000).longest_freeze_ms == pytest.approx(12_040)
+
+
+def test_what_is_shorter_than_its_settling_has_no_figures() -> None:
+    """Of 2 s, 3 of which are not counted, nothing is left."""
+    found = figures(readings(2))
+    assert (found.picture_age_ms, found.sound_age_ms, found.pictures_per_s) == (None, None, None)
+
+
+def test_a_pause_in_the_tone_is_found_and_a_blink_is_not() -> None:
+    """50 ms without tone and burst are a pause, 20 ms are none, the burst covers its tone."""
+    sound = blocks(10, 120)
+    for begin, end in ((400, 405), (500, 502), (612, 622)):
+        sound.tone[begin:end] = [0.0] * (end - begin)
+    assert tone_pauses(sound, OPENED_MS, END_MS - 50_000) == Pauses(
+        at_ms=[OPENED_MS + 4000], length_ms=[50]
+    )
+
+
+def test_time_that_has_no_blocks_is_a_pause_too() -> None:
+    """Blocks missing in the middle, and none for the last 3 of 13 s."""
+    sound = blocks(10, 120)
+    for column in (sound.start_ms, sound.rms, sound.tone, sound.burst):
+        del column[450:470]
+    found = tone_pauses(sound, OPENED_MS, OPENED_MS + 13_000)
+    assert found.at_ms == [OPENED_MS + 4500, OPENED_MS + 10_000]
+    assert found.length_ms == [200, 3000]
+
+
+def test_late_sound_is_judged_from_its_own_settling_on() -> None:
+    """Of sound first heard after 5 s, what is 3 s later counts; after 12 of 13 s, nothing does."""
+    page = readings(20)
+    page.first_sound_ms = OPENED_MS + 5000
+    for begin in (600, 900):
+        page.sound.tone[begin : begin + 20] = [0.0] * 20
+        page.sound.burst[begin : begin + 20] = [0.0] * 20
+    found = figures(page)
+    assert (found.from_ms, found.sound_from_ms) == (OPENED_MS + 3000, OPENED_MS + 8000)
+    assert found.tone_pauses == Pauses(at_ms=[OPENED_MS + 9000], length_ms=[200])
+    page.first_sound_ms = OPENED_MS + 12_000
+    found = figures(page, to_ms=OPENED_MS + 13_000)
+    assert found.sound_from_ms == OPENED_MS + 15_000
+    assert (found.tone_pauses, found.sound_age_ms) == (Pauses(), None)
+
+
+def test_pauses_are_cut_to_the_window() -> None:
+    """Of 2 s of silence about its begin only what lies inside counts."""
+    sound = blocks(10, 120)
+    sound.tone[200:400] = [0.0] * 200
+    sound.burst[200:400] = [0.0] * 200
+    found = tone_pauses(sound, OPENED_MS + 3000, OPENED_MS + 10_000)
+    assert (found.at_ms, found.length_ms) == ([OPENED_MS + 3000], [1000])
+
+
+@pytest.mark.parametrize("rate_hz", [8000, 48_000])
+def test_one_concealment_over_several_looks_is_one_pause(rate_hz: int) -> None:
+    """60 ms at the end of a look, two whole looks and 30 ms are 290 ms, at either codec's rate."""
+    looks = [(0.0, 0)] * 20
+    looks[5:9] = [(60, 1), (100, 0), (100, 0), (30, 0)]
+    found = concealed_pauses(counters(looks, rate_hz=rate_hz), OPENED_MS, END_MS)
+    assert found.length_ms == [pytest.approx(290)]
+    assert found.at_ms == [pytest.approx(OPENED_MS + 440)]
+
+
+def test_many_short_concealments_are_no_long_one() -> None:
+    """Two of 40 ms in each of ten looks are none of 100, though 800 ms were concealed in a row."""
+    looks = [(0.0, 0)] * 5 + [(80.0, 2)] * 10 + [(0.0, 0)] * 5
+    assert concealed_pauses(counters(looks), OPENED_MS, END_MS) == Pauses()
+
+
+def test_concealment_broken_for_a_packet_is_one_pause() -> None:
+    """Where a look was concealed for 95 %, what sounded between two events was nothing."""
+    looks = [(0.0, 0)] * 5 + [(90.0, 1), (95.0, 1), (100.0, 0)] + [(0.0, 0)] * 5
+    found = concealed_pauses(counters(looks), OPENED_MS, END_MS)
+    assert found.length_ms == [pytest.approx(285)]
+
+
+def test_concealed_share_is_of_what_was_played() -> None:
+    """10 of each 100 ms are a tenth."""
+    page = readings(10)
+    page.counters = counters([(10.0, 1)] * 100)
+    assert figures(page).concealed_share == pytest.approx(0.1)
+
+
+def test_our_own_players_counts_come_before_the_browsers() -> None:
+    """Where the page plays by itself the browser counts nothing of what is heard."""
+    page = readings(20)
+    seconds = [*range(12), *range(8)]  # it was begun again once, and counts anew
+    page.own_sound = OwnSound(
+        at_ms=[OPENED_MS + 1000.0 * second for second in range(20)],
+        played_ms=[1000.0 * second for second in seconds],
+        made_up_ms=[20.0 * second for second in seconds],
+        stretched_ms=[5.0 * second for second in seconds],
+    )
+    found = figures(page)
+    assert found.concealed_share == pytest.approx(0.02)
+    assert found.stretched_share == pytest.approx(0.005)
+
+
+def test_bytes_are_told_by_what_they_are() -> None:
+    """Of 1000 bytes a look 700 are video and 100 sound; what was not counted is None."""
+    page = readings(10)
+    page.counters = counters([(0, 0)] * 100)
+    for name, step in {"received": 1000, "video": 700, "audio": 100}.items():
+        setattr(page.counters, f"{name}_bytes", [float(n * step) for n in range(100)])
+    found = figures(page)
+    assert found.received_bytes_per_s == pytest.approx(10_000)
+    assert found.received_video_bytes_per_s == pytest.approx(7000)
+    assert found.received_audio_bytes_per_s == pytest.approx(1000)
+    assert found.sent_bytes_per_s is None
+
+
+def test_speech_is_not_judged_by_the_cards_tones() -> None:
+    """Speech pauses and has tones of its own: no burst, no tone pause comes of it."""
+    page = readings(10)
+    page.pictures.stamp_ms = [None] * 250
+    page.pictures.mouth = [0.5] * 250
+    page.sound.tone[400:500] = [0.0] * 100
+    found = figures(page)
+    assert (found.sound_age_ms, found.tone_pauses) == (None, Pauses())
+
+
+def test_drift_is_not_moved_by_outliers() -> None:
+    """A steady 6 ms a minute stays that with a tenth of the values a second off."""
+    at_ms = [100.0 * n for n in range(600)]
+    values = [at / 10_000 + (1000 if n % 10 == 3 else 0) for n, at in enumerate(at_ms)]
+    assert drift_per_min(at_ms, values) == pytest.approx(6, abs=0.1)
+    assert drift_per_min(at_ms[:40], values[:40]) is None
+
+
+@pytest.mark.parametrize("at_ms", [5 * 2**40 + 30.5, 5 * 2**40 - 30.5, 1_800_000_000_000.0])
+def test_a_stamp_of_40_bits_is_completed_about_its_wrap(at_ms: float) -> None:
+    """100 ms before its presentation, whichever side of a multiple of 2⁴⁰ ms that is."""
+    stamp = (int(at_ms) - 100) % 2**40
+    assert whole_ms(stamp, at_ms) == int(at_ms) - 100
+
+
+def test_a_stamp_that_is_hours_off_is_no_card() -> None:
+    """One picture in 256 has the right check by chance; its time gives it away."""
+    assert whole_ms((int(OPENED_MS) - 3 * 3_600_000) % 2**40, OPENED_MS) is None
+
+
+async def test_a_page_without_the_instrument_is_told() -> None:
+    """Readings of a page that never had it are a sentence, not an empty table."""
+
+    async def nothing(expression: str) -> None:
+        assert "take" in expression
+
+    with pytest.raises(InstrumentError, match="PRELOAD"):
+        await Instrument(nothing, Ear({})).readings()

@@ -1,0 +1,168 @@
+"""The process that is the link: holds both namespaces and moves packets between their TUN devices.
+
+``python -m e2e.link.forwarder`` reads the profile as one line of JSON, answers with one line
+(`Hello` or `Refusal`), and then answers each line ``statistics`` or ``start_changes`` with one.
+When its standard input ends, whoever had it has ended: it ends everything in the namespaces and
+itself, and with it they and the devices are gone.
+"""
+
+from __future__ import annotations
+
+import gc
+import json
+import math
+import os
+import select
+import signal
+import sys
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, NoReturn
+
+from tests.link.model import Direction
+from tests.link.profile import Profile
+
+from e2e.link import leftovers, namespace
+from e2e.link.errors import UnavailableError
+from e2e.link.priority import be_first
+from e2e.link.statistics import Hello, Lateness, Refusal, Statistics
+from e2e.link.tun import open_tun, read_packets
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_BATCH: Final = 32
+_USER_NAMESPACE: Final = "/proc/self/ns/user"
+
+
+class Way:
+    """One direction: from a device, through the model, to the other device."""
+
+    def __init__(self, source: int, sink: int, direction: Direction) -> None:
+        self.source = source
+        self.direction = direction
+        self.late = Lateness()
+        self._sink = sink
+
+    def take(self) -> None:
+        """Read what waits. Each packet is stamped by itself: a batch may take a millisecond."""
+        for packet in read_packets(self.source, _BATCH):
+            self.direction.arrive(packet, time.monotonic())
+
+    def deliver(self) -> None:
+        now_s = time.monotonic()
+        for due_s, packet in self.direction.due(now_s):
+            self.late.add((now_s - due_s) * 1000)
+            os.write(self._sink, packet)
+
+
+class Forwarder:
+    """Moves until its input ends."""
+
+    def __init__(self, down: Way, up: Way, *, start_s: float, real_time: bool) -> None:
+        self._down = down
+        self._up = up
+        self._start_s = start_s
+        self._start_cpu_s = time.process_time()
+        self._real_time = real_time
+        self._asked = b""
+
+    def run(self, control: int, answer: Callable[[Any], None]) -> None:
+        ways = {self._down.source: self._down, self._up.source: self._up}
+        watched = [control, *ways]
+        while True:
+            next_s = min(self._down.direction.next_s(), self._up.direction.next_s())
+            # Not epoll: its timeouts are whole milliseconds.
+            wait_s = None if next_s == math.inf else max(0.0, next_s - time.monotonic())
+            readable, _, _ = select.select(watched, [], [], wait_s)
+            for source in readable:
+                if source != control:
+                    ways[source].take()
+                elif not self._obey(control, answer):
+                    return
+            self._down.deliver()
+            self._up.deliver()
+
+    def _obey(self, control: int, answer: Callable[[Any], None]) -> bool:
+        """Answer the lines that have come; False at the end."""
+        piece = os.read(control, 4096)
+        *lines, self._asked = (self._asked + piece).split(b"\n")
+        for line in lines:
+            answer(self._statistics() if line == b"statistics" else self._start_changes())
+        return bool(piece)
+
+    def _start_changes(self) -> float:
+        now_s = time.monotonic()
+        self._down.direction.start_changes(now_s)
+        self._up.direction.start_changes(now_s)
+        return now_s
+
+    def _statistics(self) -> dict[str, Any]:
+        return asdict(
+            Statistics(
+                running_s=time.monotonic() - self._start_s,
+                cpu_s=time.process_time() - self._start_cpu_s,
+                real_time=self._real_time,
+                down=self._down.direction.counters,
+                up=self._up.direction.counters,
+                down_late=self._down.late,
+                up_late=self._up.late,
+            )
+        )
+
+
+def main() -> int:
+    control = sys.stdin.fileno()
+    # Unbuffered, because the lines after the first are read when `select` tells of them.
+    with open(control, "rb", buffering=0, closefd=False) as lines:
+        profile = Profile.model_validate_json(lines.readline())
+    user = Path(_USER_NAMESPACE).readlink()
+    try:
+        server, server_tun = _end(namespace.SERVER_ADDRESS)
+        browser, browser_tun = _end(namespace.BROWSER_ADDRESS)
+    except UnavailableError as error:
+        _answer(asdict(Refusal(str(error))))
+        return 1
+    start_s, real_time = time.monotonic(), be_first()
+    forwarder = Forwarder(
+        Way(server_tun, browser_tun, _direction(profile, "down", start_s)),
+        Way(browser_tun, server_tun, _direction(profile, "up", start_s)),
+        start_s=start_s,
+        real_time=real_time,
+    )
+    signal.signal(signal.SIGTERM, _leave)
+    gc.disable()  # nothing here makes cycles, and a collection would be late packets
+    try:
+        _answer(asdict(Hello(start_s, server, browser, Path(_USER_NAMESPACE).readlink() != user)))
+        forwarder.run(control, _answer)
+    finally:
+        ours = {leftovers.namespace_of(server), leftovers.namespace_of(browser)}
+        leftovers.end_all(ours, but=os.getpid())
+    return 0
+
+
+def _end(address: str) -> tuple[int, int]:
+    """Make one end; return descriptors of its namespace and its device."""
+    network = namespace.enter_new_network()
+    device = open_tun(namespace.DEVICE)
+    namespace.configure(namespace.DEVICE, f"{address}/24")
+    return network, device
+
+
+def _direction(profile: Profile, way: str, start_s: float) -> Direction:
+    settings = profile.down if way == "down" else profile.up
+    return Direction(settings, seed=profile.seed, way=way, start_s=start_s)
+
+
+def _answer(value: Any) -> None:
+    sys.stdout.write(json.dumps(value) + "\n")
+    sys.stdout.flush()
+
+
+def _leave(signum: int, frame: object) -> NoReturn:
+    raise SystemExit(1)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,184 @@
+"""The link as the lab uses it: two ends, and what lies between them."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Self
+
+from pydantic import TypeAdapter
+from tests.link.errors import LinkError
+from tests.link.profile import Profile, load
+
+from e2e.link import leftovers, namespace
+from e2e.link.errors import UnavailableError
+from e2e.link.statistics import Hello, Refusal, Statistics
+
+if TYPE_CHECKING:
+    from asyncio.subprocess import Process
+    from collections.abc import Sequence
+
+_ROOT: Final = Path(__file__).parents[2]
+_ANSWER_WITHIN_S: Final = 15.0
+_END_WITHIN_S: Final = 6.0
+_FIRST_LINE: Final[TypeAdapter[Hello | Refusal]] = TypeAdapter(Hello | Refusal)
+_STATISTICS: Final = TypeAdapter(Statistics)
+
+
+class End:
+    """One end of the link: a network namespace with `lo` and one address towards the other end.
+
+    No name server answers there, so a program that asks one waits for its time-out.
+    """
+
+    def __init__(self, address: str, network: int, user: int | None) -> None:
+        self.address = address
+        self._network = network
+        self._user = user
+        self._spawned: list[Process] = []
+
+    def command(self, arguments: Sequence[str]) -> list[str]:
+        """Return the command line that runs another one at this end, as the same process.
+
+        As long as the link stands, anyone may start it. Its user is who made the link; where
+        that is not root, it looks like root to itself (Chromium then wants ``--no-sandbox``).
+        """
+        held = f"/proc/{os.getpid()}/fd"
+        enter = [f"--net={held}/{self._network}"]
+        if self._user is not None:
+            enter = [f"--user={held}/{self._user}", "--preserve-credentials", *enter]
+        mark = f"{leftovers.MARK}={leftovers.owner()}"
+        return ["env", mark, namespace.tool("nsenter", "util-linux"), *enter, "--", *arguments]
+
+    async def spawn(self, arguments: Sequence[str], **options: Any) -> Process:
+        """Start a program at this end; `options` are those of `asyncio` for a subprocess.
+
+        What still runs when the link is left is ended with all its children.
+        """
+        process = await asyncio.create_subprocess_exec(
+            *self.command(arguments), start_new_session=True, **options
+        )
+        self._spawned.append(process)
+        return process
+
+    async def spawn_python(self, arguments: Sequence[str], **options: Any) -> Process:
+        """Start this Python at this end, in the folder from which the lab's modules are found."""
+        return await self.spawn([sys.executable, *arguments], cwd=_ROOT, **options)
+
+    def launcher(self, path: Path, program: str) -> Path:
+        """Write a script that is `program` at this end, for those who want one executable."""
+        path.write_text(f'#!/bin/sh\nexec {shlex.join(self.command([program]))} "$@"\n', "utf-8")
+        path.chmod(0o755)
+        return path
+
+    async def reap(self) -> None:
+        """Wait for what was spawned, which has been ended."""
+        await asyncio.gather(*(process.wait() for process in self._spawned))
+
+
+class Link:
+    """``async with Link("lan") as link``: both ends are there inside, and nothing afterwards.
+
+    `profile` is a name, the path of a TOML file, or a `Profile`. On entering raises
+    `ProfileError` or `UnavailableError`.
+    """
+
+    server: End
+    browser: End
+    start_s: float
+    """Monotonic time of its start; the stalls are counted from it."""
+
+    def __init__(self, profile: Profile | str) -> None:
+        self.profile = load(profile) if isinstance(profile, str) else profile
+        self._forwarder: Process | None = None
+        self._held: list[int] = []
+        self._ends: list[End] = []
+        self._asking = asyncio.Lock()
+
+    async def __aenter__(self) -> Self:
+        for command, package in (("ip", "iproute2"), ("nsenter", "util-linux")):
+            namespace.tool(command, package)
+        await asyncio.to_thread(leftovers.end_stale)
+        self._forwarder = await asyncio.create_subprocess_exec(
+            *(sys.executable, "-m", "e2e.link.forwarder"),
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+            cwd=_ROOT,
+            env={**os.environ, leftovers.MARK: leftovers.owner()},
+            start_new_session=True,  # Ctrl-C is for us alone: we end it when we are ready
+        )
+        try:
+            settings = self.profile.model_dump_json(exclude_unset=True)
+            first = _FIRST_LINE.validate_json(await self._ask(settings))
+            if isinstance(first, Refusal):
+                raise UnavailableError(first.refused)
+            self._take(first)
+        except BaseException:
+            await self.__aexit__()
+            raise
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        if self._forwarder is None:
+            return
+        forwarder, self._forwarder = self._forwarder, None
+        assert forwarder.stdin is not None
+        forwarder.stdin.close()
+        try:
+            await asyncio.wait_for(forwarder.wait(), _END_WITHIN_S)
+        except TimeoutError:
+            forwarder.kill()
+            await forwarder.wait()
+        if self._held:
+            # For when the forwarder was killed; else nothing is found any more.
+            ours = {leftovers.namespace_of(held) for held in self._held[:2]}
+            await asyncio.to_thread(leftovers.end_all, ours)
+            await asyncio.gather(*(end.reap() for end in self._ends))
+        for held in self._held:
+            os.close(held)
+        self._held.clear()
+
+    async def statistics(self) -> Statistics:
+        """Return the counts so far. Raises `LinkError` when the forwarder has ended."""
+        return _STATISTICS.validate_json(await self._ask("statistics"))
+
+    async def start_changes(self) -> float:
+        """Let the profile's changes, and its traces, begin now; return the monotonic time.
+
+        Until then the conditions stay as they begin. Raises `LinkError` as `statistics` does.
+        """
+        return float(await self._ask("start_changes"))
+
+    def _take(self, hello: Hello) -> None:
+        """Hold the namespaces ourselves too, so that they outlive a forwarder that is killed."""
+        assert self._forwarder is not None
+        process = f"/proc/{self._forwarder.pid}"
+        paths = [f"{process}/fd/{hello.server_network}", f"{process}/fd/{hello.browser_network}"]
+        if hello.in_user_namespace:
+            paths.append(f"{process}/ns/user")
+        for path in paths:
+            self._held.append(os.open(path, os.O_RDONLY | os.O_CLOEXEC))
+        server, browser = self._held[:2]
+        user = self._held[2] if hello.in_user_namespace else None
+        self.server = End(namespace.SERVER_ADDRESS, server, user)
+        self.browser = End(namespace.BROWSER_ADDRESS, browser, user)
+        self._ends = [self.server, self.browser]
+        self.start_s = hello.start_s
+
+    async def _ask(self, line: str) -> bytes:
+        forwarder = self._forwarder
+        if forwarder is None or forwarder.stdin is None or forwarder.stdout is None:
+            raise LinkError("the link is not open; enter it with `async with`")
+        async with self._asking:
+            try:
+                forwarder.stdin.write(line.encode() + b"\n")
+                await forwarder.stdin.drain()
+                answer = await asyncio.wait_for(forwarder.stdout.readline(), _ANSWER_WITHIN_S)
+            except (ConnectionError, TimeoutError) as error:
+                raise LinkError("the link does not answer; make it anew") from error
+        if not answer:
+            raise LinkError("the link has ended; its last words are on standard error")
+        return answer

@@ -1,0 +1,93 @@
+"""Network namespaces of our own, made by the process that will hold them.
+
+They have no name, so the kernel takes them away with the last process in them: nothing is left
+however that one ends. As root a namespace is made directly, else inside a user namespace.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Final
+
+from e2e.link.errors import UnavailableError
+
+SERVER_ADDRESS: Final = "10.77.0.1"
+BROWSER_ADDRESS: Final = "10.77.0.2"
+DEVICE: Final = "wax0"
+
+_CLONE_NEWUSER: Final = 0x10000000
+_CLONE_NEWNET: Final = 0x40000000
+_USUAL_FOLDERS: Final = "/usr/sbin:/sbin:/usr/bin:/bin"
+"""Where ``ip`` is, also for users whose PATH does not say so."""
+
+
+def tool(name: str, package: str) -> str:
+    """Return the path of a system command. Raises `UnavailableError`: what to install."""
+    if not sys.platform.startswith("linux"):
+        raise UnavailableError("the link needs network namespaces, which only Linux has")
+    path = shutil.which(name, path=f"{os.environ.get('PATH', '')}:{_USUAL_FOLDERS}")
+    if path is None:
+        raise UnavailableError(f"there is no command {name}; install the package {package}")
+    return path
+
+
+def enter_new_network() -> int:
+    """Move this process, which must have one thread, into a new network namespace.
+
+    Return a descriptor of it. Raises `UnavailableError` where that is not allowed.
+    """
+    uid, gid = os.getuid(), os.getgid()
+    if not _unshare(_CLONE_NEWNET):
+        if not _unshare(_CLONE_NEWUSER | _CLONE_NEWNET):
+            raise UnavailableError(
+                "no network namespace can be made here; run as root, allow unprivileged user "
+                "namespaces, or give the container the capability SYS_ADMIN"
+            )
+        _be_root_inside(uid, gid)
+    return os.open("/proc/self/ns/net", os.O_RDONLY | os.O_CLOEXEC)
+
+
+def configure(device: str, address: str) -> None:
+    """Bring up `lo` and `device` with `address` (as ``10.0.0.1/24``) in this namespace.
+
+    All that is not local goes out by `device`, so that a browser finds a way to the world and
+    offers this address. Raises `UnavailableError`.
+    """
+    _ip("link", "set", "lo", "up")
+    # No IPv6 address, so that nothing but the programs sends packets; without IPv6 it is refused.
+    _ip("link", "set", device, "addrgenmode", "none", may_fail=True)
+    _ip("address", "add", address, "dev", device)
+    _ip("link", "set", device, "txqueuelen", "5000", "up")
+    _ip("route", "add", "default", "dev", device)
+
+
+def _unshare(flags: int) -> bool:
+    return bool(ctypes.CDLL(None).unshare(flags) == 0)  # os.unshare is there from Python 3.12 on
+
+
+def _be_root_inside(uid: int, gid: int) -> None:
+    try:
+        Path("/proc/self/setgroups").write_text("deny", encoding="ascii")
+        Path("/proc/self/uid_map").write_text(f"0 {uid} 1", encoding="ascii")
+        Path("/proc/self/gid_map").write_text(f"0 {gid} 1", encoding="ascii")
+    except OSError as error:
+        raise UnavailableError(
+            "unprivileged user namespaces have no rights here; run as root, or allow them "
+            "(on Ubuntu the setting kernel.apparmor_restrict_unprivileged_userns)"
+        ) from error
+
+
+def _ip(*arguments: str, may_fail: bool = False) -> None:
+    done = subprocess.run(
+        [tool("ip", "iproute2"), *arguments], capture_output=True, text=True, check=False
+    )
+    if done.returncode != 0 and not may_fail:
+        raise UnavailableError(
+            f"the network namespace cannot be set up: ip {' '.join(arguments)} said "
+            f"{done.stderr.strip()!r}; run as root or give the container NET_ADMIN"
+        )

@@ -1,0 +1,319 @@
+"""The real link: packets pass as the profile says, and whatever happens, nothing is left."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import subprocess
+import sys
+import time
+from asyncio.subprocess import PIPE
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import pytest_asyncio
+from tests.link.profile import parse
+
+from e2e.harness.missing import missing
+from e2e.link import Link, LinkError, Profile, UnavailableError, leftovers, namespace
+from e2e.link.verify import verify
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Callable, Iterator
+
+ROOT = Path(__file__).parents[2]
+
+ECHO = """
+import socket, sys
+with socket.socket(type=socket.SOCK_DGRAM) as link:
+    link.bind((sys.argv[1], 5000))
+    print("listens", flush=True)
+    while True:
+        data, sender = link.recvfrom(2048)
+        link.sendto(data, sender)
+"""
+ASK = """
+import socket, sys, time
+own, other = sys.argv[1:]
+with socket.socket(type=socket.SOCK_DGRAM) as link:
+    link.bind((own, 0))
+    link.settimeout(2)
+    asked_s = time.monotonic()
+    link.sendto(bytes(972), (other, 5000))
+    size = len(link.recv(2048))
+    print(size, time.monotonic() - asked_s)
+"""
+FLOOD = """
+import json, socket, sys, time
+own, other, seconds = sys.argv[1:]
+with socket.socket(type=socket.SOCK_DGRAM) as link:
+    link.bind((own, 6000))
+    link.setblocking(False)
+    began_s = time.monotonic()
+    sent = came = 0
+    while (past_s := time.monotonic() - began_s) < float(seconds) + 0.5:
+        while sent < past_s * 521 and past_s < float(seconds):  # 521 x 1200 bytes: 5 Mbit/s
+            link.sendto(bytes(1172), (other, 6000))
+            sent += 1
+        try:
+            while link.recv(2048):
+                came += 1
+        except BlockingIOError:
+            time.sleep(0.001)
+    print(json.dumps([sent, came]))
+"""
+OWNER = """
+import asyncio, sys
+from e2e.link import Link
+
+async def main():
+    async with Link("lan") as link:
+        # A child that has left its parent, as a browser's processes do, and one that is stubborn.
+        await link.server.spawn(["sh", "-c", "setsid sleep 4711 & exec setsid sleep 4712"])
+        await link.browser.spawn(["sh", "-c", "trap '' TERM; while :; do sleep 4713; done"])
+        await asyncio.sleep(0.3)
+        print(link._forwarder.pid, flush=True)
+        await asyncio.sleep(60)
+
+asyncio.run(main())
+"""
+
+
+def plain(**keys: Any) -> Profile:
+    way = {"rate_bps": 20_000_000, "queue_ms": 500, "delay_ms": 30, **keys}
+    return parse({"about": "a test", "down": way, "up": way}, "a test")
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="session")
+async def _possible() -> None:
+    """Say why where no link can be made."""
+    try:
+        async with Link("lan"):
+            pass
+    except UnavailableError as error:
+        missing(str(error))
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def link(_possible: None) -> AsyncIterator[Link]:
+    async with Link(plain()) as link:
+        yield link
+
+
+@pytest.fixture
+def owner(_possible: None) -> Iterator[Callable[[], tuple[subprocess.Popen[str], int]]]:
+    """Start processes that make a link; give each with the id of its forwarder."""
+    started: list[subprocess.Popen[str]] = []
+
+    def start() -> tuple[subprocess.Popen[str], int]:
+        process = subprocess.Popen(
+            [sys.executable, "-c", OWNER], cwd=ROOT, stdout=subprocess.PIPE, text=True
+        )
+        started.append(process)
+        assert process.stdout is not None
+        return process, int(process.stdout.readline())
+
+    yield start
+    for process in started:
+        process.kill()
+        process.wait()
+        assert process.stdout is not None
+        process.stdout.close()
+
+
+def made_by(pid: int) -> set[int]:
+    """Return the processes that carry the mark of a link's owner, and the forwarder among them."""
+    found = set()
+    for entry in Path("/proc").iterdir():
+        try:
+            variables = (entry / "environ").read_bytes().split(b"\0")
+        except (OSError, ValueError):
+            continue
+        if any(item.startswith(f"{leftovers.MARK}={pid}:".encode()) for item in variables):
+            found.add(int(entry.name))
+    return found
+
+
+async def gone(pid: int, within_s: float) -> None:
+    until_s = time.monotonic() + within_s
+    while left := made_by(pid):
+        assert time.monotonic() < until_s, f"left behind: {left}"
+        await asyncio.sleep(0.05)
+
+
+async def test_a_packet_goes_there_and_back(link: Link) -> None:
+    """A datagram of 1000 bytes comes back whole after twice the delay and its serialisation."""
+    server, browser = link.server.address, link.browser.address
+    echo = await link.server.spawn([sys.executable, "-c", ECHO, server], stdout=PIPE)
+    assert echo.stdout is not None
+    await echo.stdout.readline()
+    ask = await link.browser.spawn([sys.executable, "-c", ASK, browser, server], stdout=PIPE)
+    out, _ = await ask.communicate()
+    size, took_s = out.split()
+    assert int(size) == 972
+    assert 2 * (0.030 + 1000 * 8 / 20e6) <= float(took_s) < 0.5
+
+
+async def test_five_mbit_both_ways_take_less_than_half_a_core(link: Link) -> None:
+    """5 Mbit/s each way for 2 s: all comes, and the forwarder used under 0.5 s of a second."""
+    before = await link.statistics()
+    floods = [
+        await here.spawn(
+            [sys.executable, "-c", FLOOD, here.address, there.address, "2"], stdout=PIPE
+        )
+        for here, there in ((link.server, link.browser), (link.browser, link.server))
+    ]
+    for flood in floods:
+        out, _ = await flood.communicate()
+        assert int(out.split()[0].strip(b"[,")) >= 1000
+    after = await link.statistics()
+    assert after.cpu_s - before.cpu_s < 0.5 * 2
+    for way in (after.down, after.up):
+        assert way.packets_out == way.packets_in >= 1000
+        assert way.bytes_out == way.bytes_in
+        assert way.queue_drops == way.losses == 0
+
+
+@pytest.mark.usefixtures("_possible")
+async def test_the_statistics_tell_drops_by_their_cause() -> None:
+    """What a full queue refused and what was lost on the way are counted apart."""
+    profile = plain(rate_bps=100_000, queue_ms=None, queue_bytes=6_000, loss={"in_good": 0.5})
+    send = (
+        "import socket, sys\n"
+        "link = socket.socket(type=socket.SOCK_DGRAM)\n"
+        "for _ in range(40): link.sendto(bytes(972), (sys.argv[1], 9))"
+    )
+    async with Link(profile) as link:
+        program = await link.server.spawn([sys.executable, "-c", send, link.browser.address])
+        await program.wait()
+        await asyncio.sleep(0.1)
+        down = (await link.statistics()).down
+    assert down.packets_in == 40
+    assert down.queue_drops == 34
+    assert 0 < down.losses < 6
+
+
+async def test_the_ends_see_each_other_only(link: Link) -> None:
+    """An end has `lo` and the link, no other interface, and not the address of the machine."""
+    look = await link.browser.spawn(
+        [namespace.tool("ip", "iproute2"), "-brief", "address"], stdout=PIPE
+    )
+    out, _ = await look.communicate()
+    rows = [line.split() for line in out.decode().splitlines()]
+    assert [row[0] for row in rows] == ["lo", "wax0"]
+    assert rows[1][2:] == ["10.77.0.2/24"]
+
+
+async def test_a_launcher_is_one_executable(link: Link, tmp_path: Path) -> None:
+    """A program written as a launcher runs at its end, with the arguments that it is given."""
+    path = link.server.launcher(tmp_path / "show", "printf")
+    program = await asyncio.create_subprocess_exec(str(path), "%s|", "a b", "c", stdout=PIPE)
+    out, _ = await program.communicate()
+    assert out == b"a b|c|"
+
+
+async def test_a_program_keeps_its_process(link: Link) -> None:
+    """A signal to what was spawned reaches the program itself, and its exit status comes back."""
+    code = (
+        "import signal, sys, time\n"
+        "signal.signal(signal.SIGTERM, lambda *_: sys.exit(7))\n"
+        "print(flush=True)\n"
+        "time.sleep(60)"
+    )
+    program = await link.server.spawn([sys.executable, "-c", code], stdout=PIPE)
+    assert program.stdout is not None
+    await program.stdout.readline()
+    program.terminate()
+    assert await asyncio.wait_for(program.wait(), 5) == 7
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+async def test_nothing_is_left_however_the_owner_ends(owner: Any, how: signal.Signals) -> None:
+    """After Ctrl-C, SIGTERM and a kill all processes of the link end within 3 s, and so it does."""
+    process, forwarder = owner()
+    assert forwarder in made_by(process.pid)
+    assert len(made_by(process.pid)) >= 5
+    process.send_signal(how)
+    process.wait(5)
+    await gone(process.pid, within_s=3)
+
+
+async def test_the_next_link_clears_what_a_killed_one_left(owner: Any) -> None:
+    """When forwarder and owner are both killed their programs stay, until the next link starts."""
+    process, forwarder = owner()
+    os.kill(forwarder, signal.SIGSTOP)  # so that it cannot clear up either
+    process.kill()
+    process.wait()
+    os.kill(forwarder, signal.SIGKILL)
+    assert made_by(process.pid)
+    async with Link("lan"):
+        await gone(process.pid, within_s=0.5)
+
+
+async def test_one_that_ends_while_we_look_spares_no_other(
+    owner: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A process that is gone when its namespace is to be held does not end the clearing up."""
+    process, forwarder = owner()
+    os.kill(forwarder, signal.SIGSTOP)
+    process.kill()
+    process.wait()
+    os.kill(forwarder, signal.SIGKILL)
+    real, too_late = os.open, list[str]()
+
+    def open_or_fail(path: str, *rest: Any, **more: Any) -> int:
+        if not too_late:
+            too_late.append(path)
+            raise ProcessLookupError(path)
+        return real(path, *rest, **more)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "open", open_or_fail)
+        leftovers.end_stale()
+    assert too_late[0].startswith("/proc/")
+    await gone(process.pid, within_s=0.5)
+
+
+@pytest.mark.usefixtures("_possible")
+async def test_a_killed_forwarder_is_told_and_cleared() -> None:
+    """Without its forwarder the link says so in one sentence, and leaves nothing either."""
+    async with Link("lan") as link:
+        program = await link.server.spawn(["sleep", "4714"])
+        assert link._forwarder is not None
+        link._forwarder.kill()
+        await link._forwarder.wait()
+        with pytest.raises(LinkError, match=r"the link (has ended|does not answer)"):
+            await link.statistics()
+    assert program.returncode is not None
+
+
+@pytest.mark.usefixtures("_possible")
+async def test_a_stranger_is_left_alone() -> None:
+    """Clearing up ends nothing outside our namespaces, not even with another's mark on it."""
+    env = {**os.environ, leftovers.MARK: "1:0"}
+    stranger = await asyncio.create_subprocess_exec("sleep", "30", env=env)
+    async with Link("lan"):
+        assert stranger.returncode is None
+    assert stranger.returncode is None
+    stranger.kill()
+    await stranger.wait()
+
+
+@pytest.mark.usefixtures("_possible")
+async def test_the_link_is_what_its_profile_says() -> None:
+    """Verified on real packets, the modem's figures hold; times where the forwarder goes first."""
+    found = await verify("modem-56k")
+    figures = [figure for way in found.figures.values() for figure in way]
+    if not found.statistics.real_time:  # other programs come before it, so times mean little
+        figures = [figure for figure in figures if not figure.name.endswith("_ms")]
+    assert len(figures) >= 6
+    assert [figure for figure in figures if not figure.ok] == []
+    assert found.took_s <= 12
+
+
+def test_a_missing_command_is_one_sentence() -> None:
+    """A command that is not installed is named with the package that brings it."""
+    with pytest.raises(UnavailableError, match=r"^there is no command ipp; install the package x$"):
+        namespace.tool("ipp", "x")

@@ -1,0 +1,302 @@
+"""The server and a real cluster: what is published, who may watch, and what ends without it."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import time
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING, Any
+
+import jwt
+import pytest
+from livekit import rtc
+
+from e2e.harness import toml
+from e2e.harness.wait import eventually
+from e2e.load.cluster.engine import KEY, ROOMS, running
+from e2e.load.cluster.published import are_live, published
+from e2e.load.cluster.watcher import Watcher, watching
+from wax.client.client import Client
+from wax.client.operator import Operator
+from wax.errors import SignallingError
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+    from e2e.conftest import Serve
+    from e2e.harness.server import Server
+
+pytestmark = pytest.mark.timeout(120)
+
+NOTICED_S = 4.0
+BACK_S = 5.0
+ENGINES_OWN_S = 5.0
+"""LiveKit gives a dead node's rooms to nobody before."""
+_PRESS_S = 0.1
+
+
+@asynccontextmanager
+async def person(server: Server) -> AsyncIterator[Client]:
+    """Have a browser that asks the server by HTTP only."""
+    client = Client(server.url)
+    try:
+        yield client
+    finally:
+        await client.close()
+
+
+@asynccontextmanager
+async def driving(server: Server) -> AsyncIterator[list[bool]]:
+    """Drive inside the block, which gets whether the robot moved, at each change."""
+    moved: list[bool] = []
+
+    def heard(message: dict[str, Any]) -> None:
+        if message["type"] == "drive_status":
+            moved.append(message["moving"])
+
+    async with Operator(server.url, sees=True, on_message=heard) as operator:
+        await operator.join()
+        operator.let_go()
+        await asyncio.sleep(_PRESS_S)
+        operator.steer(0.0, 1.0)  # on the spot, where there is no wall
+        assert await operator.until(lambda: moved[-1:] == [True]), "the robot moves"
+        moved.clear()
+        yield moved
+        assert operator.has_turn
+        assert await operator.pongs()
+
+
+async def test_a_room_has_both_renditions_and_the_sound(serve: Serve, tmp_path: Path) -> None:
+    """Whoever has a seat sees and hears, unseen by others, and is told of the robot's room."""
+    async with published(serve, tmp_path) as (engine, server), person(server) as ada:
+        seats = (await ada.post("/api/seat", {}))["rooms"]
+        assert len(seats) == 2
+        for seat in seats:
+            async with watching(seat) as watcher:
+                await watcher.watches()
+                assert {max(sizes) for sizes in watcher.pictures.values()} == {
+                    (640, 480),
+                    (320, 240),
+                }
+                await eventually(lambda: told(watcher), "the state comes")
+                assert watcher.told[-1]["type"] == "told"
+                assert watcher.told[-1]["room"]["turn"]["operator"] is None
+        for number in range(2):
+            robots = [one for one in await engine.people(number) if one["tracks"]]
+            kinds = sorted(track["type"] for one in robots for track in one["tracks"])
+            assert kinds == ["AUDIO", "VIDEO", "VIDEO"]
+            assert {track["mime_type"] for one in robots for track in one["tracks"]} == {
+                "video/VP8",
+                "audio/opus",
+            }
+
+
+async def told(watcher: Watcher) -> bool:
+    return len(watcher.told) > 1
+
+
+async def test_a_full_server_sends_observers_elsewhere(serve: Serve, tmp_path: Path) -> None:
+    """Beyond its places a page is answered with seats; without a cluster, that watching is full."""
+    async with published(serve, tmp_path) as (engine, server), Client(server.url):
+        async with person(server) as ada:
+            offer = await offered(ada)
+            answer = await ada.post("/api/offer", {"sdp": offer})
+            assert (answer["type"], len(answer["rooms"])) == ("elsewhere", 2)
+            assert answer["hello"]["viewer"] == 0
+        await engine.stop()
+        await eventually(lambda: are_live(server, 0), "the loss is noticed", within_s=10)
+        async with person(server) as bob:
+            with pytest.raises(SignallingError, match=r"503 .*Watching is full"):
+                await bob.post("/api/offer", {"sdp": await offered(bob)})
+
+
+async def offered(client: Client) -> str:
+    await client.peer.setLocalDescription(await client.peer.createOffer())
+    sdp: str = client.peer.localDescription.sdp
+    return sdp
+
+
+async def test_a_killed_node_is_noticed_and_used_again(serve: Serve, tmp_path: Path) -> None:
+    """The other room goes on, driving too, and the node's own is published to when it is back."""
+    async with (
+        published(serve, tmp_path) as (engine, server),
+        driving(server) as moved,
+        person(server) as ada,
+    ):
+        seats = (await ada.post("/api/seat", {}))["rooms"]
+        (other,) = [one for one in seats if one["url"] == engine.url(1)]
+        async with watching(other) as watcher:
+            await watcher.watches()
+            await engine.nodes[0].kill()
+            await eventually(lambda: are_live(server, 1), "it is noticed", within_s=NOTICED_S)
+            watcher.pictures.clear()
+            await watcher.watches()
+            await asyncio.sleep(ENGINES_OWN_S)
+            await engine.nodes[0].start()
+            back_s = time.monotonic()
+            await eventually(lambda: are_live(server, 2), "it is used again", within_s=15)
+            took_s = time.monotonic() - back_s
+            assert took_s <= BACK_S, f"{took_s:.1f} s after the node was back"
+            assert not watcher.is_out
+        assert moved == []
+
+
+async def test_a_node_that_hung_keeps_its_room(serve: Serve, tmp_path: Path) -> None:
+    """It counts as dead when it goes on, and would give its room to the other node for good."""
+    async with published(serve, tmp_path) as (engine, server):
+        engine.nodes[1].freeze()
+        await eventually(lambda: are_live(server, 1), "it is noticed", within_s=NOTICED_S)
+        await asyncio.sleep(ENGINES_OWN_S)
+        engine.nodes[1].thaw()
+        await eventually(lambda: are_live(server, 2), "it is used again", within_s=15)
+        assert len(await engine.redis.nodes_of_rooms()) == 2
+
+
+async def test_a_server_that_stood_still_keeps_its_rooms(serve: Serve, tmp_path: Path) -> None:
+    """Its machine was busy, or asleep: the rooms have reported all the time."""
+    async with published(serve, tmp_path) as (_, server):
+        before = (await server.status())["counters"].get("publications failed", 0)
+        os.kill(server.pid, signal.SIGSTOP)
+        await asyncio.sleep(NOTICED_S)
+        os.kill(server.pid, signal.SIGCONT)
+        await asyncio.sleep(NOTICED_S)
+        assert (await server.status())["counters"].get("publications failed", 0) == before
+        assert await are_live(server, 2)
+
+
+async def test_without_redis_and_without_the_cluster_driving_goes_on(
+    serve: Serve, tmp_path: Path
+) -> None:
+    """Neither the loss of Redis nor that of all nodes stops the robot or the server."""
+    async with published(serve, tmp_path) as (engine, server), driving(server) as moved:
+        await engine.redis.kill()
+        await asyncio.sleep(NOTICED_S)
+        assert await server.status()
+        for node in engine.nodes:
+            await node.kill()
+        await eventually(lambda: are_live(server, 0), "it is noticed", within_s=NOTICED_S)
+        assert moved == []
+
+
+async def test_only_good_tokens_let_in(serve: Serve, tmp_path: Path) -> None:
+    """One that has expired, and one that somebody else has signed, are refused by LiveKit."""
+    async with published(serve, tmp_path) as (_, server), person(server) as ada:
+        seat = (await ada.post("/api/seat", {}))["rooms"][0]
+        claims = jwt.decode(seat["token"], KEY.secret, algorithms=["HS256"])
+        assert claims["exp"] <= time.time() + 300  # noqa: TID251  # tokens are of the wall clock
+        assert claims["video"]["hidden"] is True
+        over = claims | {name: claims[name] - 600 for name in ("exp", "nbf")}
+        for content, secret in ((over, KEY.secret), (claims, "x" * 32)):
+            token = jwt.encode(content, secret, algorithm="HS256")
+            with pytest.raises(rtc.ConnectError):
+                await Watcher().connect({"url": seat["url"], "token": token})
+
+
+async def test_the_hosts_acts_reach_the_rooms(serve: Serve, tmp_path: Path) -> None:
+    """Whoever waits elsewhere and is banned is taken out of the room, and gets no seat again."""
+    async with (
+        published(serve, tmp_path) as (_, server),
+        Client(server.url, cookies=await server.host_cookies()) as host,
+        person(server) as eve,
+        person(server) as ada,
+    ):
+        mine = (await eve.post("/api/seat", {}))["rooms"][0]
+        others = (await ada.post("/api/seat", {}))["rooms"][0]
+        async with watching(mine) as watcher, watching(others) as innocent:
+            line = await eve.post("/api/queue", {"wants": "join"})
+            host.say(type="remove", viewer=line["id"], ban=True)
+
+            async def is_out() -> bool:
+                return watcher.is_out
+
+            await eventually(is_out, "who is banned is taken out")
+            for path, body in {"/api/seat": {}, "/api/queue": {"wants": "join"}}.items():
+                with pytest.raises(SignallingError, match=r"403 .*asked you to leave"):
+                    await eve.post(path, body)
+            assert not innocent.is_out
+            host.say(type="close", closed=True)
+
+            async def all_out() -> bool:
+                return innocent.is_out
+
+            await eventually(all_out, "a closed door empties the rooms")
+            with pytest.raises(SignallingError, match=r"403 .*closed"):
+                await ada.post("/api/seat", {})
+
+
+async def test_who_watches_elsewhere_stops_the_robot(serve: Serve, tmp_path: Path) -> None:
+    """As everybody may who watches, within their budget; somebody without a seat may not."""
+    async with published(serve, tmp_path) as (_, server), driving(server) as moved:
+        async with person(server) as ada:
+            with pytest.raises(SignallingError, match="403"):
+                await ada.post("/api/stop", {})
+            await ada.post("/api/seat", {})
+            await ada.post("/api/stop", {})
+
+            async def stands() -> bool:
+                return moved[-1:] == [False]
+
+            await eventually(stands, "the robot stands")
+        assert (await server.status())["stop"]["by"] == "somebody who watches elsewhere"
+
+
+async def test_who_waits_elsewhere_comes_when_it_is_their_turn(
+    serve: Serve, tmp_path: Path
+) -> None:
+    """The server is full, and yet the next operator gets in; who only watches does not."""
+    async with published(serve, tmp_path) as (_, server), Operator(server.url) as here:
+        await here.join()
+        ada = Operator(server.url)
+        try:
+            line = await ada.post("/api/queue", {"wants": "join"})
+            assert line["place"] == 1
+            await ada.connect()
+            await here.leave()
+            await ada.gets_turn()
+            assert ada.viewer == line["id"]
+        finally:
+            await ada.close()
+        async with person(server) as bob:
+            answer = await bob.post("/api/offer", {"sdp": await offered(bob)})
+            assert answer["type"] == "elsewhere"
+
+
+async def test_any_whip_server_gets_the_best_picture_and_the_sound(
+    serve: Serve, tmp_path: Path
+) -> None:
+    """Here LiveKit's, as if it were another's; pages are given the link to where it is watched."""
+    grants = {"room": ROOMS[0], "roomJoin": True, "canPublish": True}
+    claims = {"iss": KEY.name, "sub": "whip", "exp": 2**31, "video": grants}
+    async with running() as engine:
+        table = {
+            "whip": f"{engine.nodes[0].url}/whip/v1",
+            "whip_token": jwt.encode(claims, KEY.secret, algorithm="HS256"),
+            "watch": "https://media.example.org/robot",
+        }
+        toml_text = f"{toml.card_with(server='max_viewers = 1')}[[publish]]\n{toml.dumps(table)}"
+        async with serve(tmp_path, toml_text) as server, person(server) as ada:
+            await eventually(lambda: are_live(server, 1), "it is published to")
+            (robot,) = await engine.people(0)
+            assert sorted(track["type"] for track in robot["tracks"]) == ["AUDIO", "VIDEO"]
+            told = await ada.post("/api/seat", {})
+            assert (told["rooms"], told["links"]) == ([], [table["watch"]])
+        assert await engine.people(0) == [], "it has said goodbye"
+
+
+async def test_fifty_who_join_and_leave_leave_nothing(serve: Serve, tmp_path: Path) -> None:
+    """Neither a viewer nor a task is left of people who waited elsewhere and went."""
+    async with published(serve, tmp_path) as (_, server):
+        before = await server.status()
+        for _number in range(50):
+            async with person(server) as ada:
+                line = await ada.post("/api/queue", {"wants": "join"})
+                assert line["place"] is not None
+                line = await ada.post("/api/queue", {"wants": "leave"})
+                assert line["place"] is None
+        after = await server.status()
+        assert after["viewers"] == before["viewers"] == []
+        assert after["turn"]["operator"] is None
+        assert after["tasks"] <= before["tasks"]

@@ -1,0 +1,160 @@
+"""``python -m e2e.load.crowd URL HOW SLOW``: hold a crowd until the input ends.
+
+HOW is ``wax``, ``stock`` or ``janus``; the first SLOW viewers are behind a modem each. Each line of
+the input is a `Request`, answered by a line with a `Sample`.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+import time
+from contextlib import AsyncExitStack
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final, cast, get_args
+
+import aiohttp
+from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription
+
+from e2e.load.crowd.janus import JanusViewer
+from e2e.load.crowd.sample import How, Offering, Request, Sample, ViewerCounts
+from wax.client import Client
+from wax.client.media import Media
+from wax.client.sdp import as_browser
+from wax.errors import WaxError
+from wax.rtc import private
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+JOINING_AT_ONCE: Final = 4
+CONNECT_TIMEOUT_S: Final = 20.0
+SIZE: Final = "640x480"
+
+
+class StockViewer:
+    """A viewer of a server that speaks nothing but WebRTC."""
+
+    def __init__(self, url: str, on_socket: Callable[[Any], None] | None) -> None:
+        self.peer = RTCPeerConnection(RTCConfiguration(iceServers=[]))
+        self.media = Media(self.peer, on_socket=on_socket)
+        self._url = url
+
+    async def connect(self) -> None:
+        await self.peer.setLocalDescription(await self.peer.createOffer())
+        offer = {"sdp": as_browser(self.peer.localDescription.sdp), "type": "offer"}
+        async with (
+            aiohttp.ClientSession(raise_for_status=True) as http,
+            http.post(f"{self._url}/offer", json=offer) as response,
+        ):
+            answer = await response.json()
+        await self.peer.setRemoteDescription(RTCSessionDescription(answer["sdp"], "answer"))
+        self.media.attach(answer["sdp"])
+
+    async def close(self) -> None:
+        await self.peer.close()
+        await self.media.close()
+
+
+class Viewers:
+    """All viewers; the first `slow` of them are behind a modem."""
+
+    def __init__(self, offering: Offering, slow: int) -> None:
+        self._offering = offering
+        self._slow = slow
+        self._here: list[Client | StockViewer | JanusViewer] = []
+        self._modems = AsyncExitStack()
+
+    async def answer(self, request: Request) -> Sample:
+        """Carry out a request; report a failure."""
+        try:
+            match request.verb:
+                case "hold":
+                    await self._hold(request.number)
+                case "cycle":
+                    await self._cycle(request.number)
+                case "count":
+                    pass
+        except (TimeoutError, WaxError, aiohttp.ClientError) as error:
+            return Sample(at_s=time.monotonic(), problem=str(error) or repr(error))
+        return Sample(at_s=time.monotonic(), viewers=tuple(map(_counts, self._here)))
+
+    async def close(self) -> None:
+        await self._hold(0)
+        await self._modems.aclose()
+
+    async def _hold(self, number: int) -> None:
+        leaving, self._here = self._here[number:], self._here[:number]
+        await asyncio.gather(*(viewer.close() for viewer in leaving))
+        while (here := len(self._here)) < number:
+            some = range(here, min(here + JOINING_AT_ONCE, number))
+            self._here += await asyncio.gather(*map(self._join, some))
+
+    async def _cycle(self, number: int) -> None:
+        for start in range(0, number, JOINING_AT_ONCE):
+            some = range(start, min(start + JOINING_AT_ONCE, number))
+            viewers = await asyncio.gather(*(self._join(self._slow + one) for one in some))
+            await asyncio.gather(*(viewer.close() for viewer in viewers))
+
+    async def _join(self, index: int) -> Client | StockViewer | JanusViewer:
+        is_slow = index < self._slow
+        on_socket = partial(self._put_behind_modem, index) if is_slow else None
+        viewer = self._viewer(on_socket)
+        try:
+            async with asyncio.timeout(CONNECT_TIMEOUT_S):
+                await viewer.connect()
+                # What gets through a modem is up to the server.
+                for arrived in () if is_slow else viewer.media.arrived.values():
+                    await arrived.wait()
+        except BaseException:
+            await viewer.close()
+            raise
+        return viewer
+
+    def _viewer(
+        self, on_socket: Callable[[Any], None] | None
+    ) -> Client | StockViewer | JanusViewer:
+        url = self._offering.url
+        match self._offering.how:
+            case "wax":
+                return Client(url, size=SIZE, on_socket=on_socket)
+            case "stock":
+                return StockViewer(url, on_socket)
+            case "janus":
+                return JanusViewer(url, on_socket)
+
+    def _put_behind_modem(self, seed: int, protocol: Any) -> None:
+        from e2e.load.crowd.modem import put_behind  # noqa: PLC0415  # the lab's; few crowds are slow
+
+        self._modems.callback(put_behind(protocol, seed))
+
+
+def _counts(viewer: Client | StockViewer | JanusViewer) -> ViewerCounts:
+    media = viewer.media
+    return ViewerCounts(
+        video=media.counts("video"), audio=media.counts("audio"), answers=media.answers
+    )
+
+
+async def _serve(offering: Offering, slow: int) -> None:
+    viewers = Viewers(offering, slow)
+    try:
+        while line := await asyncio.to_thread(sys.stdin.readline):
+            sample = await viewers.answer(Request.model_validate_json(line))
+            print(sample.model_dump_json(), flush=True)
+    finally:
+        await viewers.close()
+
+
+def main() -> None:
+    # A browser waits 30 s for any answer to its checks (RFC 7675); aioice counts each that takes
+    # more than 0.5 s as lost, and leaves a server that hangs now and then.
+    private.install()
+    url, how, slow = sys.argv[1:]
+    if how not in get_args(How):
+        sys.exit(f"{how} is no kind of server; {', '.join(get_args(How))} are")
+    asyncio.run(_serve(Offering(url=url, how=cast("How", how)), int(slow)))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,64 @@
+"""A crowd connects, answers as browsers do, and reports when it cannot."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from e2e.load.crowd import Crowd, Offering
+from e2e.load.crowd.modem import Line
+from e2e.load.servers import SIDES, WAX, serving
+from e2e.measure.errors import MeasureError
+
+VIEWERS = 3
+WATCHED_S = 3.0
+
+
+@pytest.mark.timeout(120)
+@pytest.mark.full
+@pytest.mark.parametrize("side", SIDES)
+async def test_a_crowd_sees_hears_and_answers(side: str) -> None:
+    """Each gets frames and sound; ours gets transport-wide feedback and reports of each."""
+    async with serving(side) as server:
+        with await asyncio.to_thread(Crowd, server.offering) as crowd:
+            await asyncio.to_thread(crowd.hold, VIEWERS)
+            await asyncio.sleep(1.0)
+            first = await asyncio.to_thread(crowd.count)
+            await asyncio.sleep(WATCHED_S)
+            last = await asyncio.to_thread(crowd.count)
+            viewers = (await server.status())["viewers"] if side == WAX else []
+            await asyncio.to_thread(crowd.hold, 1)
+            await asyncio.to_thread(crowd.cycle, 1)
+            assert len((await asyncio.to_thread(crowd.count)).viewers) == 1
+    for before, after in zip(first.viewers, last.viewers, strict=True):
+        assert after.video.frames > before.video.frames
+        assert after.audio.packets > before.audio.packets
+        gives_feedback = after.answers.feedbacks > before.answers.feedbacks
+        assert gives_feedback == (side == WAX)
+    for viewer in viewers:
+        assert viewer["report"]["sound"]["age_ms"] > 0
+        assert viewer["report"]["picture"]["rate_hz"] is not None
+
+
+def test_a_crowd_that_cannot_be_is_one_sentence() -> None:
+    """Where nobody answers the near end says so, and the far end has ended."""
+    with (
+        pytest.raises(MeasureError, match=r"127\.0\.0\.1:9"),
+        Crowd(Offering(url="http://127.0.0.1:9", how="wax")) as crowd,
+    ):
+        crowd.hold(1)
+
+
+async def test_a_line_of_ones_own_keeps_order_and_addresses() -> None:
+    """What goes in comes out as it was, in order, each with its own address."""
+    come: asyncio.Queue[tuple[bytes, object]] = asyncio.Queue()
+    line = Line("down", 1, lambda data, address: come.put_nowait((data, address)), "lan")
+    sent = [(bytes([number]) * number, ("10.0.0.1", number % 3)) for number in range(1, 20)]
+    for data, address in sent:
+        line.carry(data, address)
+    assert [await come.get() for _ in sent] == sent
+    line.carry(b"late", None)
+    line.close()
+    await asyncio.sleep(0.01)
+    assert come.empty()

@@ -1,0 +1,206 @@
+"""Fan-out: the cost of each further viewer for the server's core."""
+
+from __future__ import annotations
+
+import asyncio
+import statistics
+import sys
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from e2e.load.crowd import Crowd
+from e2e.load.process import core_busy_s, two_cores, udp_receive_errors
+from e2e.load.servers import JANUS, STOCK, WAX, serving, serving_janus
+from e2e.measure.errors import MeasureError, NotRunError
+from e2e.measure.row import Row, judged
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from contextlib import AbstractAsyncContextManager
+
+    from e2e.load.crowd import Sample
+    from e2e.load.servers import JanusServer, MeasuredServer
+
+VIEWERS: Final = {
+    WAX: (1, 2, 4, 8, 16, 32, 50),
+    STOCK: (1, 2, 4, 8),
+    JANUS: (1, 2, 4, 8, 16, 32, 50),
+}
+WINDOW_S: Final = 2.0
+FPS: Final = 30.0
+_SETTLE_S: Final = 4.0
+_GROW_S: Final = 30.0
+"""Longest wait until each viewer's congestion control allows the full picture."""
+_SATURATED_CPU: Final = 0.90
+_LEAST_FPS_SHARE: Final = 0.95
+_OTHERS_CPU: Final = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One number of viewers. `cpu` is seconds of processor time per second, `cpu_sd` its spread.
+
+    Saturated points are left out of the slope, and so are those with a `flaw`: what, other than
+    the server itself, set the limit.
+    """
+
+    viewers: int
+    cpu: float
+    cpu_sd: float
+    fps_min: float
+    packets: int
+    dropped: int
+    saturated: bool
+    flaw: str | None
+
+
+async def fan_out(n: int) -> list[Row]:
+    """Measure `n` windows for each number of viewers, server and viewers on a core each."""
+    cores = two_cores()
+    if cores is None:
+        raise NotRunError("fan-out needs two cores and a way to pin processes to them (Linux)")
+    found = {side: {one.viewers: one for one in await _points(side, n, *cores)} for side in VIEWERS}
+    slopes = {side: slope(list(points.values())) for side, points in found.items()}
+    busy = {WAX: found[WAX].get(16), STOCK: found[STOCK].get(8)}
+    fifty = found[WAX].get(50)
+    cpu = {side: None if point is None else point.cpu for side, point in busy.items()}
+    # Points disturbed by another program or by the viewers are reported, not judged.
+    fair = not any(point and point.flaw for point in busy.values())
+    stock_cpu, stock_slope = cpu[STOCK], slopes[STOCK]
+    return [
+        judged(
+            "fan-out: busy",
+            "server CPU of a core: WAX with 16 viewers, stock with 8 (goal: a third of stock's)",
+            "",
+            cpu,
+            None if stock_cpu is None or not fair else stock_cpu / 3,
+            n=n,
+            detail={side: str(point) for side, point in busy.items()},
+        ),
+        judged(
+            "fan-out: slope",
+            "one viewer more (goal: 0.5, and a twenty-fifth of stock's)",
+            "% of a core",
+            {side: one and one * 100 for side, one in slopes.items()},
+            stock_slope and min(0.5, stock_slope * 100 / 25),
+            n=n,
+            detail={side: [str(one) for one in points.values()] for side, points in found.items()},
+        ),
+        judged(
+            "fan-out: dropped",
+            "packets dropped with 50 viewers on one core",
+            "",
+            {WAX: None if fifty is None else float(fifty.dropped)},
+            None if fifty and fifty.flaw else 0.0,
+            n=n,
+        ),
+    ]
+
+
+async def _points(side: str, n: int, server_core: int, viewers_core: int) -> list[Point]:
+    """Add viewers until there are enough, or the server takes no more; none where it is absent."""
+    serve: AbstractAsyncContextManager[MeasuredServer | JanusServer] = (
+        serving_janus(server_core, viewers_core) if side == JANUS else serving(side, server_core)
+    )
+    try:
+        return await _grow(serve, side, n, server_core, viewers_core)
+    except NotRunError as error:
+        print(f"{side}: {error}", file=sys.stderr)
+        return []
+
+
+async def _grow(
+    serve: AbstractAsyncContextManager[MeasuredServer | JanusServer],
+    side: str,
+    n: int,
+    server_core: int,
+    viewers_core: int,
+) -> list[Point]:
+    points: list[Point] = []
+    async with serve as server:
+        with await asyncio.to_thread(Crowd, server.offering, viewers_core) as crowd:
+            try:
+                for number in VIEWERS[side]:
+                    await asyncio.to_thread(crowd.hold, number)
+                    await grown(crowd)
+                    await asyncio.sleep(_SETTLE_S)
+                    points.append(await _point(server, crowd, server_core, n))
+            except MeasureError as error:
+                if not points:
+                    raise
+                print(f"{side}, with {number} viewers: {error}", file=sys.stderr)
+    return points
+
+
+async def grown(crowd: Crowd) -> None:
+    """Wait until each viewer gets nearly every picture; the point reports if that never comes."""
+    deadline_s = time.monotonic() + _GROW_S
+    before = await asyncio.to_thread(crowd.count)
+    while time.monotonic() < deadline_s:
+        await asyncio.sleep(1.0)
+        now = await asyncio.to_thread(crowd.count)
+        if received(before, now)[0] >= _LEAST_FPS_SHARE * FPS:
+            return
+        before = now
+
+
+async def _point(server: MeasuredServer | JanusServer, crowd: Crowd, core: int, n: int) -> Point:
+    errors, dropped = udp_receive_errors(), await server.dropped()
+    viewers_s, core_s = crowd.meter.cpu_s(), core_busy_s(core)
+    first = await asyncio.to_thread(crowd.count)
+    windows = [await _window(server) for _ in range(n)]
+    last = await asyncio.to_thread(crowd.count)
+    measured_s = last.at_s - first.at_s
+    cpu = statistics.fmean(windows)
+    viewers_cpu = (crowd.meter.cpu_s() - viewers_s) / measured_s
+    others_cpu = (core_busy_s(core) - core_s) / measured_s - cpu
+    fps_min, packets, lost = received(first, last)
+    saturated = cpu > _SATURATED_CPU or fps_min < _LEAST_FPS_SHARE * FPS
+    flaw = None
+    if viewers_cpu > _SATURATED_CPU:
+        flaw = f"the viewers needed {viewers_cpu:.2f} of their core"
+    elif (thrown := udp_receive_errors() - errors) > 0:
+        flaw = f"the kernel threw away {thrown} datagrams before they were read"
+    elif saturated and others_cpu > _OTHERS_CPU:
+        # A server with time to spare is not disturbed; one without gets less than it asks.
+        flaw = f"other programs took {others_cpu:.2f} of the server's core"
+    return Point(
+        viewers=len(last.viewers),
+        cpu=cpu,
+        cpu_sd=statistics.stdev(windows) if n > 1 else 0.0,
+        fps_min=fps_min,
+        packets=packets,
+        dropped=lost + await server.dropped() - dropped,
+        saturated=saturated,
+        flaw=flaw,
+    )
+
+
+async def _window(server: MeasuredServer | JanusServer) -> float:
+    start_s, start_cpu_s = time.monotonic(), server.meter.cpu_s()
+    await asyncio.sleep(WINDOW_S)
+    return (server.meter.cpu_s() - start_cpu_s) / (time.monotonic() - start_s)
+
+
+def received(first: Sample, last: Sample) -> tuple[float, int, int]:
+    """Return the lowest picture rate of any viewer, and the packets and losses of all."""
+    span_s = last.at_s - first.at_s
+    pairs = list(zip(first.viewers, last.viewers, strict=True))
+    fps = [(new.video.frames - old.video.frames) / span_s for old, new in pairs]
+    streams = [
+        (getattr(old, kind), getattr(new, kind))
+        for old, new in pairs
+        for kind in ("video", "audio")
+    ]
+    packets = sum(new.packets - old.packets for old, new in streams)
+    return min(fps), packets, sum(new.lost - old.lost for old, new in streams)
+
+
+def slope(points: Sequence[Point]) -> float | None:
+    """Fit least squares to the undisturbed points; None if they are too few."""
+    good = [point for point in points if point.flaw is None and not point.saturated]
+    if len(good) < 2:
+        return None
+    viewers, cpu = [point.viewers for point in good], [point.cpu for point in good]
+    return statistics.linear_regression(viewers, cpu).slope

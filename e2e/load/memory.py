@@ -1,0 +1,126 @@
+"""Memory: with one viewer, for each further one, and after many have come and gone."""
+
+from __future__ import annotations
+
+import asyncio
+import statistics
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from e2e.harness.wait import eventually
+from e2e.load.crowd import Crowd
+from e2e.load.servers import SIDES, STOCK, WAX, serving
+from e2e.measure.row import Row, judged
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from e2e.load.servers import MeasuredServer
+
+VIEWERS: Final = {WAX: (1, 2, 4, 8, 16), STOCK: (1, 2, 4)}
+ONE_MIB: Final = 250.0
+FURTHER_MIB: Final = 0.5
+FLAT_MIB: Final = 2.0
+"""Growth over all joins and leaves that still counts as flat: the allocator's own unrest."""
+BATCHES: Final = 10
+_SETTLE_S: Final = 4.0
+_FORGET_S: Final = 15.0
+
+
+@dataclass(frozen=True, slots=True)
+class Use:
+    """One side; MiB resident. `left` counts threads, descriptors and tasks more than before."""
+
+    one: float
+    further: float
+    leaked: float
+    left: int
+
+
+async def memory(n: int) -> list[Row]:
+    """Hold more and more viewers, then let `n` join and leave, in ten batches.
+
+    Stock does not tell its asyncio tasks.
+    """
+    batch = max(1, n // BATCHES)
+    found = {side: await _use(side, batch) for side in SIDES}
+    cycles = batch * BATCHES
+
+    def row(key: str, what: str, unit: str, goal: float, *, n: int = cycles) -> Row:
+        values = {side: float(getattr(use, key)) for side, use in found.items()}
+        return judged(f"memory: {key}", what, unit, values, goal, n=n)
+
+    return [
+        row("one", "memory with one viewer", "MiB", ONE_MIB, n=1),
+        row("further", "… for each further one", "MiB", FURTHER_MIB, n=VIEWERS[WAX][-1]),
+        row("leaked", "… lost by viewers who join and leave", "MiB", FLAT_MIB),
+        row("left", "threads, descriptors and tasks that they leave", "", 0.0),
+    ]
+
+
+async def _use(side: str, batch: int) -> Use:
+    """Server and viewers share the cores: nothing here depends on speed."""
+    async with serving(side) as server:
+        with await asyncio.to_thread(Crowd, server.offering) as crowd:
+            held_mib = []
+            for number in VIEWERS[side]:
+                await asyncio.to_thread(crowd.hold, number)
+                await asyncio.sleep(_SETTLE_S)
+                held_mib.append(await _rss_mib(server))
+            await asyncio.to_thread(crowd.hold, 0)
+            leaked, left = await come_and_go(server, crowd, batch)
+    return Use(one=held_mib[0], further=_slope(VIEWERS[side], held_mib), leaked=leaked, left=left)
+
+
+async def come_and_go(server: MeasuredServer, crowd: Crowd, batch: int) -> tuple[float, int]:
+    """Let ten batches join and leave; return what they lost in MiB, and the handles they left.
+
+    What leaks is the slope of the second half: allocator and libraries first fill pools that
+    stay, and what leaks goes on leaking.
+    """
+    after_mib, left = [], []
+    for _ in range(BATCHES + 1):
+        await asyncio.to_thread(crowd.cycle, batch)
+        await is_empty(server)
+        after_mib.append(await _rss_mib(server))
+        left.append(await handles(server))
+    half = BATCHES // 2
+    a_batch_mib = _slope(range(half, BATCHES + 1), after_mib[half:])
+    return a_batch_mib * BATCHES, left[-1] - left[0]
+
+
+async def is_empty(server: MeasuredServer) -> None:
+    """Wait until all viewers are forgotten; our server keeps a place for the grace time."""
+
+    async def empty() -> bool:
+        return server.side == STOCK or not (await server.status())["viewers"]
+
+    await eventually(empty, "viewers who left are forgotten", within_s=_FORGET_S)
+    await asyncio.sleep(_SETTLE_S / 4)
+
+
+async def _rss_mib(server: MeasuredServer) -> float:
+    readings = []
+    for _ in range(5):
+        readings.append(server.meter.rss_mib())
+        await asyncio.sleep(0.1)
+    return statistics.median(readings)
+
+
+_LOOKS: Final = 5
+_LOOK_EVERY_S: Final = 0.2
+
+
+async def handles(server: MeasuredServer) -> int:
+    """Count the server's threads, descriptors and tasks: what stays, not what is just closing."""
+    return min([await _handles_now(server) for _ in range(_LOOKS)])
+
+
+async def _handles_now(server: MeasuredServer) -> int:
+    await asyncio.sleep(_LOOK_EVERY_S)
+    tasks = 0 if server.side == STOCK else int((await server.status())["tasks"])
+    return server.meter.handles() + tasks
+
+
+def _slope(x: Sequence[int], y: Sequence[float]) -> float:
+    return statistics.linear_regression(x, y).slope

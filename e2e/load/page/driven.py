@@ -1,0 +1,66 @@
+"""A page that drives, in a browser whose own counters are read by the DevTools protocol."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import AsyncExitStack, asynccontextmanager
+from typing import TYPE_CHECKING, Any, Final
+
+from playwright.async_api import async_playwright
+
+from e2e.harness.chromium import launch_chromium
+from e2e.harness.viewer import Viewer
+from e2e.load.servers import WAX, serving
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from playwright.async_api import Browser, BrowserContext, CDPSession, Page
+
+_SETTLE_S: Final = 3.0
+"""The picture has grown to what the link carries, and no control is held."""
+
+
+class Counters:
+    """What Chromium counts of one page; `read` gives all of it by name."""
+
+    def __init__(self, session: CDPSession) -> None:
+        self._session = session
+
+    @classmethod
+    async def of(cls, page: Page) -> Counters:
+        session = await page.context.new_cdp_session(page)
+        await session.send("Performance.enable", {"timeDomain": "timeTicks"})
+        return cls(session)
+
+    async def read(self) -> dict[str, float]:
+        told = await self._session.send("Performance.getMetrics")
+        return {one["name"]: float(one["value"]) for one in told["metrics"]}
+
+    async def collect_garbage(self) -> None:
+        await self._session.send("HeapProfiler.collectGarbage")
+
+
+@asynccontextmanager
+async def browsing(server_settings: dict[str, Any]) -> AsyncIterator[tuple[Browser, str]]:
+    """Have a server and a browser; gives that and the page's address."""
+    async with AsyncExitStack() as leaving:
+        server = await leaving.enter_async_context(serving(WAX, **server_settings))
+        playwright = await leaving.enter_async_context(async_playwright())
+        browser = await launch_chromium(playwright)
+        leaving.push_async_callback(browser.close)
+        yield browser, server.url
+
+
+async def drives(context: BrowserContext, url: str, script: str = "") -> Viewer:
+    """Open the page and join; it drives, and its picture has settled."""
+    if script:
+        await context.add_init_script(script)
+    viewer = await Viewer.prepare(context, url)
+    await viewer.page.goto(url)
+    await viewer.sees_picture()
+    await viewer.puts_the_first_card_away()
+    await viewer.join()
+    await viewer.drives()
+    await asyncio.sleep(_SETTLE_S)
+    return viewer

@@ -1,0 +1,90 @@
+"""From a link that is opened to a picture that moves, over an emulated line."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import AsyncExitStack
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Final
+
+from e2e.browsers import open_browser
+from e2e.delay.cell import Cell
+from e2e.delay.systems import origin, start
+from e2e.link import Link, UnavailableError
+from e2e.measure.errors import MeasureError, NotRunError
+from e2e.measure.row import Row, judged, summed
+from e2e.measure.summary import summarize
+
+if TYPE_CHECKING:
+    from e2e.browsers import Browser
+    from e2e.delay.cell import SystemName
+
+_WITHIN_S: Final = 90.0
+_PAUSE_S: Final = 3.0
+"""The server lets the viewer go, and what was under way to them leaves the line."""
+_MOVING: Final = """
+(() => {
+  window.waxMovingMs = new Promise((resolve) => {
+    const watch = (video) => {
+      if (video.waxWatched) return;
+      video.waxWatched = true;
+      let first = null;
+      const onFrame = (_now, { rtpTimestamp, mediaTime }) => {
+        const picture = rtpTimestamp ?? mediaTime;
+        first ??= picture;
+        if (picture !== first) resolve(performance.now());
+        else video.requestVideoFrameCallback(onFrame);
+      };
+      video.requestVideoFrameCallback(onFrame);
+    };
+    const look = () => document.querySelectorAll("video").forEach(watch);
+    new MutationObserver(look).observe(document, { childList: true, subtree: true });
+    setTimeout(() => resolve(null), WITHIN_MS);
+  });
+})();
+""".replace("WITHIN_MS", str(round(_WITHIN_S * 1000)))
+"""Promises when a second, different picture is presented, ms since the navigation; else null."""
+
+
+async def first_picture(profile: str, goal_ms: float, peer: str | None, n: int) -> list[Row]:
+    """Open the page `n` times, each time without a past; the first time of all is not counted."""
+    found_ms = await _times(profile, "audio-master", n)
+    what = f"a link is opened → its picture moves: {profile}"
+    rows = [summed(f"first-picture/{profile}", what, "ms", found_ms, goal_ms, judged="p95")]
+    if peer is not None:
+        spread = summarize([one for one in await _times(profile, "stock", n) if one is not None])
+        values = spread.model_dump(include={"median", "p95", "p99", "max"})
+        key = f"first-picture/{profile}: stock"
+        rows.append(judged(key, f"… {peer}", "ms", values, n=n, column="median"))
+    return rows
+
+
+async def _times(profile: str, system: SystemName, n: int) -> list[float | None]:
+    cell = Cell(experiment="G", profile=profile, system=system)
+    async with AsyncExitStack() as leaving:
+        folder = Path(leaving.enter_context(TemporaryDirectory(prefix="wax-page-")))
+        rooms = folder / "server", folder / "browser"
+        for room in rooms:
+            room.mkdir()
+        try:
+            link = await leaving.enter_async_context(Link(profile))
+        except UnavailableError as error:
+            raise NotRunError(str(error)) from error
+        running = await leaving.enter_async_context(start(cell, link, rooms[0]))
+        browser = await leaving.enter_async_context(
+            open_browser(cell.browser, link, [origin(link)], rooms[1])
+        )
+        return [await _time(browser, running.url) for _ in range(n + 1)][1:]
+
+
+async def _time(browser: Browser, url: str) -> float | None:
+    async with browser.window(_MOVING) as window:
+        await window.goto(url)
+        found_ms = await window.evaluate("window.waxMovingMs")
+    await asyncio.sleep(_PAUSE_S)
+    if found_ms is None:
+        return None
+    if not found_ms > 0:
+        raise MeasureError(f"{url}: a picture moves before the page is there: {found_ms} ms")
+    return float(found_ms)

@@ -1,0 +1,109 @@
+"""From each way's input to the robot's line, which is behind the gate."""
+
+from __future__ import annotations
+
+import asyncio
+import random
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Final
+
+from e2e.gallery.views import COMPUTER, PHONE
+from e2e.harness.board import Board
+from e2e.harness.page_clock import page_clock
+from e2e.load.key_to_byte import Stroke, changes, delays
+from e2e.load.page.driven import browsing, drives
+from e2e.measure.errors import MeasureError
+from e2e.measure.row import Row, judged, summed
+from e2e.measure.summary import summarize
+from e2e.stop.record import Record
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from e2e.harness.page_clock import PageClock
+    from e2e.load.key_to_byte import Change
+    from e2e.load.page.ways import Way
+
+GOAL_MS: Final = 20.0
+ANSWERED: Final = 0.95
+"""Where more presses than the rest have no effect, the others' delays say nothing."""
+_SCRIPT: Final = Path(__file__).with_name("input.js").read_text(encoding="utf-8")
+
+
+async def input_to_gate(way: Way, n: int) -> list[Row]:
+    """Press `n` times in a real browser, at random phase against all that beats.
+
+    What is measured ends later than at the gate: with the whole frame on the serial line.
+    """
+    with TemporaryDirectory(prefix="wax-page-") as folder:
+        board = Board(Path(folder))
+        await board.start()
+        try:
+            noted, clock, clock_error_ms = await _noted(way, board, n)
+            record = Record(board.log_path)
+            record.read()
+        finally:
+            await board.stop()
+    strokes = [
+        Stroke(one.down, clock.monotonic_s(one.made_ms) * 1000) for one in way.strokes(noted)
+    ]
+    found = rows(way, strokes, changes(record.frames), clock_error_ms)
+    return [*found, _told(way, noted)] if way.is_touched else found
+
+
+def rows(
+    way: Way, strokes: Sequence[Stroke], moves: Sequence[Change], clock_error_ms: float
+) -> list[Row]:
+    """Sum up the presses; raises `MeasureError` where too many had no effect."""
+    presses = [stroke for stroke in strokes if stroke.down]
+    presses_ms = delays(list(strokes), list(moves), down=True)
+    if len(presses_ms) < ANSWERED * len(presses):
+        raise MeasureError(
+            f"{way.what}: of {len(presses)} presses {len(presses_ms)} moved the robot"
+        )
+    what = f"{way.what} → the whole frame on the serial line, which is behind the gate"
+    row = summed(
+        f"input/{way.key}",
+        what,
+        "ms",
+        presses_ms,
+        GOAL_MS,
+        judged="p99",
+        unanswered=len(presses) - len(presses_ms),
+        clock_error_ms=clock_error_ms,
+    )
+    if not way.is_held:
+        return [row]
+    released_ms = delays(list(strokes), list(moves), down=False)
+    let_go = "… let go → the frame that stops"
+    key = f"input/{way.key}: release"
+    return [row, summed(key, let_go, "ms", released_ms, GOAL_MS, judged="p99")]
+
+
+def _told(way: Way, noted: Sequence[Sequence[Any]]) -> Row:
+    """Sum up the browser's own share, which no page can shorten."""
+    told_ms = way.told_after_ms(noted)
+    values = summarize(told_ms).model_dump(include={"median", "p95", "p99", "max"})
+    what = "… of which until the browser tells the page"
+    return judged(f"input/{way.key}: told", what, "ms", values, n=len(told_ms), column="median")
+
+
+async def _noted(way: Way, board: Board, n: int) -> tuple[list[list[Any]], PageClock, float]:
+    """Drive by this way; gives what the browser said, and its clock with that one's error in ms."""
+    robot = {"driver": "serial", "serial": {"url": str(board.path)}}
+    device = PHONE if way.is_touched else COMPUTER
+    async with browsing({"robot": robot}) as (browser, url):
+        viewer = await drives(await browser.new_context(**device.context), url, _SCRIPT)
+        hand = await way.reaches(viewer)
+        before = await page_clock(viewer.page.evaluate)
+        await viewer.page.evaluate("waxInputs.length = 0")
+        for _ in range(n):
+            await hand.press()
+            await asyncio.sleep(random.uniform(*way.hold_s))
+            await hand.release()
+            await asyncio.sleep(random.uniform(*way.rest_s))
+        after = await page_clock(viewer.page.evaluate)
+        noted = await viewer.page.evaluate("waxInputs")
+    clock, drift_s = min(before, after), abs(before.ahead_s - after.ahead_s)
+    return noted, clock, max(before.error_s, after.error_s, drift_s) * 1000

@@ -1,0 +1,154 @@
+"""Every way to drive, as a hand does it: press it, let go of it, and what the browser says then."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from e2e.harness.gamepad import START, InjectedGamepad
+from e2e.harness.touch_screen import TouchPoints
+from e2e.load.key_to_byte import HOLD_S, REST_S, Stroke
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable, Sequence
+
+    from e2e.harness.viewer import Viewer
+
+_KEY: Final = "ArrowUp"
+_PUSH: Final = """
+([kind, ahead]) => {
+  const now = performance.now();
+  waxInputs.push([kind, "", now, now]);
+  waxPad.push(1, ahead);
+}
+"""
+"""No browser says when a gamepad moved, so what moves it does; ahead is negative on axis 1."""
+_FOUND_S: Final = 0.5
+_PUSHED: Final = 0.8
+_STEP_S: Final = 1.2
+"""A step is over by then, whatever its length."""
+
+
+@dataclass(frozen=True, slots=True)
+class Hand:
+    """Presses and lets go, on one page."""
+
+    press: Callable[[], Awaitable[None]]
+    release: Callable[[], Awaitable[None]]
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """`downs` and `ups` are the browser's events that begin and end a press.
+
+    `reaches` prepares the page that drives, and returns the hand. `is_held`: the robot moves as
+    long as the hand holds; else it stops by itself, and the release says nothing.
+    """
+
+    key: str
+    what: str
+    downs: str
+    ups: str
+    reaches: Callable[[Viewer], Awaitable[Hand]]
+    is_held: bool = True
+    is_touched: bool = False
+    hold_s: tuple[float, float] = HOLD_S
+    rest_s: tuple[float, float] = REST_S
+
+    def strokes(self, noted: Sequence[Sequence[Any]]) -> list[Stroke]:
+        """Return when presses began and ended, as noted; the first of several events counts."""
+        return [Stroke(kind == self.downs, float(at_ms)) for kind, _, at_ms, _ in self._own(noted)]
+
+    def told_after_ms(self, noted: Sequence[Sequence[Any]]) -> list[float]:
+        """Return how long the browser took to tell the page of each press."""
+        return [
+            float(told_ms) - float(at_ms)
+            for kind, _, at_ms, told_ms in self._own(noted)
+            if kind == self.downs
+        ]
+
+    def _own(self, noted: Sequence[Sequence[Any]]) -> list[Sequence[Any]]:
+        found: list[Sequence[Any]] = []
+        for one in noted:
+            kind, code, *_ = one
+            if kind not in (self.downs, self.ups) or (code and code != _KEY):
+                continue
+            if (kind == self.downs) is not bool(found and found[-1][0] == self.downs):
+                found.append(one)
+        return found
+
+
+async def _key(viewer: Viewer) -> Hand:
+    keyboard = viewer.page.keyboard
+    return Hand(lambda: keyboard.down(_KEY), lambda: keyboard.up(_KEY))
+
+
+async def _button(viewer: Viewer) -> Hand:
+    await viewer.button("Forward").hover()
+    mouse = viewer.page.mouse
+    return Hand(mouse.down, mouse.up)
+
+
+async def _joystick(viewer: Viewer) -> Hand:
+    """Put a finger on the middle, which asks for nothing, and push it ahead."""
+    points = await TouchPoints.of(viewer)
+    stick = viewer.joystick
+    await stick.scroll_into_view_if_needed()
+    box = await stick.bounding_box()
+    assert box is not None, "there is no joystick"
+
+    async def push() -> None:
+        await points.press(0, stick)
+        await points.slide(0, 0.0, -_PUSHED * box["height"] / 2)
+
+    async def lift() -> None:
+        await points.lift(0)
+
+    return Hand(push, lift)
+
+
+async def _gamepad(viewer: Viewer) -> Hand:
+    """Choose the gamepad by its Start; what is pushed ahead of that moves nothing."""
+    page = viewer.page
+    pad = await InjectedGamepad.plugged_in(page)
+    await asyncio.sleep(_FOUND_S)
+    await pad.tap(START)
+    await asyncio.sleep(_FOUND_S)
+
+    async def ahead() -> None:
+        await page.evaluate(_PUSH, ["paddown", -1])
+
+    async def let_go() -> None:
+        await page.evaluate(_PUSH, ["padup", 0])
+
+    return Hand(ahead, let_go)
+
+
+async def _step(viewer: Viewer) -> Hand:
+    await viewer.chooses_a_way("Steps")
+    return await _key(viewer)
+
+
+WAYS: Final = (
+    Way("key", "a key", "keydown", "keyup", _key),
+    Way("button", "a button on the screen, by mouse", "pointerdown", "pointerup", _button),
+    Way(
+        "joystick",
+        "the joystick, by touch",
+        "pointermove",
+        "pointerup",
+        _joystick,
+        is_touched=True,
+    ),
+    Way("gamepad", "an injected gamepad’s stick", "paddown", "padup", _gamepad),
+    Way(
+        "step",
+        "a step, by key",
+        "keydown",
+        "keyup",
+        _step,
+        is_held=False,
+        rest_s=(_STEP_S, _STEP_S + 0.2),
+    ),
+)

@@ -1,0 +1,121 @@
+"""The two servers that are compared, each in a process of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from contextlib import asynccontextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Final
+
+from e2e.harness import toml
+from e2e.harness.server import Server, free_port
+from e2e.load.crowd.sample import Offering
+from e2e.load.process import ProcessMeter, pinned
+from e2e.measure.errors import MeasureError
+from e2e.measure.suite import ROOT
+from e2e.peers import janus
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Mapping
+
+WAX: Final = "WAX"
+STOCK: Final = "stock aiortc"
+JANUS: Final = "Janus"
+SIDES: Final = (WAX, STOCK)
+
+_SETTINGS: Final[dict[str, Any]] = {
+    "video": {"source": "testcard"},
+    "audio": {"source": "testcard"},
+    # Turns last as long as the run; viewers who left are forgotten soon, so that waits are short.
+    "turns": {"turn_s": 3600.0, "grace_s": 0.5},
+}
+
+
+class MeasuredServer(Server):
+    """One server, kept on `core` if one is given."""
+
+    def __init__(self, side: str, folder: Path, settings: dict[str, Any], core: int | None) -> None:
+        super().__init__(folder, toml.dumps(_SETTINGS | settings))
+        self.side = side
+        self._core = core
+
+    async def launch(self) -> None:
+        with pinned(self._core):
+            if self.side == WAX:
+                await super().launch()
+                return
+            with self.log_path.open("ab") as log:
+                self._process = await asyncio.create_subprocess_exec(
+                    *(sys.executable, "-m", "e2e.peers.stock"),
+                    *("--host", "127.0.0.1", "--port", str(self.port)),
+                    cwd=ROOT,
+                    stdout=log,
+                    stderr=log,
+                )
+
+    @property
+    def meter(self) -> ProcessMeter:
+        return ProcessMeter(self.pid)
+
+    @property
+    def offering(self) -> Offering:
+        return Offering(url=self.url, how="wax" if self.side == WAX else "stock")
+
+    async def dropped(self) -> int:
+        """Return what our server itself has dropped; the others do not report it."""
+        if self.side != WAX:
+            return 0
+        streams = (await self.status())["streams"]
+        return sum(int(streams[kind]["dropped"]) for kind in ("video", "audio"))
+
+
+class JanusServer:
+    """Janus, kept on a core; what feeds it is not counted."""
+
+    side = JANUS
+
+    def __init__(self, pid: int, url: str) -> None:
+        self.meter = ProcessMeter(pid)
+        self.offering = Offering(url=url, how="janus")
+
+    async def dropped(self) -> int:
+        """Return 0: it tells nobody."""
+        return 0
+
+
+@asynccontextmanager
+async def serving(
+    side: str,
+    core: int | None = None,
+    environment: Mapping[str, str] | None = None,
+    **settings: Any,
+) -> AsyncIterator[MeasuredServer]:
+    """Serve inside the block; raises `MeasureError` if it does not start.
+
+    A plug-in of the suites is found by its name.
+    """
+    with TemporaryDirectory(prefix="wax-bench-") as folder:
+        server = MeasuredServer(side, Path(folder), settings, core)
+        server.environment |= {"PYTHONPATH": str(ROOT)} | dict(environment or {})
+        try:
+            try:
+                await server.start()
+            except AssertionError as error:
+                log = server.log.strip().splitlines() or ["no log"]
+                raise MeasureError(f"{side} does not serve; its log ends: {log[-1]}") from error
+            yield server
+        finally:
+            await server.kill()
+
+
+@asynccontextmanager
+async def serving_janus(core: int, feeders_core: int) -> AsyncIterator[JanusServer]:
+    """Serve by Janus; raises `NotRunError` where there is none."""
+    port = free_port()
+    with TemporaryDirectory(prefix="janus-") as folder, pinned(core):
+        async with janus.running(Path(folder), port) as process:
+            with pinned(feeders_core):
+                async with janus.feeding(port):
+                    yield JanusServer(process.pid, f"http://127.0.0.1:{port}/janus")

@@ -1,1 +1,0 @@
-"""Open to the public: strangers who attack, and networks that fail; ``python -m e2e.public``."""

@@ -1,0 +1,138 @@
+"""The suite's own camera, an ordinary plug-in that freezes, or blocks its server, on request.
+
+It is told by files in the folder that the environment names: ``freeze`` (as long as it exists no
+picture comes), ``block`` (its content: for how many seconds to block the event loop; once).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+import threading
+import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Final
+
+from e2e.harness.wait import eventually
+from wax.capture.testcard import TestCardVideo
+
+if TYPE_CHECKING:
+    from wax.capture.source import Picture
+    from wax.clock import Clock
+    from wax.config.settings import VideoSettings
+
+CONTROL: Final = "WAX_FAULTS_CAMERA"
+PLUG_IN: Final = {"video": {"source": "e2e.stop.camera:Camera"}}
+_LOOK_S: Final = 0.01
+_LONGEST_READ_S: Final = 1.9
+"""A source may block for 2 s."""
+
+
+class Camera:
+    """The test card, until it is frozen."""
+
+    def __init__(self, settings: VideoSettings, clock: Clock) -> None:
+        self._folder = Path(os.environ[CONTROL])
+        self._clock = clock
+        self._card = TestCardVideo(settings, clock)
+        self._newest: Picture | None = None
+        self._loops: list[asyncio.AbstractEventLoop] = []
+
+    def open(self) -> None:
+        self._card.open()
+
+    def read(self) -> Picture:
+        """Return the next picture; while frozen, the newest again, with its old capture time."""
+        self._loops = self._loops or _running_loops()
+        self._block()
+        since_s = time.monotonic()
+        while (self._folder / "freeze").exists() and self._newest is not None:
+            # Who reads it goes by CLOCK_MONOTONIC, which stands still while the machine sleeps.
+            asleep_s = self._clock.now_s() - time.monotonic()
+            self._note("frozen", self._newest.captured_s - asleep_s)
+            self._block()
+            time.sleep(_LOOK_S)
+            if time.monotonic() - since_s > _LONGEST_READ_S:
+                return self._newest
+        self._newest = self._card.read()
+        return self._newest
+
+    def close(self) -> None:
+        self._card.close()
+
+    def _block(self) -> None:
+        order = self._folder / "block"
+        if not order.exists():
+            return
+        seconds = float(order.read_text(encoding="utf-8"))
+        order.unlink()
+        for loop in self._loops:
+            loop.call_soon_threadsafe(self._hang, seconds)
+
+    def _hang(self, seconds: float) -> None:
+        self._note("blocked", time.monotonic())
+        time.sleep(seconds)
+
+    def _note(self, name: str, at_s: float) -> None:
+        """Write a time atomically."""
+        half = self._folder / f"{name}.half"
+        half.write_text(repr(at_s), encoding="utf-8")
+        half.rename(self._folder / name)
+
+
+def _running_loops() -> list[asyncio.AbstractEventLoop]:
+    """Find what runs the frames of the main thread; no list of objects has what gc has frozen."""
+    frame = sys._current_frames().get(threading.main_thread().ident or 0)
+    loops: list[asyncio.AbstractEventLoop] = []
+    while frame is not None:
+        owner = frame.f_locals.get("self")
+        if isinstance(owner, asyncio.AbstractEventLoop) and owner not in loops:
+            loops.append(owner)
+        frame = frame.f_back
+    return loops
+
+
+class Control:
+    """Controls the camera: `with Control() as control:`; `environment` is for the server."""
+
+    def __init__(self) -> None:
+        self._temporary = TemporaryDirectory(prefix="wax-camera-")
+        self.folder = Path(self._temporary.name)
+        self.environment = {CONTROL: str(self.folder)}
+
+    def __enter__(self) -> Control:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._temporary.cleanup()
+
+    async def block(self, seconds: float) -> float:
+        """Block the event loop; return when that began, on CLOCK_MONOTONIC."""
+        order = self.folder / "block.half"
+        order.write_text(str(seconds), encoding="utf-8")
+        order.rename(self.folder / "block")
+        return await self._moment("blocked")
+
+    async def freeze(self) -> float:
+        """Freeze the camera; return when its last picture was captured."""
+        # The camera may have noted an earlier one while that was thawed.
+        (self.folder / "frozen").unlink(missing_ok=True)
+        (self.folder / "freeze").touch()
+        return await self._moment("frozen")
+
+    def thaw(self) -> None:
+        (self.folder / "freeze").unlink(missing_ok=True)
+        (self.folder / "frozen").unlink(missing_ok=True)
+
+    async def _moment(self, name: str) -> float:
+        noted = self.folder / name
+
+        async def there() -> bool:
+            return noted.exists()
+
+        await eventually(there, f"the camera says {name}", within_s=5, every_s=0.005)
+        at_s = float(noted.read_text(encoding="utf-8"))
+        noted.unlink(missing_ok=True)
+        return at_s

@@ -1,0 +1,301 @@
+"""The robots that the drivers drive, each with a record of what came over its wire."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from tests.robot.mavlink.counterpart import Rover, as_twist, wall_s
+from tests.robot.ros2.base import Base, own_domain
+from tests.robot.ros2.bridge import Bridge
+
+from e2e.harness.server import free_port
+from e2e.harness.wait import eventually
+from e2e.measure.suite import ROOT
+from e2e.stop.drivers.mock_pins import METER
+from e2e.stop.record import Record
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping
+
+    from wax.driver.interface import Twist
+
+_HALF_BASE_M: Final = 0.15
+_SKETCH: Final = ROOT / "tests/robot/sketch.py"
+_MOTORS: Final = (12, 13)
+"""The pins that open the left and the right motor, in `[robot.gpio]` as it is by default."""
+
+
+def _frame(at_s: float, left: float, right: float) -> Iterator[dict[str, Any]]:
+    """Write a set-point as the board's log has it, and the wheels, which follow it at once."""
+    speeds = {"left": round(left * 1000), "right": round(right * 1000)}
+    yield {"t_s": at_s, "event": "frame", "type": "drive", "verdict": "taken", "turn": 0} | speeds
+    yield {"t_s": at_s, "event": "wheels"} | speeds
+
+
+def _twist(at_s: float, twist: Twist) -> Iterator[dict[str, Any]]:
+    turn_mps = twist.angular_rps * _HALF_BASE_M
+    yield from _frame(at_s, twist.linear_mps - turn_mps, twist.linear_mps + turn_mps)
+
+
+class Heard(Record):
+    """What a robot tells that is no file: `news` gives what is new, as events of a board."""
+
+    def __init__(self, news: Callable[[], Iterable[dict[str, Any]]]) -> None:
+        super().__init__(Path())
+        self._news = news
+
+    def read(self) -> None:
+        self.take(self._news())
+
+
+class SketchRecord(Record):
+    """The log of a board with ros_arduino_bridge."""
+
+    def take(self, events: Iterable[dict[str, Any]]) -> None:
+        super().take(one for event in events for one in _of_sketch(event))
+
+
+def _of_sketch(event: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    if event["event"] == "command" and event["letter"] == "m":
+        yield from _frame(event["t_s"], event["first"] / 1000, event["second"] / 1000)
+    elif event["event"] == "wheels" and event["why"] == "auto stop":
+        yield {"t_s": event["t_s"], "event": "ttl"}
+        yield event
+
+
+class PinRecord(Record):
+    """A motor stays as open as it is, so that nothing is written until it changes."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        self._path = path
+        self._read = 0
+        self._open = dict.fromkeys(_MOTORS, 0.0)
+
+    def read(self) -> None:
+        if not self._path.exists():
+            return
+        data = self._path.read_bytes()[self._read :]
+        whole = data[: data.rfind(b"\n") + 1]
+        self._read += len(whole)
+        for line in whole.decode().splitlines():
+            at_s, pin, state = line.split()
+            if int(pin) in self._open:
+                self._open[int(pin)] = float(state)
+                self.take(_frame(float(at_s), *self._open.values()))
+
+    def is_moving(self, now_s: float, within_s: float = float("inf")) -> bool:
+        return super().is_moving(now_s, within_s)
+
+    def moved_at(self, at_s: float, within_s: float = float("inf")) -> bool:
+        return super().moved_at(at_s, within_s)
+
+
+class End:
+    """The robot's end of a driver's link: a `Robot` of `e2e.stop.stage`."""
+
+    def __init__(self, folder: Path, record: Record) -> None:
+        self.folder = folder
+        self.record = record
+        self.settings: dict[str, Any] = {}
+        self.environment: Mapping[str, str] = {}
+
+    async def start(self) -> None:
+        """Make it ready to be driven."""
+
+    async def stop(self) -> None:
+        """End it; safe to call twice."""
+
+    async def cut(self) -> None:
+        """Cut its link, if it has one."""
+
+    async def mend(self) -> None:
+        """Bring the link back."""
+
+
+class Sketch(End):
+    """ros_arduino_bridge behind a pseudo-terminal, by lines that a host would describe."""
+
+    def __init__(self, folder: Path) -> None:
+        self._port, self._log = folder / "sketch-port", folder / "sketch.jsonl"
+        super().__init__(folder, SketchRecord(self._log))
+        text = {
+            "drive": "m {left} {right}\r",
+            "per_mps": 133.3,
+            "ttl_ms": 2000,
+            "answers": "OK",
+            "boot_ms": 0,
+        }
+        serial = {"url": str(self._port), "baud": 57_600, "dialect": "text", "text": text}
+        self.settings = {"driver": "serial", "serial": serial}
+        self._process: asyncio.subprocess.Process | None = None
+
+    async def start(self) -> None:
+        self._process = await asyncio.create_subprocess_exec(
+            *(sys.executable, str(_SKETCH), "bridge", str(self._port), str(self._log)),
+            stdin=asyncio.subprocess.PIPE,
+        )
+
+        async def is_there() -> bool:
+            return self._port.exists()
+
+        await eventually(is_there, "the sketch is plugged in")
+
+    async def cut(self) -> None:
+        self._say(b"unplug\n")
+
+    async def mend(self) -> None:
+        self._say(b"plug\n")
+
+    async def stop(self) -> None:
+        process, self._process = self._process, None
+        if process is not None and process.stdin is not None:
+            process.stdin.close()
+            await asyncio.wait_for(process.wait(), 5)
+
+    def _say(self, line: bytes) -> None:
+        assert self._process is not None
+        assert self._process.stdin is not None
+        self._process.stdin.write(line)
+
+
+class RosBase(End):
+    """A base on CycloneDDS or Fast DDS."""
+
+    is_fast = False
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder, Heard(self._news))
+        domain = own_domain()
+        self.settings = {"driver": "ros2", "ros2": {"domain": domain, "interface": "127.0.0.1"}}
+        self._base = Base(domain, fast=self.is_fast)
+
+    def _news(self) -> Iterator[dict[str, Any]]:
+        for told in self._base.forget():
+            yield from _twist(told.at_s, told.twist)
+
+    async def start(self) -> None:
+        await asyncio.to_thread(self._base.start)
+
+    async def stop(self) -> None:
+        await asyncio.to_thread(self._base.end)
+
+    cut, mend = stop, start
+
+
+class FastBase(RosBase):
+    is_fast = True
+
+
+class RosBridge(End):
+    """A rosbridge server of the tests: no other is to be had here."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder, Heard(self._news))
+        self._bridge = Bridge()
+        self._bridge.port = free_port()
+        ros2 = {"transport": "rosbridge", "rosbridge_url": self._bridge.url}
+        self.settings = {"driver": "ros2", "ros2": ros2}
+
+    def _news(self) -> Iterator[dict[str, Any]]:
+        for told in self._bridge.forget():
+            yield from _twist(told.at_s, told.twist)
+
+    async def start(self) -> None:
+        await asyncio.to_thread(self._bridge.start)
+
+    async def stop(self) -> None:
+        await asyncio.to_thread(self._bridge.end)
+
+    cut, mend = stop, start
+
+
+class MavlinkRover(End):
+    """A rover by another MAVLink library, armed and in GUIDED.
+
+    Its failsafe of the ground station would make somebody drive it on by hand each time.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder, Heard(self._news))
+        self._port = free_port()
+        self.settings = {
+            "driver": "mavlink",
+            "mavlink": {"url": f"udpin:127.0.0.1:{self._port}"},
+        }
+        self._rover: Rover | None = None
+        self._ahead_s = 0.0
+
+    async def start(self) -> None:
+        self._ahead_s = wall_s() - time.monotonic()
+        self._rover = await asyncio.to_thread(
+            Rover, f"udpout:127.0.0.1:{self._port}", mode="guided", armed=True, FS_GCS_TIMEOUT=600.0
+        )
+
+    def _news(self) -> Iterator[dict[str, Any]]:
+        assert self._rover is not None
+        for event in self._rover.news():
+            at_s = event["t"] - self._ahead_s
+            twist = as_twist(event)
+            if twist is not None:
+                yield from _twist(at_s, twist)
+            elif event["event"] == "moves" and event["why"] not in ("velocity", "manual"):
+                yield {"t_s": at_s, "event": "ttl"}
+                yield {"t_s": at_s, "event": "wheels", "left": 0, "right": 0}
+
+    async def cut(self) -> None:
+        assert self._rover is not None
+        self._rover.tell("mute", "deaf")
+
+    async def mend(self) -> None:
+        assert self._rover is not None
+        self._rover.tell("hear")
+
+    async def stop(self) -> None:
+        rover, self._rover = self._rover, None
+        if rover is not None:
+            await asyncio.to_thread(rover.close)
+
+
+class Pins(End):
+    """Two motors on gpiozero's mock pins, which are in the driver's process."""
+
+    def __init__(self, folder: Path) -> None:
+        meter = folder / "pins.log"
+        super().__init__(folder, PinRecord(meter))
+        self.settings = {
+            "driver": "e2e.stop.drivers.mock_pins:MeteredRobot",
+            "gpio": {"guard": False},
+        }
+        self.environment = {METER: str(meter)}
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A driver, and how its robot stops when the driver's process is gone.
+
+    `stops_ms` is the goal, None where nothing can be seen of it; `by_itself` says that it is the
+    robot's own time-out and no message. `has_link` is false where there is none to be cut.
+    """
+
+    key: str
+    what: str
+    robot: Callable[[Path], End]
+    stops_ms: float | None
+    by_itself: bool = False
+    has_link: bool = True
+
+
+KINDS: Final = (
+    Kind("text", "serial, lines of text", Sketch, 2200.0, by_itself=True),
+    Kind("ros2", "ROS 2, CycloneDDS", RosBase, 200.0),
+    Kind("ros2-fast", "ROS 2, Fast DDS", FastBase, 200.0),
+    Kind("rosbridge", "ROS 2, rosbridge", RosBridge, 200.0),
+    Kind("mavlink", "MAVLink", MavlinkRover, 1100.0, by_itself=True),
+    Kind("gpio", "pins, gpiozero’s mock ones", Pins, None, has_link=False),
+)

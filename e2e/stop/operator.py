@@ -1,0 +1,50 @@
+"""The suite's operator: the protocol's client, at full speed, optionally through a relay."""
+
+from __future__ import annotations
+
+import uuid
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING
+
+import aiohttp
+
+from wax.client import Operator
+from wax.client.operator import PERIOD_S, Sent
+from wax.rtc import private
+
+if TYPE_CHECKING:
+    from e2e.harness.server import Server
+    from e2e.stop.relay import Relay
+
+__all__ = ["PERIOD_S", "Browser", "RawOperator", "Sent"]
+
+
+@dataclass(frozen=True, slots=True)
+class Browser:
+    """Whom the server knows again after a new connection, and in which of their tabs."""
+
+    cookies: aiohttp.CookieJar = field(default_factory=partial(aiohttp.CookieJar, unsafe=True))
+    tab: str = field(default_factory=lambda: str(uuid.uuid4()))
+
+
+class RawOperator(Operator):
+    """`browser` is whose it is, by default a new one's; `relay` its network, else the loopback."""
+
+    def __init__(
+        self,
+        server: Server,
+        *,
+        browser: Browser | None = None,
+        relay: Relay | None = None,
+        sees: bool = False,
+    ) -> None:
+        private.install()  # a browser stays on a slow link, too, which aioice alone leaves
+        browser = browser or Browser()
+        super().__init__(
+            server.url,
+            client_id=browser.tab,
+            cookies=browser.cookies,
+            route=relay,
+            sees=sees,
+        )

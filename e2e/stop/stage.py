@@ -1,0 +1,265 @@
+"""A robot, and a server that drives it, in a folder of their own."""
+
+from __future__ import annotations
+
+import asyncio
+import random
+import time
+from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Final, Protocol, Self
+
+import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+
+from e2e.harness import toml
+from e2e.harness.board import Board
+from e2e.harness.server import Server
+from e2e.harness.wait import eventually
+from e2e.load.crowd import Crowd, Offering
+from e2e.measure.errors import MeasureError
+from e2e.measure.suite import ROOT
+from e2e.stop.record import Record
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+
+    from e2e.stop.operator import RawOperator
+    from e2e.stop.record import Stopping
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """What the server serves while the robot drives: its media, and a number of observers."""
+
+    what: str
+    media: Mapping[str, Any]
+    observers: int
+
+    def __str__(self) -> str:
+        return f"{self.what}, {self.observers} observers"
+
+
+DEFAULT: Final = Load(
+    "640×480 at 30 fps, sound",
+    {"video": {"source": "testcard"}, "audio": {"source": "testcard"}},
+    20,
+)
+"""The product's own: everything as shipped."""
+
+_SMALL: Final = {"width": 320, "height": 240, "fps": 15.0}
+LIGHT: Final = Load(
+    "320×240 at 15 fps, no sound",
+    {
+        "video": {"source": "testcard", "renditions": [_SMALL | {"bitrate_bps": 300_000}]} | _SMALL,
+        "audio": {"source": "none"},
+    },
+    0,
+)
+"""For tests, which share the machine."""
+
+_PRESSES: Final = 6
+_PRESS_S: Final = 1.5
+
+_STEADY_FRAMES: Final = 5
+"""This many equal speeds in a row: two may fall in one period, but not five while it rises."""
+_RAMP_S: Final = 1.5
+
+_LONG_TURNS: Final = {"turns": {"turn_s": 3600.0, "grace_s": 0.5}}
+
+STOPS_AT_EACH_TRIAL: Final = {
+    "stop": {"max_per_minute": 10_000, "max_per_minute_per_address": 10_000}
+}
+"""For observers who press Stop in each trial, far more often than people may."""
+
+
+class Robot(Protocol):
+    """A robot beyond a driver's link: `[robot]` for it, and a record of what came."""
+
+    settings: dict[str, Any]
+    environment: Mapping[str, str]
+    record: Record
+
+    async def start(self) -> None:
+        """Make it ready to be driven."""
+        ...
+
+    async def stop(self) -> None:
+        """End it; safe to call twice."""
+        ...
+
+
+class FirmwareRobot(Board):
+    """The board with the firmware of ours."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder)
+        self.settings = {"driver": "serial", "serial": {"url": str(self.path)}}
+        self.environment: Mapping[str, str] = {}
+        self.record = Record(self.log_path)
+
+
+class Stage:
+    """Use as an async context manager; inside, the server has found the robot."""
+
+    def __init__(
+        self,
+        folder: Path,
+        *settings: Mapping[str, Any],
+        load: Load = DEFAULT,
+        environment: Mapping[str, str] | None = None,
+        end: Callable[[Path], Robot] = FirmwareRobot,
+    ) -> None:
+        self.load = load
+        self.robot = end(folder)
+        tree = toml.merged(_LONG_TURNS, load.media, {"robot": self.robot.settings}, *settings)
+        self.server = Server(folder, toml.dumps(tree))
+        # It finds the suite's own camera by name, like any plug-in.
+        own = {"PYTHONPATH": str(ROOT)}
+        self.server.environment |= own | dict(self.robot.environment) | dict(environment or {})
+        self.record = self.robot.record
+        self.crowd: Crowd | None = None
+        self._ending = AsyncExitStack()
+
+    async def __aenter__(self) -> Self:
+        async with AsyncExitStack() as ending:
+            await self.robot.start()
+            ending.push_async_callback(self.robot.stop)
+            ending.push_async_callback(self.server.kill)
+            await self.server.start()
+            await self.answers()
+            if self.load.observers:
+                offering = Offering(url=self.server.url, how="wax")
+                self.crowd = ending.enter_context(await asyncio.to_thread(Crowd, offering))
+            await self._fill()
+            self._ending = ending.pop_all()
+        return self
+
+    async def __aexit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        async with self._ending:
+            if kind is None and self.load.observers:
+                await self._is_loaded()
+
+    async def _fill(self) -> None:
+        """Connect the observers."""
+        if self.crowd is not None:
+            await asyncio.to_thread(self.crowd.hold, self.load.observers)
+
+    async def _empty(self) -> None:
+        """Let them leave a server that is no more."""
+        if self.crowd is not None:
+            await asyncio.to_thread(self.crowd.hold, 0)
+
+    async def _is_loaded(self) -> None:
+        """Raise `MeasureError` if observers were lost: the load was not as stated."""
+        here = len((await self.server.status())["viewers"])
+        if here < self.load.observers:
+            raise MeasureError(f"of {self.load.observers} observers {here} were left at the end")
+
+    async def answers(self, within_s: float = 15) -> None:
+        """Wait until the server knows of the robot."""
+
+        async def connected() -> bool:
+            return bool((await self.server.status())["robot"]["connected"])
+
+        await eventually(connected, "the robot is found", within_s=within_s, every_s=0.05)
+
+    async def again(self) -> None:
+        """Restart the killed server on the same port."""
+        await self.server.kill()
+        await asyncio.gather(self._empty(), self.server.start())
+        await asyncio.gather(self._fill(), self.answers())
+
+    @property
+    def board(self) -> Board:
+        """The robot, where it is the board with our firmware."""
+        assert isinstance(self.robot, Board)
+        return self.robot
+
+    @property
+    def driver_pid(self) -> int:
+        """The driver's process."""
+        for child in psutil.Process(self.server.pid).children(recursive=True):
+            if "wax.robot.process" in child.cmdline():
+                return int(child.pid)
+        raise MeasureError("the server has no process that speaks with the robot")
+
+    # --- what the robot does -------------------------------------------------------------------
+
+    async def moves(self, within_s: float) -> bool:
+        """Return whether the wheels turn within that time because of a current command."""
+        deadline_s = time.monotonic() + within_s
+        while True:
+            self.record.read()
+            if self.record.is_moving(time.monotonic()):
+                return True
+            if time.monotonic() > deadline_s:
+                return False
+            await asyncio.sleep(0.005)
+
+    async def moving(self, press: Callable[[], Awaitable[None]]) -> None:
+        """Press, again if the server requires it, until the robot moves."""
+        for _ in range(_PRESSES):
+            await press()
+            if await self.moves(_PRESS_S):
+                return
+        state = await self.server.status()
+        refused = {name: n for name, n in state["counters"].items() if "refused" in name}
+        raise MeasureError(
+            f"the robot does not move, pressed {_PRESSES} times:"
+            f" {state['turn']}, {refused}, {state['robot']}"
+        )
+
+    async def at_full_speed(self) -> bool:
+        """Wait until the commanded speed stays level; False if the robot stands before that."""
+        deadline_s = time.monotonic() + _RAMP_S
+        while time.monotonic() < deadline_s:
+            self.record.read()
+            newest = self.record.frames[-_STEADY_FRAMES:]
+            if not newest[-1].moves:
+                return False
+            if len({(frame.left_mmps, frame.right_mmps) for frame in newest}) == 1:
+                return True
+            await asyncio.sleep(0.005)
+        return False
+
+    def outcome(self, since_s: float, until_s: float | None = None) -> Stopping | None:
+        """Return how the motion at `since_s` has ended; None if there was none."""
+        until_s = time.monotonic() if until_s is None else until_s
+        self.record.read()
+        return self.record.stopping(since_s, until_s) if self.record.moved_at(since_s) else None
+
+    async def drive(self, operator: RawOperator) -> None:
+        """Release, press again, and return at random phase while the robot moves."""
+
+        async def press() -> None:
+            operator.let_go()
+            await asyncio.sleep(0.06)
+            operator.steer(1.0)
+
+        await self.moving(press)
+        await random_phase()
+
+
+async def random_phase() -> None:
+    """Wait for a random time, longer than any period of the system."""
+    await asyncio.sleep(random.uniform(0.06, 0.16))
+
+
+@asynccontextmanager
+async def staged(
+    *tables: Mapping[str, Any],
+    load: Load = DEFAULT,
+    environment: Mapping[str, str] | None = None,
+    end: Callable[[Path], Robot] = FirmwareRobot,
+    **settings: Mapping[str, Any],
+) -> AsyncIterator[Stage]:
+    """Set up a stage in a temporary folder; `settings` override `tables`.
+
+    `end` makes the robot: it is at the other end of the driver's link.
+    """
+    with TemporaryDirectory(prefix="wax-faults-") as folder:
+        stage = Stage(Path(folder), *tables, settings, load=load, environment=environment, end=end)
+        async with stage:
+            yield stage

@@ -1,0 +1,182 @@
+"""Attacks by HTTP, from as many addresses of the loopback net as they like."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import time
+import uuid
+from contextlib import suppress
+from itertools import cycle
+from struct import unpack
+from typing import TYPE_CHECKING, Final
+
+from e2e.strangers import wire
+from e2e.strangers.ground import together
+from e2e.strangers.intruder import Intruder, ask
+from e2e.strangers.strangers import address
+
+if TYPE_CHECKING:
+    from collections import Counter
+
+    from e2e.strangers.ground import Ground
+
+PAGE: Final = wire.http("GET", "/", headers=[("Accept-Encoding", "gzip")])
+COOKIES: Final = wire.http("GET", "/healthz", headers=wire.many_cookies(64_000))
+_PIPELINED: Final = 20
+_WRITTEN_BYTES: Final = 262_144
+_ANSWERED_BYTES: Final = 65_536
+_AGAIN_S: Final = 0.5
+"""Until a connection that was closed or refused is tried again."""
+_DRIP_S: Final = 1.0
+_HEADER: Final = b"POST /api/offer HTTP/1.1\r\nHost: 127.0.0.1\r\n"
+_SLOW: Final = (
+    ("silent", b"", False),
+    ("half header", _HEADER, False),
+    ("drip", _HEADER + b"X-Never: ", True),
+    ("slow body", _HEADER + b"Content-Length: 4000\r\n\r\n", True),
+)
+
+
+async def pipelined(
+    ground: Ground, connections: int, addresses: int, rate_hz: float, request: bytes
+) -> None:
+    """Keep asking on connections that stay open, several requests at once, and read each answer."""
+    requests = max(1, min(_PIPELINED, _WRITTEN_BYTES // len(request)))
+    each_s = requests * connections / rate_hz
+
+    async def one(number: int) -> None:
+        reader, writer = await _connected(ground.port, address(number % addresses))
+        reading = asyncio.create_task(_drain(reader, ground.account))
+        try:
+            async for _ in ground.ticks(each_s):
+                if reading.done():
+                    ground.account["closed"] += 1
+                    break
+                if writer.transport.get_write_buffer_size() == 0:
+                    writer.write(request * requests)
+                    ground.account["requests"] += requests
+        finally:
+            reading.cancel()
+            writer.transport.abort()
+
+    async def again(number: int) -> None:
+        async for _ in ground.ticks(_AGAIN_S):
+            with suppress(OSError, TimeoutError):
+                await one(number)
+
+    await together(again(number) for number in range(connections))
+
+
+async def never_read(ground: Ground, connections: int, addresses: int) -> None:
+    """Ask for the largest file again and again, and read nothing."""
+    path = await _largest_asset(ground.port)
+    request = wire.http("GET", path) * _PIPELINED
+
+    async def one(number: int) -> None:
+        async for _ in ground.ticks(_AGAIN_S):
+            try:
+                made = socket.socket()
+                made.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+                made.setblocking(False)
+                made.bind((address(number % addresses), 0))
+                with made:
+                    loop = asyncio.get_running_loop()
+                    await asyncio.wait_for(loop.sock_connect(made, ("127.0.0.1", ground.port)), 5)
+                    ground.account["connected"] += 1
+                    await asyncio.wait_for(loop.sock_sendall(made, request), 5)
+                    # Until it is closed by the other end: without reading, only an error tells.
+                    async for _ in ground.ticks(_AGAIN_S):
+                        if _is_closed(made):
+                            ground.account["closed"] += 1
+                            break
+            except (OSError, TimeoutError):
+                ground.account["refused"] += 1
+
+    await together(one(number) for number in range(connections))
+
+
+def _is_closed(made: socket.socket) -> bool:
+    """Whether the other end has closed it, by the state that the system has (tcp(7))."""
+    information = made.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, 8)
+    established = 1
+    return bool(unpack("8B", information)[0] != established)
+
+
+async def _largest_asset(port: int) -> str:
+    page = await ask(port, "GET", "/")
+    text = page.body.decode("utf-8", "replace")
+    paths = {
+        "/assets/" + piece.partition('"')[0] for piece in text.split("/assets/")[1:] if '"' in piece
+    }
+    sizes = {path: len((await ask(port, "GET", path)).body) for path in sorted(paths)}
+    return max(sizes, key=lambda path: sizes[path], default="/")
+
+
+async def dawdle(ground: Ground, connections: int, addresses: int) -> None:
+    """Say nothing, half a header, a header by drips, or a body by drips, until it is closed."""
+    one_by_one = asyncio.Lock()  # more than the system's queue holds would be half open for ever
+
+    async def one(number: int) -> None:
+        kind, begun, drips = _SLOW[number % len(_SLOW)]
+        source = address(number // len(_SLOW) % addresses)
+        async with one_by_one:
+            reader, writer = await _connected(ground.port, source)
+        since_s = time.monotonic()
+        writer.write(begun)
+        closed = asyncio.create_task(_drain(reader, ground.account))
+        try:
+            while not closed.done() and not ground.is_over:
+                await asyncio.wait([closed], timeout=_DRIP_S)
+                if drips:
+                    writer.write(b"x")
+            lasted_s = time.monotonic() - since_s
+            ground.lasted_s.setdefault(kind, []).append(lasted_s if closed.done() else None)
+        finally:
+            closed.cancel()
+            writer.transport.abort()
+
+    await together(one(number) for number in range(connections))
+
+
+async def silent_offer() -> str:
+    """Return the description that somebody offers who is never heard of again."""
+    made = Intruder(0)
+    try:
+        return await made.description()
+    finally:
+        await made.close()
+
+
+async def offers(ground: Ground, rate_hz: float, sources: int, *, empty: bool) -> None:
+    """Send offers that nobody follows up, each of another browser; empty ones are no offers."""
+    sdp = "" if empty else await silent_offer()
+    asking: set[asyncio.Task[None]] = set()
+
+    async def one(source: str) -> None:
+        sent = {"sdp": sdp, "client": str(uuid.uuid4())}
+        answer = await ask(ground.port, "POST", "/api/offer", source=source, body=sent)
+        ground.account[f"answered {answer.status}"] += 1
+
+    addresses = cycle([address(number) for number in range(sources)])
+    try:
+        async for _ in ground.ticks(1 / rate_hz):
+            task = asyncio.create_task(one(next(addresses)))
+            asking.add(task)
+            task.add_done_callback(asking.discard)
+            ground.account["offers"] += 1
+    finally:
+        for task in asking:
+            task.cancel()
+        await asyncio.gather(*asking, return_exceptions=True)
+
+
+async def _connected(port: int, source: str) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+    async with asyncio.timeout(10):
+        return await asyncio.open_connection("127.0.0.1", port, local_addr=(source, 0))
+
+
+async def _drain(reader: asyncio.StreamReader, account: Counter[str]) -> None:
+    with suppress(OSError):
+        while piece := await reader.read(_ANSWERED_BYTES):
+            account["bytes back"] += len(piece)

@@ -1,0 +1,68 @@
+"""Where an attack takes place, and until when."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+from itertools import cycle
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import random
+    from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Sequence
+
+    from e2e.strangers.intruder import Intruder
+
+    Work = Callable[["Ground"], Awaitable[None]]
+
+
+@dataclass(slots=True)
+class Ground:
+    """Where an attack takes place, until when, and what it has cost so far."""
+
+    port: int
+    intruders: Sequence[Intruder]
+    until_s: float
+    chance: random.Random
+    account: Counter[str] = field(default_factory=Counter)
+    lasted_s: dict[str, list[float | None]] = field(default_factory=dict)
+    """How long slow connections were open, by kind; None for those that still are."""
+    drawn: list[list[str]] = field(default_factory=list)
+    """What chance drew, in the order in which it began."""
+
+    @property
+    def is_over(self) -> bool:
+        return time.monotonic() >= self.until_s
+
+    async def ticks(self, every_s: float) -> AsyncIterator[None]:
+        """Tick on time until the end; what is late is not made up for."""
+        due_s = time.monotonic()
+        while not self.is_over:
+            yield
+            due_s = max(due_s + every_s, time.monotonic())
+            await asyncio.sleep(max(0.0, min(due_s, self.until_s) - time.monotonic()))
+
+    async def turns(self, rate_hz: float) -> AsyncIterator[Intruder]:
+        """Let each viewer have its turn at this rate, spread over the period."""
+        intruders = cycle(self.intruders)
+        async for _ in self.ticks(1 / rate_hz / len(self.intruders)):
+            yield next(intruders)
+
+
+@dataclass(frozen=True, slots=True)
+class Attack:
+    """`viewers` come in before it begins; `sees` of them have a picture."""
+
+    what: str
+    work: Work
+    viewers: int = 0
+    sees: bool = False
+
+
+async def together(works: Iterable[Awaitable[Any]]) -> None:
+    """Run all of them; what one may not do keeps none of the others."""
+    for result in await asyncio.gather(*works, return_exceptions=True):
+        if isinstance(result, BaseException) and not isinstance(result, OSError | TimeoutError):
+            raise result

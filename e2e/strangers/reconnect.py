@@ -1,0 +1,247 @@
+"""How soon the picture is back once the link is, and whether the turn is kept.
+
+Two ways to lose the link: every packet is lost for five seconds and no event tells of it, and the
+browser's machine gets another address, as a phone does that leaves the house.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import random
+import tempfile
+import time
+from contextlib import AsyncExitStack, asynccontextmanager
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Self
+
+from playwright.async_api import async_playwright
+from tests.link.profile import Change, Loss, load
+
+from e2e.browsers.window import installed
+from e2e.delay.systems import PORT
+from e2e.delay.systems.served import serving
+from e2e.delay.systems.wax import press
+from e2e.harness import toml
+from e2e.harness.chromium import FLAGS, NAMES
+from e2e.harness.viewer import Viewer
+from e2e.link import Link
+from e2e.link.namespace import BROWSER_ADDRESS, DEVICE
+from e2e.measure.errors import MeasureError
+from e2e.measure.row import Row, counted, summed
+from wax.clock import SystemClock
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
+
+    from tests.link.profile import DirectionSettings, Profile
+
+    Fault = Callable[[], Awaitable[float]]
+
+GOAL_P50_MS: Final = 1200.0
+GOAL_P95_MS: Final = 2000.0
+OUTAGE_S: Final = 5.0
+
+_NETWORK: Final = "internet-5m"
+_NEXT_ADDRESS: Final = "10.77.0.3"
+_BRIEFLY_S: Final = (0.0, 1.0)
+"""From the old address to the new one, as a phone hands over."""
+_AWAY_S: Final = (2.0, 3.0)
+"""Then Chromium on Linux takes 1.5 s after the address to tell its own WebRTC of it."""
+_BACK_WITHIN_S: Final = 12.0
+_DRIVES_WITHIN_S: Final = 15.0
+_SLOT_S: Final = 24.0
+"""From one outage to the next: the longest outage, the longest return, and time to settle."""
+_SETTLE_S: Final = (3.0, 4.0)
+"""From a picture to the next fault: as steady as any, and at a random phase of every timer."""
+
+_SEES: Final = """async (sinceMs) => {
+    for (;;) {
+        const [card] = await window.waxProbe.cards(1);
+        if (card.valid && card.stamp_ms >= sinceMs % 2 ** 40) return card.now_ms;
+    }
+}"""
+"""When the first picture was presented that was taken after that time; Unix milliseconds."""
+
+_JOINS: Final = press("Join the queue")
+"""Whether the page had to join the queue."""
+
+_SERVER: Final[dict[str, Any]] = {"host": "0.0.0.0", "port": PORT}
+_SETTINGS: Final[dict[str, Any]] = {
+    "video": {"source": "testcard"},
+    "audio": {"source": "testcard"},
+    "turns": {"turn_s": 3600.0},
+}
+
+
+class Driving:
+    """A browser that drives, behind a link that can be cut; use as an async context manager."""
+
+    viewer: Viewer
+    _link: Link
+    _log: Path
+
+    def __init__(self, outages: int) -> None:
+        """`outages` is how often `black_hole` can be called."""
+        self._open = AsyncExitStack()
+        self._addresses = (BROWSER_ADDRESS, _NEXT_ADDRESS)
+        # Of random length, so that the end meets the page's attempts at every phase.
+        begins_s = [index * _SLOT_S + 0.1 for index in range(outages)]
+        self._outages_s = [(at_s, at_s + OUTAGE_S + random.random()) for at_s in begins_s]
+        self._left_s = iter(self._outages_s)
+        self._began_s: float | None = None
+
+    async def __aenter__(self) -> Self:
+        async with AsyncExitStack() as opening:
+            enter = opening.enter_async_context
+            folder = Path(opening.enter_context(tempfile.TemporaryDirectory(prefix="wax-")))
+            config = folder / "wax.toml"
+            settings = _SETTINGS | {"server": _SERVER | {"state_dir": str(folder / "state")}}
+            config.write_text(toml.dumps(settings), encoding="utf-8")
+            self._link = await enter(Link(_with_outages(load(_NETWORK), self._outages_s)))
+            self._log = folder / "wax.log"
+            served = await enter(
+                serving("wax", self._link, folder, ["-m", "wax", "--config", str(config)])
+            )
+            self.viewer = await enter(_page(self._link, folder, served.url))
+            await self.viewer.sees_picture()
+            await self.viewer.join()
+            await self.viewer.drives()
+            self._open = opening.pop_all()
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await self._open.aclose()
+
+    def turns(self) -> int:
+        """Count the turns that have begun, by the server's log."""
+        return self._log.read_text(encoding="utf-8").count("TurnStarted")
+
+    async def drives_again(self) -> bool:
+        """Wait until the page drives; return False if it had to queue for it."""
+        driving = self.viewer.page.get_by_text("You are driving")
+        kept = True
+        until_s = time.monotonic() + _DRIVES_WITHIN_S
+        while not await driving.is_visible():
+            if time.monotonic() > until_s:
+                raise MeasureError("the page does not drive again")
+            kept = kept and not await self.viewer.page.evaluate(_JOINS)
+            await asyncio.sleep(0.1)
+        return kept
+
+    async def black_hole(self) -> float:
+        """Lose every packet for a while; return when that ended, as Unix milliseconds."""
+        if self._began_s is None:
+            self._began_s = await self._link.start_changes()
+        begin_s, end_s = (self._began_s + at_s for at_s in next(self._left_s))
+        if begin_s < time.monotonic():
+            raise MeasureError("the page came back too late for the next outage")
+        await asyncio.sleep(end_s - time.monotonic())
+        return SystemClock().wall_ms() + (end_s - time.monotonic()) * 1000
+
+    async def other_network(self, away_s: tuple[float, float]) -> float:
+        """Give the browser's machine another address, after a while without; return when."""
+        old, new = self._addresses
+        self._addresses = new, old
+        await self._ip("address", "del", f"{old}/24", "dev", DEVICE)
+        await asyncio.sleep(random.uniform(*away_s))
+        back_ms = SystemClock().wall_ms()
+        await self._ip("address", "add", f"{new}/24", "dev", DEVICE)
+        await self._ip("route", "replace", "default", "dev", DEVICE)
+        return back_ms
+
+    async def back_after(self, fault: Fault) -> float | None:
+        """Return how many ms after the fault's end the picture was back; None for never."""
+        back_ms = await fault()
+        try:
+            async with asyncio.timeout(_BACK_WITHIN_S):
+                return float(await self.viewer.page.evaluate(_SEES, back_ms)) - back_ms
+        except TimeoutError:
+            return None
+
+    async def _ip(self, *arguments: str) -> None:
+        code = await (await self._link.browser.spawn(["ip", *arguments])).wait()
+        if code:
+            raise MeasureError(f"ip {' '.join(arguments)} ended with status {code}")
+
+
+@asynccontextmanager
+async def _page(link: Link, folder: Path, url: str) -> AsyncIterator[Viewer]:
+    """Open the page in a Chromium at the browser's end, without any permission, as strangers do."""
+    launcher = link.browser.launcher(folder / "chromium", installed("WAX_CHROMIUM", NAMES))
+    async with async_playwright() as playwright:
+        browser = await playwright.chromium.launch(
+            executable_path=launcher,
+            headless=True,
+            args=[
+                *FLAGS,
+                "--no-sandbox",
+                # Nobody answers there, and what it asks for would go over the link.
+                f"--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE {link.server.address}",
+            ],
+        )
+        try:
+            viewer = await Viewer.prepare(await browser.new_context(), url)
+            await viewer.page.goto(url)
+            yield viewer
+        finally:
+            await browser.close()
+
+
+async def _measure(n: int) -> list[Row]:
+    rows: list[Row] = []
+    lost_turns = 0
+    async with Driving(n) as driving:
+        kinds: list[tuple[str, str, Fault]] = [
+            ("outage", f"{OUTAGE_S:g} to 6 s without a packet", driving.black_hole),
+            ("network", "another network", partial(driving.other_network, _BRIEFLY_S)),
+            (
+                "network-late",
+                "another network after 2 to 3 s without any",
+                partial(driving.other_network, _AWAY_S),
+            ),
+        ]
+        for key, what, fault in kinds:
+            took_ms: list[float | None] = []
+            for _ in range(n):
+                await asyncio.sleep(random.uniform(*_SETTLE_S))
+                before = driving.turns()
+                took_ms.append(await driving.back_after(fault))
+                kept = await driving.drives_again()
+                lost_turns += not kept or driving.turns() != before
+            rows += _rows(key, what, took_ms)
+    rows.append(counted("reconnect: turns", "turns lost in all of these", lost_turns, 3 * n))
+    return rows
+
+
+def _rows(key: str, what: str, took_ms: list[float | None]) -> list[Row]:
+    what = f"{what}: link back → new picture on screen"
+    median, p95 = (
+        summed(
+            f"reconnect-{key}: {judged}", f"{what}, {judged}", "ms", took_ms, goal_ms, judged=judged
+        )
+        for judged, goal_ms in (("median", GOAL_P50_MS), ("p95", GOAL_P95_MS))
+    )
+    return [median, p95]
+
+
+def reconnect(n: int) -> list[Row]:
+    """Lose the link `n` times each way; raises `MeasureError` or `NotRunError`."""
+    return asyncio.run(_measure(n))
+
+
+def _with_outages(profile: Profile, outages_s: Sequence[tuple[float, float]]) -> Profile:
+    """Let every packet be lost, both ways, during each of these."""
+
+    def cut(way: DirectionSettings) -> DirectionSettings:
+        changes = [
+            change
+            for begin_s, end_s in outages_s
+            for change in (
+                Change(at_s=begin_s, loss=Loss(in_good=1.0)),
+                Change(at_s=end_s, loss=way.loss),
+            )
+        ]
+        return way.model_copy(update={"changes": changes})
+
+    return profile.model_copy(update={"down": cut(profile.down), "up": cut(profile.up)})

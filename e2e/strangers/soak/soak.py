@@ -1,0 +1,191 @@
+"""The soak: memory, delays and stops while somebody drives and ten others come and go."""
+
+from __future__ import annotations
+
+import asyncio
+import statistics
+import time
+from dataclasses import dataclass, field
+from itertools import cycle
+from typing import TYPE_CHECKING, Any, Final
+
+from e2e.load.crowd import Crowd
+from e2e.load.memory import FLAT_MIB, handles, is_empty
+from e2e.load.servers import WAX, serving
+from e2e.measure.age import Ages
+from e2e.measure.errors import MeasureError
+from e2e.measure.row import Row, counted, judged
+from wax.client import Client, Operator
+from wax.sentence import read
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from e2e.load.servers import MeasuredServer
+    from wax.client.sdp import Kind
+
+_PRESENT: Final = (10, 4, 8, 0, 6, 2, 9, 1, 10, 5, 7, 3)
+"""How many observers are there; each number for five seconds, again every minute."""
+_EVERY_S: Final = 5.0
+_SAMPLE_S: Final = 1.0
+_GROWN_MS: Final = 5.0
+"""Two medians over minutes differ by less on a machine that does other things too."""
+_PRESS_S: Final = 0.3
+_KINDS: Final[tuple[Kind, ...]] = ("audio", "video")
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """One look: `at` is the share of the soak that is over, ages are None before their clock."""
+
+    at: float
+    rss_mib: float
+    sound_ms: float | None
+    picture_ms: float | None
+    trip_ms: float | None
+
+
+@dataclass(slots=True)
+class Soaked:
+    """What was seen; `left` counts threads, descriptors and tasks more than before."""
+
+    lasted_s: float
+    samples: list[Sample] = field(default_factory=list)
+    stops: list[str] = field(default_factory=list)
+    joins: int = 0
+    left: int = 0
+    late_ms: float = 0.0
+
+
+class _Listener(Client):
+    """Measures how old sound and picture are on arrival."""
+
+    def __init__(self, url: str) -> None:
+        self.ages = Ages()
+        super().__init__(url, on_message=self.ages.learn)
+
+
+async def soak(seconds: float) -> Soaked:
+    """Serve for `seconds`; raises `MeasureError` if somebody who should be there is not."""
+    found = Soaked(lasted_s=seconds)
+    # The shipped grace: an operator whose machine hangs for a moment keeps their turn.
+    async with serving(WAX, turns={"turn_s": 86_400.0}) as server:
+        with await asyncio.to_thread(Crowd, server.offering) as crowd:
+            # What is made once, by the first of each kind, is no leak.
+            await _serve_all(server, crowd, Soaked(lasted_s=2 * _EVERY_S))
+            await is_empty(server)
+            before = await handles(server)
+            await _serve_all(server, crowd, found)
+            await is_empty(server)
+            found.left = await handles(server) - before
+    return found
+
+
+async def _serve_all(server: MeasuredServer, crowd: Crowd, found: Soaked) -> None:
+    def told(message: dict[str, Any]) -> None:
+        if message["type"] == "drive_status" and operator.held and not message["moving"]:
+            reason = message["reason"]
+            found.stops.append("no reason" if reason is None else str(read(reason)))
+
+    operator = Operator(server.url, sees=True, on_message=told)
+    async with _Listener(server.url) as listener, operator:
+        await operator.join()
+        operator.let_go()
+        await asyncio.sleep(_PRESS_S)
+        # On the spot: whoever drives into a wall is stopped with a reason.
+        operator.steer(0.0, 1.0)
+        found.stops.clear()
+        ends_s = time.monotonic() + found.lasted_s
+        coming = asyncio.create_task(_come_and_go(crowd, found, ends_s))
+        try:
+            await _watch(server, listener, operator, found, ends_s)
+        finally:
+            await coming
+        operator.let_go()
+    found.late_ms = operator.worst_late_s * 1000
+
+
+async def _come_and_go(crowd: Crowd, found: Soaked, ends_s: float) -> None:
+    present = 0
+    for number in cycle(_PRESENT):
+        if time.monotonic() >= ends_s:
+            break
+        due_s = time.monotonic() + _EVERY_S
+        await asyncio.to_thread(crowd.hold, number)
+        found.joins += max(0, number - present)
+        present = number
+        await asyncio.sleep(max(0.0, due_s - time.monotonic()))
+    await asyncio.to_thread(crowd.hold, 0)
+
+
+async def _watch(
+    server: MeasuredServer, listener: _Listener, operator: Operator, found: Soaked, ends_s: float
+) -> None:
+    began_s = ends_s - found.lasted_s
+    while (now_s := time.monotonic()) < ends_s:
+        gone = [
+            who
+            for who, is_there in (
+                ("the listener", listener.is_open),
+                ("the operator", operator.is_open),
+                ("the operator's turn", operator.has_turn),
+            )
+            if not is_there
+        ]
+        if gone:
+            raise MeasureError(f"after {now_s - began_s:.0f} s {' and '.join(gone)} is gone")
+        trips = {one["id"]: one.get("round_trip_ms") for one in (await server.status())["viewers"]}
+        sound_ms, picture_ms = (listener.ages.age_ms(listener, kind) for kind in _KINDS)
+        found.samples.append(
+            Sample(
+                at=(now_s - began_s) / found.lasted_s,
+                rss_mib=server.meter.rss_mib(),
+                sound_ms=sound_ms,
+                picture_ms=picture_ms,
+                trip_ms=trips.get(operator.viewer),
+            )
+        )
+        if not operator.newest("drive_status").get("moving"):
+            # After a longer lapse a person would press again.
+            operator.let_go()
+            await asyncio.sleep(_PRESS_S)
+            operator.steer(0.0, 1.0)
+        await asyncio.sleep(_SAMPLE_S)
+
+
+def rows(found: Soaked) -> list[Row]:
+    """Judge the last sixth by the one before the middle: of half an hour, minutes 25 and 10 on."""
+
+    def grown(
+        key: str, what: str, unit: str, goal: float, value: Callable[[Sample], float | None]
+    ) -> Row:
+        before, after = (
+            [v for one in found.samples if begin <= one.at < end if (v := value(one)) is not None]
+            for begin, end in ((1 / 3, 1 / 2), (5 / 6, 1.0))
+        )
+        if not before or not after:
+            raise MeasureError(f"{key}: nothing was measured")
+        means = [statistics.mean(before), statistics.mean(after)]
+        if unit == "ms":
+            means = [statistics.median(before), statistics.median(after)]
+        return judged(
+            f"soak: {key}", what, unit, {"max": means[1] - means[0]}, goal,
+            n=len(after), column="max", detail={"before": means[0], "after": means[1]},
+        )  # fmt: skip
+
+    minutes = found.lasted_s / 60
+    window = f"{minutes / 6:g} min, less that of minutes {minutes / 3:g} to {minutes / 2:g}"
+    return [
+        grown("memory", f"memory of the last {window}", "MiB", FLAT_MIB, lambda one: one.rss_mib),
+        grown("sound", "… age of the sound on arrival", "ms", _GROWN_MS, lambda one: one.sound_ms),
+        grown("picture", "… of the picture", "ms", _GROWN_MS, lambda one: one.picture_ms),
+        grown("trip", "… the operator's round trip", "ms", _GROWN_MS, lambda one: one.trip_ms),
+        counted(
+            "soak: left", "… threads, descriptors and tasks left by those who came", found.left,
+            found.joins,
+        ),
+        counted(
+            "soak: stops", "… stops without a reason while the operator drives", len(found.stops),
+            round(found.lasted_s), why=found.stops[:10], late_by_this_machine_ms=found.late_ms,
+        ),
+    ]  # fmt: skip
