@@ -260,16 +260,19 @@ async def test_a_path_and_ipv6_change_nothing(tmp_path: Path, proxy: Any, text: 
 # --- coturn ----------------------------------------------------------------------------------
 
 SECRET = "a-secret-of-the-test"
+LOOPBACK = ("127.0.0.1", "::1")
 Relay = turn.TurnClientUdpProtocol | turn.TurnClientTcpProtocol
 
 
 @asynccontextmanager
-async def relay(port: int, secret: str, over: str = "udp") -> AsyncIterator[Relay]:
+async def relay(
+    port: int, secret: str, over: str = "udp", *, host: str = "127.0.0.1"
+) -> AsyncIterator[Relay]:
     """Get a relay as a browser does, with a name and password that WAX makes of the secret."""
     name = f"{SystemClock().wall_ms() // 1000 + 600}:ada"
     digest = hmac.digest(secret.encode(), name.encode(), hashlib.sha1)
     password = base64.b64encode(digest).decode()
-    server = ("127.0.0.1", port)
+    server = (host, port)
     who, loop = (server, name, password, 600, 500), asyncio.get_running_loop()
     transport: asyncio.BaseTransport
     client: Relay
@@ -303,10 +306,13 @@ async def coturn(folder: Path, wax: str) -> AsyncIterator[tuple[int, list[str]]]
     text = TURNSERVER.read_text(encoding="utf-8")
     text = put(text, "static-auth-secret=CHANGE-ME", f"static-auth-secret={SECRET}")
     text = put(text, "allowed-peer-ip=203.0.113.5", f"allowed-peer-ip={wax}")
+    if ":" in wax:
+        text = put(text, "#allocation-default", "allocation-default")
     config = folder / "turnserver.conf"
     config.write_text(text)
     port = free_port(socket.SOCK_DGRAM)
-    here = ("-L", "127.0.0.1", "-E", wax, "-p", str(port), "--pidfile", str(folder / "pid"))
+    host = LOOPBACK[":" in wax]
+    here = ("-L", host, "-E", wax, "-p", str(port), "--pidfile", str(folder / "pid"))
     command = (turnserver, "-c", str(config), *here, "-b", str(folder / "db"))
     async with _running(*command, until="IO method (auth thread)") as said:
         yield port, said
@@ -339,15 +345,19 @@ async def test_a_relay_leads_to_wax_alone(tmp_path: Path, monkeypatch: pytest.Mo
     assert wrong == []
 
 
-def test_a_relay_leads_to_its_port_alone(tmp_path: Path) -> None:
-    """The rule beside coturn's configuration leaves what it relays one port of WAX's machine."""
+@pytest.mark.parametrize("wax", ["198.51.100.5", "2001:db8::5"])
+def test_a_relay_leads_to_its_port_alone(tmp_path: Path, wax: str) -> None:
+    """The rule beside coturn's configuration leaves what it relays one port of WAX's machine.
+
+    By IPv4 and by IPv6, where each other address is denied, too.
+    """
     for program in ("nft", "turnserver", "ip"):
         _program(program)
     alone = [_program("unshare"), "--net", *(["--map-root-user"] if os.getuid() else [])]
     if subprocess.run([*alone, "true"], check=False, capture_output=True).returncode:
         pytest.skip("no network of one's own can be made here")
     done = subprocess.run(
-        [*alone, sys.executable, "-m", "tests.deploy.relay_port", str(tmp_path)],
+        [*alone, sys.executable, "-m", "tests.deploy.relay_port", str(tmp_path), wax],
         cwd=FOLDER.parents[1],
         capture_output=True,
         text=True,
