@@ -201,11 +201,6 @@ def _arguments(words: Sequence[str] | None) -> argparse.Namespace:
         "NAME.up",
     )
     parser.add_argument(
-        "--long",
-        action="store_true",
-        help="all cells 3 times for 60 s and the emulator verified before, about a night long",
-    )
-    parser.add_argument(
         "--emulator",
         action="store_true",
         help="verify the emulator alone, every profile with packets of its own, 3 minutes",

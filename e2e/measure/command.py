@@ -70,6 +70,9 @@ def parser_of(suite: Suite) -> argparse.ArgumentParser:
     parser.add_argument(
         "--resume", action="store_true", help="only what has no result of this product and machine"
     )
+    parser.add_argument(
+        "--long", action="store_true", help="also the cases that take hours; they are not published"
+    )
     parser.add_argument("--list", action="store_true", help="say which cases there are")
     parser.add_argument(
         "--publish", action="store_true", help=f"then write {FOLDER.relative_to(ROOT)}/"
@@ -83,10 +86,10 @@ def run(
     """Measure; the exit status. Raises `MeasureError` where what was asked for makes no sense."""
     wanted = [
         (case, arguments.n or (case.quick if arguments.quick else case.n))
-        for case in _chosen(suite, arguments.only)
+        for case in _chosen(suite, arguments.only, long=arguments.long)
     ]
     if arguments.list:
-        print("\n".join(f"{case.key:<28}{n:>6}  {case.title}" for case, n in wanted))
+        print("\n".join(_line(case, n) for case, n in wanted))
         return 0
     origin = Origin(
         commit=machine.commit(), measured=digest(suite.measures), machine=machine.describe()
@@ -133,9 +136,16 @@ def _measure(case: Case, n: int, origin: Origin, load_1min: float, log: Path) ->
     return result.model_copy(update=update | {"took_s": time.monotonic() - start_s})
 
 
-def _chosen(suite: Suite, patterns: Sequence[str] | None) -> list[Case]:
+def _line(case: Case, n: int) -> str:
+    """Say of a case how often it measures, how long that takes in full, and what it asks."""
+    minutes = f"{case.minutes:.0f} min" if case.minutes else ""
+    return f"{case.key:<28}{n:>6}{minutes:>9}  {case.title}{' (long)' * case.long}"
+
+
+def _chosen(suite: Suite, patterns: Sequence[str] | None, *, long: bool) -> list[Case]:
     """Return the cases that a pattern matches, all without one."""
-    keys = [case.key for case in suite.cases]
+    cases = [case for case in suite.cases if long or not case.long]
+    keys = [case.key for case in cases]
     for pattern in patterns or ():
         if not any(fnmatchcase(key, pattern) for key in keys):
             near = get_close_matches(pattern, keys, 1)
@@ -143,7 +153,7 @@ def _chosen(suite: Suite, patterns: Sequence[str] | None) -> list[Case]:
             raise MeasureError(f"there is no case {pattern}{meant} (--list names them)")
     return [
         case
-        for case in suite.cases
+        for case in cases
         if not patterns or any(fnmatchcase(case.key, pattern) for pattern in patterns)
     ]
 

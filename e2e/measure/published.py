@@ -64,13 +64,14 @@ def load(suite: str, folder: Path = FOLDER) -> Published:
 def publish(suite: Suite, results: Sequence[Result], folder: Path = FOLDER) -> Path:
     """Write the results of all cases, of one product; raises `MeasureError` if one is missing."""
     by_case = {result.case: result for result in results if result.status == "ok"}
-    missing = [case.key for case in suite.cases if case.key not in by_case]
+    keys = [case.key for case in suite.cases if not case.long]
+    missing = [key for key in keys if key not in by_case]
     if missing:
         raise MeasureError(
             f"not published, for these cases have no result: {', '.join(missing)}; "
             "measure them with --resume --publish"
         )
-    ordered = [by_case[case.key] for case in suite.cases]
+    ordered = [by_case[key] for key in keys]
     origin = ordered[0].origin
     rows = suite.derive([row for result in ordered for row in result.rows])
     published = Published(

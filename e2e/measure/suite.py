@@ -32,7 +32,8 @@ class Case:
     """`run(n)` measures `n` times and returns the rows; `n` in full, `quick` in the short form.
 
     It raises `NotRunError` where this machine cannot, anything else where it failed: either way
-    the other cases go on.
+    the other cases go on. `minutes` is how long it takes in full. A `long` one runs only with
+    ``--long`` and is never published.
     """
 
     key: str
@@ -40,6 +41,8 @@ class Case:
     n: int
     run: Callable[[int], Sequence[Row]]
     quick: int = 1
+    minutes: float = 0.0
+    long: bool = False
 
 
 def measured(
@@ -48,9 +51,12 @@ def measured(
     measure: Callable[[int], Coroutine[Any, Any, list[Row]]],
     title: str,
     quick: int,
+    *,
+    minutes: float = 0.0,
+    long: bool = False,
 ) -> Case:
     """Make a case of a coroutine function."""
-    return Case(key, title, n, lambda n: asyncio.run(measure(n)), quick)
+    return Case(key, title, n, lambda n: asyncio.run(measure(n)), quick, minutes, long)
 
 
 @dataclass(frozen=True, slots=True)

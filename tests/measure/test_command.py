@@ -21,7 +21,7 @@ def _only_one(rows: list[Row]) -> list[Row]:
 
 
 class Bed:
-    """A suite of two cases, how often each was measured, and what is to go wrong."""
+    """A suite of two cases and a long one, how often each was measured, and what is to go wrong."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -30,7 +30,10 @@ class Bed:
         self.value = 1.0
 
     def run(self, *words: str) -> int:
-        cases = tuple(Case(key, "runs", 10, self._case(key)) for key in ("one", "two"))
+        cases = tuple(
+            Case(key, "runs", 10, self._case(key), long=key == "hours")
+            for key in ("one", "two", "hours")
+        )
         suite = Suite("bed", "A test bed.", ("README.md",), ("WAX",), cases, derive=_only_one)
         return command.main(suite, words, out=self.folder, published=self.folder / "published")
 
@@ -126,6 +129,13 @@ def test_a_case_that_is_not_there_is_told(bed: Bed, capsys: pytest.CaptureFixtur
     assert bed.run("--only", "tow") == 2
     assert "did you mean two?" in capsys.readouterr().err
     assert bed.runs == []
+
+
+def test_what_takes_hours_is_asked_for(bed: Bed) -> None:
+    """A long case runs with --long only, and nothing published waits for it."""
+    assert bed.run("--publish") == 0
+    bed.run("--long", "--only", "hours")
+    assert [key for key, _ in bed.runs] == ["one", "two", "hours"]
 
 
 def test_published_is_a_whole_run_without_its_details(bed: Bed) -> None:
