@@ -47,3 +47,18 @@ def test_none_or_a_used_one_raises(
     _without_ipv6(monkeypatch, number, family)
     with pytest.raises(OSError, match="injected"):
         listen("localhost", 0)
+
+
+def test_localhost_needs_no_resolver(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where nothing resolves names, localhost is this machine, and any other name an error."""
+
+    def fail(*_: Any, **__: Any) -> None:
+        raise socket.gaierror(socket.EAI_AGAIN, "injected")
+
+    monkeypatch.setattr(socket, "getaddrinfo", fail)
+    made = listen("localhost", 0)
+    assert ("127.0.0.1", made[0].getsockname()[1]) in [one.getsockname()[:2] for one in made]
+    for one in made:
+        one.close()
+    with pytest.raises(socket.gaierror, match="injected"):
+        listen("robot.example.org", 0)

@@ -4,13 +4,29 @@ from __future__ import annotations
 
 import errno
 import socket
-from typing import Final
+from typing import Any, Final
 
 BACKLOG: Final = 512
 """So many wait in the kernel: a class opens the page at once."""
 NOT_HERE: Final = frozenset({errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT})
 """A name may have an address of a family that this machine does not use: ``::1 localhost`` stays in
 `/etc/hosts` where IPv6 is off, as in most containers."""
+
+
+def addresses(
+    host: str | None, port: int, kind: socket.SocketKind
+) -> list[tuple[int, tuple[Any, ...]]]:
+    """Return family and address of each address of a host to bind; raises `socket.gaierror`.
+
+    ``localhost`` is this machine on one without `/etc/hosts` or a resolver, too (RFC 6761, 6.3).
+    """
+    try:
+        found = socket.getaddrinfo(host, port, type=kind, flags=socket.AI_PASSIVE)
+    except socket.gaierror:
+        if host != "localhost":
+            raise
+        return [(socket.AF_INET6, ("::1", port, 0, 0)), (socket.AF_INET, ("127.0.0.1", port))]
+    return list(dict.fromkeys((family, address) for family, *_, address in found))
 
 
 def listen(host: str, port: int) -> list[socket.socket]:
@@ -21,8 +37,7 @@ def listen(host: str, port: int) -> list[socket.socket]:
     made: list[socket.socket] = []
     missing: OSError | None = None
     try:
-        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
-        for family, *_, address in dict.fromkeys(found):
+        for family, address in addresses(host, port, socket.SOCK_STREAM):
             # The port that the system chose for the first.
             same = (address[0], made[0].getsockname()[1] if made else port, *address[2:])
             try:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 from pydantic_core import from_json
 
 from wax.commands.doctor.verdict import Verdict, bad, ok, warning
-from wax.edge.binding import NOT_HERE
+from wax.edge.binding import NOT_HERE, addresses
 
 if TYPE_CHECKING:
     from wax.commands.doctor.network import ServedNetwork
@@ -76,10 +76,10 @@ def udp_port(network: ServedNetwork, *, running: bool) -> Verdict:
 
 def _bound(name: str, kind: socket.SocketKind, host: str, port: int) -> Verdict:
     try:
-        found = socket.getaddrinfo(host or None, port, type=kind, flags=socket.AI_PASSIVE)
+        found = addresses(host or None, port, kind)
     except socket.gaierror:
         return bad(f"There is no address for the name {host}.", _ADVICE[errno.EADDRNOTAVAIL])
-    errors = [_bind(family, kind, address) for family, _, _, _, address in found]
+    errors = [_bind(family, kind, address) for family, address in found]
     # A name may have an address of a family that is switched off: the other one serves.
     told = [one for one in errors if one is not None and one.errno not in NOT_HERE]
     if not told and None not in errors:
