@@ -12,8 +12,7 @@ from e2e.delay.relay import http_through
 from e2e.harness.chromium import FLAGS, find_chromium
 from e2e.harness.server import COMMAND
 from e2e.harness.wait import eventually
-from e2e.reach.packet import TCP, UDP
-from e2e.reach.router import Host
+from e2e.reach.hosts import Host
 from wax.client.host import become_host
 
 if TYPE_CHECKING:
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
 HTTP: Final = 8080
 MEDIA: Final = 8081
 ROBOT: Final = Host(
-    "robot", "192.168.1.2", public="203.0.113.1", forwards=((TCP, HTTP), (UDP, MEDIA))
+    "robot", "192.168.1.2", public="203.0.113.1", forwards=(("tcp", HTTP), ("udp", MEDIA))
 )
 FRIEND: Final = Host("friend", "192.168.7.2", public="203.0.113.2")
 TURN: Final = Host("turn", "203.0.113.9")

@@ -18,8 +18,8 @@ from e2e.harness.server import COMMAND
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from e2e.link import UnavailableError
+from e2e.reach.hosts import Host
 from e2e.reach.internet import Internet
-from e2e.reach.router import Host
 from e2e.reach.stage import FRIEND, HTTP, ROBOT, URL, browser_at, serving, tell_logs
 from wax.access.admission import BANNED, LOCKED
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Final
 from e2e.harness.missing import missing
 
 if TYPE_CHECKING:
+    from e2e.reach.hosts import Host
     from e2e.reach.internet import Internet
-    from e2e.reach.router import Host
 
 PORT: Final = 3478
 _CONFIG: Final = Path(__file__).parents[2] / "config" / "deploy" / "turnserver.conf"
