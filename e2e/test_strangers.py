@@ -24,7 +24,7 @@ from wax.client import Client, Operator
 from wax.clock import SystemClock
 from wax.control.reasons import Refusal
 from wax.errors import SignallingError
-from wax.session.stop_authority import KNOWN_S, MUTED, TOO_OFTEN
+from wax.session.stop_presses import KNOWN_S, MUTED, TOO_OFTEN
 
 if TYPE_CHECKING:
     from asyncio import StreamReader, StreamWriter

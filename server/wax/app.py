@@ -29,7 +29,7 @@ from wax.capture.channel_faults import ChannelFaults
 from wax.capture.source_thread import SourceThread
 from wax.capture.timestamp_overlay import TimestampOverlay
 from wax.cluster.cluster import Cluster, PublishedSources
-from wax.cluster.rooms import published, upload_left_bps
+from wax.cluster.room_directory import published, upload_left_bps
 from wax.control.loop import ControlLoop
 from wax.control.picture_clock import PictureClock
 from wax.control.turns import Turns
@@ -294,7 +294,7 @@ class App:
             clock=clock,
             proving=self._proof_runner,
             ice=ice,
-            status=lambda: self._status() | {"connections": self._entrance.status()},
+            status=lambda: self._status() | {"connections": self._entrance.limits.status()},
             branding=_branding(settings, service, has_voice=self._speaker is not None),
             guards=Guards(
                 settings.server,

@@ -62,7 +62,7 @@ _OTHERS: Final[dict[str, tuple[str, ...]]] = {
     "proof/measure": ("proof/test_measure",),
     "proof/verdict": ("proof/test_verdict",),
     "rtc/link_monitor": ("rtc/test_link_monitor",),  # the link's delay, which commands are granted
-    "session/stop_authority": ("session/test_stop_authority",),
+    "session/stop_presses": ("session/test_stop_presses",),
     "session/token_bucket": ("session/test_token_bucket",),
 }
 _CORE_FILES: Final = (

@@ -12,13 +12,13 @@ from tests.visitors import TAB, visitor
 
 from wax.access.admission import BANNED, CLOSED
 from wax.cluster.cluster import Cluster, RoomSeat
-from wax.cluster.rooms import Occupancy, choose, person
+from wax.cluster.room_directory import Occupancy, choose, person
 from wax.errors import ForbiddenError, FullError, NoPlaceError, NotAdmittedError
 from wax.session import entry as entry_module
 from wax.session.host_acts import REMOVED
 from wax.session.rooms import WATCHING_IS_FULL
 from wax.session.seats import SEAT_S, Seats
-from wax.session.stop_authority import ELSEWHERE, TOO_OFTEN
+from wax.session.stop_presses import ELSEWHERE, TOO_OFTEN
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

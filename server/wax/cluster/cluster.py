@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Final
 import aiohttp
 import structlog
 
-from wax.cluster import rooms
 from wax.cluster.errors import RoomError
 from wax.cluster.leaving import Leaving
 from wax.cluster.livekit import LiveKitRoom
 from wax.cluster.publication import Publication
-from wax.cluster.rooms import Occupancy
+from wax.cluster.room_directory import Occupancy, choose
 from wax.cluster.whip import WhipSession
 
 if TYPE_CHECKING:
@@ -115,7 +114,7 @@ class Cluster:
             one.leaving.let_in(person)
         return [
             RoomSeat(one.name, livekit.url, livekit.watch_token(person))
-            for one in rooms.choose([one.occupancy for one in mine if one.is_live], before)
+            for one in choose([one.occupancy for one in mine if one.is_live], before)
             if (livekit := by_name[one.name]) is not None
         ]
 

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from wax.driver.interface import Driver, RobotState
     from wax.fanout.camera import Camera
     from wax.session.host_decisions import HostDecisions
-    from wax.session.stop_authority import StopPresser
+    from wax.session.stop_presses import PressingAddress
     from wax.session.viewer import Viewer
     from wax.session.voices import Voices
     from wax.streams.interface import Service
@@ -176,7 +176,7 @@ class Announcements:
         )
 
     def console(
-        self, viewers: Iterable[Viewer], pressers: Iterable[StopPresser]
+        self, viewers: Iterable[Viewer], pressers: Iterable[PressingAddress]
     ) -> messages.Console:
         """Return what only the host sees."""
         reused_at = self._access.reused_at

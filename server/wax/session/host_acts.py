@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from wax.control.turns import Turns
     from wax.records.records import Records
     from wax.session.host_decisions import HostDecisions
-    from wax.session.stop_authority import StopAuthority
+    from wax.session.stop_presses import StopPresses
     from wax.session.viewer import Viewer
     from wax.session.viewers import Viewers
 
@@ -57,7 +57,7 @@ class HostActs:
         viewers: Viewers,
         records: Records,
         door: Door,
-        stops: StopAuthority,
+        stops: StopPresses,
         public_url: str = "",
     ) -> None:
         self._access = access

@@ -18,7 +18,7 @@ from wax.session.entry import Entry
 from wax.session.host_acts import SIGNED_OUT, HostActs
 from wax.session.room_updates import RoomUpdates
 from wax.session.rooms import Rooms
-from wax.session.stop_authority import StopAuthority
+from wax.session.stop_presses import StopPresses
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -102,7 +102,7 @@ class Room:
         self._announcements = announcements
         self._control = control
         self._access = access
-        self._stops = StopAuthority(
+        self._stops = StopPresses(
             settings=settings.stop,
             clock=clock,
             house=house,

@@ -11,7 +11,7 @@ from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING, Final, Literal
 
-from wax.cluster.rooms import person
+from wax.cluster.room_directory import person
 from wax.errors import ForbiddenError, FullError, NoPlaceError, NotAdmittedError
 from wax.protocol import messages
 from wax.sentence import Sentence

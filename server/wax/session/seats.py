@@ -10,7 +10,7 @@ from collections import Counter, defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from wax.cluster.rooms import person
+from wax.cluster.room_directory import person
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

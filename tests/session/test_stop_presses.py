@@ -18,12 +18,12 @@ from wax.records.records import Records
 from wax.records.writer import RecordWriter
 from wax.session.host_decisions import HostDecisions
 from wax.session.record_keeper import RecordKeeper
-from wax.session.stop_authority import (
+from wax.session.stop_presses import (
     KNOWN_S,
     MUTED,
     ONLY_THE_OPERATOR_STOPS,
     TOO_OFTEN,
-    StopAuthority,
+    StopPresses,
 )
 
 if TYPE_CHECKING:
@@ -72,10 +72,10 @@ def stops(
     house: HostDecisions | None = None,
     records: Records | None = None,
     since_s: Mapping[str, float] | None = None,
-) -> StopAuthority:
+) -> StopPresses:
     turns = cast("Turns", SimpleNamespace(operator=operator))
     clock = clock or TurnedClock()
-    return StopAuthority(
+    return StopPresses(
         settings=StopSettings(by=by, max_per_minute=3, max_per_minute_per_address=5),
         clock=clock,
         house=house or HostDecisions(),
@@ -134,16 +134,16 @@ def test_who_is_muted_stops_nothing(control: Control) -> None:
 def test_a_person_has_a_budget(control: Control) -> None:
     """It fills again; the operator and the host have no need of one."""
     clock = TurnedClock()
-    authority = stops(control, clock=clock)
+    presses = stops(control, clock=clock)
     for _ in range(3):
-        authority.press(BOB, is_host=False)
+        presses.press(BOB, is_host=False)
     with pytest.raises(ForbiddenError, match=str(TOO_OFTEN)):
-        authority.press(BOB, is_host=False)
+        presses.press(BOB, is_host=False)
     for _ in range(30):
-        authority.press(ADA, is_host=False)
-        authority.press(BOB, is_host=True)
+        presses.press(ADA, is_host=False)
+        presses.press(BOB, is_host=True)
     clock.time_s += 60.0
-    assert authority.press(BOB, is_host=False) == 7
+    assert presses.press(BOB, is_host=False) == 7
 
 
 def person(name: str, address: str = "192.0.2.1") -> Viewer:
@@ -151,12 +151,12 @@ def person(name: str, address: str = "192.0.2.1") -> Viewer:
     return cast("Viewer", SimpleNamespace(number=9, name=name, visitor=of))
 
 
-def pressed(authority: StopAuthority, *names: str) -> int:
+def pressed(presses: StopPresses, *names: str) -> int:
     """Count how many of these are heard, one press each."""
     heard = 0
     for name in names:
         with suppress(ForbiddenError):
-            heard += authority.press(person(name), is_host=False) == 7
+            heard += presses.press(person(name), is_host=False) == 7
     return heard
 
 
@@ -164,25 +164,25 @@ def test_new_browsers_have_no_more_than_their_address(control: Control) -> None:
     """Forty-six press once each in 45 s, and are heard as one address is; it fills again."""
     clock = TurnedClock()
     newcomers = [f"eve{number}" for number in range(46)]
-    authority = stops(control, clock=clock, since_s=dict.fromkeys(newcomers, 999.0))
+    presses = stops(control, clock=clock, since_s=dict.fromkeys(newcomers, 999.0))
     heard = 0
     for name in newcomers:
-        heard += pressed(authority, name)
+        heard += pressed(presses, name)
         clock.time_s += 45 / 46
     assert heard <= 5, "an address was heard more often than `max_per_minute_per_address`"
     clock.time_s += 60.0
-    assert pressed(authority, "fay") == 1
+    assert pressed(presses, "fay") == 1
 
 
 def test_whoever_was_here_before_is_heard_in_a_flood(control: Control) -> None:
     """Their first press a minute, whatever new browsers of their address do; not their second."""
     clock = TurnedClock()
     since_s = {f"eve{number}": clock.time_s - KNOWN_S + 1 for number in range(40)}
-    authority = stops(control, clock=clock, since_s={**since_s, "bob": clock.time_s - KNOWN_S})
-    assert pressed(authority, *since_s) == 3
+    presses = stops(control, clock=clock, since_s={**since_s, "bob": clock.time_s - KNOWN_S})
+    assert pressed(presses, *since_s) == 3
     for _ in range(3):
-        assert pressed(authority, "bob") == 1
-        assert pressed(authority, "bob", *since_s) <= 3
+        assert pressed(presses, "bob") == 1
+        assert pressed(presses, "bob", *since_s) <= 3
         clock.time_s += 60.0
         since_s = {f"{name}x": clock.time_s for name in since_s}
 
@@ -191,37 +191,37 @@ def test_few_of_an_address_are_known(control: Control) -> None:
     """Those who have watched longest, so that waiting with many browsers is of no use."""
     clock = TurnedClock()
     since_s = {f"eve{number:02}": float(number) for number in range(40)}
-    authority = stops(control, clock=clock, since_s={"bob": -1.0, **since_s})
-    assert pressed(authority, *reversed(since_s)) == 3 + 1
-    assert pressed(authority, "bob") == 1
+    presses = stops(control, clock=clock, since_s={"bob": -1.0, **since_s})
+    assert pressed(presses, *reversed(since_s)) == 3 + 1
+    assert pressed(presses, "bob") == 1
 
 
 def test_presses_in_vain_cost_neighbours_nothing(control: Control) -> None:
     """Somebody who hammers on Stop uses up their own budget, not all of their address's."""
-    authority = stops(control)
-    assert pressed(authority, *["eve"] * 100) == 3
-    assert authority.press(person("fay", "198.51.100.1"), is_host=False) == 7
+    presses = stops(control)
+    assert pressed(presses, *["eve"] * 100) == 3
+    assert presses.press(person("fay", "198.51.100.1"), is_host=False) == 7
 
 
 def test_the_host_is_told_who_presses_and_ignores_an_address(control: Control) -> None:
     """Whatever new browsers come from it; its operator's Stop counts all the same."""
     clock, house = TurnedClock(), HostDecisions()
-    authority = stops(control, clock=clock, house=house)
-    authority.press(ADA, is_host=False)
-    assert authority.pressers() == []
-    pressed(authority, "eve", "eva")
-    [presser] = authority.pressers()
+    presses = stops(control, clock=clock, house=house)
+    presses.press(ADA, is_host=False)
+    assert presses.pressers() == []
+    pressed(presses, "eve", "eva")
+    [presser] = presses.pressers()
     assert (presser.address, str(presser.by), presser.presses) == ("192.0.2.1", "eva", 2)
-    authority.mute(presser.number, True)
+    presses.mute(presser.number, True)
     with pytest.raises(ForbiddenError, match=str(MUTED)):
-        authority.press(person("new"), is_host=False)
-    assert authority.press(person("far", "198.51.100.1"), is_host=False) == 7
-    assert authority.press(ADA, is_host=False) == 7
+        presses.press(person("new"), is_host=False)
+    assert presses.press(person("far", "198.51.100.1"), is_host=False) == 7
+    assert presses.press(ADA, is_host=False) == 7
     clock.time_s += 3600.0
-    assert [one.presses for one in authority.pressers()] == [3], "ignored, it is still told"
-    authority.mute(presser.number, False)
-    assert authority.pressers() == []
-    assert authority.press(person("new"), is_host=False) == 7
+    assert [one.presses for one in presses.pressers()] == [3], "ignored, it is still told"
+    presses.mute(presser.number, False)
+    assert presses.pressers() == []
+    assert presses.press(person("new"), is_host=False) == 7
 
 
 def test_stops_are_recorded(control: Control, tmp_path: Path) -> None:
@@ -230,15 +230,15 @@ def test_stops_are_recorded(control: Control, tmp_path: Path) -> None:
     records = Records(
         clock, writer=RecordWriter(tmp_path / "records.db", keep_days=30.0, clock=clock)
     )
-    authority = stops(control, records=records, clock=clock)
-    authority.press(ADA, is_host=False)
+    presses = stops(control, records=records, clock=clock)
+    presses.press(ADA, is_host=False)
     control.refusal = Refusal.OTHER_STOP
     with pytest.raises(ForbiddenError):
-        authority.release(BOB, 7, None, is_host=False)
+        presses.release(BOB, 7, None, is_host=False)
     control.refusal = None
-    authority.release(None, 7, None, is_host=True)
-    authority.press(BOB, is_host=False)
-    authority.release(ADA, 7, None, is_host=False)
+    presses.release(None, 7, None, is_host=True)
+    presses.press(BOB, is_host=False)
+    presses.release(ADA, 7, None, is_host=False)
     records.start()
     records.stop(10.0)
     with closing(open_for_reading(tmp_path / "records.db")) as file:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.cluster.rooms import Occupancy, choose, person, published, upload_left_bps
+from wax.cluster.room_directory import Occupancy, choose, person, published, upload_left_bps
 from wax.config.publish import PublishSettings
 from wax.config.settings import RenditionSettings, VideoSettings
 from wax.errors import StartError

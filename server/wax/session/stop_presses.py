@@ -49,7 +49,7 @@ _TOLD_S: Final = 600.0
 
 
 @dataclass(slots=True)
-class StopPresser:
+class PressingAddress:
     """An address that has pressed Stop: `by` whom last, and how often, refused `presses` too."""
 
     number: int
@@ -59,7 +59,7 @@ class StopPresser:
     newest_s: float = 0.0
 
 
-class StopAuthority:
+class StopPresses:
     """Checks requests to the stop latch.
 
     `watch` returns who watches from an address, by identity, and since when.
@@ -87,7 +87,7 @@ class StopAuthority:
         self._most_known = max(1, min(MOST_KNOWN, address // 2))
         self._people = MinuteLimits(each=settings.max_per_minute, most=_MOST)
         self._addresses = MinuteLimits(each=max(1, address - self._most_known), most=_MOST)
-        self._pressers: dict[str, StopPresser] = {}  # the newest last
+        self._pressers: dict[str, PressingAddress] = {}  # the newest last
         self._numbers = 0
 
     def press(self, viewer: Viewer | None, *, is_host: bool) -> int:
@@ -116,7 +116,7 @@ class StopAuthority:
             raise ForbiddenError(refusal.value)
         self._keeper.stop_released(str(HOST) if viewer is None else viewer.name)
 
-    def pressers(self) -> list[StopPresser]:
+    def pressers(self) -> list[PressingAddress]:
         """Return the addresses of the last ten minutes, and those that are ignored; newest first.
 
         Without the operator's and the host's own presses.
@@ -177,7 +177,7 @@ class StopAuthority:
         one = self._pressers.pop(address, None)
         if one is None:
             self._numbers += 1
-            one = StopPresser(self._numbers, address, by)
+            one = PressingAddress(self._numbers, address, by)
         one.by, one.presses, one.newest_s = by, one.presses + 1, now_s
         self._pressers[address] = one
         if len(self._pressers) > _MOST_TOLD:
