@@ -103,7 +103,7 @@ async def open_entrance(
     finally:
         await entrance.close()
         await asyncio.sleep(0.05)
-        assert len(entrance.limits) == 0
+        assert len(entrance.limits.connections) == 0
 
 
 async def _until_closed(
@@ -147,10 +147,10 @@ def _unread(port: int, more: bytes = b"") -> socket.socket:
 
 async def _until_open(entrance: Entrance, number: int) -> None:
     for _ in range(400):
-        if len(entrance.limits) >= number:
+        if len(entrance.limits.connections) >= number:
             return
         await asyncio.sleep(0.005)
-    pytest.fail(f"{len(entrance.limits)} connections of {number}")
+    pytest.fail(f"{len(entrance.limits.connections)} connections of {number}")
 
 
 async def _get(port: int, request: bytes = GET, **more: Any) -> bytes:
@@ -186,7 +186,7 @@ async def test_slow_connections_are_cut() -> None:
         for took_s, said in await cutting:
             assert READ_S - 0.05 <= took_s <= READ_S + SLACK_S
             assert not said
-        assert entrance.status()["cut"] >= len(slow)
+        assert entrance.limits.status()["cut"] >= len(slow)
 
 
 async def test_what_hides_behind_a_good_request() -> None:
@@ -229,9 +229,9 @@ async def test_who_does_not_read_the_answer() -> None:
         reader, writer = await asyncio.open_connection("127.0.0.1", entrance.port, limit=1000)
         writer.write(GET.replace(b"/ ", b"/large ", 1))
         await asyncio.sleep(0.2)
-        assert len(entrance.limits) == 1
+        assert len(entrance.limits.connections) == 1
         await asyncio.sleep(IDLE_S + 0.3)
-        assert len(entrance.limits) == 0
+        assert len(entrance.limits.connections) == 0
         writer.transport.abort()
         del reader
 
@@ -244,10 +244,13 @@ async def test_one_address_has_its_share() -> None:
         silent = [asyncio.create_task(_until_closed(entrance.port)) for _ in range(4)]
         _, said = await idle
         assert b"200 OK" in said
-        assert entrance.limits.displaced == 1, "the idle one has made room"
+        assert entrance.limits.connections.displaced == 1, "the idle one has made room"
         await _until_open(entrance, 4)
         assert b'{"read": 0}' in await _get(entrance.port)
-        assert (entrance.limits.displaced, entrance.limits.refused) == (2, 0)
+        assert (entrance.limits.connections.displaced, entrance.limits.connections.refused) == (
+            2,
+            0,
+        )
         await asyncio.gather(*silent)
 
 
@@ -302,7 +305,7 @@ async def test_what_makes_room_as_it_begins(
 
         def displaced(made: socket.socket, place: Place, *more: Any) -> None:
             begin(made, place, *more)
-            entrance.limits.leave(place)
+            entrance.limits.connections.leave(place)
             place.close()
 
         monkeypatch.setattr(entrance, "_begin", displaced)
@@ -335,7 +338,7 @@ async def test_who_is_gone_leaves_nothing(
             del served
             writer.transport.abort()
             await asyncio.sleep(0.1)
-            assert len(entrance.limits) == 0
+            assert len(entrance.limits.connections) == 0
             assert [one() for one in left] == [None, None]
             assert not [one for one in gc.get_objects() if type(one) is connection.Connection]
         finally:
@@ -354,7 +357,7 @@ async def test_headers_without_measure_are_refused() -> None:
             assert head.startswith(b"HTTP/1.1 431")
             assert b"nosniff" in head
             assert "cookies" in json.loads(body)["error"]
-        assert entrance.status()["cut"] == 2
+        assert entrance.limits.status()["cut"] == 2
 
 
 async def test_a_body_without_an_end_is_the_last() -> None:
@@ -397,8 +400,8 @@ async def test_who_does_not_read_makes_room(monkeypatch: pytest.MonkeyPatch) -> 
         for _ in range(3):
             assert b'{"read": 0}' in await _get(entrance.port)
             await asyncio.sleep(0.05)
-        assert 1 <= entrance.limits.displaced <= 3
-        assert entrance.limits.refused == 0
+        assert 1 <= entrance.limits.connections.displaced <= 3
+        assert entrance.limits.connections.refused == 0
         for one in greedy:
             one.close()
         await asyncio.sleep(0.1)
@@ -413,8 +416,8 @@ async def test_an_answer_that_stands_still_is_broken_off(monkeypatch: pytest.Mon
         for _ in range(15):
             await asyncio.sleep(0.1)
             slow.recv(60_000)
-        assert len(entrance.limits) == 1
-        assert entrance.status()["cut"] == 1
+        assert len(entrance.limits.connections) == 1
+        assert entrance.limits.status()["cut"] == 1
         slow.close()
         still.close()
         await asyncio.sleep(0.05)
@@ -427,13 +430,13 @@ async def test_who_is_known_is_served_beside_a_flood() -> None:
         return shown.identity
 
     async with open_entrance(who=who) as entrance:
-        flood = entrance.accounts.of_guest("127.0.0.1")
+        flood = entrance.limits.budgets.of_guest("127.0.0.1")
         known = GET[:-2] + b"Cookie: wax-id=ada\r\n\r\n"
         reader, writer = await asyncio.open_connection("127.0.0.1", entrance.port)
         writer.write(GET)
         await reader.readuntil(b"}")
         for _ in range(9):
-            entrance.turnstile.charge(flood, time.thread_time() - 0.5)
+            entrance.limits.turnstile.charge(flood, time.thread_time() - 0.5)
         began_s = time.monotonic()
         waiting = asyncio.create_task(_get(entrance.port))
         writer.write(known)
@@ -448,12 +451,12 @@ async def test_who_is_known_is_served_beside_a_flood() -> None:
 async def test_who_waits_in_line_is_not_slow() -> None:
     """A class behind one address, on a small machine: what has come as a whole is answered."""
     async with open_entrance() as entrance:
-        flood = entrance.accounts.of_guest("127.0.0.1")
+        flood = entrance.limits.budgets.of_guest("127.0.0.1")
         reader, writer = await asyncio.open_connection("127.0.0.1", entrance.port)
         await _until_open(entrance, 1)
         await asyncio.sleep(0.05)
         for _ in range(9):
-            entrance.turnstile.charge(flood, time.thread_time() - 0.5)
+            entrance.limits.turnstile.charge(flood, time.thread_time() - 0.5)
         began_s = time.monotonic()
         writer.write(GET)
         assert b'{"read": 0}' in await asyncio.wait_for(reader.readuntil(b"}"), 5)
@@ -465,7 +468,7 @@ async def test_who_waits_in_line_is_not_slow() -> None:
 async def test_who_drips_is_not_read_beyond_their_budget() -> None:
     """A header in a thousand pieces is work as well: it waits in line like a request."""
     async with open_entrance() as entrance:
-        flood = entrance.accounts.of_guest("127.0.0.1")
+        flood = entrance.limits.budgets.of_guest("127.0.0.1")
         _, writer = await asyncio.open_connection("127.0.0.1", entrance.port)
         await _until_open(entrance, 1)
         await asyncio.sleep(0.05)
@@ -476,7 +479,7 @@ async def test_who_drips_is_not_read_beyond_their_budget() -> None:
         await asyncio.sleep(0.05)
         assert one.transport.is_reading()
         for _ in range(4):
-            entrance.turnstile.charge(flood, time.thread_time() - 0.5)
+            entrance.limits.turnstile.charge(flood, time.thread_time() - 0.5)
         writer.write(b"E")
         await asyncio.sleep(0.05)
         assert not one.transport.is_reading()
@@ -492,8 +495,8 @@ async def test_behind_a_proxy_each_client_has_a_share() -> None:
     ) as entrance:
         greedy = [_unread(entrance.port, b"X-Forwarded-For: 192.0.2.66\r\n") for _ in range(6)]
         await asyncio.sleep(0.3)
-        assert entrance.limits.of("192.0.2.66") == 4
-        assert entrance.limits.refused + entrance.limits.displaced == 2
+        assert entrance.limits.connections.of("192.0.2.66") == 4
+        assert entrance.limits.connections.refused + entrance.limits.connections.displaced == 2
         guest = GET[:-2] + b"X-Forwarded-For: 192.0.2.7\r\n\r\n"
         assert b'{"read": 0}' in await _get(entrance.port, guest)
         for one in greedy:
@@ -537,7 +540,7 @@ async def test_a_full_house_still_answers() -> None:
         await _until_open(entrance, 16)
         for _ in range(5):
             assert b'{"read": 0}' in await _get(entrance.port)
-        assert entrance.limits.displaced >= 1
+        assert entrance.limits.connections.displaced >= 1
         await asyncio.gather(*silent)
 
 
@@ -581,7 +584,7 @@ async def test_a_body_that_breaks_off(caplog: pytest.LogCaptureFixture) -> None:
             await asyncio.sleep(0.02)
             writer.transport.abort()
         await asyncio.sleep(0.1)
-        assert len(entrance.limits) == 0
+        assert len(entrance.limits.connections) == 0
     assert not [record for record in caplog.records if record.levelno >= logging.ERROR]
 
 
@@ -626,7 +629,10 @@ async def test_https_counts_handshakes(tmp_path: Path, monkeypatch: pytest.Monke
         await _until_open(entrance, 4)
         context = _trusting(tmp_path / "certificate.pem")
         assert b"200 OK" in await _get(entrance.port, ssl=context, server_hostname="localhost")
-        assert (entrance.limits.displaced, entrance.limits.refused) == (1, 0)
+        assert (entrance.limits.connections.displaced, entrance.limits.connections.refused) == (
+            1,
+            0,
+        )
         await asyncio.gather(*silent)
 
 
@@ -635,9 +641,9 @@ async def test_handshakes_wait_in_line(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setenv("STATE_DIRECTORY", str(tmp_path))
     async with open_entrance(https=True) as entrance:
         context = _trusting(tmp_path / "certificate.pem")
-        flood = entrance.accounts.of_guest("127.0.0.1")
+        flood = entrance.limits.budgets.of_guest("127.0.0.1")
         for _ in range(9):
-            entrance.turnstile.charge(flood, time.thread_time() - 0.5)
+            entrance.limits.turnstile.charge(flood, time.thread_time() - 0.5)
         began_s = time.monotonic()
         assert b"200 OK" in await _get(entrance.port, ssl=context, server_hostname="localhost")
         assert time.monotonic() - began_s >= 0.3

@@ -1,7 +1,7 @@
 """One HTTP connection: aiohttp's, which gives its client only so much time and work.
 
 aiohttp parses whatever comes. Here it gets one request at a time, when its sender's turn has come
-(`wax.web.line`), and nothing is read meanwhile.
+(`wax.web.request_queue`), and nothing is read meanwhile.
 """
 
 from __future__ import annotations
@@ -15,9 +15,10 @@ from aiohttp import web
 from wax.process.memory import break_circle
 from wax.sentence import Sentence
 from wax.web import cookies
-from wax.web.accounts import HOST
+from wax.web.request_budgets import HOST
 from wax.web.request_head import Head, Requests, read_head
 from wax.web.security_headers import always
+from wax.web.senders import limited
 from wax.web.timed import timed
 from wax.web.watch import IDLE_S, ConnectionWatch
 
@@ -27,8 +28,8 @@ if TYPE_CHECKING:
 
     from wax.edge.budget import Payer
     from wax.web.connection_limits import Place
-    from wax.web.entrance import Entrance
-    from wax.web.line import Waiting
+    from wax.web.http_limits import HttpLimits
+    from wax.web.request_queue import WaitingRequest
 
     _T = TypeVar("_T")
 
@@ -49,8 +50,8 @@ class Connection(web.RequestHandler):
         "_aiohttp_reads",
         "_body_left",
         "_drained",
-        "_entrance",
         "_is_answering",
+        "_limits",
         "_loop_of_watch",
         "_payer",
         "_peer",
@@ -63,7 +64,7 @@ class Connection(web.RequestHandler):
 
     def __init__(
         self,
-        entrance: Entrance,
+        limits: HttpLimits,
         server: web.Server,
         loop: asyncio.AbstractEventLoop,
         place: Place,
@@ -78,7 +79,7 @@ class Connection(web.RequestHandler):
             max_headers=_MAX_HEADERS,
             auto_decompress=False,
         )
-        self._entrance = entrance
+        self._limits = limits
         self._loop_of_watch = loop
         self._place = place
         self._peer = peer
@@ -87,18 +88,18 @@ class Connection(web.RequestHandler):
         self._body_left: int | None = 0
         self._is_answering = False
         self._aiohttp_reads = True
-        self._waiting: Waiting | None = None
-        self._payer: Payer = entrance.accounts.of_guest(place.address)
+        self._waiting: WaitingRequest | None = None
+        self._payer: Payer = limits.budgets.of_guest(place.address)
         self._drained: asyncio.Future[None] | None = None
         self.line: asyncio.BaseTransport | None = None
         """What asyncio made of the socket; under TLS that is beneath `transport`."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self.line = line = cast("asyncio.Transport", transport)
-        if self._place not in self._entrance.limits:  # it has made room already
+        if self._place not in self._limits.connections:  # it has made room already
             line.abort()
             return
-        self._watch = ConnectionWatch(self._entrance, self._loop_of_watch, line, self._place)
+        self._watch = ConnectionWatch(self._limits, self._loop_of_watch, line, self._place)
         # Whatever is written waits here until the kernel has it all, so that nobody who does not
         # read has more of our memory than one piece of an answer.
         line.set_write_buffer_limits(high=1, low=0)
@@ -136,7 +137,7 @@ class Connection(web.RequestHandler):
             self._head_came(head)
         elif requests.is_full:
             self._refuse(431, Sentence("request.too_large"))
-        elif self._entrance.turnstile.wait_s(self._payer) > 0:
+        elif self._limits.turnstile.wait_s(self._payer) > 0:
             self._get_in_line(self._payer, self._read_or_not)
 
     def _head_came(self, data: bytes) -> None:
@@ -154,16 +155,16 @@ class Connection(web.RequestHandler):
 
     def _payer_of(self, head: Head) -> tuple[Payer | None, bool]:
         """Return who pays, None if they may have no more, and whether they pass the others."""
-        entrance = self._entrance
-        address = entrance.proxies.sender(self._peer, head.x_forwarded_for, head.forwarded)
-        if not entrance.is_for(self._place, address):
+        limits = self._limits
+        address = limits.proxies.sender(self._peer, head.x_forwarded_for, head.forwarded)
+        if not limits.is_for(self._place, address, self._loop_of_watch.time()):
             return None, False
-        accounts = entrance.accounts
+        budgets = limits.budgets
         # Both schemes' names: which it is matters to what one may do, not to when.
-        name = accounts.who(cookies.shown(head.cookies, "https"), address) if head.cookies else None
-        if name is not None and (payer := accounts.of_known(name)) is not None:
+        name = budgets.who(cookies.shown(head.cookies, "https"), address) if head.cookies else None
+        if name is not None and (payer := budgets.of_known(name)) is not None:
             return payer, name == HOST or head.target in _URGENT
-        return accounts.of_guest(address), False
+        return budgets.of_guest(address), False
 
     def _get_in_line(self, payer: Payer, run: Callable[[], None], *, ahead: bool = False) -> None:
         def begin() -> None:
@@ -172,7 +173,7 @@ class Connection(web.RequestHandler):
             run()
             self._charge(began_s)
 
-        self._waiting = self._entrance.line.enter(payer, begin, ahead=ahead)
+        self._waiting = self._limits.queue.enter(payer, begin, ahead=ahead)
 
     def _give_head(self, head: bytes) -> None:
         if self._watch is not None:
@@ -259,7 +260,8 @@ class Connection(web.RequestHandler):
             if self._watch is not None:
                 self._watch.answered(more=bool(self._requests))
                 if not self._requests:
-                    self._entrance.is_for(self._place, self._entrance.counted(self._peer))
+                    now_s = self._loop_of_watch.time()
+                    self._limits.is_for(self._place, limited(self._peer), now_s)
             self._loop_of_watch.call_soon(self._go_on)
 
     def handle_error(
@@ -272,7 +274,7 @@ class Connection(web.RequestHandler):
         """Answer what is no HTTP: briefly, and with a line in the log now and then."""
         if status >= 500:
             return super().handle_error(request, status, exc, message)
-        self._entrance.log.info("bad request", why=type(exc).__name__, sender=request.remote)
+        self._limits.log.info("bad request", why=type(exc).__name__, sender=request.remote)
         answer = web.json_response(
             {"error": "That is no HTTP request that this server understands."},
             status=status,
@@ -283,7 +285,7 @@ class Connection(web.RequestHandler):
 
     def _refuse(self, status: int, sentence: Sentence) -> None:
         """Answer a request that nobody parses, and end the connection."""
-        self._entrance.cut(f"answered {status}")
+        self._limits.cut(f"answered {status}")
         self._requests = Requests()
         self._is_answering = True  # nothing that comes now is read as another
         if self.transport is None:
@@ -320,7 +322,7 @@ class Connection(web.RequestHandler):
             self.line = None
 
     def _charge(self, began_s: float) -> None:
-        self._entrance.turnstile.charge(self._payer, began_s)
+        self._limits.turnstile.charge(self._payer, began_s)
 
 
 def _forget_frames(error: BaseException | type[BaseException] | None) -> None:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from wax.web.connection import Connection
     from wax.web.connection_limits import Place
-    from wax.web.entrance import Entrance
+    from wax.web.http_limits import HttpLimits
     from wax.web.tls import Tls
 
 _CLOSE_S: Final = 2.0
@@ -28,9 +28,9 @@ class TlsGate(asyncio.Protocol):
     """Shakes hands, then makes the `Connection` and hands over."""
 
     def __init__(
-        self, entrance: Entrance, tls: Tls, make: Callable[[], Connection], place: Place
+        self, limits: HttpLimits, tls: Tls, make: Callable[[], Connection], place: Place
     ) -> None:
-        self._entrance = entrance
+        self._limits = limits
         self._tls = tls
         self._make = make
         self._place = place
@@ -40,7 +40,7 @@ class TlsGate(asyncio.Protocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         line = cast("asyncio.Transport", transport)
-        if self._place not in self._entrance.limits:  # it has made room already
+        if self._place not in self._limits.connections:  # it has made room already
             line.abort()
             break_circle(line)
             return
@@ -77,9 +77,9 @@ class TlsGate(asyncio.Protocol):
             if self._early:
                 connection.data_received(bytes(self._early))
         except (OSError, ssl.SSLError):
-            self._entrance.cut("no TLS handshake")
+            self._limits.cut("no TLS handshake")
         finally:
             if not handed_over:
                 line.abort()
                 break_circle(line)
-                self._entrance.limits.leave(self._place)
+                self._limits.connections.leave(self._place)

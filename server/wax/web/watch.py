@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from aiohttp import web
 
     from wax.web.connection_limits import Place
-    from wax.web.entrance import Entrance
+    from wax.web.http_limits import HttpLimits
 
     State = Literal["idle", "reading", "answering"]
 
@@ -39,12 +39,12 @@ class ConnectionWatch:
 
     def __init__(
         self,
-        entrance: Entrance,
+        limits: HttpLimits,
         loop: asyncio.AbstractEventLoop,
         transport: asyncio.Transport,
         place: Place,
     ) -> None:
-        self._entrance = entrance
+        self._limits = limits
         self._loop = loop
         self._transport = transport
         self.place = place
@@ -90,17 +90,17 @@ class ConnectionWatch:
     def end(self) -> None:
         self._timer.cancel()
         self._request = None
-        self._entrance.limits.leave(self.place)
+        self._limits.connections.leave(self.place)
 
     def _begin(self, state: State) -> None:
-        limits = self._entrance.limits
+        connections = self._limits.connections
         now_s = self._loop.time()
         if state == "idle":
-            limits.idles(self.place)
+            connections.idles(self.place)
         elif state == "answering":
-            limits.answers(self.place)
+            connections.answers(self.place)
         elif self._state != "reading":
-            limits.begins(self.place, now_s)
+            connections.begins(self.place, now_s)
         self._state = state
         self._until_s = now_s + _LASTS_S[state]
         self._set_timer()
@@ -124,6 +124,6 @@ class ConnectionWatch:
             self._set_timer()
             return
         if self._state != "idle":
-            self._entrance.cut(f"too slow while {self._state}")
+            self._limits.cut(f"too slow while {self._state}")
         # Not `close`, which waits until everything is sent, and this client need not read.
         self._transport.abort()

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from wax.edge.turnstile import Turnstile
 
 HOST: Final = "host"
-"""What `who` of `Accounts` says of the host."""
+"""What `who` of `RequestBudgets` says of the host."""
 
 _GUESTS: Final = Rates(committed=0.005, committed_burst_s=0.05, pool=0.2, pool_burst_s=0.6)
 """All guests together get a fifth of a core, one address half of that: at half a millisecond a
@@ -23,10 +23,10 @@ _KNOWN: Final = Rates(committed=0.01, committed_burst_s=0.1, pool=0.1, pool_burs
 """Whoever is in the room has a reserve that no neighbour of their address can use up."""
 _HOST: Final = Rates(committed=0.5, committed_burst_s=1.0, pool=0.0, pool_burst_s=0.0)
 _MOST: Final = 1024
-"""So many accounts are kept, those that were used last."""
+"""So many budgets are kept, those that were used last."""
 
 
-class Accounts:
+class RequestBudgets:
     """`who` tells who shows these cookies, from this address; None of a stranger."""
 
     def __init__(
@@ -38,11 +38,11 @@ class Accounts:
         self._payers: dict[tuple[str, str], Payer] = {}
 
     def of_guest(self, address: str) -> Payer:
-        """Return the account of an address."""
+        """Return the budget of an address."""
         return self._payer("guest", address)
 
     def of_known(self, name: str) -> Payer | None:
-        """Return the account of somebody known; None if it is used up, so that they are a guest."""
+        """Return the budget of somebody known; None if it is used up, so that they are a guest."""
         payer = self._payer(HOST if name == HOST else "known", name)
         return payer if self._turnstile.wait_s(payer) <= 0 else None
 

@@ -20,33 +20,33 @@ _BEGIN_IN_A_PASS: Final = 4
 """What a request costs falls into this pass and the next ones: together half a millisecond."""
 
 
-class Waiting:
+class WaitingRequest:
     """One that waits; `leave` when its connection has gone."""
 
-    __slots__ = ("_line", "payer", "run")
+    __slots__ = ("_queue", "payer", "run")
 
-    def __init__(self, line: Line, payer: Payer, run: Callable[[], None]) -> None:
-        self._line = line
+    def __init__(self, queue: RequestQueue, payer: Payer, run: Callable[[], None]) -> None:
+        self._queue = queue
         self.payer = payer
         self.run = run
 
     def leave(self) -> None:
-        self._line.leave(self)
+        self._queue.leave(self)
 
 
-class Line:
+class RequestQueue:
     """Everything is called from the event loop."""
 
     def __init__(self, turnstile: Turnstile) -> None:
         self._turnstile = turnstile
-        self._waiting: dict[Payer, deque[Waiting]] = {}
+        self._waiting: dict[Payer, deque[WaitingRequest]] = {}
         self._begun = 0
         self._next: asyncio.Handle | None = None
         self._next_is_soon = False
 
     def enter(
         self, payer: Payer, run: Callable[[], None], *, ahead: bool = False
-    ) -> Waiting | None:
+    ) -> WaitingRequest | None:
         """Call `run` now or, where it has to wait, return what waits; `ahead` passes the others."""
         is_first = ahead or (
             payer not in self._waiting
@@ -56,12 +56,12 @@ class Line:
         if is_first and self._turnstile.wait_s(payer) <= 0:
             self._begin(run)
             return None
-        waiting = Waiting(self, payer, run)
+        waiting = WaitingRequest(self, payer, run)
         self._waiting.setdefault(payer, deque()).append(waiting)
         self._come_back(0.0)
         return waiting
 
-    def leave(self, waiting: Waiting) -> None:
+    def leave(self, waiting: WaitingRequest) -> None:
         """Forget one that waits; nothing happens if it does not, any more."""
         others = self._waiting.get(waiting.payer, deque())
         if waiting in others:

@@ -10,30 +10,30 @@ from tests.turned_clock import TurnedClock
 
 from wax.access.access import Shown
 from wax.edge.turnstile import Turnstile
-from wax.web.accounts import HOST, Accounts
-from wax.web.line import Line
+from wax.web.request_budgets import HOST, RequestBudgets
+from wax.web.request_queue import RequestQueue
 
 PASS: Final = 4
 
 
 class Bed:
-    """A line and the order in which requests began."""
+    """A queue and the order in which requests began."""
 
     def __init__(self) -> None:
         self.clock = TurnedClock()
         self.turnstile = Turnstile(self.clock)
-        self.line = Line(self.turnstile)
-        self.accounts = Accounts(self.turnstile)
+        self.queue = RequestQueue(self.turnstile)
+        self.budgets = RequestBudgets(self.turnstile)
         self.begun: list[str] = []
 
     def ask(self, address: str, name: str, *, ahead: bool = False) -> bool:
         """Whether a request of this address, or of somebody known, begins at once."""
-        payer = self.accounts.of_known(address) if ahead else self.accounts.of_guest(address)
+        payer = self.budgets.of_known(address) if ahead else self.budgets.of_guest(address)
         assert payer is not None
-        return self.line.enter(payer, lambda: self.begun.append(name), ahead=ahead) is None
+        return self.queue.enter(payer, lambda: self.begun.append(name), ahead=ahead) is None
 
     def spend(self, address: str, cost_s: float) -> None:
-        self.turnstile.charge(self.accounts.of_guest(address), time.thread_time() - cost_s)
+        self.turnstile.charge(self.budgets.of_guest(address), time.thread_time() - cost_s)
 
 
 async def passes(number: int) -> None:
@@ -68,7 +68,7 @@ async def test_whoever_has_used_up_their_budget_waits() -> None:
     await passes(3)
     assert bed.begun == ["guest"]
     bed.clock.time_s += 2.0
-    bed.ask("guest", "wakes the line")
+    bed.ask("guest", "wakes the queue")
     await passes(3)
     assert bed.begun[-1] == "flood"
 
@@ -90,7 +90,7 @@ async def test_who_leaves_does_not_begin() -> None:
     bed = Bed()
     for number in range(PASS):
         bed.ask("x", str(number))
-    waiting = bed.line.enter(bed.accounts.of_guest("x"), lambda: bed.begun.append("gone"))
+    waiting = bed.queue.enter(bed.budgets.of_guest("x"), lambda: bed.begun.append("gone"))
     assert waiting is not None
     waiting.leave()
     waiting.leave()
@@ -101,14 +101,14 @@ async def test_who_leaves_does_not_begin() -> None:
 async def test_a_reserve_is_no_licence() -> None:
     """Somebody known who asks without end is a guest like any other, until they have paused."""
     bed = Bed()
-    payer = bed.accounts.of_known("troll")
+    payer = bed.budgets.of_known("troll")
     assert payer is not None
     for _ in range(40):
         bed.turnstile.charge(payer, time.thread_time() - 0.05)
-    assert bed.accounts.of_known("troll") is None
-    assert bed.accounts.of_known("ada") is not None
+    assert bed.budgets.of_known("troll") is None
+    assert bed.budgets.of_known("ada") is not None
     bed.clock.time_s += 5.0
-    assert bed.accounts.of_known("troll") is payer
+    assert bed.budgets.of_known("troll") is payer
 
 
 async def test_who_stays_below_a_page_a_second_never_waits() -> None:
@@ -116,21 +116,21 @@ async def test_who_stays_below_a_page_a_second_never_waits() -> None:
     bed = Bed()
     for number in range(30):
         bed.spend(f"troll {number}", 1.0)
-    guest = bed.accounts.of_guest("guest")
+    guest = bed.budgets.of_guest("guest")
     for _ in range(10):
         assert bed.turnstile.wait_s(guest) == 0
         bed.turnstile.charge(guest, time.thread_time() - 0.0005)
 
 
-def test_an_account_outlives_its_connections() -> None:
+def test_a_budget_outlives_its_connections() -> None:
     """Who comes again finds their debt; only the longest unused of a thousand is forgotten."""
-    accounts = Accounts(Turnstile(TurnedClock()), lambda shown, _: shown.identity)
-    first = accounts.of_guest("0")
+    budgets = RequestBudgets(Turnstile(TurnedClock()), lambda shown, _: shown.identity)
+    first = budgets.of_guest("0")
     for number in range(1, 1024):
-        accounts.of_guest(str(number))
-    assert accounts.of_guest("0") is first
-    second = accounts.of_guest("1")
+        budgets.of_guest(str(number))
+    assert budgets.of_guest("0") is first
+    second = budgets.of_guest("1")
     for number in range(1024):
-        accounts.of_guest(f"new {number}")
-    assert accounts.of_guest("1") is not second
-    assert accounts.who(Shown("ada"), "x") == "ada"
+        budgets.of_guest(f"new {number}")
+    assert budgets.of_guest("1") is not second
+    assert budgets.who(Shown("ada"), "x") == "ada"

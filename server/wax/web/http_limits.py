@@ -1,0 +1,69 @@
+"""What all HTTP connections share: their number, who pays for a request, and when it begins."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import structlog
+
+from wax.web.connection_limits import ConnectionLimits
+from wax.web.request_budgets import RequestBudgets
+from wax.web.request_queue import RequestQueue
+from wax.web.senders import Proxies, limited
+from wax.web.sparse_log import SparseLog
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.access.access import Shown
+    from wax.clock import Clock
+    from wax.config.settings import ServerSettings
+    from wax.edge.turnstile import Turnstile
+    from wax.web.connection_limits import Place
+
+_LOG = structlog.get_logger(__name__)
+
+
+class HttpLimits:
+    """Made by the `Entrance` for its connections; `who` is that of `RequestBudgets`."""
+
+    def __init__(
+        self,
+        settings: ServerSettings,
+        clock: Clock,
+        turnstile: Turnstile,
+        who: Callable[[Shown, str], str | None],
+    ) -> None:
+        self.turnstile = turnstile
+        self.budgets = RequestBudgets(turnstile, who)
+        self.queue = RequestQueue(turnstile)
+        self.proxies = Proxies(settings.trusted_proxies)
+        self.connections = ConnectionLimits(
+            most=settings.max_connections, most_per_address=settings.max_connections_per_address
+        )
+        self.log = SparseLog(_LOG, clock)
+        self._cut = 0
+
+    def status(self) -> dict[str, int]:
+        """Return counts for the status page."""
+        return {
+            "open": len(self.connections),
+            "refused": self.connections.refused,
+            "displaced": self.connections.displaced,
+            "cut": self._cut,
+        }
+
+    def enter(self, peer: str, close: Callable[[], None], now_s: float) -> Place | None:
+        """Return a place for a connection from `peer`; None if it has to be refused."""
+        is_limited = not self.proxies.trusts(peer)
+        return self.connections.enter(limited(peer), close, now_s, limited=is_limited)
+
+    def is_for(self, place: Place, address: str, now_s: float) -> bool:
+        """Count a connection for the address that asks through it; False if it has no room."""
+        is_limited = not self.proxies.trusts(address)
+        return self.connections.is_for(place, address, now_s, limited=is_limited)
+
+    def cut(self, why: str) -> None:
+        """Count a connection that was closed because of what its client did, or did not."""
+        self._cut += 1
+        self.log.info("connection closed", why=why)
