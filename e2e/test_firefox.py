@@ -181,11 +181,11 @@ async def test_firefox_gets_the_largest_picture(serve: Serve, tmp_path: Path) ->
 async def test_firefox_plays_by_our_own_player_if_told_to(
     serve: Serve, tmp_path: Path, ear: Ear | None
 ) -> None:
-    """The sound of the page's own player is heard, without a gap."""
+    """The sound of the built-in player is heard, without a gap."""
     path = find_firefox()
     profile = tmp_path / "profile"
     profile.mkdir()
-    settings = toml.card_with(sync__observer='player = "own"')
+    settings = toml.card_with(sync__observer='player = "built-in"')
     async with (
         serve(tmp_path, settings) as server,
         firefox(path, profile, PROBE.read_text(encoding="utf-8"), needed(ear)) as window,
@@ -196,7 +196,7 @@ async def test_firefox_plays_by_our_own_player_if_told_to(
         await window.evaluate(button("Details"))
         await eventually(
             lambda: window.evaluate('document.body.textContent.includes("playerWAX\'s own")'),
-            "our own player plays",
+            "the built-in player plays",
             within_s=15,
         )
         await asyncio.sleep(3)

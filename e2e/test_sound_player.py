@@ -1,4 +1,4 @@
-"""The page's own player, as it leaves the browser, and its way back to the browser's."""
+"""The page's built-in player, as it leaves the browser, and its way back to the browser's."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ async def choose(viewer: Viewer, option: str) -> None:
 
 
 async def opened(open_viewer: OpenViewer, server: Server) -> Viewer:
-    """Open a page whose sound our own player has played for a while."""
+    """Open a page whose sound the built-in player has played for a while."""
     viewer = await open_viewer(server)
     await viewer.listen()
     await plays_by(viewer, OWN)
@@ -110,7 +110,7 @@ async def test_it_plays_by_itself_and_is_heard_sooner(
     assert audio_probe.loudness(changed[-50:]) > 0.02
     assert own_ms < await age_ms(viewer)
     viewer.forget()
-    await choose(viewer, "own")
+    await choose(viewer, "built-in")
     await plays_by(viewer, OWN)
     await asyncio.sleep(1)
     assert max(audio_probe.gaps_ms(viewer.heard()), default=0.0) <= LONGEST_GAP_MS
@@ -206,7 +206,7 @@ async def test_a_device_that_stops_is_hardly_heard(server: Server, open_viewer: 
 async def test_it_plays_on_over_a_new_connection(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
-    """When the server is back, the sound is our own player's again, without a touch."""
+    """When the server is back, the sound is the built-in player's again, without a touch."""
     async with serve(tmp_path, toml.CARD) as server:
         viewer = await open_viewer(server)
         await viewer.listen()

@@ -83,10 +83,10 @@ async def choose(viewer: Viewer, option: str, words: str) -> None:
 @pytest.mark.parametrize(
     "player",
     [
-        ("own", "WAX's own", ["Sound level, left", "Sound level, right"]),
+        ("built-in", "WAX's own", ["Sound level, left", "Sound level, right"]),
         pytest.param(("browser", "the browser's", ["Sound level"]), marks=pytest.mark.full),
     ],
-    ids=["own", "browser"],
+    ids=["built-in", "browser"],
 )
 async def test_left_and_right_arrive_apart(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer, player: tuple[str, str, list[str]]

@@ -90,7 +90,7 @@ async def loudness(viewer: Viewer) -> float:
 
 
 @pytest.mark.timeout(90)
-@pytest.mark.parametrize("player", ["own", pytest.param("browser", marks=pytest.mark.full)])
+@pytest.mark.parametrize("player", ["built-in", pytest.param("browser", marks=pytest.mark.full)])
 async def test_volume_and_mute_are_heard(
     server: Server, open_viewer: OpenViewer, player: str
 ) -> None:

@@ -175,6 +175,12 @@ def test_the_baseline_is_the_thesis() -> None:
     assert settings.thesis == config.Settings().thesis
 
 
+def test_the_built_in_player_is_known_by_its_former_name() -> None:
+    """A file from before version 0.9 is understood."""
+    role = config.parse({"sync": {"observer": {"player": "own"}}}, "shown").sync.observer
+    assert role.player == "built-in"
+
+
 def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
     """Unknown keys, wrong types and values out of range are one line each, in one message."""
     text = """
@@ -235,6 +241,10 @@ def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
         ),
         ("[video]\nimprint = true", "video.imprint: is now called video.timestamp_overlay"),
         ("[drive]\nfine_fraction = 0.5", "drive.fine_fraction: is now called drive.slow_fraction"),
+        (
+            "[sync.observer]\nown_rendition = true",
+            "sync.observer.own_rendition: is now called sync.observer.finer_ladder",
+        ),
         (
             "[video]\nrenditions = []",
             "video.renditions: got []; allowed is a list of tables, 1 to 8 of them",

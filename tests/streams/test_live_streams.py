@@ -422,7 +422,7 @@ async def test_the_operator_may_have_a_rendition_of_their_own() -> None:
     rig.video.start()
     try:
         rig.begin()
-        rig.streams.follow(OPERATOR.model_copy(update={"own_rendition": True}), drives=True)
+        rig.streams.follow(OPERATOR.model_copy(update={"finer_ladder": True}), drives=True)
         await rig.run(20.0)
         assert rig.sizes[-1] not in shared
         assert rig.video.wanted == [rig.sizes[-1]]

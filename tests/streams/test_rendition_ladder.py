@@ -22,7 +22,7 @@ LADDER = RenditionLadder(VideoSettings(), AudioSettings())
 
 def test_the_shared_ladder_is_the_configurations() -> None:
     """What everybody may get is what is written, in its order, with the layers of VP8."""
-    steps = LADDER.steps(is_own=False)
+    steps = LADDER.steps(is_finer=False)
     assert [step.name for step in steps] == [one.name for one in VideoSettings().renditions]
     assert {step.layers for step in steps} == {2}
     assert {
@@ -31,11 +31,13 @@ def test_the_shared_ladder_is_the_configurations() -> None:
     } == {0}
 
 
-def test_an_own_encoder_has_a_finer_ladder() -> None:
+def test_the_finer_ladder_can_be_encoded() -> None:
     """A finer ladder has all of the shared one, and every step can be made."""
-    own = LADDER.steps(is_own=True)
-    assert set(LADDER.steps(is_own=False)) < set(own)
-    assert [LADDER.settings(step.name).bitrate_bps for step in own] == [r.bitrate_bps for r in own]
+    finer = LADDER.steps(is_finer=True)
+    assert set(LADDER.steps(is_finer=False)) < set(finer)
+    assert [LADDER.settings(step.name).bitrate_bps for step in finer] == [
+        one.bitrate_bps for one in finer
+    ]
 
 
 @given(st.lists(st.integers(10_000, 20_000_000), min_size=1, max_size=8, unique=True))

@@ -309,13 +309,13 @@ def test_a_browser_that_tells_no_ages_is_followed_by_its_buffers() -> None:
     assert abs(delay_ms - 200.0) <= 14.0
 
 
-def test_our_own_player_sets_its_delay_by_itself() -> None:
+def test_the_built_in_player_sets_its_delay_by_itself() -> None:
     """Whatever jitter and concealment tell, it is asked for nothing but a delay that is set."""
     estimate = LinkEstimate("steady", 1e6, 1e5, 0.0, 150.0, 0.0, 0, 50.0)
     for delay, asked in (("auto", None), (300.0, 300.0)):
         policy = AudioMaster(SyncSettings.model_validate({"audio_delay_ms": delay}))
         for tick in range(20):
-            heard = StreamPlayout(90, 40, 100.0 * tick, 250.0 * tick, 0.0, is_own=True)
+            heard = StreamPlayout(90, 40, 100.0 * tick, 250.0 * tick, 0.0, is_built_in=True)
             report = PlayoutReport(sound=heard, picture=StreamPlayout(40, 8))
             targets = policy.decide(report, tick / 4, estimate)
             assert targets.sound_ms == asked

@@ -18,7 +18,7 @@ import "./style/stop.css";
 import "./style/notices.css";
 import "./style/call.css";
 import "./style/ended.css";
-import "./style/own.css";
+import "./style/branding.css";
 import "./style/path.css";
 import "./style/loading.css";
 import { render } from "preact";

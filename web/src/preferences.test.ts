@@ -30,7 +30,7 @@ it("finds again what was saved", () => {
     speed: "fast",
     path: false,
     welcomed: true,
-    player: "own",
+    player: "built-in",
     language: "de",
     volume: 0.4,
     muted: true,
@@ -41,6 +41,10 @@ it("finds again what was saved", () => {
   } as const;
   savePreferences(mine, chosen);
   expect(loadPreferences(mine)).toEqual(chosen);
+});
+
+it("knows the built-in player by its former name", () => {
+  expect(loadPreferences(store('{"player": "own"}')).player).toBe("built-in");
 });
 
 it.each([

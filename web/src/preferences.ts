@@ -23,7 +23,7 @@ export interface Preferences extends DrivePreferences {
   /** Whether somebody has driven here, or has read how. */
   welcomed: boolean;
   /** Which player plays the sound; null means the server's choice. */
-  player: "browser" | "own" | null;
+  player: "browser" | "built-in" | null;
   /** The page's language, as a tag; null means the host's or the browser's choice. */
   language: string | null;
   /** From 0 to 1. */
@@ -31,7 +31,7 @@ export interface Preferences extends DrivePreferences {
   muted: boolean;
 }
 
-export const PLAYERS = [null, "own", "browser"] as const;
+export const PLAYERS = [null, "built-in", "browser"] as const;
 export const POLICIES = [null, "audio-master", "video-first"] as const;
 
 const KEY = "wax-preferences";
@@ -77,7 +77,9 @@ export function loadPreferences(store: Store | null): Preferences {
     speed: kept.speed === "fast" ? "fast" : DEFAULTS.speed,
     path: typeof kept.path === "boolean" ? kept.path : DEFAULTS.path,
     welcomed: typeof kept.welcomed === "boolean" ? kept.welcomed : DEFAULTS.welcomed,
-    player: PLAYERS.find((one) => one === kept.player) ?? DEFAULTS.player,
+    // The built-in player was once called "own".
+    player:
+      PLAYERS.find((one) => one === (kept.player === "own" ? "built-in" : kept.player)) ?? null,
     language: typeof kept.language === "string" ? kept.language : DEFAULTS.language,
     volume: isShare(kept.volume) ? kept.volume : DEFAULTS.volume,
     muted: kept.muted === true,

@@ -2,6 +2,7 @@
 
 import { type Asked, newRequest } from "./aboard";
 import type { Actions, Session } from "./actions";
+import { listenFirstDrive } from "./branding/welcome";
 import { missedCall } from "./call";
 import { Cameras } from "./cameras";
 import { Chime } from "./chime";
@@ -31,7 +32,6 @@ import {
   type RoomState,
   type StateOut,
 } from "./messages";
-import { listenFirstDrive } from "./own/welcome";
 import { Playback } from "./playback";
 import { applyPlayout } from "./playout";
 import { loadPreferences, openStore, type Preferences, savePreferences } from "./preferences";

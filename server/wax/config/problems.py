@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 _RENAMED: Final = {
     "video.imprint": "video.timestamp_overlay",
     "drive.fine_fraction": "drive.slow_fraction",
+    "sync.operator.own_rendition": "sync.operator.finer_ladder",
+    "sync.observer.own_rendition": "sync.observer.finer_ladder",
 }
 """The old names of renamed keys, with the new ones."""
 

@@ -436,15 +436,20 @@ _HoldbackMs = Annotated[float, Field(ge=0, le=2000)]
 _SkewMs = Annotated[float, Field(ge=0, le=500)]
 
 
+def _player(value: object) -> object:
+    """Accept what the built-in player was called up to version 0.8."""
+    return "built-in" if value == "own" else value
+
+
 class SyncSettings(_Section):
     """`[sync.operator]` and `[sync.observer]`: which stream waits for which, and how long."""
 
     policy: Literal["audio-master", "video-first"] = "audio-master"
     audio_mu_ms: Literal["auto", 10, 20, 40, 60, 120] = "auto"
     least_audio_mu_ms: _MediaUnitMs = 20
-    own_rendition: bool = False
+    finer_ladder: bool = False
     audio_delay_ms: Literal["auto"] | Annotated[float, Field(ge=20, le=500)] = "auto"
-    player: Literal["auto", "browser", "own"] = "auto"
+    player: Annotated[Literal["auto", "browser", "built-in"], BeforeValidator(_player)] = "auto"
     max_holdback_ms: _HoldbackMs = 500.0
     max_skew_ms: _SkewMs = 20.0
 
@@ -453,7 +458,7 @@ class OperatorSyncSettings(SyncSettings):
     """`[sync.operator]`: a file that sets one key leaves the others at these."""
 
     least_audio_mu_ms: _MediaUnitMs = 10
-    own_rendition: bool = True
+    finer_ladder: bool = True
     max_holdback_ms: _HoldbackMs = 50.0
     max_skew_ms: _SkewMs = 145.0
 

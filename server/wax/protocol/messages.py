@@ -110,8 +110,8 @@ class SoundReport(_Incoming):
     `age_ms` is from capture to the ear, `delay_ms` the part of it in the jitter buffer and
     `output_ms` the part in the device (webrtc-stats, `media-playout`; large for Bluetooth).
     `concealed_ms`, `played_ms` and `stretched_ms` (sound that was played slowly, to wait for more)
-    are totals since the start of this peer. `player` is whose all these are: the browser's, or our
-    own, which sets its delay by itself.
+    are totals since the start of this peer. `player` is whose all these are: the browser's, or the
+    page's built-in one, which sets its delay by itself.
     """
 
     age_ms: Ms | None
@@ -120,7 +120,7 @@ class SoundReport(_Incoming):
     concealed_ms: Ms | None
     played_ms: Ms | None
     stretched_ms: Ms | None
-    player: Literal["browser", "own"]
+    player: Literal["browser", "built-in"]
 
 
 class PictureReport(_Incoming):
@@ -709,13 +709,14 @@ class RoomChange(_Outgoing):
 class Playout(_Outgoing):
     """The synchronisation policy's targets for this page's two jitter buffers.
 
-    null leaves a buffer to the browser, or to our own player, whichever `player` says is to play
-    the sound; "auto" is ours where it can. `reason` is a sentence for people.
+    null leaves a buffer to the browser, or to the page's built-in player, whichever
+    `player` says is to play the sound; "auto" is the latter where it can. `reason` is a sentence
+    for people.
     """
 
     type: Literal["playout"] = "playout"
     policy: str
-    player: Literal["auto", "browser", "own"]
+    player: Literal["auto", "browser", "built-in"]
     sound_target_ms: float | None
     picture_target_ms: float | None
     reason: Sentence

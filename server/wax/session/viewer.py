@@ -511,7 +511,7 @@ def _playout(report: messages.Report) -> PlayoutReport:
             concealed_ms=sound.concealed_ms,
             played_ms=sound.played_ms,
             output_ms=sound.output_ms,
-            is_own=sound.player == "own",
+            is_built_in=sound.player == "built-in",
         ),
         picture=None
         if picture is None

@@ -94,9 +94,9 @@ class LiveStreams:
         return self._role_sync.model_copy(update={"policy": self._wanted_policy})
 
     def _make_allocator(self) -> Allocator:
-        is_own = self._sync.own_rendition and self._video.has_room
+        is_finer = self._sync.finer_ladder and self._video.has_room
         return Allocator(
-            self._ladder.steps(is_own=is_own), self._ladder.forms(self._sync.least_audio_mu_ms)
+            self._ladder.steps(is_finer=is_finer), self._ladder.forms(self._sync.least_audio_mu_ms)
         )
 
     # --- the peer's life -------------------------------------------------------------------

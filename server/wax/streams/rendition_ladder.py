@@ -31,10 +31,10 @@ class RenditionLadder:
     """The configuration as the ladder and the hubs want it."""
 
     def __init__(self, video: VideoSettings, audio: AudioSettings) -> None:
-        own = refined(video.renditions)
-        self._settings = {one.name: one for one in own}
+        finer = refined(video.renditions)
+        self._settings = {one.name: one for one in finer}
         self._shared = [step_of(one, video.codec) for one in video.renditions]
-        self._own = [step_of(one, video.codec) for one in own]
+        self._finer = [step_of(one, video.codec) for one in finer]
         self._forms = [form for one in audio.forms for form in sound_forms(one, audio.channels)]
 
     def most_bps(self, size: str | None) -> float:
@@ -52,12 +52,12 @@ class RenditionLadder:
         step, form = self._shared[-1], self._forms[-1]
         return picture_bps(step, 0, step.bitrate_bps) + sound_bps(form, 0)
 
-    def steps(self, *, is_own: bool) -> Sequence[Step]:
+    def steps(self, *, is_finer: bool) -> Sequence[Step]:
         """Return the shared renditions, or the finer ladder of a viewer with their own encoder.
 
         A running VP8 encoder does not change its rate, so their own follows the link in steps.
         """
-        return self._own if is_own else self._shared
+        return self._finer if is_finer else self._shared
 
     def settings(self, name: str) -> RenditionSettings:
         """Return what a step's rendition is made of."""

@@ -15,7 +15,7 @@ class StreamPlayout:
 
     `age_ms` is from capture to screen or ear, `delay_ms` the part of it in the jitter buffer and
     `output_ms` that in the device. `concealed_ms` and `played_ms` are totals of the sound since the
-    peer began. `is_own` is sound that our own player plays, which chooses its delay.
+    peer began. `is_built_in` is sound of the page's built-in player, which chooses its delay.
     """
 
     age_ms: float | None = None
@@ -23,7 +23,7 @@ class StreamPlayout:
     concealed_ms: float | None = None
     played_ms: float | None = None
     output_ms: float | None = None
-    is_own: bool = False
+    is_built_in: bool = False
 
 
 @dataclass(frozen=True, slots=True)

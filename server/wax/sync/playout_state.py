@@ -56,9 +56,9 @@ class PlayoutState:
             lost=0.0 if estimate is None else estimate.lost,
             burst=0 if estimate is None else estimate.burst,
             is_congested=estimate is not None and estimate.state == "congested",
-            learns=not self.fail_safe.is_active and not heard.is_own,
+            learns=not self.fail_safe.is_active and not heard.is_built_in,
         )
-        if heard.is_own:
+        if heard.is_built_in:
             self.sound.restart()  # that player sets its delay by itself
         if report.sound is None or report.picture is None:
             self.fail_safe.leave()

@@ -39,10 +39,10 @@ class _File:
 
 
 class BuiltPage:
-    """Reads `folder`; raises `OSError` if there is no page. `own` makes it the host's."""
+    """Reads `folder`; raises `OSError` if there is no page. `branded` makes it the host's."""
 
-    def __init__(self, folder: Path, own: BrandedPage) -> None:
-        self._own = own
+    def __init__(self, folder: Path, branded: BrandedPage) -> None:
+        self._branded = branded
         self._index = (folder / "index.html").read_text(encoding="utf-8")
         self._pages: dict[str, _File] = {}
         self._files = {
@@ -54,7 +54,7 @@ class BuiltPage:
     async def page(self, request: web.Request, origin: str) -> web.StreamResponse:
         """Answer with the page as it is for browsers that call this server so."""
         page = self._pages.pop(origin, None) or _file(
-            self._own.html(self._index, origin).encode(), "text/html; charset=utf-8"
+            self._branded.html(self._index, origin).encode(), "text/html; charset=utf-8"
         )
         self._pages[origin] = page
         if len(self._pages) > _MOST_ORIGINS:
@@ -71,7 +71,7 @@ class BuiltPage:
 
     async def preview(self, request: web.Request) -> web.StreamResponse:
         """Answer with the host's picture, which other sites show beside a link to the page."""
-        picture = self._own.picture
+        picture = self._branded.picture
         if picture is None:
             raise web.HTTPNotFound(reason="This page has no picture.")
         file = _File(picture.content, None, picture.content_type, picture.digest)

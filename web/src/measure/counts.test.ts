@@ -46,10 +46,10 @@ it("counts silence that was made up as made up", () => {
   expect(counts.next(looked(at(2, 2000)), 2000).concealed_ms).toBe(2000);
 });
 
-it("tells of our own player what that counts", () => {
+it("tells of the built-in player what that counts", () => {
   const counts = new SoundCounts();
   const heard = { rtp: 0, atMs: 0, delayMs: 30, outputMs: 9, playedMs: 500, stretchedMs: 7 };
-  expect(counts.own({ ...heard, madeUpMs: 40 }, 500)).toEqual({
+  expect(counts.builtIn({ ...heard, madeUpMs: 40 }, 500)).toEqual({
     delay_ms: 30,
     output_ms: 9,
     concealed_ms: 40,

@@ -1,5 +1,5 @@
 import type { PictureReport, SoundReport } from "../messages";
-import type { Heard } from "../sound/ownPlayer";
+import type { Heard } from "../sound/builtInPlayer";
 import { LastMinute } from "./breaks";
 import { DelayMeter } from "./delay";
 import type { Freezes } from "./freezes";
@@ -12,7 +12,7 @@ const PAUSE_MS = 30;
 /** What is measured beside the age, whoever plays. */
 type SoundFigures = Omit<SoundReport, "age_ms" | "player">;
 
-/** The sound's figures from the receiver's counters, or from our own player. */
+/** The sound's figures from the receiver's counters, or from the built-in player. */
 export class SoundCounts {
   readonly pauses = new LastMinute(PAUSE_MS);
   readonly #buffer = new DelayMeter();
@@ -53,8 +53,11 @@ export class SoundCounts {
     };
   }
 
-  /** The same of our own player. */
-  own({ delayMs, outputMs, madeUpMs, playedMs, stretchedMs }: Heard, nowMs: number): SoundFigures {
+  /** The same of the built-in player. */
+  builtIn(
+    { delayMs, outputMs, madeUpMs, playedMs, stretchedMs }: Heard,
+    nowMs: number,
+  ): SoundFigures {
     const riseMs = madeUpMs - this.#madeUpMs;
     if (riseMs > 0) this.pauses.add(nowMs, 1, riseMs);
     this.#madeUpMs = madeUpMs;

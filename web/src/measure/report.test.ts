@@ -3,7 +3,7 @@ import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { ServerClock } from "../clock";
 import type { Link } from "../link/link";
 import type { Report } from "../messages";
-import type { Heard } from "../sound/ownPlayer";
+import type { Heard } from "../sound/builtInPlayer";
 import type { Facts } from "../state";
 import { Reporter } from "./report";
 
@@ -119,7 +119,7 @@ it("reports often until it has settled, and to a slow link once a second from th
   expect(sent).toHaveLength(100);
 });
 
-it("tells within 100 ms that what our own player sounds has moved, but no slow link", async () => {
+it("tells within 100 ms that what the built-in player sounds has moved, but no slow link", async () => {
   const times = { atMs: 1000, delayMs: 40, outputMs: 30, madeUpMs: 0, playedMs: 0, stretchedMs: 0 };
   const hears = (ageMs: number) => {
     own = { ...times, rtp: (times.atMs - ageMs) * 48 };

@@ -1,6 +1,6 @@
 import type { ServerClock } from "../clock";
 import type { Report, RtpClock } from "../messages";
-import type { Heard } from "../sound/ownPlayer";
+import type { Heard } from "../sound/builtInPlayer";
 import type { Facts } from "../state";
 import { Arrivals } from "./arrivals";
 import { PictureCounts, SoundCounts } from "./counts";
@@ -40,7 +40,7 @@ export interface ReporterOptions {
   link: Measured;
   /** What is on; a stream that is off is not measured. */
   wants: () => { sound: boolean; picture: boolean };
-  /** What our own player sounds; null while the browser's plays. */
+  /** What the built-in player sounds; null while the browser's plays. */
   heard: (nowMs: number) => Heard | null;
   onFacts: (facts: Facts) => void;
 }
@@ -92,10 +92,10 @@ export class Reporter {
     if (isDue || (isLook && this.#hasMoved(heardMs))) void this.#report(peer, isDue);
   }
 
-  /** Returns how old what our own player sounds is; null while the browser's plays. */
+  /** Returns how old what the built-in player sounds is; null while the browser's plays. */
   #listen(peer: Receivers, nowMs: number): number | null {
-    const own = this.options.heard(nowMs);
-    if (own) return own.rtp === null ? null : this.#sound.heard(own.rtp, own.atMs);
+    const heard = this.options.heard(nowMs);
+    if (heard) return heard.rtp === null ? null : this.#sound.heard(heard.rtp, heard.atMs);
     this.#sound.sample(peer.sound?.getSynchronizationSources()[0], nowMs);
     return null;
   }
@@ -125,17 +125,17 @@ export class Reporter {
     if (!ofPicture) counts.picture.rest();
     const seen = this.picture.take(nowMs);
     const heardMs = this.#sound.take();
-    const own = sound ? this.options.heard(nowMs) : null;
-    const played = own
-      ? counts.sound.own(own, nowMs)
+    const heard = sound ? this.options.heard(nowMs) : null;
+    const played = heard
+      ? counts.sound.builtIn(heard, nowMs)
       : ofSound && counts.sound.next(ofSound, nowMs);
     const report: Report = {
       type: "report",
       sound: played && {
-        // After the receiver the audio device adds its own delay; ours knows what is heard.
-        age_ms: heardMs === null ? null : heardMs + (own ? 0 : (played.output_ms ?? 0)),
+        // After the receiver the audio device adds its own delay; the built-in player knows.
+        age_ms: heardMs === null ? null : heardMs + (heard ? 0 : (played.output_ms ?? 0)),
         ...played,
-        player: own ? "own" : "browser",
+        player: heard ? "built-in" : "browser",
       },
       picture: ofPicture && {
         age_ms: isSeen ? seen.ageMs : null,
@@ -149,7 +149,7 @@ export class Reporter {
     const isEager = !isDue || link.mayDrive || this.#reports <= UNSETTLED_REPORTS;
     if (isFact || (isEager && !link.isThin)) {
       link.sendDrive(report);
-      this.#toldMs = own && heardMs;
+      this.#toldMs = heard && heardMs;
     }
     if (isFact) onFacts(this.#facts(report, ofSound?.inbound, ofPicture?.inbound, nowMs));
   }

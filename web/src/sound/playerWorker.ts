@@ -1,5 +1,5 @@
 /**
- * Takes the encoded sound of a receiver (W3C, WebRTC Encoded Transform): decodes it for our player
+ * Takes the encoded sound of a receiver (W3C, WebRTC Encoded Transform): decodes it for the built-in player
  * (W3C, WebCodecs), or passes it on to the browser's own, or both while they change places.
  */
 
@@ -8,7 +8,7 @@ import { type Block, splitRed } from "./red";
 import { Sequence } from "./sequence";
 
 /** Who gets the packets. */
-export type Playing = "browser" | "own" | "both";
+export type Playing = "browser" | "built-in" | "both";
 
 /** From the page: `worklet` is where decoded sound goes. */
 export type ToWorker =
@@ -163,7 +163,7 @@ addEventListener("rtctransform", (event) => {
           decoding.add(repeats ? splitRed(data, rtp) : [{ rtp, data }]);
         }
       }
-      if (playing !== "own") controller.enqueue(frame);
+      if (playing !== "built-in") controller.enqueue(frame);
     },
   });
   void readable

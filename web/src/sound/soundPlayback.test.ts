@@ -3,7 +3,7 @@ import { german } from "../words/de";
 import { ENGLISH, language } from "../words/words";
 import { SoundPlayback } from "./soundPlayback";
 
-const own = vi.hoisted(() => ({
+const builtIn = vi.hoisted(() => ({
   lacks: null as string | null,
   doubt: null as string | null,
   routes: true,
@@ -18,27 +18,27 @@ const own = vi.hoisted(() => ({
   share: vi.fn(),
 }));
 
-vi.mock("./ownPlayer", () => ({
-  lacking: () => own.lacks,
-  doubtful: () => own.doubt,
-  routes: () => own.routes,
-  OwnPlayer: class {
-    constructor(events: typeof own.events) {
-      own.events = events;
+vi.mock("./builtInPlayer", () => ({
+  lacking: () => builtIn.lacks,
+  doubtful: () => builtIn.doubt,
+  routes: () => builtIn.routes,
+  BuiltInPlayer: class {
+    constructor(events: typeof builtIn.events) {
+      builtIn.events = events;
     }
     get isReady() {
-      return own.isReady;
+      return builtIn.isReady;
     }
     async start() {
-      own.isReady = own.starts;
-      return own.starts;
+      builtIn.isReady = builtIn.starts;
+      return builtIn.starts;
     }
-    play = own.play;
-    rest = own.rest;
-    share = own.share;
-    setOutput = own.setOutput;
+    play = builtIn.play;
+    rest = builtIn.rest;
+    share = builtIn.share;
+    setOutput = builtIn.setOutput;
     set loudness(loudness: number) {
-      own.loudness = loudness;
+      builtIn.loudness = loudness;
     }
     watch() {}
     negotiated() {}
@@ -46,7 +46,7 @@ vi.mock("./ownPlayer", () => ({
       return { rtp: 1 };
     }
     get levels() {
-      return own.levels;
+      return builtIn.levels;
     }
   },
 }));
@@ -72,7 +72,7 @@ const reconnect = vi.fn();
 
 async function made({ isStarted = true } = {}): Promise<SoundPlayback> {
   const playback = new SoundPlayback({ changed, reconnect });
-  if (isStarted) await playback.start("own");
+  if (isStarted) await playback.start("built-in");
   playback.attach(element as unknown as HTMLAudioElement);
   playback.take(receiver as unknown as RTCRtpReceiver);
   return playback;
@@ -82,7 +82,7 @@ beforeEach(() => {
   vi.useFakeTimers();
   vi.stubGlobal("MediaStream", class {});
   vi.clearAllMocks();
-  Object.assign(own, {
+  Object.assign(builtIn, {
     lacks: null,
     doubt: null,
     starts: true,
@@ -100,16 +100,16 @@ afterEach(() => {
   vi.unstubAllGlobals();
 });
 
-it("plays by the browser until our own sounds", async () => {
+it("plays by the browser until the built-in player sounds", async () => {
   const playback = await made();
   playback.choose("auto", null);
   playback.play();
   expect(element.play).toHaveBeenCalled();
-  expect(own.play).toHaveBeenCalled();
+  expect(builtIn.play).toHaveBeenCalled();
   expect(playback.heard(0)).toBeNull();
-  own.events.plays();
+  builtIn.events.plays();
   expect(element.pause).toHaveBeenCalledOnce();
-  expect(changed).toHaveBeenLastCalledWith({ by: "own", why: null });
+  expect(changed).toHaveBeenLastCalledWith({ by: "built-in", why: null });
   expect(playback.heard(0)).not.toBeNull();
 });
 
@@ -124,66 +124,66 @@ it("tells the level of each ear of ours, and one of the browser's player", async
   expect(others).toEqual([]);
   audioLevel = undefined;
   expect(await playback.levels()).toEqual([]);
-  own.events.plays();
+  builtIn.events.plays();
   expect(await playback.levels()).toEqual([0.5, 0.25]);
 });
 
-it("does not let our own begin once the browser's is chosen", async () => {
+it("does not let the built-in player begin once the browser's is chosen", async () => {
   const playback = await made();
-  playback.choose("own", null);
+  playback.choose("built-in", null);
   playback.play();
-  expect(own.rest).not.toHaveBeenCalled();
+  expect(builtIn.rest).not.toHaveBeenCalled();
   playback.choose("browser", null);
-  expect(own.rest).toHaveBeenCalled();
+  expect(builtIn.rest).toHaveBeenCalled();
 });
 
-it("never starts our own if the browser's is chosen", async () => {
+it("never starts the built-in player if the browser's is chosen", async () => {
   const playback = await made();
   playback.choose("browser", null);
   playback.play();
-  expect(own.play).not.toHaveBeenCalled();
+  expect(builtIn.play).not.toHaveBeenCalled();
   expect(changed).toHaveBeenLastCalledWith({ by: "browser", why: null });
 });
 
-it("says why it is the browser's where our own cannot play", async () => {
-  own.lacks = "over HTTPS it could";
+it("says why it is the browser's where the built-in player cannot play", async () => {
+  builtIn.lacks = "over HTTPS it could";
   const playback = await made();
   playback.choose("auto", null);
   playback.play();
-  expect(own.play).not.toHaveBeenCalled();
+  expect(builtIn.play).not.toHaveBeenCalled();
   expect(changed).toHaveBeenLastCalledWith({ by: "browser", why: "over HTTPS it could" });
 });
 
-it("takes our own only by choice where there is a doubt", async () => {
-  own.doubt = "in this browser it is a matter of choice";
+it("takes the built-in player only by choice where there is a doubt", async () => {
+  builtIn.doubt = "in this browser it is a matter of choice";
   const playback = await made({ isStarted: false });
   await playback.start("auto");
-  expect(own.isReady).toBe(false);
+  expect(builtIn.isReady).toBe(false);
   playback.choose("auto", null);
   playback.play();
-  expect(own.play).not.toHaveBeenCalled();
-  expect(changed).toHaveBeenLastCalledWith({ by: "browser", why: own.doubt });
-  playback.choose("own", null);
+  expect(builtIn.play).not.toHaveBeenCalled();
+  expect(changed).toHaveBeenLastCalledWith({ by: "browser", why: builtIn.doubt });
+  playback.choose("built-in", null);
   await vi.advanceTimersByTimeAsync(0);
   expect(reconnect).toHaveBeenCalledOnce();
 });
 
-it("connects again if our own is chosen later", async () => {
+it("connects again if the built-in player is chosen later", async () => {
   const playback = await made({ isStarted: false });
-  playback.choose("own", null);
+  playback.choose("built-in", null);
   await vi.advanceTimersByTimeAsync(0);
   expect(reconnect).toHaveBeenCalledOnce();
 });
 
-it("stays with the browser's if our own does not load", async () => {
-  own.starts = false;
+it("stays with the browser's if the built-in player does not load", async () => {
+  builtIn.starts = false;
   const playback = await made({ isStarted: false });
-  playback.choose("own", null);
+  playback.choose("built-in", null);
   await vi.advanceTimersByTimeAsync(0);
   expect(reconnect).not.toHaveBeenCalled();
   expect(changed).toHaveBeenLastCalledWith({
     by: "browser",
-    why: "the page's own player could not be loaded",
+    why: "the page's built-in player could not be loaded",
   });
 });
 
@@ -191,15 +191,15 @@ it("goes back to the browser's player only once that has sound", async () => {
   const playback = await made();
   playback.choose("auto", null);
   playback.play();
-  own.events.plays();
+  builtIn.events.plays();
   playback.choose("browser", null);
   await vi.advanceTimersByTimeAsync(100);
-  expect(own.share).toHaveBeenCalledOnce();
-  expect(own.rest).not.toHaveBeenCalled();
+  expect(builtIn.share).toHaveBeenCalledOnce();
+  expect(builtIn.rest).not.toHaveBeenCalled();
   expect(element.muted).toBe(true);
   emitted = 5000;
   await vi.advanceTimersByTimeAsync(40);
-  expect(own.rest).toHaveBeenCalledOnce();
+  expect(builtIn.rest).toHaveBeenCalledOnce();
   expect(element.muted).toBe(false);
   expect(changed).toHaveBeenLastCalledWith({ by: "browser", why: null });
 });
@@ -208,62 +208,62 @@ it("does not wait for ever for the browser's player", async () => {
   const playback = await made();
   playback.choose("auto", null);
   playback.play();
-  own.events.plays();
+  builtIn.events.plays();
   playback.choose("browser", null);
   await vi.advanceTimersByTimeAsync(1100);
-  expect(own.rest).toHaveBeenCalledOnce();
+  expect(builtIn.rest).toHaveBeenCalledOnce();
 });
 
-it("is heard at once if our own fails while the browser's player fills", async () => {
+it("is heard at once if the built-in player fails while the browser's player fills", async () => {
   const playback = await made();
   playback.choose("auto", null);
   playback.play();
-  own.events.plays();
+  builtIn.events.plays();
   playback.choose("browser", null);
   await vi.advanceTimersByTimeAsync(40);
   expect(element.muted).toBe(true);
-  own.events.failed("the sound's device has stopped");
+  builtIn.events.failed("the sound's device has stopped");
   expect(element.muted).toBe(false);
   await vi.advanceTimersByTimeAsync(2000);
   expect(element.muted).toBe(false);
   expect(changed).toHaveBeenLastCalledWith({ by: "browser", why: null });
 });
 
-it("falls back at once when our own fails, and tries it again later", async () => {
+it("falls back at once when the built-in player fails, and tries it again later", async () => {
   const playback = await made();
   playback.choose("auto", null);
   playback.play();
-  own.events.plays();
+  builtIn.events.plays();
   element.play.mockClear();
-  own.play.mockClear();
-  own.events.failed("the sound's device has stopped");
+  builtIn.play.mockClear();
+  builtIn.events.failed("the sound's device has stopped");
   expect(element.play).toHaveBeenCalledOnce();
   expect(changed).toHaveBeenLastCalledWith({
     by: "browser",
     why: "the sound's device has stopped",
   });
-  expect(own.play).not.toHaveBeenCalled();
+  expect(builtIn.play).not.toHaveBeenCalled();
   await vi.advanceTimersByTimeAsync(5000);
-  expect(own.play).toHaveBeenCalledOnce();
-  own.events.plays();
-  own.events.failed("the sound's device has stopped");
+  expect(builtIn.play).toHaveBeenCalledOnce();
+  builtIn.events.plays();
+  builtIn.events.failed("the sound's device has stopped");
   await vi.advanceTimersByTimeAsync(9000);
-  expect(own.play).toHaveBeenCalledOnce();
+  expect(builtIn.play).toHaveBeenCalledOnce();
   await vi.advanceTimersByTimeAsync(1000);
-  expect(own.play).toHaveBeenCalledTimes(2);
+  expect(builtIn.play).toHaveBeenCalledTimes(2);
 });
 
 it("is silent by both while the sound is off", async () => {
   const playback = await made();
   playback.choose("auto", null);
   playback.play();
-  own.events.plays();
+  builtIn.events.plays();
   playback.pause();
   expect(element.pause).toHaveBeenCalled();
-  expect(own.rest).toHaveBeenCalledOnce();
-  own.play.mockClear();
-  playback.choose("own", null);
-  expect(own.play).not.toHaveBeenCalled();
+  expect(builtIn.rest).toHaveBeenCalledOnce();
+  builtIn.play.mockClear();
+  playback.choose("built-in", null);
+  expect(builtIn.play).not.toHaveBeenCalled();
 });
 
 it("plays as loud as wanted by both, and mutes both without ending them", async () => {
@@ -271,34 +271,34 @@ it("plays as loud as wanted by both, and mutes both without ending them", async 
   playback.choose("auto", null);
   playback.play();
   playback.volume = 0.5;
-  expect([own.loudness, element.volume, element.muted]).toEqual([0.25, 0.25, false]);
+  expect([builtIn.loudness, element.volume, element.muted]).toEqual([0.25, 0.25, false]);
   playback.isMuted = true;
-  expect([own.loudness, element.muted]).toEqual([0, true]);
+  expect([builtIn.loudness, element.muted]).toEqual([0, true]);
   playback.isDucked = true;
   playback.isMuted = false;
-  expect([own.loudness, element.muted]).toEqual([0, true]);
+  expect([builtIn.loudness, element.muted]).toEqual([0, true]);
   playback.isDucked = false;
-  expect([own.loudness, element.volume, element.muted]).toEqual([0.25, 0.25, false]);
-  expect(own.rest).not.toHaveBeenCalled();
+  expect([builtIn.loudness, element.volume, element.muted]).toEqual([0.25, 0.25, false]);
+  expect(builtIn.rest).not.toHaveBeenCalled();
 });
 
 it("plays on the chosen device by both, and on the browser's own where that is gone", async () => {
   const playback = await made();
   expect(await playback.setOutput("headphones")).toBe(true);
   expect(element.setSinkId).toHaveBeenLastCalledWith("headphones");
-  expect(own.setOutput).toHaveBeenLastCalledWith("headphones");
+  expect(builtIn.setOutput).toHaveBeenLastCalledWith("headphones");
   element.setSinkId.mockRejectedValueOnce(new DOMException("gone", "NotFoundError"));
   expect(await playback.setOutput("unplugged")).toBe(false);
   expect(element.setSinkId).toHaveBeenLastCalledWith("");
-  expect(own.setOutput).toHaveBeenLastCalledWith("");
+  expect(builtIn.setOutput).toHaveBeenLastCalledWith("");
 });
 
 it("has the browser's player play where ours cannot reach the chosen device", async () => {
-  own.routes = false;
+  builtIn.routes = false;
   const playback = await made();
   playback.choose("auto", null);
   playback.play();
-  own.events.plays();
+  builtIn.events.plays();
   await playback.setOutput("headphones");
   await vi.advanceTimersByTimeAsync(1100);
   expect(changed).toHaveBeenLastCalledWith({
@@ -311,7 +311,7 @@ it("has the browser's player play where ours cannot reach the chosen device", as
     by: "browser",
     why: expect.stringContaining("nur auf dem Standardgerät"),
   });
-  own.play.mockClear();
+  builtIn.play.mockClear();
   await playback.setOutput("");
-  expect(own.play).toHaveBeenCalledOnce();
+  expect(builtIn.play).toHaveBeenCalledOnce();
 });

@@ -2,15 +2,15 @@ import { look } from "../measure/stats";
 import type { Playout } from "../messages";
 import { Playback } from "../playback";
 import { t } from "../words/words";
+import { BuiltInPlayer, doubtful, type Heard, lacking, routes } from "./builtInPlayer";
 import { levelOfPower } from "./loudness";
-import { doubtful, type Heard, lacking, OwnPlayer, routes } from "./ownPlayer";
 
-/** Which player is to play; "auto" is ours where it can. */
+/** Which player is to play; "auto" is the built-in one where it can. */
 export type PlayerChoice = Playout["player"];
 
-/** Which player plays the sound; `why` it is not ours, null where it is or nobody wanted it. */
+/** Which player plays the sound; `why` it is not the built-in one, null where it is or nobody wanted it. */
 export interface SoundPlayerState {
-  by: "browser" | "own";
+  by: "browser" | "built-in";
   why: string | null;
 }
 
@@ -24,21 +24,21 @@ export interface SoundPlaybackEvents {
 const FILLED_SAMPLES = 4800;
 const LOOK_EVERY_MS = 20;
 const TAKES_OVER_WITHIN_MS = 1000;
-/** After a failure ours is tried again after so long, and each time after twice as long. */
+/** After a failure the built-in player is tried again after so long, and each time after twice as long. */
 const AGAIN_AFTER_MS = 5000;
 
 /**
- * Plays the sound by our own player or by the browser's, and changes from one to the other without
- * a reload: until ours sounds, and once it fails, the browser's plays.
+ * Plays the sound by the built-in player or by the browser's, and changes from one to the other without
+ * a reload: until the built-in one sounds, and once it fails, the browser's plays.
  */
 export class SoundPlayback {
   readonly #browser = new Playback();
-  readonly #own: OwnPlayer;
-  /** Why ours cannot be used now. */
+  readonly #builtIn: BuiltInPlayer;
+  /** Why the built-in player cannot be used now. */
   #problem = lacking();
   #choice: PlayerChoice = "browser";
   #isPlaying = false;
-  /** Ours was told to play, and does not sound yet. */
+  /** The built-in player was told to play, and does not sound yet. */
   #isBeginning = false;
   #isTakingOver = false;
   /** The browser's player fills its buffer. */
@@ -53,16 +53,16 @@ export class SoundPlayback {
   #againMs = AGAIN_AFTER_MS;
 
   constructor(private readonly events: SoundPlaybackEvents) {
-    this.#own = new OwnPlayer({
-      plays: () => this.#ownPlays(),
-      failed: (why) => this.#ownFailed(why),
+    this.#builtIn = new BuiltInPlayer({
+      plays: () => this.#builtInPlays(),
+      failed: (why) => this.#builtInFailed(why),
     });
   }
 
   /** Gets ready for this choice; where that is not possible the browser's player plays. */
   async start(choice: PlayerChoice): Promise<void> {
-    if (this.#hindrance(choice) !== null || this.#own.isReady || choice === "browser") return;
-    if (!(await this.#own.start())) {
+    if (this.#hindrance(choice) !== null || this.#builtIn.isReady || choice === "browser") return;
+    if (!(await this.#builtIn.start())) {
       this.#problem = t("sound.player_not_loaded");
     }
   }
@@ -73,7 +73,7 @@ export class SoundPlayback {
 
   /** To be called only at the moment when the receiver is created. */
   watch(receiver: RTCRtpReceiver): void {
-    this.#own.watch(receiver);
+    this.#builtIn.watch(receiver);
   }
 
   /** Sets what a new peer's sound comes by, null for none. */
@@ -85,14 +85,15 @@ export class SoundPlayback {
 
   /** Which player is to play, as soon as the connection says how the sound is packed. */
   choose(choice: PlayerChoice, redundancy: number | null): void {
-    this.#own.negotiated(redundancy);
+    this.#builtIn.negotiated(redundancy);
     if (choice === this.#choice) return;
     this.#choice = choice;
-    const isNew = choice !== "browser" && this.#hindrance(choice) === null && !this.#own.isReady;
+    const isNew =
+      choice !== "browser" && this.#hindrance(choice) === null && !this.#builtIn.isReady;
     if (!isNew) this.#update();
     else
       void this.start(choice).then(() =>
-        this.#own.isReady ? this.events.reconnect() : this.#tell(),
+        this.#builtIn.isReady ? this.events.reconnect() : this.#tell(),
       );
   }
 
@@ -121,7 +122,7 @@ export class SoundPlayback {
   async setOutput(id: string): Promise<boolean> {
     this.#output = id;
     try {
-      await Promise.all([this.#browser.setOutput(id), routes() && this.#own.setOutput(id)]);
+      await Promise.all([this.#browser.setOutput(id), routes() && this.#builtIn.setOutput(id)]);
     } catch {
       if (id === "" || this.#output !== id) return false;
       await this.setOutput("");
@@ -133,13 +134,13 @@ export class SoundPlayback {
 
   #setLoudness(): void {
     const isSilent = this.#isDucked || this.#isMuted;
-    this.#own.loudness = isSilent ? 0 : this.#loudness;
+    this.#builtIn.loudness = isSilent ? 0 : this.#loudness;
     this.#browser.volume = this.#loudness;
     this.#browser.isMuted = isSilent || this.#isUnheard;
   }
 
   set leastDelayMs(ms: number | null) {
-    this.#own.leastDelayMs = ms;
+    this.#builtIn.leastDelayMs = ms;
   }
 
   /** To be called during a touch. */
@@ -156,9 +157,9 @@ export class SoundPlayback {
     this.#tell("browser");
   }
 
-  /** What our player sounds now; null while the browser's plays. */
+  /** What the built-in player sounds now; null while the browser's plays. */
   heard(nowMs: number): Heard | null {
-    return this.#state.by === "own" ? this.#own.heard(nowMs) : null;
+    return this.#state.by === "built-in" ? this.#builtIn.heard(nowMs) : null;
   }
 
   /**
@@ -167,8 +168,8 @@ export class SoundPlayback {
    */
   async levels(): Promise<readonly number[]> {
     if (!this.#isPlaying) return [];
-    const own = this.#state.by === "own" ? this.#own.levels : null;
-    if (own) return own;
+    const levels = this.#state.by === "built-in" ? this.#builtIn.levels : null;
+    if (levels) return levels;
     try {
       const level = this.#receiver && (await look(this.#receiver)).inbound.audioLevel;
       return typeof level === "number" ? [levelOfPower(level ** 2)] : [];
@@ -179,16 +180,16 @@ export class SoundPlayback {
 
   #update(): void {
     const isWanted = this.#choice !== "browser" && this.#hindrance() === null;
-    const isOwn = isWanted && this.#own.isReady;
-    if (isOwn && this.#isPlaying && this.#state.by === "browser") {
+    const isBuiltIn = isWanted && this.#builtIn.isReady;
+    if (isBuiltIn && this.#isPlaying && this.#state.by === "browser") {
       this.#isBeginning = true;
-      void this.#own.play();
-    } else if (!isOwn && this.#state.by === "own") void this.#takeOver();
-    else if (!isOwn && this.#isBeginning) this.#rest();
+      void this.#builtIn.play();
+    } else if (!isBuiltIn && this.#state.by === "built-in") void this.#takeOver();
+    else if (!isBuiltIn && this.#isBeginning) this.#rest();
     this.#tell();
   }
 
-  /** Why our own player is not to play. */
+  /** Why the built-in player is not to play. */
   #hindrance(choice = this.#choice): string | null {
     if (this.#problem !== null) return this.#problem;
     if (this.#output !== "" && !routes()) return t("sound.not_routed");
@@ -197,16 +198,16 @@ export class SoundPlayback {
 
   #rest(): void {
     this.#isBeginning = false;
-    this.#own.rest();
+    this.#builtIn.rest();
   }
 
-  #ownPlays(): void {
+  #builtInPlays(): void {
     this.#isBeginning = false;
     this.#browser.pause();
-    this.#tell("own");
+    this.#tell("built-in");
   }
 
-  #ownFailed(why: string): void {
+  #builtInFailed(why: string): void {
     this.#isBeginning = false;
     this.#problem = why;
     this.#isUnheard = false;
@@ -220,11 +221,11 @@ export class SoundPlayback {
     this.#againMs *= 2;
   }
 
-  /** Has the browser's player fill its buffer unheard, then changes from ours to it at once. */
+  /** Has the browser's player fill its buffer unheard, then changes to it at once. */
   async #takeOver(): Promise<void> {
     if (this.#isTakingOver) return;
     this.#isTakingOver = true;
-    this.#own.share();
+    this.#builtIn.share();
     this.#isUnheard = true;
     this.#setLoudness();
     this.#browser.play();
@@ -237,7 +238,7 @@ export class SoundPlayback {
     this.#isUnheard = false;
     this.#setLoudness();
     if (this.#state.by === "browser") return; // it failed, or was paused, meanwhile
-    this.#own.rest();
+    this.#builtIn.rest();
     this.#tell("browser");
     this.#update();
   }
@@ -252,7 +253,7 @@ export class SoundPlayback {
   }
 
   #tell(by = this.#state.by): void {
-    const why = by === "own" || this.#choice === "browser" ? null : this.#hindrance();
+    const why = by === "built-in" || this.#choice === "browser" ? null : this.#hindrance();
     this.#state = { by, why };
     this.events.changed(this.#state);
   }

@@ -64,7 +64,7 @@ it("marks what happens, once each, and nothing before it happens", () => {
   state.served.value = served({ reason: says("The link is full.") });
   state.served.value = served({ reason: says("The link is full."), link_bps: 1 });
   state.playout.value = playout();
-  state.player.value = { by: "own", why: null };
+  state.player.value = { by: "built-in", why: null };
   state.room.value = room({ operator: 2, number: 5 });
   state.room.value = room({});
   expect(marks()).toEqual([

@@ -86,7 +86,7 @@ const TURN = {
 type Turn = keyof typeof TURN;
 
 const PLAYER = {
-  own: "stats.player.own",
+  "built-in": "stats.player.built_in",
   browser: "stats.player.browser",
 } as const satisfies Record<SoundPlayerState["by"], Code>;
 

@@ -41,7 +41,7 @@ export function Facts() {
       <Fact name={t("facts.picture_sent")}>{sentPictureWords(served.value)}</Fact>
       <Fact name={t("facts.sound_sent")}>{sentSoundWords(served.value)}</Fact>
       <Fact name={t("facts.player")}>
-        {player.value.by === "own" ? t("facts.player_own") : t("facts.player_browser")}
+        {player.value.by === "built-in" ? t("facts.player_built_in") : t("facts.player_browser")}
       </Fact>
       <Player />
       <Fact name={t("facts.link")}>{linkWords(served.value)}</Fact>
@@ -51,7 +51,7 @@ export function Facts() {
   );
 }
 
-const PLAYER_NAMES = { own: "facts.by_own", browser: "facts.by_browser" } as const;
+const PLAYER_NAMES = { "built-in": "facts.by_built_in", browser: "facts.by_browser" } as const;
 
 /** Which player plays the sound, for who wants to compare them. */
 function Player() {

@@ -4,7 +4,7 @@ import { t } from "../words/words";
 export function HouseRules({ rules }: { rules: readonly string[] }) {
   if (rules.length === 0) return null;
   return (
-    <ul class="own-rules" aria-label={t("own.rules")}>
+    <ul class="house-rules" aria-label={t("branding.rules")}>
       {rules.map((rule) => (
         <li key={rule}>
           <bdi>{rule}</bdi>

@@ -23,7 +23,7 @@ export function Volume() {
       <button type="button" class="plain-button" aria-keyshortcuts="M" onClick={() => toggleMute()}>
         {t(isHeard ? "watch.mute" : "watch.unmute")}
       </button>
-      {canSet || player.value.by === "own" ? (
+      {canSet || player.value.by === "built-in" ? (
         <label for={id} class="field">
           <span>{t("watch.volume")}</span>
           <input

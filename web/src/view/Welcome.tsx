@@ -1,4 +1,4 @@
-import { ownPage, welcomeWords } from "../own/page";
+import { brandedPage, welcomeWords } from "../branding/page";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { HouseRules } from "./HouseRules";
@@ -10,7 +10,7 @@ export function Welcome() {
   if (state.preferences.value.welcomed || !state.hello.value) return null;
   return (
     <section class="welcome" aria-labelledby="welcome-title">
-      <h2 id="welcome-title">{t("own.welcome")}</h2>
+      <h2 id="welcome-title">{t("welcome.title")}</h2>
       <div class="welcome-lines">
         {welcomeWords(state).map((line) => (
           <p key={line}>
@@ -18,9 +18,9 @@ export function Welcome() {
           </p>
         ))}
       </div>
-      <HouseRules rules={ownPage(state).rules} />
+      <HouseRules rules={brandedPage(state).rules} />
       <button type="button" class="plain-button" onClick={() => keep({ welcomed: true })}>
-        {t("own.understood")}
+        {t("welcome.understood")}
       </button>
     </section>
   );

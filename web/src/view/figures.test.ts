@@ -67,7 +67,7 @@ it("writes what is sent", () => {
 
 const BROWSER = { by: "browser", why: null } as const;
 
-it("says why our own player does not play", () => {
+it("says why the built-in player does not play", () => {
   expect(reasons(null, null, { by: "browser", why: "No HTTPS." })).toEqual(["No HTTPS."]);
 });
 

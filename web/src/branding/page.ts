@@ -6,30 +6,35 @@ import { robotName } from "../view/robotName";
 import { t } from "../words/words";
 
 /** The host's words; the sentence is one of ours where they have written none. */
-export function ownPage(state: State): PageInfo {
+export function brandedPage(state: State): PageInfo {
   const told = state.hello.value?.page;
   const { sentence = "" } = document.documentElement.dataset;
   const page = told ?? { name: robotName(null), sentence, rules: [], links: [] };
-  return { ...page, sentence: page.sentence || t("own.sentence") };
+  return { ...page, sentence: page.sentence || t("branding.sentence") };
 }
 
 /** What a newcomer can do here, in three sentences: what this is, how to drive, how to stop it. */
 export function welcomeWords(state: State): string[] {
   const hello = state.hello.value;
-  const { sentence } = ownPage(state);
+  const { sentence } = brandedPage(state);
   if (!hello) return [sentence];
-  const stop = hello.on_loss.stop_by === "everybody" ? "own.everybody_stops" : "own.operator_stops";
-  return [sentence, hello.may_queue ? drivingWords(hello.turn_s) : t("own.only_watch"), t(stop)];
+  const stop =
+    hello.on_loss.stop_by === "everybody" ? "welcome.everybody_stops" : "welcome.operator_stops";
+  return [
+    sentence,
+    hello.may_queue ? drivingWords(hello.turn_s) : t("welcome.only_watch"),
+    t(stop),
+  ];
 }
 
 /** Of a turn that lasts for hours the length does not matter. */
 function drivingWords(turnS: number): string {
-  if (turnS > 3600) return t("own.how_to_drive_free");
+  if (turnS > 3600) return t("welcome.how_to_drive_free");
   const isWhole = turnS >= 120 && turnS % 60 === 0;
   const time = isWhole
-    ? t("own.minutes", { n: turnS / 60 })
-    : t("own.seconds", { n: Math.round(turnS) });
-  return t("own.how_to_drive", { time });
+    ? t("welcome.minutes", { n: turnS / 60 })
+    : t("welcome.seconds", { n: Math.round(turnS) });
+  return t("welcome.how_to_drive", { time });
 }
 
 /**

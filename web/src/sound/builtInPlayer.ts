@@ -3,7 +3,7 @@ import type { FromWorker, Playing, ToWorker } from "./playerWorker";
 import type { FromWorklet, ToWorklet } from "./worklet";
 import workletUrl from "./worklet.ts?worker&url";
 
-/** What our player is to the page; times on the page's clock. */
+/** What the built-in player is to the page; times on the page's clock. */
 export interface Heard {
   /** The sample with this RTP time is heard at `atMs`; null while nothing is, or it is made up. */
   rtp: number | null;
@@ -17,7 +17,7 @@ export interface Heard {
   stretchedMs: number;
 }
 
-export interface OwnPlayerEvents {
+export interface BuiltInPlayerEvents {
   /** Sound comes out of it. */
   plays(): void;
   /** It plays no more; the sentence says why. The browser's player has the sound already. */
@@ -38,12 +38,12 @@ const IS_FIREFOX = /Firefox\//.test(navigator.userAgent);
 /** Firefox 153 at times stops for ever if a context is made while its own player starts. */
 const SETTLES_MS = 800;
 
-/** Why this browser has a player of ours only on demand, as a sentence; null if it need not ask. */
+/** Why the built-in player plays in this browser only by choice, as a sentence; null where it may without. */
 export function doubtful(): string | null {
   return IS_FIREFOX ? t("sound.firefox") : null;
 }
 
-/** What this browser lacks for a player of ours, as a sentence; null if it can. */
+/** What this browser lacks for the built-in player, as a sentence; null if it can. */
 export function lacking(scope: typeof globalThis = globalThis): string | null {
   if (!scope.isSecureContext) {
     return t("sound.needs_https");
@@ -53,7 +53,7 @@ export function lacking(scope: typeof globalThis = globalThis): string | null {
   return has ? null : t("sound.lacks");
 }
 
-/** Whether our player can play on another device than the browser's own choice. */
+/** Whether the built-in player can play on another device than the browser's own choice. */
 export function routes(scope: typeof globalThis = globalThis): boolean {
   return "setSinkId" in (scope.AudioContext?.prototype ?? {});
 }
@@ -64,7 +64,7 @@ export function routes(scope: typeof globalThis = globalThis): boolean {
  * Packets reach it only after `play`; until then, and after a failure, they go to the browser's
  * own player.
  */
-export class OwnPlayer {
+export class BuiltInPlayer {
   #worker: Worker | null = null;
   #context: AudioContext | null = null;
   #node: AudioWorkletNode | null = null;
@@ -80,7 +80,7 @@ export class OwnPlayer {
   #isWanted = false;
   #isHeard = false;
 
-  constructor(private readonly events: OwnPlayerEvents) {}
+  constructor(private readonly events: BuiltInPlayerEvents) {}
 
   /** Whether receivers can be watched. */
   get isReady(): boolean {
@@ -229,7 +229,7 @@ export class OwnPlayer {
     this.#looking ??= setInterval(() => this.#look(), LOOK_EVERY_MS);
     if (this.#isHeard || newest.rtp === null) return;
     this.#isHeard = true;
-    this.#feed("own");
+    this.#feed("built-in");
     this.events.plays();
   }
 

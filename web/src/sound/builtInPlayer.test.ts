@@ -1,5 +1,5 @@
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
-import { lacking, OwnPlayer, routes } from "./ownPlayer";
+import { BuiltInPlayer, lacking, routes } from "./builtInPlayer";
 
 class FakePort {
   onmessage: ((event: { data: unknown }) => void) | null = null;
@@ -65,8 +65,8 @@ const TOLD = {
 const feeds = () =>
   FakeWorker.last.said.flatMap((one) => (one as { playing?: string }).playing ?? []);
 
-async function playing(): Promise<OwnPlayer> {
-  const player = new OwnPlayer(events);
+async function playing(): Promise<BuiltInPlayer> {
+  const player = new BuiltInPlayer(events);
   const ready = player.start();
   FakeWorker.last.says("ready");
   expect(await ready).toBe(true);
@@ -96,7 +96,7 @@ it("shares the packets until it sounds, then has them alone", async () => {
   expect(events.plays).not.toHaveBeenCalled();
   FakeNode.last.port.says(TOLD);
   expect(events.plays).toHaveBeenCalledOnce();
-  expect(feeds()).toEqual(["both", "own"]);
+  expect(feeds()).toEqual(["both", "built-in"]);
 });
 
 it("tells how loud each ear is while it plays", async () => {
@@ -154,7 +154,7 @@ it("says nothing more once it rests", async () => {
 });
 
 it("is not ready if its worker does not load", async () => {
-  const player = new OwnPlayer(events);
+  const player = new BuiltInPlayer(events);
   const ready = player.start();
   FakeWorker.last.onerror?.();
   expect(await ready).toBe(false);

@@ -4,7 +4,7 @@ import { type ComponentChildren, render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, it } from "vitest";
 import type { Session } from "../actions";
-import { listenFirstDrive } from "../own/welcome";
+import { listenFirstDrive } from "../branding/welcome";
 import { hello, room } from "../testing/messages";
 import { testSession as made } from "../testing/session";
 import { ENGLISH, language } from "../words/words";
