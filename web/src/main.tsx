@@ -2,7 +2,7 @@ import "./style/base.css";
 import "./style/layout.css";
 import "./style/hud.css";
 import "./style/tape.css";
-import "./style/stage.css";
+import "./style/picture.css";
 import "./style/views.css";
 import "./style/turn.css";
 import "./style/drive.css";
@@ -22,7 +22,7 @@ import "./style/branding.css";
 import "./style/path.css";
 import "./style/loading.css";
 import { render } from "preact";
-import { openStage, wantsStage } from "./openStage";
+import { openBigScreen, wantsBigScreen } from "./openBigScreen";
 import { startSession } from "./session";
 import { lacksOf } from "./support";
 import { App } from "./view/App";
@@ -45,7 +45,7 @@ if (root && lacks) {
   void Promise.race([session.offered, atLast]).then(() => {
     // Until now it says that the page is loading.
     root.replaceChildren();
-    if (wantsStage(window.location.search)) void openStage(root, session);
+    if (wantsBigScreen(window.location.search)) void openBigScreen(root, session);
     else render(<App session={session} />, root);
   });
 }

@@ -144,7 +144,7 @@ function Part({ open, onEnded }: { open: Open; onEnded: () => boolean }) {
   );
   return (
     <div class="replay-part">
-      <div class="replay-stage">
+      <div class="replay-picture">
         <Views content={content} player={player.value} momentMs={momentMs} picture={picture} />
         {/* biome-ignore lint/a11y/useMediaCaption: there are none of what a robot hears */}
         <audio ref={sound} preload="auto" />

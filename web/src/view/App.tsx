@@ -4,7 +4,7 @@ import { SessionContext } from "./context";
 import { DrivePanel } from "./DrivePanel";
 import { EndedPage } from "./EndedPage";
 import { Panels } from "./Panels";
-import { Stage } from "./Stage";
+import { Picture } from "./Picture";
 import { TurnCard } from "./TurnCard";
 import { Welcome } from "./Welcome";
 
@@ -29,7 +29,7 @@ function Page({ session: { state } }: { session: Session }) {
   ];
   return (
     <main class={kinds.join(" ")}>
-      <Stage />
+      <Picture />
       <div class="rail">
         <Banners />
         <TurnCard />

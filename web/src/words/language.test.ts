@@ -20,9 +20,9 @@ describe("the language", () => {
   });
 
   it("is the address's, then the host's, then the browser's", () => {
-    expect(choose({ ...NONE, search: "?view=stage&lang=de", host: "en", browser: ["en"] })).toBe(
-      "de",
-    );
+    expect(
+      choose({ ...NONE, search: "?view=big-screen&lang=de", host: "en", browser: ["en"] }),
+    ).toBe("de");
     expect(choose({ ...NONE, host: "de", browser: ["en"] })).toBe("de");
     expect(choose({ ...NONE, browser: ["fr-CH", "de-CH", "en"] })).toBe("de");
   });

@@ -13,12 +13,12 @@ import { Views } from "./Views";
 import { blanked, problemWords, silenceWords } from "./words";
 
 /** The picture, and the messages over it. */
-export function Stage() {
+export function Picture() {
   const session = useSession();
   const { preferences, isBlanked, isConnected, isSilent } = session.state;
   const video = useRef<HTMLVideoElement>(null);
   const audio = useRef<HTMLAudioElement>(null);
-  const stage = useRef<HTMLElement>(null);
+  const section = useRef<HTMLElement>(null);
   useEffect(() => {
     session.attachPicture(video.current);
     session.attachSound(audio.current);
@@ -31,19 +31,23 @@ export function Stage() {
   const isOn = preferences.value.picture;
   const isShown = isOn && !isBlanked.value;
   useEffect(
-    () => (video.current && stage.current ? shape(stage.current, video.current) : undefined),
+    () => (video.current && section.current ? shape(section.current, video.current) : undefined),
     [],
   );
   const isLive = isConnected.value && !isSilent.value && !isStale(session.state);
   return (
-    <section ref={stage} class={isLive ? "stage" : "stage is-greyed"} aria-label={t("stage.name")}>
+    <section
+      ref={section}
+      class={isLive ? "picture" : "picture is-greyed"}
+      aria-label={t("picture.name")}
+    >
       <Views isShown={isShown} video={video} />
       {/* biome-ignore lint/a11y/useMediaCaption: a live robot has no captions */}
       <audio ref={audio} />
       {isBlanked.value ? <Blanked /> : !isOn && <PictureOff />}
       <Door />
       <Hud />
-      <div class="stage-foot">
+      <div class="picture-foot">
         <Warnings />
         <Slowness />
         <SoundOffer />
@@ -54,11 +58,11 @@ export function Stage() {
   );
 }
 
-/** Gives the stage the shape of the picture, so that nothing black is beside it. */
-function shape(stage: HTMLElement, video: HTMLVideoElement): () => void {
+/** Gives the section the shape of the picture, so that nothing black is beside it. */
+function shape(section: HTMLElement, video: HTMLVideoElement): () => void {
   const follow = () => {
     const { videoWidth, videoHeight } = video;
-    if (videoWidth > 0) stage.style.setProperty("--aspect", `${videoWidth / videoHeight}`);
+    if (videoWidth > 0) section.style.setProperty("--aspect", `${videoWidth / videoHeight}`);
   };
   follow();
   video.addEventListener("resize", follow);
@@ -69,8 +73,8 @@ function PictureOff() {
   return (
     <div class="picture-off">
       <EarIcon />
-      <p>{t("stage.off")}</p>
-      <p class="quiet">{t("stage.by_ear")}</p>
+      <p>{t("picture.off")}</p>
+      <p class="quiet">{t("picture.by_ear")}</p>
     </div>
   );
 }
@@ -78,7 +82,7 @@ function PictureOff() {
 /** The host lets nobody see or hear anything. */
 function Blanked() {
   return (
-    <div class="picture-off" role="status" aria-label={t("stage.name")}>
+    <div class="picture-off" role="status" aria-label={t("picture.name")}>
       <CurtainIcon />
       <p>{blanked()}</p>
     </div>
@@ -93,7 +97,7 @@ function Door() {
   if (links.value.length > 0 && !isConnected.value) {
     return (
       <div class="picture-off">
-        <p>{t("stage.no_place")}</p>
+        <p>{t("picture.no_place")}</p>
         {links.value.map((url) => (
           <a key={url} href={url} dir="ltr" rel="noreferrer">
             {url}
@@ -106,7 +110,7 @@ function Door() {
   return (
     <div class="picture-off">
       <p>{said(reason)}</p>
-      <p class="quiet">{t("stage.tries_again")}</p>
+      <p class="quiet">{t("picture.tries_again")}</p>
     </div>
   );
 }
@@ -134,17 +138,19 @@ function Warnings() {
   const isBlind = drivingTurn.value !== null && isOn && !tellsFrames();
   const problems = isConnected.value ? problemWords(room.value) : [];
   return (
-    <ul class="warnings" aria-live="polite" aria-label={t("stage.problems")}>
+    <ul class="warnings" aria-live="polite" aria-label={t("picture.problems")}>
       {problems.map((problem) => (
         <li key={problem}>{problem}</li>
       ))}
-      {isSilent.value && isOn && <li>{t("stage.silent")}</li>}
-      {isBlind && <li>{t("stage.blind")}</li>}
+      {isSilent.value && isOn && <li>{t("picture.silent")}</li>}
+      {isBlind && <li>{t("picture.blind")}</li>}
       {isOld && problems.length === 0 && (
         <li>
-          <span aria-hidden="true">{t("stage.old", { age: msWords(facts.value.pictureMs) })}</span>
+          <span aria-hidden="true">
+            {t("picture.old", { age: msWords(facts.value.pictureMs) })}
+          </span>
           {/* Each new figure would be read out. */}
-          <span class="visually-hidden">{t("stage.not_live")}</span>
+          <span class="visually-hidden">{t("picture.not_live")}</span>
         </li>
       )}
     </ul>
@@ -157,7 +163,7 @@ function Slowness() {
   const isSlow = isConnected.value && served.value?.in_step === false;
   return (
     <p class="slowness" aria-live="polite">
-      {isSlow && t("stage.slow")}
+      {isSlow && t("picture.slow")}
     </p>
   );
 }

@@ -12,9 +12,9 @@ export function QrCode({ address }: { address: string }) {
   const size = code.size + 2 * QUIET;
   return (
     <svg
-      class="kiosk-qr"
+      class="big-screen-qr"
       role="img"
-      aria-label={t("kiosk.qr", { address })}
+      aria-label={t("big_screen.qr", { address })}
       viewBox={`${-QUIET} ${-QUIET} ${size} ${size}`}
     >
       <rect x={-QUIET} y={-QUIET} width={size} height={size} fill="#ffffff" />

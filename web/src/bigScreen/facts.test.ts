@@ -15,7 +15,7 @@ it("writes what is left as a clock", () => {
 });
 
 it("sends people to the page, not to the screen's view of it", () => {
-  const at = new URL("https://robot.example.org/here/?view=stage&sound=on#x");
+  const at = new URL("https://robot.example.org/here/?view=big-screen&sound=on#x");
   expect(joinAddress(at)).toBe("https://robot.example.org/here/");
 });
 
@@ -32,6 +32,6 @@ it.each([
 });
 
 it("has sound only where the address asks for it", () => {
-  expect(wantsSound("?view=stage")).toBe(false);
-  expect(wantsSound("?view=stage&sound=on")).toBe(true);
+  expect(wantsSound("?view=big-screen")).toBe(false);
+  expect(wantsSound("?view=big-screen&sound=on")).toBe(true);
 });

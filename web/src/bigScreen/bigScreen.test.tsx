@@ -4,11 +4,11 @@ import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import type { Session } from "../actions";
-import { openStage, wantsStage } from "../openStage";
+import { openBigScreen, wantsBigScreen } from "../openBigScreen";
 import { hello, room } from "../testing/messages";
 import { testSession } from "../testing/session";
 import { says } from "../words/said";
-import { Kiosk } from "./Kiosk";
+import { BigScreen } from "./BigScreen";
 import { tend } from "./tend";
 
 const { body } = document;
@@ -20,7 +20,7 @@ function at(address: string): void {
 
 beforeEach(() => {
   vi.useFakeTimers();
-  at("https://robot.example.org/?view=stage");
+  at("https://robot.example.org/?view=big-screen");
   session = testSession();
   session.state.link.value = { is: "connected" };
   session.state.hello.value = hello({ viewer: 9 });
@@ -34,7 +34,7 @@ afterEach(() => {
 });
 
 function open(): void {
-  act(() => render(<Kiosk session={session} />, body));
+  act(() => render(<BigScreen session={session} />, body));
 }
 
 function show(options: Parameters<typeof room>[0]): void {
@@ -69,7 +69,7 @@ it("shows how to join by a code with the page's own address", () => {
 });
 
 it("says so where no phone could open its address", () => {
-  at("http://localhost:8080/?view=stage");
+  at("http://localhost:8080/?view=big-screen");
   open();
   expect(queryByRole(body, "img")).toBeNull();
   expect(getByText(body, /works on this computer only/)).toBeTruthy();
@@ -117,7 +117,7 @@ it("has no sound unless the address asks for it, and then asks for a touch where
   open();
   expect(session.actions.setSound).not.toHaveBeenCalled();
   act(() => render(null, body));
-  at("https://robot.example.org/?view=stage&sound=on");
+  at("https://robot.example.org/?view=big-screen&sound=on");
   open();
   expect(session.actions.setSound).toHaveBeenCalledExactlyOnceWith(true);
   expect(getByText(body, "Touch the screen once for sound.")).toBeTruthy();
@@ -170,18 +170,15 @@ it("follows the server to another version", () => {
 });
 
 it("is opened by its address, and tries again where it could not be loaded", async () => {
-  expect([wantsStage("?view=stage&sound=on"), wantsStage("?view=x"), wantsStage("")]).toEqual([
-    true,
-    false,
-    false,
-  ]);
+  const asked = ["?view=big-screen&sound=on", "?view=stage", "?view=x", ""].map(wantsBigScreen);
+  expect(asked).toEqual([true, true, false, false]);
   const reload = vi.fn();
   vi.stubGlobal("location", { ...window.location, reload });
-  await openStage(body, session, () => Promise.reject(new Error("offline")));
+  await openBigScreen(body, session, () => Promise.reject(new Error("offline")));
   expect(getByRole(body, "alert").textContent).toContain("tries again by itself");
   vi.advanceTimersByTime(10_000);
   expect(reload).toHaveBeenCalledOnce();
-  at("https://robot.example.org/?view=stage");
-  await act(() => openStage(body, session, async () => ({ Kiosk })));
+  at("https://robot.example.org/?view=big-screen");
+  await act(() => openBigScreen(body, session, async () => ({ BigScreen })));
   expect(getByRole(body, "heading", { name: "WAX" })).toBeTruthy();
 });

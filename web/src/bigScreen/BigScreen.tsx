@@ -1,4 +1,4 @@
-import "./kiosk.css";
+import "./bigScreen.css";
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import type { Session } from "../actions";
@@ -15,7 +15,7 @@ import { QrCode } from "./QrCode";
 import { tend } from "./tend";
 
 /** For a screen in a hall: the picture, who drives, who is next, and how to join. */
-export function Kiosk({ session }: { session: Session }) {
+export function BigScreen({ session }: { session: Session }) {
   const idle = useMemo(() => watchIdle(window), []);
   useEffect(() => {
     const end = tend(session);
@@ -26,18 +26,18 @@ export function Kiosk({ session }: { session: Session }) {
   }, [session, idle]);
   return (
     <SessionContext.Provider value={session}>
-      <main class={idle.isIdle.value ? "kiosk is-idle" : "kiosk"}>
+      <main class={idle.isIdle.value ? "big-screen is-idle" : "big-screen"}>
         <Picture />
-        <header class="kiosk-head">
+        <header class="big-screen-head">
           <h1>{robotName(session.state.hello.value)}</h1>
         </header>
         <Problem />
-        <div class="kiosk-foot">
+        <div class="big-screen-foot">
           <Driver />
           <Join />
         </div>
         <Sound />
-        <div class="kiosk-stop">
+        <div class="big-screen-stop">
           <StopButton />
         </div>
       </main>
@@ -54,7 +54,7 @@ function Picture() {
     return () => session.attachPicture(null);
   }, [session]);
   const kinds = [
-    "kiosk-picture",
+    "big-screen-picture",
     ...(isLive(session.state) ? [] : ["is-greyed"]),
     ...(isBlanked.value ? ["is-off"] : []),
   ];
@@ -68,18 +68,18 @@ function Problem() {
   const words = ended.value
     ? said(ended.value.text)
     : link.value.is === "connecting" && link.value.reason === null
-      ? t("kiosk.connecting")
+      ? t("big_screen.connecting")
       : !isConnected.value || isSilent.value
-        ? t("kiosk.lost")
+        ? t("big_screen.lost")
         : isBlanked.value
-          ? t("kiosk.blanked")
+          ? t("big_screen.blanked")
           : room.value?.video.problem
-            ? t("kiosk.no_picture")
+            ? t("big_screen.no_picture")
             : isLive(state)
               ? null
-              : t("kiosk.old");
+              : t("big_screen.old");
   return (
-    <p class="kiosk-problem" role="status">
+    <p class="big-screen-problem" role="status">
       {words}
     </p>
   );
@@ -94,21 +94,28 @@ function Driver() {
   const isStanding = now.turn.stands_left_ms !== null;
   const count = watchers(now, hello.value?.viewer, watching.value);
   return (
-    <section class="kiosk-driver" aria-live="polite">
-      <p class="kiosk-who">
+    <section class="big-screen-driver" aria-live="polite">
+      <p class="big-screen-who">
         {operator.value
-          ? t("kiosk.driving", { name: named(operator.value.name) })
-          : t(now.house.held ? "kiosk.closed" : "kiosk.free")}
+          ? t("big_screen.driving", { name: named(operator.value.name) })
+          : t(now.house.held ? "big_screen.closed" : "big_screen.free")}
       </p>
       {secondsLeft.value !== null && (
-        <p class="kiosk-timer" role="timer" aria-live="off" aria-label={t("kiosk.time_left")}>
+        <p
+          class="big-screen-timer"
+          role="timer"
+          aria-live="off"
+          aria-label={t("big_screen.time_left")}
+        >
           {clockWords(secondsLeft.value)}
         </p>
       )}
-      {now.stop && <p class="kiosk-stopped">{t("kiosk.stopped", { name: said(now.stop.by) })}</p>}
-      {isStanding && <p>{t("kiosk.stands")}</p>}
-      <p>{next ? t("kiosk.next", { name: named(next.name) }) : t("kiosk.next.nobody")}</p>
-      {count > 0 && <p class="kiosk-count">{t("kiosk.watching", { n: count })}</p>}
+      {now.stop && (
+        <p class="big-screen-stopped">{t("big_screen.stopped", { name: said(now.stop.by) })}</p>
+      )}
+      {isStanding && <p>{t("big_screen.stands")}</p>}
+      <p>{next ? t("big_screen.next", { name: named(next.name) }) : t("big_screen.next.nobody")}</p>
+      {count > 0 && <p class="big-screen-count">{t("big_screen.watching", { n: count })}</p>}
     </section>
   );
 }
@@ -118,14 +125,14 @@ function Join() {
   const { hello } = useState();
   const address = joinAddress(window.location);
   if (isOnlyHere(window.location.hostname)) {
-    return <p class="kiosk-join is-only-here">{t("kiosk.address", { address })}</p>;
+    return <p class="big-screen-join is-only-here">{t("big_screen.address", { address })}</p>;
   }
   const mayQueue = hello.value?.may_queue !== false;
   return (
-    <section class="kiosk-join">
+    <section class="big-screen-join">
       <QrCode address={address} />
-      <p>{t(mayQueue ? "kiosk.join" : "kiosk.join.watch")}</p>
-      <p class="kiosk-address">{address}</p>
+      <p>{t(mayQueue ? "big_screen.join" : "big_screen.join.watch")}</p>
+      <p class="big-screen-address">{address}</p>
     </section>
   );
 }
@@ -172,7 +179,7 @@ function Sound() {
       {/* biome-ignore lint/a11y/useMediaCaption: a live robot has no captions */}
       <audio ref={audio} />
       {!isHeard.value && player.value.by === "browser" && (
-        <p class="kiosk-sound">{t("kiosk.touch_for_sound")}</p>
+        <p class="big-screen-sound">{t("big_screen.touch_for_sound")}</p>
       )}
     </>
   );
