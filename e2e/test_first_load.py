@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 BUDGET_BYTES: Final = 75_000
 LATER: Final = {
-    *("elsewhere", "statspage", "bigscreen", "hostpanel", "calibrate", "controlset", "replay"),
+    *("roomviewer", "statspage", "bigscreen", "hostpanel", "calibrate", "controlset", "replay"),
     *("wayspanel", "rulespanel", "later", "de", "pseudo"),
 }
 """Names of parts that are for some people, or for later."""

@@ -133,7 +133,7 @@ def test_a_robot_that_is_not_there_warns_of_nothing() -> None:
     assert equipment.beyond(gauges, RobotState(connected=True)) == {"heat": "stop"}
 
 
-async def test_who_watches_elsewhere_has_no_controls(rig: Rig) -> None:
+async def test_who_watches_in_a_room_has_no_controls(rig: Rig) -> None:
     """They have no channel to use them by; gauges they may read."""
     ada = await rig.enter("ada-1111")
     visitor = ada.events.visitor  # type: ignore[attr-defined]  # a viewer

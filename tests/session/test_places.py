@@ -48,7 +48,7 @@ async def test_strangers_drive_nowhere_that_is_by_invitation(join: str) -> None:
     ada.says(type="join")
     for wants in ("join", "stay"):
         with pytest.raises(ForbiddenError):
-            rig.room.elsewhere.queue(visitor("eve-1111"), TAB, wants)
+            rig.room.rooms.queue(visitor("eve-1111"), TAB, wants)
     rig.wait(0.3, ada)
     assert ada.last("room")["turn"]["operator"] is None
     assert [line["role"] for line in ada.last("room")["viewers"]] == ["observer"]
@@ -76,13 +76,13 @@ async def test_an_invitation_that_ends_takes_place_turn_and_sound() -> None:
     assert [one.streams.status()["sound_mu_ms"] for one in rig.viewers] == [None, None]
 
 
-async def test_nobody_waits_elsewhere_where_there_are_no_rooms() -> None:
+async def test_nobody_waits_in_room_where_there_are_no_rooms() -> None:
     """It would be waiting by HTTP alone; the page of such a robot never does."""
     rooms = Rooms()
     rooms.is_used = False
     rig = Rig({}, cast("Cluster", rooms))
     with pytest.raises(ForbiddenError, match="join the queue there"):
-        rig.room.elsewhere.queue(visitor("eve-1111"), TAB, "join")
+        rig.room.rooms.queue(visitor("eve-1111"), TAB, "join")
     assert len(rig.viewers) == 0
 
 
@@ -91,7 +91,7 @@ async def test_whoever_is_here_drives_however_many_wait_by_http_alone() -> None:
     rig = make({"turns": {"turn_s": 10.0}})
     absent = [visitor(f"absent-{number:02}") for number in range(20)]
     for one in absent:
-        rig.room.elsewhere.queue(one, TAB, "join")
+        rig.room.rooms.queue(one, TAB, "join")
     ada = await rig.enter("ada-1111")
     ada.says(type="join")
     number = ada.last("hello")["viewer"]
@@ -99,7 +99,7 @@ async def test_whoever_is_here_drives_however_many_wait_by_http_alone() -> None:
         rig.wait(0.2, ada)
         for one in absent:
             with suppress(ForbiddenError):
-                rig.room.elsewhere.queue(one, TAB, "join")
+                rig.room.rooms.queue(one, TAB, "join")
         assert ada.last("room")["turn"]["operator"] in (None, number)
     assert ada.last("room")["turn"]["operator"] == number
 
@@ -131,10 +131,10 @@ class History:
             self.peers[who].says(type="join")
 
     async def asks_to_join(self, who: int) -> None:
-        self.rig.room.elsewhere.queue(*self.page(who), "join")
+        self.rig.room.rooms.queue(*self.page(who), "join")
 
     async def asks_to_stay(self, who: int) -> None:
-        self.rig.room.elsewhere.queue(*self.page(who), "stay")
+        self.rig.room.rooms.queue(*self.page(who), "stay")
 
     async def is_invited(self, who: int) -> None:
         token, _ = self.rig.access.invite("queue", uses=1, valid_s=4)

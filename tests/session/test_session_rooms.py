@@ -18,7 +18,7 @@ from wax.session import entry as entry_module
 from wax.session.host_acts import REMOVED
 from wax.session.rooms import WATCHING_IS_FULL
 from wax.session.seats import SEAT_S, Seats
-from wax.session.stop_presses import ELSEWHERE, TOO_OFTEN
+from wax.session.stop_presses import FROM_ROOM, TOO_OFTEN
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -91,34 +91,34 @@ async def test_who_finds_no_place_is_sent_elsewhere(rig: Rig, rooms: Rooms) -> N
     await rig.enter("ada-1111")
     with pytest.raises(NoPlaceError) as here:
         await rig.room.answer(EVE, TAB, OFFER)
-    told = rig.room.elsewhere.instead(EVE, TAB, here.value)
+    told = rig.room.rooms.instead(EVE, TAB, here.value)
     assert [one.url for one in told.rooms] == ["wss://a", "wss://b"]
     assert {one.token for one in told.rooms} == {NAME}
     assert (told.hello.viewer, told.hello.may_queue, told.hello.may_hear) == (0, True, True)
     rooms.has_sound = False
-    assert rig.room.elsewhere.seat(EVE, TAB).hello.may_hear is False
+    assert rig.room.rooms.seat(EVE, TAB).hello.may_hear is False
     rooms.is_used = False
     with pytest.raises(NoPlaceError, match="The only place"):
-        rig.room.elsewhere.instead(guest(1), TAB, here.value)
+        rig.room.rooms.instead(guest(1), TAB, here.value)
 
 
 async def test_where_nothing_is_free_watching_is_full(rig: Rig, rooms: Rooms) -> None:
     """All rooms are full, or gone; whoever has a seat keeps it while its room is there."""
     for number in range(4):
-        rig.room.elsewhere.seat(guest(number), TAB)
+        rig.room.rooms.seat(guest(number), TAB)
     with pytest.raises(FullError, match=str(WATCHING_IS_FULL)):
-        rig.room.elsewhere.seat(EVE, TAB)
-    assert rig.room.elsewhere.seat(guest(1), TAB).rooms[0].url == "wss://b"
+        rig.room.rooms.seat(EVE, TAB)
+    assert rig.room.rooms.seat(guest(1), TAB).rooms[0].url == "wss://b"
     rooms.rooms.clear()
     with pytest.raises(FullError, match=str(WATCHING_IS_FULL)):
-        rig.room.elsewhere.seat(guest(1), TAB)
+        rig.room.rooms.seat(guest(1), TAB)
     rooms.links.append("https://media.example.org")
-    assert rig.room.elsewhere.seat(guest(1), TAB).links == ["https://media.example.org"]
+    assert rig.room.rooms.seat(guest(1), TAB).links == ["https://media.example.org"]
 
 
 async def test_the_rooms_are_told_no_particulars_of_a_fault(rig: Rig, rooms: Rooms) -> None:
     """Anybody may watch there, and nobody there is the host."""
-    rig.room.elsewhere.seat(EVE, TAB)
+    rig.room.rooms.seat(EVE, TAB)
     rig.robot.problem = "/dev/ttyACM0 is unplugged"
     rig.wait(0.1)
     news = rooms.news()
@@ -129,10 +129,10 @@ async def test_the_rooms_are_told_no_particulars_of_a_fault(rig: Rig, rooms: Roo
 
 async def test_a_seat_ends_unless_it_is_renewed(rig: Rig, rooms: Rooms) -> None:
     """Whoever does not renew is taken out of the rooms, where LiveKit would let them stay."""
-    rig.room.elsewhere.seat(EVE, TAB)
-    rig.room.elsewhere.seat(guest(1), TAB)
+    rig.room.rooms.seat(EVE, TAB)
+    rig.room.rooms.seat(guest(1), TAB)
     rig.clock.time_s += SEAT_S - 1
-    rig.room.elsewhere.seat(EVE, TAB)
+    rig.room.rooms.seat(EVE, TAB)
     rig.room.round(rig.clock.time_s)
     assert rooms.removed == []
     rig.clock.time_s += 1
@@ -146,29 +146,29 @@ async def test_a_page_that_is_closed_gives_its_seat_back(rig: Rig, rooms: Rooms)
     """It is free for others at once; whoever has none leaves nothing."""
     rooms.rooms.pop()
     for number in range(2):
-        rig.room.elsewhere.seat(guest(number), TAB)
-    rig.room.elsewhere.leave(EVE, TAB)
+        rig.room.rooms.seat(guest(number), TAB)
+    rig.room.rooms.leave(EVE, TAB)
     rooms.rooms[0].count(1)
     rooms.rooms[0].count(1)
     with pytest.raises(FullError):
-        rig.room.elsewhere.seat(EVE, TAB)
-    rig.room.elsewhere.leave(guest(1), TAB)
-    assert rig.room.elsewhere.seat(EVE, TAB).wall_ms == rig.clock.wall_ms()
+        rig.room.rooms.seat(EVE, TAB)
+    rig.room.rooms.leave(guest(1), TAB)
+    assert rig.room.rooms.seat(EVE, TAB).wall_ms == rig.clock.wall_ms()
     assert rig.room.role_of(guest(1)) == "stranger"
 
 
 async def test_a_closed_door_empties_the_rooms(rig: Rig, rooms: Rooms) -> None:
     """As it does here; the host's own pages stay, and who asks is told why."""
     host = await rig.enter("hedy-111", is_host=True)
-    rig.room.elsewhere.seat(EVE, TAB)
-    rig.room.elsewhere.seat(replace(visitor("hedy-111"), sign_in=rig.sign_in()), "tab-2222")
+    rig.room.rooms.seat(EVE, TAB)
+    rig.room.rooms.seat(replace(visitor("hedy-111"), sign_in=rig.sign_in()), "tab-2222")
     host.says(type="close", closed=True)
     rig.wait(0.1, host)
     assert rooms.removed == [(NAME, True)]
     with pytest.raises(NotAdmittedError, match=str(CLOSED)):
-        rig.room.elsewhere.seat(EVE, TAB)
+        rig.room.rooms.seat(EVE, TAB)
     with pytest.raises(NotAdmittedError, match=str(CLOSED)):
-        rig.room.elsewhere.queue(EVE, TAB, "join")
+        rig.room.rooms.queue(EVE, TAB, "join")
 
 
 @pytest.mark.parametrize(("ban", "sentence"), [(True, BANNED), (False, REMOVED)])
@@ -177,9 +177,9 @@ async def test_who_is_removed_loses_the_seat(
 ) -> None:
     """In every tab, and is told so; without a ban they may come again after a minute."""
     host = await rig.enter("hedy-111", is_host=True)
-    rig.room.elsewhere.seat(EVE, TAB)
-    rig.room.elsewhere.seat(EVE, "tab-2222")
-    line = rig.room.elsewhere.queue(EVE, TAB, "join")
+    rig.room.rooms.seat(EVE, TAB)
+    rig.room.rooms.seat(EVE, "tab-2222")
+    line = rig.room.rooms.queue(EVE, TAB, "join")
     host.says(type="remove", viewer=line.id, ban=ban)
     rig.wait(0.1, host)
     assert {who for who, for_good in rooms.removed if for_good} == {
@@ -187,22 +187,22 @@ async def test_who_is_removed_loses_the_seat(
         person("eve-1111", "tab-2222"),
     }
     with pytest.raises(NotAdmittedError, match=str(sentence)):
-        rig.room.elsewhere.seat(EVE, TAB)
+        rig.room.rooms.seat(EVE, TAB)
     rig.clock.time_s += 61
     if ban:
         with pytest.raises(NotAdmittedError, match=str(sentence)):
-            rig.room.elsewhere.seat(EVE, TAB)
+            rig.room.rooms.seat(EVE, TAB)
     else:
-        assert rig.room.elsewhere.seat(EVE, TAB).rooms
+        assert rig.room.rooms.seat(EVE, TAB).rooms
 
 
 async def test_a_ban_is_of_the_address_too(rig: Rig, rooms: Rooms) -> None:
     """Others who are seated from there lose their seats; they had no number to be named by."""
     host = await rig.enter("hedy-111", is_host=True)
-    rig.room.elsewhere.seat(EVE, TAB)
-    rig.room.elsewhere.seat(visitor("eva-2222"), TAB)  # the same address
-    rig.room.elsewhere.seat(guest(7), TAB)
-    line = rig.room.elsewhere.queue(EVE, TAB, "join")
+    rig.room.rooms.seat(EVE, TAB)
+    rig.room.rooms.seat(visitor("eva-2222"), TAB)  # the same address
+    rig.room.rooms.seat(guest(7), TAB)
+    line = rig.room.rooms.queue(EVE, TAB, "join")
     host.says(type="remove", viewer=line.id, ban=True)
     rig.wait(0.1, host)
     assert {who for who, _ in rooms.removed} == {NAME, person("eva-2222", TAB)}
@@ -216,21 +216,21 @@ async def test_one_address_does_not_take_every_seat(
     tree = {"server": {"max_share_per_address": 0.1}}
     rig = Rig(tree, cast("Cluster", rooms))
     for number in range(10):
-        rig.room.elsewhere.seat(visitor(f"one-{number:04}"), TAB)
+        rig.room.rooms.seat(visitor(f"one-{number:04}"), TAB)
     with pytest.raises(FullError, match="your address"):
-        rig.room.elsewhere.seat(EVE, TAB)
-    assert rig.room.elsewhere.seat(guest(7), TAB).rooms
+        rig.room.rooms.seat(EVE, TAB)
+    assert rig.room.rooms.seat(guest(7), TAB).rooms
 
 
 async def test_who_has_a_seat_stops_the_robot_within_a_budget(rig: Rig) -> None:
     """As everybody who watches; without a seat nobody does."""
     with pytest.raises(ForbiddenError):
         rig.room.stop_by(EVE, TAB)
-    rig.room.elsewhere.seat(EVE, TAB)
+    rig.room.rooms.seat(EVE, TAB)
     number = rig.room.stop_by(EVE, TAB)
     latched = rig.room.snapshot(rig.clock.time_s).stop
     assert latched is not None
-    assert (latched.number, latched.by) == (number, ELSEWHERE)
+    assert (latched.number, latched.by) == (number, FROM_ROOM)
     pressed = (rig.room.stop_by(EVE, TAB) for _ in range(1000))
     with pytest.raises(ForbiddenError, match=str(TOO_OFTEN)):
         list(pressed)
@@ -243,13 +243,13 @@ async def test_who_joins_and_leaves_leaves_nothing(rig: Rig) -> None:
     """Not even where they were refused."""
     for number in range(50):
         one = guest(number)
-        assert rig.room.elsewhere.queue(one, TAB, "join").place is not None
-        assert rig.room.elsewhere.queue(one, TAB, "leave").place is None
+        assert rig.room.rooms.queue(one, TAB, "join").place is not None
+        assert rig.room.rooms.queue(one, TAB, "leave").place is None
     with pytest.raises(ForbiddenError, match="join it first"):
-        rig.room.elsewhere.queue(EVE, TAB, "stay")
-    rig.room.elsewhere.queue(EVE, TAB, "join")
+        rig.room.rooms.queue(EVE, TAB, "stay")
+    rig.room.rooms.queue(EVE, TAB, "join")
     with pytest.raises(ForbiddenError, match="another tab"):
-        rig.room.elsewhere.queue(EVE, "tab-2222", "join")
+        rig.room.rooms.queue(EVE, "tab-2222", "join")
     assert len(rig.viewers) == 1
 
 
@@ -258,10 +258,10 @@ async def test_who_does_not_ask_again_loses_the_place(rig: Rig) -> None:
     ada = await rig.enter("ada-1111")
     ada.says(type="join")
     wait(rig, 1, ada)
-    rig.room.elsewhere.queue(EVE, TAB, "join")
+    rig.room.rooms.queue(EVE, TAB, "join")
     for _ in range(3):
         wait(rig, 6, ada)
-        assert rig.room.elsewhere.queue(EVE, TAB, "stay").place == 1
+        assert rig.room.rooms.queue(EVE, TAB, "stay").place == 1
     wait(rig, 24, ada)
     assert [line["name"] for line in ada.last("room")["viewers"]] == ["Guest 1"]
 
@@ -271,21 +271,21 @@ async def test_who_does_not_come_is_passed_over(rig: Rig) -> None:
     ada = await rig.enter("ada-1111")
     ada.says(type="join")
     rig.wait(0.5, ada)
-    rig.room.elsewhere.queue(EVE, TAB, "join")
+    rig.room.rooms.queue(EVE, TAB, "join")
     for _ in range(7):
         wait(rig, 5, ada)
         if rig.viewers.of_tab("eve-1111", TAB) is not None:
-            rig.room.elsewhere.queue(EVE, TAB, "stay")
+            rig.room.rooms.queue(EVE, TAB, "stay")
     assert ada.last("room")["turn"]["operator"] == 1
 
 
 async def test_who_comes_in_time_drives(rig: Rig) -> None:
-    """Though all places here are taken; before that, who waits elsewhere takes none."""
+    """Though all places here are taken; before that, who waits in a room takes none."""
     ada = await rig.enter("ada-1111")
     ada.says(type="join")
     rig.wait(0.5, ada)
-    first = rig.room.elsewhere.queue(EVE, TAB, "join")
-    second = rig.room.elsewhere.queue(guest(7), TAB, "join")
+    first = rig.room.rooms.queue(EVE, TAB, "join")
+    second = rig.room.rooms.queue(guest(7), TAB, "join")
     assert (first.place, second.place) == (1, 2)
     with pytest.raises(NoPlaceError):
         await rig.room.answer(guest(7), TAB, OFFER)
@@ -296,15 +296,15 @@ async def test_who_comes_in_time_drives(rig: Rig) -> None:
 
 
 async def test_who_goes_back_elsewhere_keeps_the_place(rig: Rig) -> None:
-    """A page that has driven and watches elsewhere again waits for its next turn there."""
+    """A page that has driven and watches in a room again waits for its next turn there."""
     eve = await rig.enter("eve-1111")
     eve.says(type="join")
     rig.wait(0.3, eve)
-    rig.room.elsewhere.queue(guest(7), TAB, "join")
+    rig.room.rooms.queue(guest(7), TAB, "join")
     bob = await rig.enter("guest-7")
     wait(rig, 30, eve, bob)
     eve.abandon()
-    line = rig.room.elsewhere.queue(EVE, TAB, "stay")
+    line = rig.room.rooms.queue(EVE, TAB, "stay")
     assert (line.place, line.lost) == (1, False)
 
 
@@ -313,12 +313,12 @@ async def test_who_says_so_before_they_go_back_keeps_the_place(rig: Rig) -> None
     ada = await rig.enter("ada-1111")
     ada.says(type="join")
     rig.wait(0.5, ada)
-    rig.room.elsewhere.queue(EVE, TAB, "join")
+    rig.room.rooms.queue(EVE, TAB, "join")
     eve = await rig.enter("eve-1111")
-    rig.room.elsewhere.queue(EVE, TAB, "stay")
+    rig.room.rooms.queue(EVE, TAB, "stay")
     eve.abandon()
     for _ in range(4):
-        line = rig.room.elsewhere.queue(EVE, TAB, "stay")
+        line = rig.room.rooms.queue(EVE, TAB, "stay")
         assert (line.place, line.lost) == (1, False)
         wait(rig, 5, ada)
 
@@ -327,12 +327,12 @@ async def test_those_elsewhere_are_told_of_the_room(rig: Rig, rooms: Rooms) -> N
     """While anybody is there: who drives, the first who wait, and how many watch in all."""
     ada = await rig.enter("ada-1111")
     assert rooms.news() is None
-    rig.room.elsewhere.seat(EVE, TAB)
+    rig.room.rooms.seat(EVE, TAB)
     ada.says(type="join")
     rig.wait(0.3, ada)
     rooms.rooms[0].most = 1000
     for number in range(60):
-        rig.room.elsewhere.queue(guest(number + 10), TAB, "join")
+        rig.room.rooms.queue(guest(number + 10), TAB, "join")
     text = rooms.news()
     assert text is not None
     assert len(text) < 15_000, "LiveKit passes on no more"
@@ -343,7 +343,7 @@ async def test_those_elsewhere_are_told_of_the_room(rig: Rig, rooms: Rooms) -> N
 
 
 async def test_each_who_watches_is_counted_once(rig: Rig, rooms: Rooms) -> None:
-    """Not the operator, wherever they watched before; whoever waits elsewhere is counted there."""
+    """Not the operator, wherever they watched before; whoever waits in a room is counted there."""
 
     def watching() -> int:
         text = rooms.news()
@@ -352,15 +352,15 @@ async def test_each_who_watches_is_counted_once(rig: Rig, rooms: Rooms) -> None:
         assert isinstance(count, int)
         return count
 
-    rig.room.elsewhere.seat(EVE, TAB)
-    rig.room.elsewhere.seat(guest(7), TAB)
+    rig.room.rooms.seat(EVE, TAB)
+    rig.room.rooms.seat(guest(7), TAB)
     rooms.watching = 2
     ada = await rig.enter("ada-1111")
     assert watching() == 3
     ada.says(type="join")
     rig.wait(0.3, ada)
     assert watching() == 2
-    number = rig.room.elsewhere.queue(EVE, TAB, "join").id
+    number = rig.room.rooms.queue(EVE, TAB, "join").id
     assert watching() == 2
     eve = await rig.enter("eve-1111")
     assert watching() == 2, "their page rests in the room meanwhile"
@@ -370,15 +370,15 @@ async def test_each_who_watches_is_counted_once(rig: Rig, rooms: Rooms) -> None:
     assert watching() == 2, "one in the room, and one here"
 
 
-async def test_who_waits_elsewhere_is_known_by_name(rig: Rig) -> None:
+async def test_who_waits_in_room_is_known_by_name(rig: Rig) -> None:
     """To those here; the name of somebody else stays theirs."""
     ada = await rig.enter("ada-1111")
     ada.says(type="name", name="Ada")
     ada.says(type="join")
     rig.wait(0.3, ada)
-    assert rig.room.elsewhere.queue(EVE, TAB, "join", "Eve").name == "Eve"
+    assert rig.room.rooms.queue(EVE, TAB, "join", "Eve").name == "Eve"
     rig.wait(3, ada)
-    assert rig.room.elsewhere.queue(EVE, TAB, "stay", "Ada").name == "Eve"
+    assert rig.room.rooms.queue(EVE, TAB, "stay", "Ada").name == "Eve"
     rig.wait(3, ada)
     assert [line["name"] for line in ada.last("room")["viewers"]] == ["Ada", "Eve"]
 

@@ -204,7 +204,7 @@ async def test_paths_that_no_file_can_have(line: Line, path: bytes) -> None:
 
 
 def test_the_page_may_connect_to_the_rooms_and_nowhere_else() -> None:
-    """Where observers watch elsewhere their page speaks to that server, by both protocols."""
+    """Where observers watch in a room their page speaks to that server, by both protocols."""
     assert "connect-src 'self';" in always()["Content-Security-Policy"]
     there = ["wss://livekit.example.org/a", "wss://livekit.example.org", "ws://127.0.0.1:7880"]
     policy = always(there)["Content-Security-Policy"]

@@ -85,7 +85,7 @@ class FakeRoom:
             raise self.error
 
     @property
-    def elsewhere(self) -> FakeRoom:
+    def rooms(self) -> FakeRoom:
         return self
 
     def instead(self, visitor: Visitor, tab: str, here: NoPlaceError) -> Told:
@@ -445,7 +445,7 @@ async def test_who_finds_no_place_gets_a_seat_elsewhere(client: Client, room: Fa
         ("/api/queue", {"wants": "join", "name": "Eve"}, "join of {}Eve"),
     ],
 )
-async def test_who_watches_elsewhere_asks_by_http(
+async def test_who_watches_in_a_room_asks_by_http(
     client: Client, clock: TurnedClock, path: str, body: dict[str, str], what: str
 ) -> None:
     """As somebody who is known again, and ten times as often as others connect."""

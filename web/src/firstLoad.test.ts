@@ -38,7 +38,7 @@ it("does not have the first load wait for what few pages need", () => {
   expect(loaded).toContain("preact");
   expect(loaded).toContain(join(ROOT, "measure/report.ts"));
   expect(loaded).not.toContain("livekit-client");
-  for (const folder of ["elsewhere", "bigScreen", "replay"]) {
+  for (const folder of ["rooms", "bigScreen", "replay"]) {
     expect(loaded.filter((one) => one.startsWith(join(ROOT, folder)))).toEqual([]);
   }
   expect(loaded).not.toContain(join(ROOT, "view/host/HostPanel.tsx"));
@@ -49,7 +49,7 @@ it("does not have the first load wait for what few pages need", () => {
   expect(hosts).toContain(join(ROOT, "view/host/Calibration.tsx"));
   expect(hosts).not.toContain(join(ROOT, "view/host/Calibrate.tsx"));
   expect(hosts).not.toContain(join(ROOT, "path/solve.ts"));
-  const later = [...loadedBy(join(ROOT, "elsewhere/elsewhere.ts"))];
+  const later = [...loadedBy(join(ROOT, "rooms/roomViewer.ts"))];
   expect(later).toContain("livekit-client");
 });
 
@@ -72,7 +72,7 @@ function saidBy(modules: Iterable<string>): string[] {
 it("has the words of the first load in it, of driving too, and no others", () => {
   const first = loadedBy(join(ROOT, "main.tsx"));
   // Loaded without more words: what driving needs, and what watches at others.
-  for (const path of ["view/drive/ControlSet.tsx", "elsewhere/elsewhere.ts"])
+  for (const path of ["view/drive/ControlSet.tsx", "rooms/roomViewer.ts"])
     loadedBy(join(ROOT, path), first);
   const said = saidBy(first).filter((code) => !code.startsWith("replay."));
   expect(said.toSorted()).toEqual(Object.keys(en).toSorted());

@@ -4,7 +4,7 @@ import type { Session } from "./actions";
 import type { PeerEvents } from "./link/peer";
 import { MAX_NAME_CHARS, type StateIn, type StateOut } from "./messages";
 import { startSession } from "./session";
-import { aboard, elsewhere, hello, room, served } from "./testing/messages";
+import { aboard, hello, room, sentToRoom, served } from "./testing/messages";
 import { LateWords } from "./words/lateWords";
 import { said, says } from "./words/said";
 
@@ -74,8 +74,8 @@ const away = vi.hoisted(() => ({
   made: 0,
 }));
 
-vi.mock("./elsewhere/elsewhere", () => ({
-  Elsewhere: function make() {
+vi.mock("./rooms/roomViewer", () => ({
+  RoomViewer: function make() {
     away.made++;
     return away;
   },
@@ -448,14 +448,14 @@ describe("a page for which the server has no place", () => {
     vi.clearAllMocks();
     Object.assign(away, { isOnScreen: false, made: 0 });
     expect(session.state.link.value.is).toBe("connecting");
-    peer().events.sent(elsewhere());
+    peer().events.sent(sentToRoom());
     await vi.dynamicImportSettled();
   });
 
   it("loads what watches at others, and tells it where, each time", async () => {
-    expect(away.sent).toHaveBeenCalledWith(elsewhere());
+    expect(away.sent).toHaveBeenCalledWith(sentToRoom());
     session.actions.comeBack();
-    peer().events.sent(elsewhere({ rooms: [] }));
+    peer().events.sent(sentToRoom({ rooms: [] }));
     await vi.dynamicImportSettled();
     expect(away.sent).toHaveBeenCalledTimes(2);
     expect(away.made).toBe(1);
@@ -482,7 +482,7 @@ describe("a page for which the server has no place", () => {
   });
 
   it("counts down by what it is told of the server's clock", () => {
-    session.state.isElsewhere.value = true;
+    session.state.isInRoom.value = true;
     vi.advanceTimersByTime(200);
     expect(session.state.serverMs.value).toBe(4000);
   });

@@ -11,7 +11,6 @@ import type { PadNews } from "./drive/gamepad";
 import { actionOf, type KeyAction } from "./drive/keyMap";
 import { FLOOR_HZ } from "./drive/rate";
 import { StopControl } from "./drive/stopControl";
-import type { Elsewhere } from "./elsewhere/elsewhere";
 import { type Entry, showEntry, takeEntry } from "./entry";
 import { keepFocus, returnFocusAfterPointer } from "./focus";
 import { freePicture } from "./freePicture";
@@ -38,6 +37,7 @@ import { loadPreferences, openStore, type Preferences, savePreferences } from ".
 import { Prover } from "./proof";
 import { Acknowledger } from "./receipt/acknowledge";
 import { changed } from "./roomChange";
+import type { RoomViewer } from "./rooms/roomViewer";
 import { ShownPicture } from "./shownPicture";
 import { hear } from "./sound/hearing";
 import { SoundPlayback } from "./sound/soundPlayback";
@@ -96,11 +96,11 @@ export function startSession(): Session {
   const link = new Link(() => identity.client, {
     offered: () => tellOffered(),
     changed: (now) => {
-      if (elsewhere) elsewhere.linkChanged(now);
+      if (roomViewer) roomViewer.linkChanged(now);
       else state.link.value = now;
     },
     fresh,
-    sent: (where) => void goElsewhere(where),
+    sent: (where) => void goToRoom(where),
     received,
     operated: (answer) => controller.operating.answered(answer),
     receivers(ofSound, ofPicture) {
@@ -110,7 +110,7 @@ export function startSession(): Session {
   });
 
   /** What watches at others, once the server had no place; loaded only then. */
-  let elsewhere: Elsewhere | null = null;
+  let roomViewer: RoomViewer | null = null;
 
   const wants = () => ({
     sound: state.isSoundOn.peek(),
@@ -121,7 +121,7 @@ export function startSession(): Session {
     wants,
     heard: (nowMs) => sound.heard(nowMs),
     onFacts: (facts) => {
-      if (!elsewhere?.isOnScreen) state.facts.value = facts;
+      if (!roomViewer?.isOnScreen) state.facts.value = facts;
     },
   });
 
@@ -190,7 +190,7 @@ export function startSession(): Session {
       sound.take(peer.sound);
       choosePlayer();
     };
-    if (elsewhere?.isOnScreen) elsewhere.arrives(peer.picture, show);
+    if (roomViewer?.isOnScreen) roomViewer.arrives(peer.picture, show);
     else show();
     reporter.reset();
     talk.reconnected();
@@ -268,10 +268,10 @@ export function startSession(): Session {
   }
 
   /** Watches at others, since the server has no place. */
-  async function goElsewhere(where: Sent): Promise<void> {
+  async function goToRoom(where: Sent): Promise<void> {
     try {
-      const loaded = await import("./elsewhere/elsewhere");
-      elsewhere ??= new loaded.Elsewhere({
+      const loaded = await import("./rooms/roomViewer");
+      roomViewer ??= new loaded.RoomViewer({
         state,
         link,
         client: () => identity.client,
@@ -292,12 +292,12 @@ export function startSession(): Session {
       setTimeout(() => link.connect(), LOAD_AGAIN_MS);
       return;
     }
-    elsewhere.sent(where);
+    roomViewer.sent(where);
   }
 
   function choosePlayer(): void {
     const playout = state.playout.peek();
-    if (!playout || elsewhere?.isOnScreen) return;
+    if (!playout || roomViewer?.isOnScreen) return;
     sound.leastDelayMs = playout.sound_target_ms;
     const choice = state.preferences.peek().player ?? playout.player;
     sound.choose(choice, link.peer?.redundancy ?? null);
@@ -336,7 +336,7 @@ export function startSession(): Session {
 
   /** This page may not stay; it comes back when the robot opens, if that is known. */
   function end(ended: Ended): void {
-    elsewhere?.leave();
+    roomViewer?.leave();
     state.ended.value = ended;
     state.room.value = null;
     state.console.value = null;
@@ -396,7 +396,7 @@ export function startSession(): Session {
 
   /** Asks for something of the queue, by whichever way there is. */
   function ask(type: "join" | "leave" | "here"): void {
-    if (!elsewhere?.ask(type)) link.sendState({ type });
+    if (!roomViewer?.ask(type)) link.sendState({ type });
   }
 
   function prefer(change: Partial<Preferences>): void {
@@ -519,7 +519,7 @@ export function startSession(): Session {
   freePicture(window, state, signal);
   window.addEventListener("pagehide", () => {
     link.close();
-    elsewhere?.giveUp();
+    roomViewer?.giveUp();
   });
   window.addEventListener("pageshow", (event) => {
     if (event.persisted && !state.ended.peek()) link.connect();
@@ -535,7 +535,7 @@ export function startSession(): Session {
   });
   setInterval(() => {
     state.pageMs.value = performance.now();
-    const clock = state.isElsewhere.peek() && elsewhere ? elsewhere : link.clock;
+    const clock = state.isInRoom.peek() && roomViewer ? roomViewer : link.clock;
     state.serverMs.value = clock.toServerMs(performance.now());
     talk.look(performance.now());
     cameras.look(performance.now(), document.hidden);
@@ -568,15 +568,15 @@ export function startSession(): Session {
   identity.share(openIdentityChannel(), () => link.connect());
 
   function presented(rtp: number | undefined, atMs: number): void {
-    if (elsewhere?.isOnScreen) {
-      elsewhere.presented(rtp, atMs);
+    if (roomViewer?.isOnScreen) {
+      roomViewer.presented(rtp, atMs);
       return;
     }
     link.heard();
     reporter.picture.presented(rtp, atMs);
   }
 
-  const shown = () => elsewhere?.picture ?? link.peer?.picture;
+  const shown = () => roomViewer?.picture ?? link.peer?.picture;
 
   const elements = new ShownPicture();
   let unwatch = () => {};

@@ -70,7 +70,7 @@ export interface State {
   hello: Signal<Hello | null>;
   room: Signal<RoomState | null>;
   /** Whether this page watches by others than the robot's server; it cannot drive there. */
-  isElsewhere: Signal<boolean>;
+  isInRoom: Signal<boolean>;
   /** How many watch, where not everybody is named; null where everybody is. */
   watching: Signal<number | null>;
   /** Pages of others on which the robot can be watched while there is no place here. */
@@ -176,7 +176,7 @@ export function createState(kept: Preferences): State {
   const hello = signal<Hello | null>(null);
   const room = signal<RoomState | null>(null);
   const serverMs = signal<number | null>(null);
-  const isElsewhere = signal(false);
+  const isInRoom = signal(false);
 
   const isSilent = computed(() => link.value.is === "silent");
   const isConnected = computed(() => link.value.is === "connected" || isSilent.value);
@@ -190,7 +190,7 @@ export function createState(kept: Preferences): State {
   const drivingTurn = computed(() => {
     const turn = room.value?.turn;
     const mine = turn !== undefined && turn.operator === hello.value?.viewer;
-    return isConnected.value && !isElsewhere.value && mine ? turn.number : null;
+    return isConnected.value && !isInRoom.value && mine ? turn.number : null;
   });
 
   const served = signal<Served | null>(null);
@@ -199,7 +199,7 @@ export function createState(kept: Preferences): State {
     link,
     hello,
     room,
-    isElsewhere,
+    isInRoom,
     watching: signal(null),
     links: signal([]),
     driveReason: signal(null),
@@ -238,7 +238,7 @@ export function createState(kept: Preferences): State {
     serverMs,
     isConnected,
     isSilent,
-    cameras: computed(() => (isElsewhere.value ? [] : (hello.value?.cameras ?? []))),
+    cameras: computed(() => (isInRoom.value ? [] : (hello.value?.cameras ?? []))),
     me,
     operator: computed(() => viewer(room.value?.turn.operator)),
     drivingTurn,
@@ -246,7 +246,7 @@ export function createState(kept: Preferences): State {
     stopNumber,
     mayMove: computed(() => drivingTurn.value !== null && stopNumber.value === null),
     usableControls: computed(() => {
-      if (!isConnected.value || isElsewhere.value) return [];
+      if (!isConnected.value || isInRoom.value) return [];
       const { controls = [], is_host = false } = hello.value ?? {};
       const roles = {
         operator: drivingTurn.value !== null && isLeft(room.value),
@@ -256,7 +256,7 @@ export function createState(kept: Preferences): State {
       return controls.filter((one) => one.roles.some((role) => roles[role]));
     }),
     maySpeak: computed(() => {
-      const isTaken = hello.value?.voice != null && isConnected.value && !isElsewhere.value;
+      const isTaken = hello.value?.voice != null && isConnected.value && !isInRoom.value;
       return isTaken && (drivingTurn.value !== null || hello.value?.is_host === true);
     }),
     mayStop: computed(() => hello.value?.on_loss.stop_by !== "operator" || isInCharge.value),

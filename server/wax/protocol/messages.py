@@ -880,7 +880,7 @@ class Seat(_Outgoing):
     token: str
 
 
-class Elsewhere(_Outgoing):
+class SentToRoom(_Outgoing):
     """Where this page is to watch: the robot's own places, or its upload, are taken.
 
     The first of `rooms` for now, the second if that one fails; `links` are pages of other servers.
@@ -896,7 +896,7 @@ class Elsewhere(_Outgoing):
 
 
 class Told(_Outgoing):
-    """What everybody elsewhere is told once a second: the room, and when it was so.
+    """What everybody in the rooms is told once a second: the room, and when it was so.
 
     Of the viewers only who drives and the first who wait: a message of LiveKit's holds 15 kB. In
     which place one is oneself comes with each answer to ``POST /api/queue``. `watching` counts all
@@ -951,7 +951,7 @@ StateOut = (
     | Ended
     | Console
     | InvitationLink
-    | Elsewhere
+    | SentToRoom
     | Told
 )
 

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from wax.streams.interface import Service
 
 _MOST_TOLD: Final = 40
-"""Of those who wait, in a message to those who watch elsewhere."""
+"""Of those who wait, in a message to those who watch in a room."""
 
 
 def _no_tape() -> None:
@@ -83,7 +83,7 @@ class Announcements:
     def hello(
         self, number: int, visitor: Visitor, grant: Grant, *, lost_after_s: float
     ) -> messages.Hello:
-        """Return the greeting for the viewer with this number, 0 for one who watches elsewhere.
+        """Return the greeting for the viewer with this number, 0 for one who watches in a room.
 
         An operator silent for `lost_after_s` is lost.
         """
@@ -166,7 +166,7 @@ class Announcements:
         )
 
     def told(self, room: messages.RoomState, watching: int, now_s: float) -> messages.Told:
-        """Return the room for those elsewhere; `watching` are all but the operator."""
+        """Return what the rooms of LiveKit are told; `watching` are all but the operator."""
         placed = ((one.place, one) for one in room.viewers if one.place is not None)
         first = [one for _, one in sorted(placed, key=itemgetter(0))[:_MOST_TOLD]]
         return messages.Told(
@@ -312,12 +312,12 @@ class Announcements:
         )
 
     def _voice_rules(self, number: int) -> messages.VoiceRules | None:
-        if self._voices is None or number == 0:  # who watches elsewhere has no way to speak
+        if self._voices is None or number == 0:  # who watches in a room has no way to speak
             return None
         return messages.VoiceRules(open_microphone=self._settings.voice.open_microphone)
 
     def _camera_infos(self, number: int) -> list[messages.CameraInfo]:
-        if number == 0:  # the rooms that are watched elsewhere have the driving view alone
+        if number == 0:  # the rooms have the driving view alone
             return []
         return [messages.CameraInfo(name=one.name, axes=one.settings.axes) for one in self._cameras]
 

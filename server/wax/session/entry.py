@@ -33,13 +33,13 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _MOST_EXPECTED: Final = 100
-"""Who wait in the queue and watch elsewhere."""
+"""Who wait in the queue and watch in a room."""
 
 
 class Entry:
     """Makes viewers and their peers; `part` drops the peer that a viewer had before.
 
-    `is_due` says whether somebody who waits elsewhere gets a place now, whoever has the others.
+    `is_due` says whether somebody who waits in a room gets a place now, whoever has the others.
     """
 
     def __init__(
@@ -139,7 +139,7 @@ class Entry:
             on_voice=self._voice_of(viewer),
             cameras=lanes.cameras,
         )
-        viewer.peer, viewer.elsewhere_until_s = peer, float("-inf")
+        viewer.peer, viewer.in_room_until_s = peer, float("-inf")
         return await peer.answer(offer)
 
     def _is_trusted(self, viewer: Viewer) -> bool:
@@ -150,12 +150,12 @@ class Entry:
         return None if voices is None else lambda packet: voices.heard(viewer, packet)
 
     def expect(self, visitor: Visitor, tab: str) -> Viewer:
-        """Make a viewer of somebody who watches elsewhere; raises what `answer` does."""
+        """Make a viewer of somebody who watches in a room; raises what `answer` does."""
         grant = self._access.admit(visitor)
         others = [one.visitor for one in self._viewers]
         self._access.admission.check_tabs(visitor, others)
         now_s = self._clock.now_s()
-        if sum(one.is_elsewhere(now_s) for one in self._viewers) >= _MOST_EXPECTED:
+        if sum(one.is_in_room(now_s) for one in self._viewers) >= _MOST_EXPECTED:
             raise FullError(Sentence("queue.full"), retry_after_s=5)
         viewer = self._enter(visitor, grant, tab, self._viewers.take_number())
         viewer.was_ready = True  # for them a place is kept
@@ -174,7 +174,7 @@ class Entry:
         self._connecting.admit(
             number,
             asking,
-            [self._asking(one.visitor, None) for one in others if not one.is_elsewhere(now_s)],
+            [self._asking(one.visitor, None) for one in others if not one.is_in_room(now_s)],
             now_s,
             lambda: self._abandon(number),
         )
@@ -204,7 +204,7 @@ class Entry:
 
     def _asking(self, visitor: Visitor, viewer: Viewer | None) -> Asking:
         keeps_place = viewer is not None and viewer.was_ready
-        if viewer is not None and viewer.is_elsewhere(self._clock.now_s()):
+        if viewer is not None and viewer.is_in_room(self._clock.now_s()):
             keeps_place = self._is_due(viewer)
         drives = viewer is not None and self._is_trusted(viewer)
         return Asking(visitor.address, visitor.is_host, keeps_place, drives)

@@ -40,8 +40,8 @@ class Door(Protocol):
     def check_all(self) -> None:
         """Send away everybody here who may not stay any more."""
 
-    def check_elsewhere(self) -> None:
-        """Do the same for everybody who watches elsewhere, soon."""
+    def check_rooms(self) -> None:
+        """Do the same for everybody who watches in a room, soon."""
 
 
 class HostActs:
@@ -137,13 +137,13 @@ class HostActs:
             return
         if act.ban:
             self._access.ban(viewer.visitor)
-            self._door.check_elsewhere()  # their address, too
+            self._door.check_rooms()  # their address, too
         for one in self._viewers.of_identity(viewer.visitor.identity):
             self._door.send_away(one, BANNED if act.ban else REMOVED)
 
     def _check_all(self) -> None:
         self._door.check_all()
-        self._door.check_elsewhere()
+        self._door.check_rooms()
 
     def _mute(self, act: messages.Mute) -> None:
         viewer = self._viewers.numbered(act.viewer)

@@ -136,7 +136,7 @@ class Room:
             voices=voices,
         )
         self._voices = voices
-        self._elsewhere = Rooms(
+        self._rooms = Rooms(
             settings=settings.server,
             clock=clock,
             cluster=cluster,
@@ -146,12 +146,12 @@ class Room:
             control=control,
             entry=self._entry,
             announcements=announcements,
-            wait=self._waits_elsewhere,
+            wait=self._waits_in_room,
             join=self._join,
             forget=self._forget,
             lost_after_s=_LOST_S,
         )
-        cluster.tell(self._news_elsewhere)
+        cluster.tell(self._news_for_rooms)
         self._gone_since_s: dict[int, float] = {}
         self._is_closing = False
         self._updates = RoomUpdates(clock.now_s())
@@ -168,9 +168,9 @@ class Room:
         return await self._entry.answer(visitor, tab, offer)
 
     @property
-    def elsewhere(self) -> Rooms:
+    def rooms(self) -> Rooms:
         """Those who watch in a room of the cluster."""
-        return self._elsewhere
+        return self._rooms
 
     # --- viewers' events (ViewerEvents) ----------------------------------------------------
 
@@ -271,14 +271,14 @@ class Room:
             return "host"
         viewer = self._acting(visitor, None)
         if viewer is None:
-            return "observer" if self._elsewhere.has_seat(visitor) else "stranger"
+            return "observer" if self._rooms.has_seat(visitor) else "stranger"
         return self.viewer_role(viewer)
 
     def stop_by(self, visitor: Visitor, tab: str | None) -> int:
         """Latch the stop, ahead of everything; returns its number. Raises `ForbiddenError`."""
         viewer = self._acting(visitor, tab)
-        if viewer is None and not visitor.is_host and self._elsewhere.has_seat(visitor):
-            number = self._stops.press_elsewhere(visitor)
+        if viewer is None and not visitor.is_host and self._rooms.has_seat(visitor):
+            number = self._stops.press_from_room(visitor)
         else:
             number = self._stops.press(viewer, is_host=visitor.is_host)
         self._viewers.changed()
@@ -292,7 +292,7 @@ class Room:
 
     def _watches_from(self, address: str) -> dict[str, float]:
         """Return since when each browser of an address has watched, here or elsewhere."""
-        since_s = self._elsewhere.since_s(address)
+        since_s = self._rooms.since_s(address)
         for one in self._viewers:
             if one.was_ready and one.visitor.address == address:
                 who = one.visitor.identity
@@ -312,7 +312,7 @@ class Room:
     ) -> None:
         """Tell a viewer why they may not stay, and forget them."""
         _LOG.info("viewer sent away", viewer=viewer.number, why=str(sentence))
-        self._elsewhere.send_away(viewer.visitor.identity, sentence)
+        self._rooms.send_away(viewer.visitor.identity, sentence)
         viewer.send(messages.Ended(text=sentence, opens_wall_ms=opens_wall_ms))
         peer, viewer.peer = viewer.peer, None
         with viewer.boundary:
@@ -338,9 +338,9 @@ class Room:
                 viewer.be(visitor, grant)
                 self._control.change(viewer.number, _person(viewer))
 
-    def check_elsewhere(self) -> None:
-        """Do the same for everybody who watches elsewhere, soon."""
-        self._elsewhere.check_all()
+    def check_rooms(self) -> None:
+        """Do the same for everybody who watches in a room, soon."""
+        self._rooms.check_all()
 
     def _join(self, viewer: Viewer) -> None:
         """Put a viewer into the queue; raises `ForbiddenError` with the reason why not."""
@@ -348,7 +348,7 @@ class Room:
         if refusal is not None:
             raise ForbiddenError(refusal)
 
-    def _waits_elsewhere(self, viewer: Viewer) -> None:
+    def _waits_in_room(self, viewer: Viewer) -> None:
         self._control.connect(viewer.number, _person(viewer), is_here=False)
 
     @contextmanager
@@ -368,8 +368,8 @@ class Room:
             viewer.release()
         now_s = self._clock.now_s()
         self._control.lost(viewer.number)
-        if viewer.is_elsewhere(now_s):  # their page said so before it went
-            self._waits_elsewhere(viewer)
+        if viewer.is_in_room(now_s):  # their page said so before it went
+            self._waits_in_room(viewer)
         else:
             self._gone_since_s[viewer.number] = now_s
         self._viewers.changed()
@@ -385,7 +385,7 @@ class Room:
     def round(self, now_s: float) -> None:
         """Run one round; the rate of rounds does not depend on how much changes."""
         self._sweep(now_s)
-        self._elsewhere.round(now_s)
+        self._rooms.round(now_s)
         for viewer in self._viewers:
             with viewer.boundary:
                 viewer.settle(now_s)
@@ -432,7 +432,7 @@ class Room:
 
     def _sweep(self, now_s: float) -> None:
         for viewer in self._viewers:
-            if viewer.is_elsewhere(now_s):
+            if viewer.is_in_room(now_s):
                 continue
             if viewer.peer is None:
                 if not self._turns.is_lost(viewer.number):  # their page asks no more
@@ -475,11 +475,11 @@ class Room:
                 viewer.send_text(for_host if viewer.knows_faults else text)
 
     def _is_due(self, viewer: Viewer) -> bool:
-        return self._elsewhere.is_due(viewer)
+        return self._rooms.is_due(viewer)
 
-    def _news_elsewhere(self) -> str | None:
+    def _news_for_rooms(self) -> str | None:
         now_s = self._clock.now_s()
-        return self._elsewhere.news(self.snapshot(now_s), now_s)
+        return self._rooms.news(self.snapshot(now_s), now_s)
 
 
 def _person(viewer: Viewer) -> Person:

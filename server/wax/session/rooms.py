@@ -51,7 +51,7 @@ _SENT_AWAY_S: Final = 60.0
 class Rooms:
     """Gives and takes the seats.
 
-    `wait` tells the turns that a viewer waits elsewhere, `join` gives them a place in the queue or
+    `wait` tells the turns that a viewer waits in a room, `join` gives them a place in the queue or
     raises `ForbiddenError`, `forget` drops them.
     """
 
@@ -92,14 +92,14 @@ class Rooms:
     # --- seats -------------------------------------------------------------------------------
 
     def has_seat(self, visitor: Visitor) -> bool:
-        """Whether this browser watches elsewhere."""
+        """Whether this browser watches in a room."""
         return self._seats.has(visitor.identity)
 
     def since_s(self, address: str) -> dict[str, float]:
-        """Return since when each browser of an address watches elsewhere."""
+        """Return since when each browser of an address watches in a room."""
         return self._seats.since_s(address)
 
-    def seat(self, visitor: Visitor, tab: str) -> messages.Elsewhere:
+    def seat(self, visitor: Visitor, tab: str) -> messages.SentToRoom:
         """Return where somebody may watch; renews a seat that they have.
 
         Raises `NotAdmittedError` for who may not, and `FullError` where there is no place.
@@ -123,7 +123,7 @@ class Rooms:
         elif not links:
             raise FullError(WATCHING_IS_FULL, retry_after_s=_FULL_AFTER_S)
         grant = replace(grant, hear=grant.hear and self._cluster.has_sound)
-        return messages.Elsewhere(
+        return messages.SentToRoom(
             wall_ms=self._clock.wall_ms(),
             rooms=[messages.Seat(url=one.url, token=one.token) for one in seats],
             links=links,
@@ -134,7 +134,7 @@ class Rooms:
         """Take the seat of a page that is closed; it may have none."""
         self._seats.take(person(visitor.identity, tab))
 
-    def instead(self, visitor: Visitor, tab: str, here: NoPlaceError) -> messages.Elsewhere:
+    def instead(self, visitor: Visitor, tab: str, here: NoPlaceError) -> messages.SentToRoom:
         """Return a seat for whom there is no place `here`; raises what `seat` does.
 
         Without a cluster the reason stays the one that it was.
@@ -179,7 +179,7 @@ class Rooms:
     def queue(
         self, visitor: Visitor, tab: str, wants: Wants, name: str | None = None
     ) -> messages.ViewerInfo:
-        """Do what a page asks for that watches elsewhere; returns its line in the room.
+        """Do what a page asks for that watches in a room; returns its line in the room.
 
         It has to ask again within `_STAYS_S`. `name` is how others are to see it. Raises
         `NotAdmittedError`, `FullError`, and `ForbiddenError` with the reason why it may not queue:
@@ -196,7 +196,7 @@ class Rooms:
         if viewer.peer is None:
             viewer.be(visitor, self._access.admit(visitor))
             self._wait(viewer)
-        viewer.elsewhere_until_s = now_s + _STAYS_S
+        viewer.in_room_until_s = now_s + _STAYS_S
         with self._leaving_none(viewer):
             self._do(viewer, wants)
             if name is not None:
@@ -225,7 +225,7 @@ class Rooms:
                 self._forget(viewer)
 
     def is_due(self, viewer: Viewer) -> bool:
-        """Whether somebody who waits elsewhere may come, as their turn is near."""
+        """Whether somebody who waits in a room may come, as their turn is near."""
         place = self._turns.place(viewer.number)
         wait_s = self._turns.wait_s(viewer.number, self._clock.now_s())
         return place in (0, 1) or (wait_s is not None and wait_s <= _DUE_S)
@@ -246,7 +246,7 @@ class Rooms:
         del self._unchecked[:_CHECKED_AT_ONCE]
 
     def news(self, room: messages.RoomState, now_s: float) -> str | None:
-        """Return what all elsewhere are told of the room; None if nobody is there."""
+        """Return what all in the rooms are told of the room; None if nobody is there."""
         if not len(self._seats):
             return None
         return self._announcements.told(room, self._watching(), now_s).model_dump_json()

@@ -24,7 +24,7 @@ token ends, and give the seat back where they are closed."""
 
 @dataclass(frozen=True, slots=True)
 class Seated:
-    """One page elsewhere; `rooms` are those that it was told of, the first for now."""
+    """One page that watches in a room; `rooms` are those that it was told of, the first for now."""
 
     visitor: Visitor
     tab: str

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 ONLY_THE_OPERATOR_STOPS: Final = Sentence("stop.only_operator")
 MUTED: Final = Sentence("stop.muted")
 HOST: Final = Sentence("by.host")
-ELSEWHERE: Final = Sentence("by.elsewhere")
+FROM_ROOM: Final = Sentence("by.in_room")
 TOO_OFTEN: Final = Sentence("stop.too_often")
 
 KNOWN_S: Final = 10.0
@@ -101,10 +101,10 @@ class StopPresses:
             self._check(None if viewer is None else viewer.visitor, by)
         return self._press(viewer, by, is_host=is_host)
 
-    def press_elsewhere(self, visitor: Visitor) -> int:
+    def press_from_room(self, visitor: Visitor) -> int:
         """Do the same for somebody who watches in a room of the cluster."""
-        self._check(visitor, ELSEWHERE)
-        return self._press(None, ELSEWHERE, is_host=False)
+        self._check(visitor, FROM_ROOM)
+        return self._press(None, FROM_ROOM, is_host=False)
 
     def release(
         self, viewer: Viewer | None, stop: int, sent_s: float | None, *, is_host: bool

@@ -129,8 +129,8 @@ class Viewer:
         self.was_ready = False
         self.wants_picture = True
         self._wanted: messages.Want | None = None
-        self.elsewhere_until_s = float("-inf")
-        """Until then they watch elsewhere, and keep a place here without a peer."""
+        self.in_room_until_s = float("-inf")
+        """Until then they watch in a room, and keep a place here without a peer."""
         self._clock = clock
         self._counters = counters
         self._service = service
@@ -172,9 +172,9 @@ class Viewer:
             with self.boundary:
                 self._want(self._wanted)
 
-    def is_elsewhere(self, now_s: float) -> bool:
-        """Whether they watch elsewhere, and only wait here."""
-        return self.peer is None and now_s < self.elsewhere_until_s
+    def is_in_room(self, now_s: float) -> bool:
+        """Whether they watch in a room, and only wait here."""
+        return self.peer is None and now_s < self.in_room_until_s
 
     # --- the peer's life -------------------------------------------------------------------
 

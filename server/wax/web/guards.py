@@ -34,7 +34,7 @@ _SEEN: Final = web.RequestKey("seen", Seen)
 
 _NOT_OURS: Final = Sentence("request.other_name")
 _NO_NAME: Final = Sentence("request.no_name")
-_ELSEWHERE: Final = Sentence("request.other_site")
+_OTHER_SITE: Final = Sentence("request.other_site")
 
 _BROKEN: Final = Sentence("request.broken")
 
@@ -42,8 +42,8 @@ _BROKEN: Final = Sentence("request.broken")
 class Guards:
     """Make one for each server; add `middlewares`, and `add_headers` to each response.
 
-    `public_addresses` are those of the machine's router, by which it is known too; `elsewhere` is
-    to where the page may connect besides.
+    `public_addresses` are those of the machine's router, by which it is known too; `room_urls` are
+    what the page may connect to besides.
     """
 
     def __init__(
@@ -51,9 +51,9 @@ class Guards:
         server: ServerSettings,
         clock: Clock,
         public_addresses: Callable[[], Collection[str]] = tuple,
-        elsewhere: Collection[str] = (),
+        room_urls: Collection[str] = (),
     ) -> None:
-        self._headers = always(elsewhere)
+        self._headers = always(room_urls)
         self._public_addresses = public_addresses
         listening = [] if server.host in ("0.0.0.0", "::") else [server.host]
         self._names = HostNames([*server.all_names, *listening])
@@ -129,7 +129,7 @@ class Guards:
             raise NotForUsError(Sentence("request.no_page"), 404)
         if request.method not in ("GET", "HEAD") and not is_same_origin(request, seen.origin):
             self._refused(request, "another site's page")
-            raise NotForUsError(_ELSEWHERE, 403)
+            raise NotForUsError(_OTHER_SITE, 403)
 
     def _is_ours(self, host: str) -> bool:
         return self._names.knows(host, self._clock.now_s()) or host in self._public_addresses()

@@ -112,7 +112,7 @@ class EntryBody(BaseModel):
 
 
 class Queue(BaseModel):
-    """What a page asks for that watches elsewhere: a place, none any more, or just to keep it.
+    """What a page asks for that watches in a room: a place, none any more, or just to keep it.
 
     `name` is cut by the server, as in the message of that name.
     """
@@ -125,7 +125,7 @@ class Queue(BaseModel):
 
 
 class SeatBody(BaseModel):
-    """The tab that watches elsewhere and wants to go on, or to begin; or `leaves`."""
+    """The tab that watches in a room and wants to go on, or to begin; or `leaves`."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -291,7 +291,7 @@ class Routes:
         try:
             answer = await self._room.answer(visitor, offer.client, offer.sdp)
         except NoPlaceError as error:
-            seat = self._room.elsewhere.instead(visitor, offer.client, error)
+            seat = self._room.rooms.instead(visitor, offer.client, error)
             response.text = seat.model_dump_json()
             return response
         # To the host the page says more of why nothing comes, before there is a connection.
@@ -306,7 +306,7 @@ class Routes:
         queue = await _body(request, Queue)
         response, identity = self._somebody(request)
         visitor = replace(request[_VISITOR], identity=identity)
-        line = self._room.elsewhere.queue(visitor, queue.client, queue.wants, queue.name)
+        line = self._room.rooms.queue(visitor, queue.client, queue.wants, queue.name)
         response.text = line.model_dump_json()
         return response
 
@@ -316,9 +316,9 @@ class Routes:
         response, identity = self._somebody(request)
         visitor = replace(request[_VISITOR], identity=identity)
         if seat.leaves:
-            self._room.elsewhere.leave(visitor, seat.client)
+            self._room.rooms.leave(visitor, seat.client)
         else:
-            response.text = self._room.elsewhere.seat(visitor, seat.client).model_dump_json()
+            response.text = self._room.rooms.seat(visitor, seat.client).model_dump_json()
         return response
 
     async def stop(self, request: web.Request) -> web.Response:

@@ -47,12 +47,12 @@ UNDER_HTTPS: Final = {"Strict-Transport-Security": "max-age=31536000"}
 """Not for sub-domains: they may be other people's."""
 
 
-def always(elsewhere: Iterable[str] = ()) -> Mapping[str, str]:
+def always(room_urls: Iterable[str] = ()) -> Mapping[str, str]:
     """Return what goes with each answer; the page may connect to these addresses, too.
 
     They are WebSockets' (``wss://…``), and what answers there by HTTP is meant as well.
     """
-    origins = [f"{parts.scheme}://{parts.netloc}" for parts in map(urlsplit, elsewhere)]
+    origins = [f"{parts.scheme}://{parts.netloc}" for parts in map(urlsplit, room_urls)]
     both = [one for url in origins for one in (url, url.replace("ws", "http", 1))]
     connects = " ".join(["'self'", *dict.fromkeys(both)])
     policy = (

@@ -319,10 +319,10 @@ describe("who may", () => {
     expect(newest()).toMatchObject({ turn: 0, held: { horn: 1 } });
   });
 
-  it("is nobody without a connection, or who watches elsewhere", () => {
-    state.isElsewhere.value = true;
+  it("is nobody without a connection, or who watches in a room", () => {
+    state.isInRoom.value = true;
     expect(names()).toEqual([]);
-    state.isElsewhere.value = false;
+    state.isInRoom.value = false;
     state.link.value = { is: "connecting", reason: null };
     expect(names()).toEqual([]);
     state.hello.value = null;

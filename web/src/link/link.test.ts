@@ -1,6 +1,6 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Operated, StateOut } from "../messages";
-import { elsewhere, hello } from "../testing/messages";
+import { hello, sentToRoom } from "../testing/messages";
 import { type Saying, says } from "../words/said";
 import { Link, type LinkState } from "./link";
 import type { PeerEvents } from "./peer";
@@ -519,8 +519,8 @@ it("says nothing of a silence before the server has greeted", () => {
 });
 
 it("is closed and tries no more where the server has no place but says who has", () => {
-  peer().events.sent(elsewhere());
-  expect(sentTo).toEqual([elsewhere()]);
+  peer().events.sent(sentToRoom());
+  expect(sentTo).toEqual([sentToRoom()]);
   expect(states.at(-1)).toEqual({ is: "closed" });
   vi.advanceTimersByTime(60_000);
   expect(peers).toHaveLength(1);

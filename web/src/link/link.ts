@@ -33,7 +33,7 @@ export interface LinkEvents {
   /** Called only at the moment when a peer's receivers are created. */
   receivers(sound: RTCRtpReceiver, picture: RTCRtpReceiver): void;
   /** The link has closed: the server has no place, but says who else has. */
-  sent(elsewhere: Sent): void;
+  sent(where: Sent): void;
 }
 
 const OPEN_MS = 4000;
@@ -178,9 +178,9 @@ export class Link {
       received: (channel, text) => this.#received(channel, text),
       lost: (why, retryAfterMs) => this.#lostPeer(peer, why, retryAfterMs),
       refused: (ended) => this.#end(ended),
-      sent: (elsewhere) => {
+      sent: (where) => {
         this.close();
-        this.events.sent(elsewhere);
+        this.events.sent(where);
       },
       receivers: this.events.receivers,
     };

@@ -22,7 +22,7 @@ export interface PeerEvents {
   /** The server does not let this page in. */
   refused(ended: Ended): void;
   /** The server has no place, but says who else has. */
-  sent(elsewhere: Sent): void;
+  sent(where: Sent): void;
   /** The receivers exist; transforms must be attached now. */
   receivers(sound: RTCRtpReceiver, picture: RTCRtpReceiver): void;
 }

@@ -1,6 +1,6 @@
 /** The HTTP requests before there is a connection. */
 
-import type { Elsewhere } from "../messages";
+import type { SentToRoom } from "../messages";
 import { ours } from "../words/said";
 import { type Asked, ask, packed, RequestError, timed } from "./http";
 
@@ -22,7 +22,7 @@ export interface Answered {
 }
 
 /** Where to watch instead, and when that was asked. */
-export type Sent = Elsewhere & Asked;
+export type Sent = SentToRoom & Asked;
 
 const NO_ICE: Ice = { servers: [], relayOnly: false, wantsCandidates: false };
 

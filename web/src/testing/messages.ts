@@ -114,7 +114,7 @@ export function seat(name: string, more: Partial<Seat> = {}): Seat {
   return { url: "wss://rooms.example.org", token: `e30.${claims}.c2ln`, ...more };
 }
 
-export function elsewhere(more: Partial<Sent> = {}): Sent {
+export function sentToRoom(more: Partial<Sent> = {}): Sent {
   return {
     type: "elsewhere",
     wall_ms: 0,

@@ -132,11 +132,11 @@ describe("the robot's controls", () => {
   it("are not there where there are none, or elsewhere", () => {
     drives();
     act(() => {
-      state.isElsewhere.value = true;
+      state.isInRoom.value = true;
     });
     expect(queryByRole(body, "group")).toBe(null);
     act(() => {
-      state.isElsewhere.value = false;
+      state.isInRoom.value = false;
       state.hello.value = hello({ viewer: ADA });
     });
     expect(queryByRole(body, "group")).toBe(null);

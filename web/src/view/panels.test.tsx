@@ -84,11 +84,11 @@ it("never shows a delay below nothing, whatever the clocks' error", () => {
   expect(button(/^Delay/).textContent).toBe("Delay0 ms");
 });
 
-it("does not take a page for the operator's that watches elsewhere", () => {
+it("does not take a page for the operator's that watches in a room", () => {
   show({ operator: 1 });
   expect(state.mayMove.value).toBe(true);
   act(() => {
-    state.isElsewhere.value = true;
+    state.isInRoom.value = true;
   });
   expect(state.mayMove.value).toBe(false);
 });

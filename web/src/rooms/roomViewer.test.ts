@@ -3,9 +3,9 @@ import type { Receivers } from "../measure/report";
 import type { Seat, ViewerInfo } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
-import { elsewhere, hello, room, seat, told, viewer } from "../testing/messages";
+import { hello, room, seat, sentToRoom, told, viewer } from "../testing/messages";
 import { said as inWords, ours, says } from "../words/said";
-import { Elsewhere } from "./elsewhere";
+import { RoomViewer } from "./roomViewer";
 import type { WatchOptions } from "./watch";
 
 /** Stands where the rooms would: the test says what becomes of them. */
@@ -41,7 +41,7 @@ vi.mock("./watch", () => ({
 const NOTHING: Receivers = { sound: null, picture: null };
 
 let state: State;
-let away: Elsewhere;
+let away: RoomViewer;
 let link: { connect: () => void; close: () => void };
 let shown: string[];
 let said: string[];
@@ -64,7 +64,7 @@ beforeEach(() => {
   answer = () => json(viewer(7, { role: "queued", place: 3, wait_s: 150 }));
   vi.stubGlobal("document", { hidden: false });
   renewals = 0;
-  renewed = () => new Response(JSON.stringify(elsewhere({ rooms: [seat("two")] })));
+  renewed = () => new Response(JSON.stringify(sentToRoom({ rooms: [seat("two")] })));
   vi.stubGlobal("fetch", async (path: string, init: { body: string; keepalive?: boolean }) => {
     const body = JSON.parse(init.body);
     if (path === "api/seat") {
@@ -77,7 +77,7 @@ beforeEach(() => {
     return answer();
   });
   link = { connect: vi.fn(), close: vi.fn(() => away.linkChanged({ is: "closed" })) };
-  away = new Elsewhere({
+  away = new RoomViewer({
     state,
     link,
     client: () => "client",
@@ -107,7 +107,7 @@ function events() {
 
 /** The page was sent to a room, which plays. */
 function play(): void {
-  away.sent(elsewhere());
+  away.sent(sentToRoom());
   watch.hasRoom = true;
   events().show(NOTHING);
   events().plays(true);
@@ -149,10 +149,10 @@ it("says that nothing is heard of the robot's server while the room goes on play
 });
 
 it("watches where it is sent, and says that it is connected once a room plays", () => {
-  away.sent(elsewhere());
+  away.sent(sentToRoom());
   expect(watch.offer.mock.lastCall?.[0]).toEqual([seat("one"), seat("two")]);
   expect(state.link.value).toEqual({ is: "connecting", reason: null });
-  expect(state.isElsewhere.value).toBe(true);
+  expect(state.isInRoom.value).toBe(true);
   events().show(NOTHING);
   events().plays(true);
   expect(state.link.value).toEqual({ is: "connected" });
@@ -263,13 +263,13 @@ describe("when no room plays", () => {
     events().plays(false);
     watch.hasRoom = false;
     events().failed();
-    away.sent(elsewhere());
+    away.sent(sentToRoom());
     expect(watch.offer).toHaveBeenCalledTimes(2);
     expect(state.link.value).toEqual({ is: "connecting", reason: null });
   });
 
   it("shows the pages of others where there are no rooms", () => {
-    away.sent(elsewhere({ rooms: [], links: ["https://watch.example.org"] }));
+    away.sent(sentToRoom({ rooms: [], links: ["https://watch.example.org"] }));
     expect(state.links.value).toEqual(["https://watch.example.org"]);
     expect(state.link.value).toMatchObject({ is: "waiting", reason: ours("link.full") });
   });
@@ -346,7 +346,7 @@ describe("for its turn", () => {
     tell(soon);
     expect(link.connect).toHaveBeenCalledOnce();
     comeTo(7);
-    expect(state.isElsewhere.value).toBe(false);
+    expect(state.isInRoom.value).toBe(false);
     vi.advanceTimersByTime(500);
     expect(shown).toEqual(["room"]);
     picture.frames = [{}];

@@ -14,7 +14,7 @@ import { ToldClock } from "./toldClock";
 import { mayGo, mustCome, withMe } from "./visit";
 import { Watch } from "./watch";
 
-export interface ElsewhereOptions {
+export interface RoomViewerOptions {
   state: State;
   link: Pick<Link, "connect" | "close">;
   client: () => string;
@@ -52,7 +52,7 @@ type Place = "room" | "server" | null;
  * HTTP, comes to the server for its turn and goes back after it. Wherever it goes, what is on the
  * screen stays there until the next picture has come.
  */
-export class Elsewhere {
+export class RoomViewer {
   readonly #rendition = new RenditionChoice();
   readonly #watch: Watch;
   readonly #inStep: InStep;
@@ -78,7 +78,7 @@ export class Elsewhere {
   #failures = 0;
   #asking: ReturnType<typeof setTimeout> | undefined;
 
-  constructor(private readonly options: ElsewhereOptions) {
+  constructor(private readonly options: RoomViewerOptions) {
     const { state, wants } = options;
     this.#watch = new Watch({
       rendition: this.#rendition,
@@ -133,7 +133,7 @@ export class Elsewhere {
     this.#isServed = this.#isVisiting = this.#isReturning = false;
     this.#arriving = null;
     if (this.#onScreen === "server") this.#watch.resume(performance.now());
-    state.isElsewhere.value = true;
+    state.isInRoom.value = true;
     state.links.value = where.links;
     if (!this.#watch.hasRoom) this.#roomLink = CONNECTING;
     state.hello.value = { ...where.hello, viewer: this.#number ?? 0 };
@@ -149,7 +149,7 @@ export class Elsewhere {
     if (link.is === "connected" && !this.#isServed) {
       this.#isServed = true;
       clearTimeout(this.#asking);
-      this.options.state.isElsewhere.value = false;
+      this.options.state.isInRoom.value = false;
       this.options.state.watching.value = null;
       this.options.state.links.value = [];
     }
@@ -369,7 +369,7 @@ export class Elsewhere {
     const room = state.room.peek();
     this.#isServed = this.#isVisiting = this.#isReturning = false;
     this.#number = me?.role === "queued" ? me.id : null;
-    state.isElsewhere.value = true;
+    state.isInRoom.value = true;
     state.served.value = null;
     const kept = this.#number === null ? Promise.resolve() : this.#post("stay");
     void kept
