@@ -208,9 +208,13 @@ def _add_records(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     records.add_argument("table", nargs="?", choices=EXPORTED, help="all of them by default")
     records.add_argument("--since", metavar="DATE", help="such as 2026-11-01, or 2026-11-01T18:30")
-    form = records.add_mutually_exclusive_group()
-    form.add_argument("--csv", action="store_const", const="csv", dest="form", help="for programs")
-    form.add_argument("--json", action="store_const", const="json", dest="form", help="the same")
+    format_ = records.add_mutually_exclusive_group()
+    format_.add_argument(
+        "--csv", action="store_const", const="csv", dest="format", help="for programs"
+    )
+    format_.add_argument(
+        "--json", action="store_const", const="json", dest="format", help="the same"
+    )
     records.add_argument("--file", type=Path, metavar="FILE", help="the file, if not as configured")
     records.add_argument(
         "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
@@ -385,7 +389,7 @@ def _records(arguments: argparse.Namespace) -> int:
     settings = config.load(arguments.config)
     path = arguments.file or where(settings.records, settings.server.state_dir)
     with _until_read():
-        print(export(path, arguments.table, arguments.since, arguments.form or "table"))
+        print(export(path, arguments.table, arguments.since, arguments.format or "table"))
     return 0
 
 

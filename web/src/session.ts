@@ -448,7 +448,7 @@ export function startSession(): Session {
     },
     setSpeed(speed) {
       prefer({ speed });
-      controller.paced();
+      controller.speedChanged();
     },
     setLanguage: (language) => prefer({ language }),
     keep: prefer,

@@ -123,17 +123,17 @@ class PortAudioMicrophone:
         own = portaudio.query_devices(device, "input")
         has = max(1, min(MOST_CHANNELS, own["max_input_channels"]))
         channels = min(self._wanted_channels, has)
-        forms = dict.fromkeys(
+        choices = dict.fromkeys(
             (
                 (SAMPLE_RATE_HZ, channels),
                 (SAMPLE_RATE_HZ, 1),
                 (round(own["default_samplerate"]), has),
             )
         )
-        *firsts, last = forms
-        for form in firsts:
+        *firsts, last = choices
+        for choice in firsts:
             with suppress(portaudio.PortAudioError):
-                return self._start_at(portaudio, device, *form)
+                return self._start_at(portaudio, device, *choice)
         return self._start_at(portaudio, device, *last)
 
     def _start_at(

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from wax.records.reading import Row, Table
     from wax.records.writer import Value
 
-Form = Literal["table", "csv", "json"]
+Format = Literal["table", "csv", "json"]
 
 _SHOWN: Final = {
     "sessions": (
@@ -38,19 +38,19 @@ _MAX_WIDTH: Final = 60
 _FORMULA: Final = ("=", "+", "-", "@", "\t", "\r")
 
 
-def export(path: Path, table: str | None, since: str | None, form: Form) -> str:
+def export(path: Path, table: str | None, since: str | None, format_: Format) -> str:
     """Return what is recorded as text, None being all tables; times are ISO 8601 in UTC.
 
     Raises `ConfigError` for wrong usage, `StateError` if the file cannot be read.
     """
-    if form == "csv" and table is None:
+    if format_ == "csv" and table is None:
         raise ConfigError(f"--csv: say which table; there are {', '.join(EXPORTED)}")
     after = None if since is None else _date(since)
     found = {one: read(path, one, after) for one in ([table] if table else EXPORTED)}
-    if form == "json":
+    if format_ == "json":
         rows = {name: one.rows for name, one in found.items()}
         return json.dumps(rows[table] if table else rows, ensure_ascii=False, indent=1)
-    if form == "csv":
+    if format_ == "csv":
         return "\n".join(map(_csv, found.values()))
     newest = None if after else _NEWEST
     return "\n\n".join(_table(name, one.rows, newest) for name, one in found.items())

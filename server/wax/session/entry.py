@@ -37,7 +37,7 @@ _MOST_EXPECTED: Final = 100
 
 
 class Entry:
-    """Makes viewers and their peers; `part` drops the peer that a viewer had before.
+    """Makes viewers and their peers; `drop_peer` drops the one that a viewer had before.
 
     `is_due` says whether somebody who waits in a room gets a place now, whoever has the others.
     """
@@ -53,7 +53,7 @@ class Entry:
         access: Access,
         viewers: Viewers,
         events: ViewerEvents,
-        part: Callable[[Viewer], None],
+        drop_peer: Callable[[Viewer], None],
         is_due: Callable[[Viewer], bool],
         voices: Voices | None = None,
     ) -> None:
@@ -65,7 +65,7 @@ class Entry:
         self._access = access
         self._viewers = viewers
         self._events = events
-        self._part = part
+        self._drop_peer = drop_peer
         self._is_due = is_due
         self._voices = voices
         self._connecting = Connecting(
@@ -118,7 +118,7 @@ class Entry:
         viewer = self._viewers.of_tab(visitor.identity, tab)
         number = self._admit(visitor, viewer)
         if viewer is not None and (old := viewer.peer) is not None:
-            self._part(viewer)
+            self._drop_peer(viewer)
             await old.close()
             viewer = self._viewers.of_tab(visitor.identity, tab)
             number = self._viewers.take_number() if viewer is None else number

@@ -131,7 +131,7 @@ class Room:
             access=access,
             viewers=viewers,
             events=self,
-            part=self._part,
+            drop_peer=self._drop_peer,
             is_due=self._is_due,
             voices=voices,
         )
@@ -196,7 +196,7 @@ class Room:
         # Who never connected may be a flood, whose lines nobody wants to read.
         log = _LOG.info if viewer.was_ready else _LOG.debug
         log("viewer's peer closed", viewer=viewer.number)
-        self._part(viewer)
+        self._drop_peer(viewer)
         if not viewer.was_ready:
             self._forget(viewer)
 
@@ -361,7 +361,7 @@ class Room:
             viewer.send(messages.Notice(text=error.sentence))
         self._viewers.changed()
 
-    def _part(self, viewer: Viewer) -> None:
+    def _drop_peer(self, viewer: Viewer) -> None:
         """Drop a viewer's peer: the robot stops if they drove; they keep their place for now."""
         viewer.peer = None
         with viewer.boundary:

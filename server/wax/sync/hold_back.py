@@ -105,7 +105,7 @@ class HoldBack:
         """Add a measurement of how much younger the picture is than the sound."""
         early_ms = min(max(early_ms, -_FARTHEST_MS), _FARTHEST_MS)
         end_s = now_s - round_trip_s - _NEXT_PICTURE_S
-        if not self._believes(early_ms + self._held_between(end_s - _REPORT_S, end_s)):
+        if not self._is_confirmed(early_ms + self._held_between(end_s - _REPORT_S, end_s)):
             return
         error_ms = self._wanted_ms - self.held_ms
         if abs(error_ms) >= max(_SURE_MS, _UNSURE_MS / len(self._free)):
@@ -134,7 +134,7 @@ class HoldBack:
             total += held_ms * max(min(to_s, end_s) - max(from_s, begin_s), 0.0)
         return total / (end_s - begin_s) if end_s > begin_s else self.held_ms
 
-    def _believes(self, free_ms: float) -> bool:
+    def _is_confirmed(self, free_ms: float) -> bool:
         """Add a measurement, unless it is the first one far from the others."""
         doubted_ms, self._doubted_ms = self._doubted_ms, None
         free = self._free

@@ -60,10 +60,10 @@ function sentIn(ms: number): number {
 
 it("sends nothing until a turn begins and nothing after it ended", () => {
   sender.send();
-  sender.insist();
+  sender.repeat();
   expect(sentIn(1000)).toBe(0);
   sender.begin(7, 25);
-  sender.insist();
+  sender.repeat();
   sender.end();
   expect(sentIn(1000)).toBe(0);
 });
@@ -106,7 +106,7 @@ it("sends 20 times a second while nothing is held, and is at full rate from the 
 it("takes what it has just said several times for no backlog", () => {
   controls = HOLDING;
   sender.begin(7, 50);
-  sender.insistNow();
+  sender.repeatAtOnce();
   expect(sentIn(2000)).toBeGreaterThanOrEqual(100);
 });
 
@@ -142,7 +142,7 @@ it("sends 20 times a second as soon as set-points wait to be sent", () => {
 it("numbers its commands strictly rising, over turns too", () => {
   sender.begin(7, 25);
   vi.advanceTimersByTime(100);
-  sender.insist();
+  sender.repeat();
   sender.begin(8, 50);
   vi.advanceTimersByTime(100);
   expect(sent.map((drive) => drive.seq)).toEqual(sent.map((_, index) => index));
@@ -169,7 +169,7 @@ it("waits until the clocks are aligned", () => {
 it("says a release three times within 100 ms, past whatever waits", () => {
   sender.begin(7, 20);
   sent = [];
-  sender.insist();
+  sender.repeat();
   expect(sent.filter((drive) => drive.urgent)).toHaveLength(1);
   vi.advanceTimersByTime(100);
   expect(sent.filter((drive) => drive.urgent)).toHaveLength(3);
@@ -178,7 +178,7 @@ it("says a release three times within 100 ms, past whatever waits", () => {
 it("says it three times before the task ends where the page may not run again", () => {
   sender.begin(7, 20);
   sent = [];
-  sender.insistNow();
+  sender.repeatAtOnce();
   expect(sent.filter((drive) => drive.urgent)).toHaveLength(3);
 });
 

@@ -98,16 +98,16 @@ export class CommandSender {
   }
 
   /** Sends the state after a release, now and twice more. */
-  insist(): void {
+  repeat(): void {
     this.#forgetRepeats();
     this.send(true);
     this.#repeats = AGAIN_AFTER_MS.map((ms) => setTimeout(() => this.send(true), ms));
   }
 
   /** Sends it three times at once: the browser may let the page do nothing after this. */
-  insistNow(): void {
+  repeatAtOnce(): void {
     for (const _ of AGAIN_AFTER_MS) this.send(true);
-    this.insist();
+    this.repeat();
   }
 
   #say(urgent: boolean): void {

@@ -32,7 +32,7 @@ function key(type: "keydown" | "keyup", code: string): void {
 
 beforeEach(() => {
   vi.useFakeTimers();
-  for (const deed of [stop, releaseStop, toggleSpeed, tellOfPad]) deed.mockClear();
+  for (const action of [stop, releaseStop, toggleSpeed, tellOfPad]) action.mockClear();
   sent = [];
   state = createState(loadPreferences(null));
   state.hello.value = hello({ viewer: ADA, command_rate_hz: 50 });
@@ -60,7 +60,7 @@ it("says nothing and holds nothing while somebody else drives", () => {
   drives(BOB);
   controller.input.press("a", "forward");
   controller.letGo();
-  controller.paced();
+  controller.speedChanged();
   vi.advanceTimersByTime(1000);
   expect(controller.input.isHolding).toBe(false);
   expect(sent).toEqual([]);
@@ -74,7 +74,7 @@ it("says a press at once, as the server's room names the turn", () => {
   expect(state.held.value).toEqual(new Set(["forward"]));
 });
 
-it("says a release at once and insists on it", () => {
+it("says a release at once and repeats it", () => {
   drives(ADA);
   controller.input.press("a", "forward");
   sent = [];
@@ -166,7 +166,7 @@ it("says the chosen speed at once", () => {
   drives(ADA);
   state.preferences.value = { ...state.preferences.value, speed: "fast" };
   sent = [];
-  controller.paced();
+  controller.speedChanged();
   expect(sent).toMatchObject([{ speed: "fast", held: false }]);
 });
 

@@ -29,7 +29,7 @@ export interface DriveControllerOptions {
 }
 
 /** What the ways to drive may do besides driving. */
-export interface Deeds {
+export interface DriveCallbacks {
   /** The operator's Stop. */
   stop: () => void;
   releaseStop: () => void;
@@ -86,14 +86,14 @@ export class DriveController {
   }
 
   /** Listens to keyboard, switches and gamepads, and to events that end input. */
-  listen(window: Window, deeds: Deeds, signal: AbortSignal): void {
+  listen(window: Window, callbacks: DriveCallbacks, signal: AbortSignal): void {
     const { input, ways } = this;
     const { state } = this.options;
     const letGo = () => this.letGo();
     const isDriving = () => state.drivingTurn.peek() !== null;
-    const scanner = this.#listenToSwitches(deeds, signal);
+    const scanner = this.#listenToSwitches(callbacks, signal);
     const keyActions = new KeyActions({
-      ...deeds,
+      ...callbacks,
       ways,
       way: () => this.#way(),
       scanner,
@@ -132,7 +132,7 @@ export class DriveController {
     };
     listenLetGo(window, { letGo, lift, signal });
     this.#gamepad = new GamepadInput(window, {
-      ...deeds,
+      ...callbacks,
       input,
       ways,
       settings: () => state.preferences.peek().gamepad,
@@ -140,7 +140,7 @@ export class DriveController {
       changed: (pads) => {
         state.pads.value = pads;
       },
-      tell: deeds.tellOfPad,
+      tell: callbacks.tellOfPad,
     });
     this.#gamepad.listen(signal);
   }
@@ -154,11 +154,11 @@ export class DriveController {
   letGo(): void {
     this.operating.letGo();
     this.input.releaseAll();
-    this.#sender.insistNow();
+    this.#sender.repeatAtOnce();
   }
 
   /** Handles a change of the speed. */
-  paced(): void {
+  speedChanged(): void {
     this.#sender.send();
   }
 
@@ -195,7 +195,7 @@ export class DriveController {
   }
 
   /** Offers directions one after another while this page drives by scanning. */
-  #listenToSwitches({ stop, releaseStop }: Deeds, signal: AbortSignal): Scanner {
+  #listenToSwitches({ stop, releaseStop }: DriveCallbacks, signal: AbortSignal): Scanner {
     const { state } = this.options;
     const scanner = new Scanner({
       dwellMs: () => {
@@ -249,7 +249,7 @@ export class DriveController {
       this.#sender.send();
       state.isFreshlyReleased.value = false;
     } else {
-      this.#sender.insist();
+      this.#sender.repeat();
     }
     this.operating.inputChanged();
     state.held.value = new Set(DIRECTIONS.filter((one) => input.holds(one)));

@@ -22,7 +22,7 @@ let settings: PadSettings;
 
 beforeEach(() => {
   vi.useFakeTimers();
-  for (const deed of [stop, toggleSpeed, tell]) deed.mockClear();
+  for (const action of [stop, toggleSpeed, tell]) action.mockClear();
   input = new InputState({ changed: () => {}, deflected: () => {} });
   input.enable();
   state = NO_PADS;

@@ -44,9 +44,9 @@ it.each<[KeyAction, string]>([
   ["axis2_minus", "axis key tilt -1"],
   ["scan_select", "select"],
   ["scan_next", "next"],
-])("%s does %s", (action, deed) => {
+])("%s does %s", (action, called) => {
   keyActions.press("key", action);
-  expect(done).toEqual([deed]);
+  expect(done).toEqual([called]);
 });
 
 it("moves no axis that the robot has not, and does nothing of what is done elsewhere", () => {

@@ -73,16 +73,16 @@ export class OperateSender {
   }
 
   /** Says that something was released, now and twice more. */
-  insist(): void {
+  repeat(): void {
     for (const timer of this.#repeats.splice(0)) clearTimeout(timer);
     this.send(true);
     this.#repeats = AGAIN_AFTER_MS.map((ms) => setTimeout(() => this.#say(true), ms));
   }
 
   /** Says it three times at once: the browser may let the page do nothing after this. */
-  insistNow(): void {
+  repeatAtOnce(): void {
     for (const _ of AGAIN_AFTER_MS) this.#say(true);
-    this.insist();
+    this.repeat();
   }
 
   /** Gives up what has not arrived, as when nobody may set it any more. */

@@ -87,7 +87,7 @@ export class Operating {
   letGo(): void {
     if (this.#held.size === 0) return;
     this.releaseAll();
-    this.#sender.insistNow();
+    this.#sender.repeatAtOnce();
   }
 
   /** Handles a slider: one that moves is held while it is touched, every other one is set. */
@@ -164,7 +164,7 @@ export class Operating {
   /** Sends first, then updates the signal. */
   #changed(isPress: boolean): void {
     if (isPress) this.#sender.send();
-    else this.#sender.insist();
+    else this.#sender.repeat();
     const names = [...this.#held.values()].map(({ name }) => name);
     this.options.state.heldControls.value = new Set(names);
   }

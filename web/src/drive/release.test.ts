@@ -44,8 +44,8 @@ beforeEach(() => {
   });
   aborting = new AbortController();
   const nothing = () => {};
-  const deeds = { releaseStop: nothing, toggleSpeed: nothing, tellOfPad: nothing };
-  controller.listen(window, { stop: () => controller.letGo(), ...deeds }, aborting.signal);
+  const callbacks = { releaseStop: nothing, toggleSpeed: nothing, tellOfPad: nothing };
+  controller.listen(window, { stop: () => controller.letGo(), ...callbacks }, aborting.signal);
   state.room.value = room({ operator: ADA, number: 7 });
 });
 

@@ -1,6 +1,6 @@
 import type { Channel, Ended } from "../messages";
 import { withVoice } from "../voice/answer";
-import { FORMS, type VoiceForm } from "../voice/form";
+import { ENCODINGS, type VoiceEncoding } from "../voice/encoding";
 import { ours, type Saying, says } from "../words/said";
 import { RequestError } from "./http";
 import { askIce, gathered, offerOf, postOffer, type Sent } from "./signalling";
@@ -48,7 +48,7 @@ export class Peer {
   readonly #voice: RTCRtpSender | null = null;
   #answer: string | null = null;
   #isForHost = false;
-  #form: VoiceForm | undefined = FORMS[0];
+  #encoding: VoiceEncoding | undefined = ENCODINGS[0];
   #shaping: Promise<void> = Promise.resolve();
   readonly #channels: Record<Channel, RTCDataChannel>;
   readonly #aborting = new AbortController();
@@ -154,15 +154,15 @@ export class Peer {
    * Packs the voice so from now on, by applying the same answer with another wish for it; nobody is
    * asked, and nothing else changes.
    */
-  shape(form: VoiceForm): void {
-    if (!this.#voice || form === this.#form) return;
-    this.#form = form;
-    this.#shaping = this.#shaping.then(() => this.#reshape(form)).catch(() => {});
+  shape(encoding: VoiceEncoding): void {
+    if (!this.#voice || encoding === this.#encoding) return;
+    this.#encoding = encoding;
+    this.#shaping = this.#shaping.then(() => this.#reshape(encoding)).catch(() => {});
   }
 
-  async #reshape(form: VoiceForm): Promise<void> {
+  async #reshape(encoding: VoiceEncoding): Promise<void> {
     const pc = this.#pc;
-    const isLate = form !== this.#form || pc.signalingState !== "stable";
+    const isLate = encoding !== this.#encoding || pc.signalingState !== "stable";
     if (this.#answer === null || this.#aborting.signal.aborted || isLate) return;
     await this.#offer(await pc.createOffer());
     try {
@@ -180,7 +180,7 @@ export class Peer {
   }
 
   #shaped(answer: string): string {
-    return this.#voice && this.#form ? withVoice(answer, this.#form) : answer;
+    return this.#voice && this.#encoding ? withVoice(answer, this.#encoding) : answer;
   }
 
   /** The bytes queued on the drive channel. */

@@ -1,6 +1,6 @@
 import { expect, it } from "vitest";
 import { withVoice } from "./answer";
-import { FORMS, type VoiceForm } from "./form";
+import { ENCODINGS, type VoiceEncoding } from "./encoding";
 
 const ANSWER = [
   "v=0",
@@ -16,9 +16,9 @@ const ANSWER = [
   "",
 ].join("\r\n");
 
-const THIN: VoiceForm = { bitrateBps: 6000, packetMs: 60 };
+const THIN: VoiceEncoding = { bitrateBps: 6000, packetMs: 60 };
 
-it("asks for the form in the section of the sound alone", () => {
+it("asks for the encoding in the section of the sound alone", () => {
   const [head, audio, video] = withVoice(ANSWER, THIN).split(/^(?=m=)/m);
   expect(head).toBe("v=0\r\no=- 1 1 IN IP4 0.0.0.0\r\n");
   expect(audio).toContain("a=ptime:60\r\n");
@@ -27,9 +27,9 @@ it("asks for the form in the section of the sound alone", () => {
   expect(video).toBe("m=video 9 UDP/TLS/RTP/SAVPF 96\r\na=rtpmap:96 VP8/90000\r\n");
 });
 
-it("asks for one form at a time", () => {
-  const [best] = FORMS;
-  if (!best) throw new Error("there is no form");
+it("asks for one encoding at a time", () => {
+  const [best] = ENCODINGS;
+  if (!best) throw new Error("there is no encoding");
   expect(withVoice(withVoice(ANSWER, best), THIN)).toBe(withVoice(ANSWER, THIN));
 });
 

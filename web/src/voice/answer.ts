@@ -1,11 +1,11 @@
-import type { VoiceForm } from "./form";
+import type { VoiceEncoding } from "./encoding";
 
 /**
- * The server's answer, asking for this form of the sound that this page sends: packets of that
+ * The server's answer, asking for this encoding of the sound that this page sends: packets of that
  * length (`ptime`, RFC 8866, 6.4), that bit rate, and none of silence (RFC 7587, 6.1). Firefox heeds
  * a bit rate nowhere else. An answer without Opus is returned as it is. Pure.
  */
-export function withVoice(answer: string, { bitrateBps, packetMs }: VoiceForm): string {
+export function withVoice(answer: string, { bitrateBps, packetMs }: VoiceEncoding): string {
   const sections = answer.split(/^(?=m=)/m);
   return sections.map((one) => (one.startsWith("m=audio ") ? shaped(one) : one)).join("");
 

@@ -1,6 +1,6 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { ours, said, says } from "../words/said";
-import { FORMS, type Uplink } from "./form";
+import { ENCODINGS, type Uplink } from "./encoding";
 import { type Microphone, MicrophoneError } from "./microphone";
 import { SILENT, Talk, type Voice } from "./talk";
 
@@ -188,7 +188,7 @@ it("is packed as the link demands", async () => {
   uplink = { ...WIDE, linkBps: 300_000 };
   talk.look(0);
   await press();
-  expect(link?.shape).toHaveBeenLastCalledWith(FORMS[1]);
+  expect(link?.shape).toHaveBeenLastCalledWith(ENCODINGS[1]);
 });
 
 describe("the robot is not heard meanwhile", () => {

@@ -1,5 +1,5 @@
 import { ours, type Saying, says } from "../words/said";
-import { FORMS, FormChooser, type Uplink, type VoiceForm } from "./form";
+import { ENCODINGS, EncodingChooser, type Uplink, type VoiceEncoding } from "./encoding";
 import { Microphone } from "./microphone";
 
 /** What the page shows of this user's voice. */
@@ -30,7 +30,7 @@ export const SILENT: Voice = {
 /** The connection, as far as a voice needs it. */
 export interface VoiceLink {
   speak(track: MediaStreamTrack | null): Promise<void>;
-  shape(form: VoiceForm): void;
+  shape(encoding: VoiceEncoding): void;
 }
 
 export interface TalkOptions {
@@ -59,8 +59,8 @@ export class Talk {
   readonly #holders = new Set<string>();
   #microphone: Microphone | null = null;
   #opening: Promise<void> | null = null;
-  readonly #chooser = new FormChooser();
-  #form: VoiceForm | null = FORMS[0] ?? null;
+  readonly #chooser = new EncodingChooser();
+  #encoding: VoiceEncoding | null = ENCODINGS[0] ?? null;
   #isDucked = false;
   /** Whether the voice's problem is that the link has no room for it. */
   #isCramped = false;
@@ -117,7 +117,7 @@ export class Talk {
 
   /** A few times a second: what the link has room for changes without a voice, too. */
   look(nowMs: number): void {
-    this.#form = this.#chooser.next(this.options.uplink(), this.#voice.isOn, nowMs);
+    this.#encoding = this.#chooser.next(this.options.uplink(), this.#voice.isOn, nowMs);
     if (this.#voice.isOn) this.#send();
   }
 
@@ -174,7 +174,7 @@ export class Talk {
   }
 
   #measure(): void {
-    this.#tell({ level: this.#form ? (this.#microphone?.level ?? 0) : 0 });
+    this.#tell({ level: this.#encoding ? (this.#microphone?.level ?? 0) : 0 });
   }
 
   /** Makes the connection send what it should: nothing where there is no room for it. */
@@ -182,8 +182,8 @@ export class Talk {
     const link = this.options.link();
     if (!link) return;
     const { isOn } = this.#voice;
-    if (isOn && this.#form) link.shape(this.#form);
-    const hasRoom = this.#form !== null;
+    if (isOn && this.#encoding) link.shape(this.#encoding);
+    const hasRoom = this.#encoding !== null;
     if (isOn && !hasRoom) {
       this.#tell({ problem: ours("voice.no_room"), isHeard: false });
       this.#isCramped = true;

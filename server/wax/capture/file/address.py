@@ -200,9 +200,9 @@ def live_dating(address: str, container: InputContainer, transport: Transport) -
 
 def ends_with_next(container: InputContainer) -> bool:
     """Whether a picture is handed over only when the next one begins, which ends it."""
-    form = container.format
-    is_bare = int(form.flags) & _NO_TIMESTAMPS and int(form.flags) & _GENERIC_INDEX
-    return bool(is_bare) or form.name in _UNBOUNDED
+    kind = container.format
+    is_bare = int(kind.flags) & _NO_TIMESTAMPS and int(kind.flags) & _GENERIC_INDEX
+    return bool(is_bare) or kind.name in _UNBOUNDED
 
 
 def find_tracks(container: InputContainer) -> dict[Kind, Track]:

@@ -47,9 +47,9 @@ function PadWords() {
   if (found.length === 0) return <>{t("ways.pad_search")}</>;
   if (chosen === null) return null;
   const layout = found.find(({ index }) => index === chosen)?.layout ?? "bare";
-  const deeds = deedsOf(layout);
-  if (!mayMove.value) return <>{t("ways.pad_idle", { deeds })}</>;
-  if (isReady) return <>{t("ways.pad_ready", { deeds })}</>;
+  const actions = actionsOf(layout);
+  if (!mayMove.value) return <>{t("ways.pad_idle", { actions })}</>;
+  if (isReady) return <>{t("ways.pad_ready", { actions })}</>;
   const names = (parts: readonly PadPart[]) =>
     [...new Set(parts.map((part) => partName(part, layout)))].join(", ");
   const [what, axes] = [names(held), names(unmoved)];
@@ -102,7 +102,7 @@ function partName({ kind, at }: PadPart, layout: PadLayout): string {
 }
 
 /** What its buttons do, of those that it has. */
-function deedsOf(layout: PadLayout): string {
+function actionsOf(layout: PadLayout): string {
   if (layout === "bare") return t("ways.pad_no_stop");
   const button = (at: number) => partName({ kind: "button", at }, layout);
   return t("ways.pad_deeds", { stop: button(1), speed: button(0) });

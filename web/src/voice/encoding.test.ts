@@ -1,12 +1,12 @@
 import { describe, expect, it } from "vitest";
-import { FORMS, FormChooser, type Uplink, wireBps } from "./form";
+import { ENCODINGS, EncodingChooser, type Uplink, wireBps } from "./encoding";
 
 const WIDE: Uplink = { linkBps: 5_000_000, waitingBytes: 0, roundTripMs: 40, commandHz: 20 };
 
-const [BEST, SHORT, THIN] = FORMS;
+const [BEST, SHORT, THIN] = ENCODINGS;
 
 function chosen(uplink: Partial<Uplink>): unknown {
-  return new FormChooser().next({ ...WIDE, ...uplink }, false, 0);
+  return new EncodingChooser().next({ ...WIDE, ...uplink }, false, 0);
 }
 
 it("delays a command by at most 40 ms at 33 kbit/s", () => {
@@ -22,23 +22,23 @@ it.each([
   [56_000, 0, THIN],
   [56_000, 20, null],
   [30_000, 0, null],
-])("over a link of %s bit/s with %d commands a second", (linkBps, commandHz, form) => {
-  expect(chosen({ linkBps, commandHz })).toEqual(form);
+])("over a link of %s bit/s with %d commands a second", (linkBps, commandHz, encoding) => {
+  expect(chosen({ linkBps, commandHz })).toEqual(encoding);
 });
 
 it("leaves room for all commands, whatever the link", () => {
   for (let linkBps = 1000; linkBps < 10_000_000; linkBps *= 1.1) {
     for (const commandHz of [0, 20, 50]) {
-      const form = new FormChooser().next({ ...WIDE, linkBps, commandHz }, false, 0);
+      const encoding = new EncodingChooser().next({ ...WIDE, linkBps, commandHz }, false, 0);
       const uplinkBps = Math.max(0.1 * linkBps, Math.min(0.6 * linkBps, 100_000));
-      if (form) expect(wireBps(form) + commandHz * 1520).toBeLessThanOrEqual(uplinkBps);
+      if (encoding) expect(wireBps(encoding) + commandHz * 1520).toBeLessThanOrEqual(uplinkBps);
     }
   }
 });
 
 describe("where commands wait", () => {
-  function speaking(): FormChooser {
-    const chooser = new FormChooser();
+  function speaking(): EncodingChooser {
+    const chooser = new EncodingChooser();
     for (let ms = 0; ms <= 5000; ms += 200) chooser.next(WIDE, false, ms);
     expect(chooser.next(WIDE, true, 5200)).toBe(BEST);
     return chooser;
@@ -61,7 +61,7 @@ describe("where commands wait", () => {
   });
 
   it("a round trip that is long without a voice says nothing about it", () => {
-    const chooser = new FormChooser();
+    const chooser = new EncodingChooser();
     const far = { ...WIDE, roundTripMs: 300 };
     for (let ms = 0; ms <= 5000; ms += 200) chooser.next(far, false, ms);
     for (let ms = 5200; ms <= 9000; ms += 200) expect(chooser.next(far, true, ms)).toBe(BEST);

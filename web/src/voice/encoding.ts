@@ -1,5 +1,5 @@
 /** How a voice is packed. */
-export interface VoiceForm {
+export interface VoiceEncoding {
   bitrateBps: number;
   /** The sound in one packet. */
   packetMs: 20 | 40 | 60;
@@ -17,7 +17,7 @@ export interface Uplink {
 }
 
 /** The best first. The last still is speech, and one of its packets takes 25 ms at 33 kbit/s. */
-export const FORMS: readonly VoiceForm[] = [
+export const ENCODINGS: readonly VoiceEncoding[] = [
   { bitrateBps: 24_000, packetMs: 20 },
   { bitrateBps: 12_000, packetMs: 40 },
   { bitrateBps: 6000, packetMs: 60 },
@@ -41,13 +41,13 @@ const WAITING_BYTES = 200;
 /** A round trip that has grown so much since before the voice: its packets queue. */
 const GROWN_MS = 60;
 const BEFORE_MS = 10_000;
-/** So long a form stays excluded that was too much. */
+/** So long an encoding stays excluded that was too much. */
 const EXCLUDED_MS = 15_000;
 /** What was sent before must be gone before the next is judged. */
 const SETTLES_MS = 1000;
 
-/** What this form takes of a link. */
-export function wireBps({ bitrateBps, packetMs }: VoiceForm): number {
+/** What this encoding takes of a link. */
+export function wireBps({ bitrateBps, packetMs }: VoiceEncoding): number {
   return bitrateBps + (HEADER_BITS * 1000) / packetMs;
 }
 
@@ -56,14 +56,14 @@ export function wireBps({ bitrateBps, packetMs }: VoiceForm): number {
  * becomes smaller at once where commands wait, and null, which is silence, where there is no room
  * for both. Pure.
  */
-export class FormChooser {
+export class EncodingChooser {
   #first = 0;
   #excludedUntilMs = Number.NEGATIVE_INFINITY;
   #judgedMs = Number.NEGATIVE_INFINITY;
   #before: { ms: number; atMs: number }[] = [];
 
-  /** Returns the form from now on; to be called a few times a second, `isSpeaking` or not. */
-  next(uplink: Uplink, isSpeaking: boolean, nowMs: number): VoiceForm | null {
+  /** Returns the encoding from now on; to be called a few times a second, `isSpeaking` or not. */
+  next(uplink: Uplink, isSpeaking: boolean, nowMs: number): VoiceEncoding | null {
     const { waitingBytes, roundTripMs } = uplink;
     if (!isSpeaking && roundTripMs !== null) this.#before.push({ ms: roundTripMs, atMs: nowMs });
     if (!isSpeaking) this.#before = this.#before.filter((one) => nowMs - one.atMs < BEFORE_MS);
@@ -71,15 +71,15 @@ export class FormChooser {
       this.#first--;
       this.#excludedUntilMs = nowMs + EXCLUDED_MS;
     }
-    const fits = FORMS.findIndex((form) => wireBps(form) * MARGIN <= roomBps(uplink));
-    const chosen = fits < 0 ? FORMS.length : Math.max(fits, this.#first);
+    const fits = ENCODINGS.findIndex((encoding) => wireBps(encoding) * MARGIN <= roomBps(uplink));
+    const chosen = fits < 0 ? ENCODINGS.length : Math.max(fits, this.#first);
     const grown = roundTripMs !== null && roundTripMs > this.#usualMs + GROWN_MS;
     const isTooMuch = isSpeaking && (waitingBytes > WAITING_BYTES || grown);
-    if (!isTooMuch || nowMs - this.#judgedMs < SETTLES_MS) return FORMS[chosen] ?? null;
+    if (!isTooMuch || nowMs - this.#judgedMs < SETTLES_MS) return ENCODINGS[chosen] ?? null;
     this.#judgedMs = nowMs;
-    this.#first = Math.min(chosen + 1, FORMS.length);
+    this.#first = Math.min(chosen + 1, ENCODINGS.length);
     this.#excludedUntilMs = nowMs + EXCLUDED_MS;
-    return FORMS[this.#first] ?? null;
+    return ENCODINGS[this.#first] ?? null;
   }
 
   /** The longest round trip of late without a voice. */
