@@ -92,16 +92,8 @@ def _text(schema: Schema) -> str:
 
 
 def _plural(items: Schema) -> str:
-    if items.get("type") != "string":
-        return "tables"
-    described = items.get("description", "")
-    if "times" in described:
-        return "hours"
-    if "sentence" in described:
-        return "sentences"
-    if "line" in described:
-        return "lines"
-    return "addresses" if "address" in described else "names"
+    """Say what a list is of: the `plural` that its items' type names, or names."""
+    return str(items.get("plural", "names")) if items.get("type") == "string" else "tables"
 
 
 def _range(schema: Schema) -> str:

@@ -24,6 +24,7 @@ HostName = Annotated[
     Field(
         pattern=r"^[A-Za-z0-9]([A-Za-z0-9.-]{0,251}[A-Za-z0-9])?$",
         description='a host name or address without port, as "robot.example.org"',
+        json_schema_extra={"plural": "addresses"},
     ),
 ]
 
@@ -45,6 +46,9 @@ PageUrl = Annotated[
 
 Network = Annotated[
     str,
-    Field(description='an address or network, as "127.0.0.1" or "10.0.0.0/8"'),
+    Field(
+        description='an address or network, as "127.0.0.1" or "10.0.0.0/8"',
+        json_schema_extra={"plural": "addresses"},
+    ),
     AfterValidator(_network),
 ]

@@ -58,6 +58,7 @@ class PageSettings(BaseModel):
                 Field(
                     pattern=r"^[^\x00-\x1f\x7f]{1,120}$",
                     description="a sentence of 1 to 120 printable characters",
+                    json_schema_extra={"plural": "sentences"},
                 ),
             ]
         ],

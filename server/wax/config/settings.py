@@ -94,6 +94,7 @@ class AccessSettings(_Section):
             Field(
                 pattern=opening_hours.PATTERN,
                 description='days and times as "mon-fri 09:00-18:00"',
+                json_schema_extra={"plural": "hours"},
             ),
         ]
     ] = []
@@ -135,19 +136,31 @@ class MetricSettings(_Section):
     host: Annotated[str, Field(min_length=1)] = "localhost"
 
 
-StunUrl = Annotated[str, Field(pattern=r"^stun:\S+$", description='an address as "stun:HOST:PORT"')]
+StunUrl = Annotated[
+    str,
+    Field(
+        pattern=r"^stun:\S+$",
+        description='an address as "stun:HOST:PORT"',
+        json_schema_extra={"plural": "addresses"},
+    ),
+]
 TurnUrl = Annotated[
     str,
     Field(
         pattern=r"^turns?:\S+$",
         description='an address as "turn:HOST:PORT", "turns:HOST:PORT" or one of them with'
         ' "?transport=tcp"',
+        json_schema_extra={"plural": "addresses"},
     ),
 ]
 Interface = Annotated[str, Field(min_length=1)]
 IpAddress = Annotated[
     str,
-    Field(pattern=r"^[0-9A-Fa-f.:]{2,45}$", description="an IPv4 or IPv6 address"),
+    Field(
+        pattern=r"^[0-9A-Fa-f.:]{2,45}$",
+        description="an IPv4 or IPv6 address",
+        json_schema_extra={"plural": "addresses"},
+    ),
 ]
 
 

@@ -25,7 +25,15 @@ REPORTED: Final = (
 """What a line from the robot may tell; ``_dv`` is tenths of a volt."""
 
 Line = Annotated[str, Field(max_length=MAX_CHARS, description="a line in double quotes, or empty")]
-Lines = list[Annotated[str, Field(min_length=1, description="a line in double quotes")]]
+OneLine = Annotated[
+    str,
+    Field(
+        min_length=1,
+        description="a line in double quotes",
+        json_schema_extra={"plural": "lines"},
+    ),
+]
+Lines = list[OneLine]
 
 
 class _Section(BaseModel):
@@ -35,7 +43,7 @@ class _Section(BaseModel):
 class TextAxisSettings(_Section):
     """One of `axis`: the line of the axis that has the same place in `[robot.serial] axes`."""
 
-    line: Annotated[str, Field(min_length=1, description="a line in double quotes")]
+    line: OneLine
     least: Annotated[float, Field(ge=-1e6, le=1e6)] = -1.0
     most: Annotated[float, Field(ge=-1e6, le=1e6)] = 1.0
 

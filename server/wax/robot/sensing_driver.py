@@ -45,9 +45,12 @@ class SensingDriver(ProcessDriver):
         )
         self._media = media
         self.is_known = not known.is_guess
-        # Whoever asks for a sense asks whether the driver has its method (`HasCamera` and others).
-        for sense in known.senses:
-            setattr(self, sense, getattr(media, sense))
+        # A method that is None is none to `isinstance`, with `HasCamera` and its likes.
+        has = known.senses
+        self.camera = media.camera if "camera" in has else None
+        self.external_view = media.external_view if "external_view" in has else None
+        self.microphone = media.microphone if "microphone" in has else None
+        self.speaker = media.speaker if "speaker" in has else None
         if known.own_view is not None:
             self.own_view = known.own_view
 
