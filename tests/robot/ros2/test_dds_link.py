@@ -8,7 +8,7 @@ import pytest
 from tests.robot.ros2.base import own_domain
 
 from wax.clock import SystemClock
-from wax.robot.ros2.link import open_link
+from wax.robot.ros2.open_link import open_link
 from wax.robot.ros2.settings import Ros2Settings
 
 pytest.importorskip("cyclonedds", reason='type: pip install "wax-teleop[ros2]"')

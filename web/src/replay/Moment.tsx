@@ -1,11 +1,11 @@
 import type { Signal } from "@preact/signals";
 import { t } from "../words/words";
 import type { View } from "./player";
-import type { Open } from "./Replay";
+import type { OpenPart } from "./timeline";
 import { commandWords, reportedWords, steeredWords, watchedWords } from "./words";
 
 interface MomentProps {
-  open: Open;
+  open: OpenPart;
   momentMs: Signal<number>;
   view: Signal<View>;
 }

@@ -2,8 +2,7 @@ import type { Signal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
 import { t } from "../words/words";
 import { type Box, type Point, scaleFor, steps, xOf } from "./plot";
-import type { Open } from "./Replay";
-import type { Mark, Timeline } from "./timeline";
+import type { Mark, OpenPart, Timeline } from "./timeline";
 
 const WIDTH = 1000;
 const HEIGHT = 100;
@@ -25,7 +24,7 @@ interface PlotProps {
 }
 
 /** Delays, and what was commanded and done, over the whole part. */
-export function Plots({ open, momentMs }: { open: Open; momentMs: Signal<number> }) {
+export function Plots({ open, momentMs }: { open: OpenPart; momentMs: Signal<number> }) {
   const { timeline } = open;
   const plots = useMemo(() => plotsOf(timeline), [timeline]);
   return (

@@ -1,6 +1,6 @@
 import { type Signal, useSignal, useSignalEffect } from "@preact/signals";
 import { useCallback, useEffect, useMemo, useRef } from "preact/hooks";
-import type { TapeContent, TapeListing } from "../messages";
+import type { TapeListing } from "../messages";
 import { t } from "../words/words";
 import { Controls } from "./Controls";
 import { loadListing, loadPart } from "./load";
@@ -8,21 +8,15 @@ import { Marks } from "./Marks";
 import { Moment } from "./Moment";
 import { Plots } from "./Plots";
 import { Player, type View } from "./player";
-import { Timeline } from "./timeline";
+import { type OpenPart, Timeline } from "./timeline";
 import { Views } from "./Views";
 import { partWords } from "./words";
-
-/** A part of the tape that is open. */
-export interface Open {
-  content: TapeContent;
-  timeline: Timeline;
-}
 
 /** The page of `wax replay`: which part, picture and sound, and what was so at each moment. */
 export function Replay() {
   const listing = useSignal<TapeListing | null>(null);
   const name = useSignal<string | null>(null);
-  const open = useSignal<Open | null>(null);
+  const open = useSignal<OpenPart | null>(null);
   const problem = useSignal<string | null>(null);
 
   useEffect(() => {
@@ -92,7 +86,7 @@ export function Replay() {
 }
 
 /** Plays one part; `onEnded` says whether another follows. */
-function Part({ open, onEnded }: { open: Open; onEnded: () => boolean }) {
+function Part({ open, onEnded }: { open: OpenPart; onEnded: () => boolean }) {
   const picture = useRef<HTMLVideoElement>(null);
   const sound = useRef<HTMLAudioElement>(null);
   const player = useSignal<Player | null>(null);
@@ -169,7 +163,7 @@ function Part({ open, onEnded }: { open: Open; onEnded: () => boolean }) {
   );
 }
 
-function StopMark({ open, momentMs }: { open: Open; momentMs: Signal<number> }) {
+function StopMark({ open, momentMs }: { open: OpenPart; momentMs: Signal<number> }) {
   const stop = open.timeline.stopAt(momentMs.value);
   if (!stop) return null;
   const who = stop.by_host ? t("replay.who.host") : open.timeline.who(stop.viewer);

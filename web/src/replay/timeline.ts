@@ -45,6 +45,12 @@ const CUT_MS = 0.01;
 /** Two marks closer than that are one, for who steps from one to the next. */
 const STEP_MS = 50;
 
+/** A part of the tape that is open. */
+export interface OpenPart {
+  content: TapeContent;
+  timeline: Timeline;
+}
+
 export class Timeline {
   readonly lengthMs: number;
   readonly marks: readonly Mark[];

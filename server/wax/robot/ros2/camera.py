@@ -11,7 +11,8 @@ from wax.capture.letterbox import fit_bgr
 from wax.capture.source import Picture
 from wax.errors import DriverError, SourceError
 from wax.robot.ros2.images import to_bgr
-from wax.robot.ros2.link import Wanted, open_link
+from wax.robot.ros2.link import Wanted
+from wax.robot.ros2.open_link import open_link
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import structlog
 
 from wax.driver.interface import Limits
 from wax.robot.ros2.conversation import Ros2Conversation
-from wax.robot.ros2.link import check_transport
+from wax.robot.ros2.open_link import check_transport
 from wax.robot.ros2.session import Session
 from wax.robot.ros2.settings import Ros2Settings
 

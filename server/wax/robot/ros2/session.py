@@ -12,8 +12,9 @@ import structlog
 from wax.driver.checks import NO_ANSWER
 from wax.errors import DriverError
 from wax.robot.ros2 import names
-from wax.robot.ros2.link import Wanted, command_type, open_link
+from wax.robot.ros2.link import Wanted, command_type
 from wax.robot.ros2.neighbours import OURS, Takers, judge, strangers
+from wax.robot.ros2.open_link import open_link
 from wax.robot.ros2.standby_process import StandbyProcess
 
 if TYPE_CHECKING:
