@@ -32,7 +32,7 @@ from tests.rtc.networks import Mode, opened_network, rich_meter
 from tests.rtc.test_peer import Events, Noted, Pictures, Sounds
 
 from wax.clock import SystemClock
-from wax.rtc import private
+from wax.rtc import private, private_association
 from wax.rtc.peer import Peer
 from wax.streams.interface import Codecs
 
@@ -387,7 +387,7 @@ def test_numbers_are_noted_as_aiortc_notes_them(numbers: list[int], start: int) 
     theirs: Any = RTCSctpTransport.__new__(RTCSctpTransport)
     for one in (ours, theirs):
         one._last_received_tsn, one._sack_misordered, one._sack_duplicates = start, set(), []
-    association = private._Association(ours)
+    association = private_association.Association(ours)
     for number in numbers:
         tsn = (start + number) % 2**32
         is_known = theirs._mark_received(tsn)
@@ -407,7 +407,7 @@ def test_chunks_wait_in_their_order(numbers: list[int], start: int) -> None:
     for number in numbers:
         chunk = DataChunk()
         chunk.tsn = (start + number) % 2**32
-        private._add_chunk(stream, chunk)
+        private_association.add_chunk(stream, chunk)
     assert [(one.tsn - start) % 2**32 for one in stream.reassembly] == sorted(numbers)
 
 

@@ -30,7 +30,7 @@ from tests.rtc.networks import rich_meter
 from wax.clock import SystemClock
 from wax.edge.turnstile import Meter
 from wax.errors import StartError
-from wax.rtc import private, rtp
+from wax.rtc import private, private_association, rtp
 from wax.rtc.one_port.lite_connection import LiteConnection
 from wax.rtc.one_port.udp_hub import UdpHub
 
@@ -223,7 +223,7 @@ class Sctp:
 async def test_acknowledgements_go_together() -> None:
     """A few messages within the delay are acknowledged once, and later ones again."""
     sctp = Sctp()
-    private.delay_acknowledgements(sctp, 0.02)  # type: ignore[arg-type]  # all that is used of it
+    private_association.delay_acknowledgements(sctp, 0.02)  # type: ignore[arg-type]  # all that is used of it
     for number in (1, 2):
         for _ in range(3):
             await sctp._send_sack()
@@ -234,7 +234,7 @@ async def test_acknowledgements_go_together() -> None:
 async def test_a_long_message_is_acknowledged_as_it_comes() -> None:
     """A burst is acknowledged at once, everything else after the delay."""
     sctp = Sctp()
-    private.delay_acknowledgements(sctp, 0.02)  # type: ignore[arg-type]  # all that is used of it
+    private_association.delay_acknowledgements(sctp, 0.02)  # type: ignore[arg-type]  # all that is used of it
     for packets, acknowledged in ((3, 0), (1, 1), (3, 1), (1, 2), (1, 2)):
         for _ in range(packets):
             await sctp._send_sack()
@@ -246,7 +246,7 @@ async def test_a_long_message_is_acknowledged_as_it_comes() -> None:
 async def test_nothing_is_acknowledged_once_it_is_closed() -> None:
     """What was due by then is left out: the connection below may be closing."""
     sctp = Sctp()
-    private.delay_acknowledgements(sctp, 0.02)  # type: ignore[arg-type]  # all that is used of it
+    private_association.delay_acknowledgements(sctp, 0.02)  # type: ignore[arg-type]  # all that is used of it
     await sctp._send_sack()
     sctp.state = "closed"
     await asyncio.sleep(0.06)

@@ -11,7 +11,7 @@ import structlog
 from aiortc import RTCPeerConnection, RTCSessionDescription
 
 from wax.errors import SignallingError
-from wax.rtc import private, rtp
+from wax.rtc import private, private_association, rtp
 from wax.rtc.camera_sender import CameraSender
 from wax.rtc.codecs import prefer
 from wax.rtc.picture_sender import PictureSender
@@ -159,8 +159,8 @@ class Peer:
         if self._congestion.uses_feedback:
             private.widen(self._pc, _EXTENSIONS)
         if self._pc.sctp is not None:
-            private.bound_association(self._pc.sctp, self._exceeded)
-            private.delay_acknowledgements(self._pc.sctp, _ACKNOWLEDGE_S)
+            private_association.bound_association(self._pc.sctp, self._exceeded)
+            private_association.delay_acknowledgements(self._pc.sctp, _ACKNOWLEDGE_S)
         await self._pc.setLocalDescription(await self._pc.createAnswer())
 
     @property
