@@ -108,7 +108,7 @@ def test_a_queue_that_has_emptied_is_forgotten() -> None:
 
 
 def test_a_try_assumes_more_than_is_used() -> None:
-    """Where the rate has fallen below what comes through, a try takes a quarter more than that."""
+    """Where the rate has fallen below what comes through, a try takes half more than that."""
     sound = Sound()
     sound.run(5.0)
     fallen = sound.run(0.5, late_s=lambda at_s: at_s)
@@ -117,7 +117,7 @@ def test_a_try_assumes_more_than_is_used() -> None:
     steady = sound.run(1.0)
     sound.estimator.try_more(sound.now_s)
     tried = sound.estimator.estimate(sound.now_s)
-    assert tried.rate_bps == pytest.approx(1.25 * steady.used_bps)
+    assert tried.rate_bps == pytest.approx(1.5 * steady.used_bps)
     assert tried.rate_bps > steady.rate_bps
 
 

@@ -62,9 +62,8 @@ _MAX_USE_FACTOR: Final = 4.0
 """Maximum multiple of the rate in use, because nothing has shown more. GCC: 1.5 times the received
 rate (5.5)."""
 
-_TRIAL_FACTOR: Final = 1.25
-"""Multiple of the rate in use that is assumed for a picture that is tried. GCC: 1.5 times the
-received rate (5.5), which delays the sound more where the link carries nothing else."""
+_TRIAL_FACTOR: Final = 1.5
+"""Multiple of the rate in use that is assumed for a picture that is tried. As GCC's bound (5.5)."""
 
 _REFUTED_SHARE: Final = 0.85
 """If the trains bound the link below this share of the rate, the rate was wrong. Ours."""
