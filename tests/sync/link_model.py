@@ -40,6 +40,10 @@ _TICK_S = 0.00025
 _LAYERS = (0, 2, 1, 2)
 _WEIGHTS = (1.6, 0.8, 0.8)
 _KEYFRAME = 3.0
+_BASE_PICTURES = 4
+"""When more of layer 0 wait, the lane drops all, until a keyframe fits (`fanout.video_lane`)."""
+_RESUME_S = 0.5
+"""The least time between two requests for one (`streams.live`)."""
 _REPORT_S = 0.25
 """How often a page tells how it plays."""
 _RECEIVER_REPORT_S = 1.0
@@ -197,6 +201,8 @@ class Loop:
         self._lane: deque[Picture] = deque()
         self._sending = False
         self._encoded: Step | None = None
+        self._is_cut = False
+        self._asked_s = -math.inf
         self._since_keyframe = 0
         self._units = 0
         self._base: int | None = None
@@ -255,6 +261,10 @@ class Loop:
             self.control.try_more(now_s)
         if allocation != self.allocation:
             self.record.allocations.append((now_s - self.start_s, allocation))
+        may_resume = estimate.state in ("starting", "steady") and self._is_cut
+        may_resume &= now_s - self._asked_s >= _RESUME_S
+        if may_resume and self.control.free_in_s(None, now_s) <= 0:
+            self._asked_s, self._encoded = now_s, None
         self.allocation = allocation
 
     def _sound(self) -> None:
@@ -289,16 +299,20 @@ class Loop:
         layer = _LAYERS[self._since_keyframe % len(_LAYERS)]
         weight = _KEYFRAME if keyframe else _WEIGHTS[layer]
         size = step.bitrate_bps / step.fps / 8 * weight * self._random.uniform(0.8, 1.2)
-        if layer > self.allocation.top_layer and not keyframe:
+        if (self._is_cut or layer > self.allocation.top_layer) and not keyframe:
             return
         if keyframe:
             self._lane.clear()
+            self._is_cut = False
         self._lane.append(Picture(self.now_s, layer, keyframe, round(size)))
         while len(self._lane) > 1 and any(picture.layer for picture in self._lane):
             upper = max(picture.layer for picture in self._lane)
             if self._lane[-1].layer == upper and sum(p.layer == upper for p in self._lane) == 1:
                 break
             self._lane.remove(next(p for p in self._lane if p.layer == upper))
+        if sum(one.layer == 0 for one in self._lane) > _BASE_PICTURES:
+            self._lane.clear()
+            self._is_cut = True
         if not self._sending:
             self._sending = True
             self._go()
