@@ -52,16 +52,8 @@ BOUNDS: Final = {
     "upload_budget._REPEAT_SHARE",
 }
 """Bounds of memory, of all links together, or against invalid input, that no link here reaches."""
-ELSEWHERE: Final = {
-    "camera_choice._FAILED_HOLD_S",
-    "camera_choice._HOLD_S",
-    "camera_choice._MAX_HOLD_S",
-    "camera_choice._TRIAL_S",
-    "sound_reports._MAX_USE_FACTOR",
-    "sound_reports._REPORTS",
-}
-"""Used only for cameras beside the driving view, or without feedback on the sound's packets: the
-links here have the driving view alone, and that feedback."""
+ELSEWHERE: Final = {"sound_reports._MAX_USE_FACTOR", "sound_reports._REPORTS"}
+"""Used only without feedback on the sound's packets, which all links here have."""
 
 MEASURES: Final = ("server/wax/congestion/*.py", "server/wax/sync/*.py")
 _HARNESS: Final = (

@@ -10,6 +10,7 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from wax.congestion.allocation import Allocation, area
+from wax.congestion.hysteresis import Since, Trials
 from wax.congestion.sound_choice import SoundBudget, SoundChoice
 from wax.congestion.wire_cost import picture_bps
 from wax.sentence import Sentence
@@ -35,24 +36,6 @@ _STARTUP_S: Final = 3.0
 _BETWEEN_S: Final = 5.0
 """Minimum time between steps: a keyframe costs as much as several pictures. Ours."""
 
-_RISE_HOLD_S: Final = 1.0
-"""A better step must have fitted for this long. Ours."""
-
-_TRIAL_S: Final = 8.0
-"""A rise that is taken back within this time has failed. Ours."""
-
-_FAILED_HOLD_S: Final = 5.0
-"""After a failed rise, the next step must have fitted for this long. Ours."""
-
-_MAX_HOLD_S: Final = 60.0
-"""Maximum of that time, after many failures. Ours."""
-
-_BACKOFF_FACTOR: Final = 2.0
-"""Each failure multiplies the wait by this: binary exponential backoff."""
-
-_PROVEN_S: Final = 30.0
-"""A step kept for this long was right, and the wait is short again. Ours."""
-
 _FALL_HOLD_S: Final = 1.0
 """A step with dropped layers is given up after this time. Ours."""
 
@@ -68,24 +51,11 @@ _RETURN_S: Final = 5.0
 _FIRST_PAUSE_S: Final = 5.0
 """Or is tried after this time, because nothing else probes the link. Ours."""
 
+_MAX_PAUSE_S: Final = 60.0
+"""The longest pause between tries; each fruitless one doubles it. Ours."""
+
 _TRY_S: Final = 5.0
 """Duration of such a try. Ours."""
-
-
-class Since:
-    """How long a condition has held without a break."""
-
-    def __init__(self) -> None:
-        self._from_s: float | None = None
-
-    def lasts(self, so: bool, seconds: float, now_s: float) -> bool:
-        """Take one observation; return whether the condition has held for `seconds`."""
-        if not so:
-            self._from_s = None
-            return False
-        if self._from_s is None:
-            self._from_s = now_s
-        return now_s - self._from_s >= seconds
 
 
 class Allocator:
@@ -106,8 +76,8 @@ class Allocator:
         self._now_s = self._begun_s = -math.inf
         self._at: int | None = None
         self._cut = 0
-        self._changed_s = self._rose_s = -math.inf
-        self._hold_s = _RISE_HOLD_S
+        self._changed_s = -math.inf
+        self._trials = Trials()
         self._better = Since()
         self._fewer = Since()
         self._worse = Since()
@@ -200,7 +170,7 @@ class Allocator:
         assert self._at is not None
         cut = self._needed_cut(self._at, budget, self._kept_share(last))
         if cut is None and self._at != last:
-            self._failed()
+            self._trials.fell(now_s)
             if estimate.queue_ms > _FULL_QUEUE_MS:
                 # A keyframe would be old before it could leave; a later one is newer.
                 self._cut = self._steps[self._at].layers
@@ -212,16 +182,16 @@ class Allocator:
             return
         self._cut_to(self._steps[self._at].layers if cut is None else cut, quick=quick)
         between = quick or now_s - self._changed_s >= _BETWEEN_S
-        hold_s = 0.0 if quick else self._hold_s
+        hold_s = 0.0 if quick else self._trials.hold_s
         better = calm and target < self._at and self._cut == 0
         if self._better.lasts(better, hold_s, now_s) and between:
             self._move(target)
-            self._rose_s = -math.inf if quick else now_s
+            if not quick:
+                self._trials.rose(now_s)
         worse = self._cut > 0 and target > self._at
         if self._worse.lasts(worse, _FALL_HOLD_S, now_s) and between:
             self._move(target)
-        if self._rose_s > -math.inf and now_s - self._rose_s > _PROVEN_S:
-            self._rose_s, self._hold_s = -math.inf, _RISE_HOLD_S
+        self._trials.follow(now_s)
 
     def _target(self, estimate: LinkEstimate, budget: SoundBudget, allowed: Sequence[int]) -> int:
         if estimate.assumed:
@@ -250,7 +220,7 @@ class Allocator:
 
     def _cut_to(self, cut: int, *, quick: bool) -> None:
         if cut > self._cut:
-            self._failed()
+            self._trials.fell(self._now_s)
         elif not self._fewer.lasts(cut < self._cut, _LAYER_HOLD_S, self._now_s) and not quick:
             return
         self._cut = cut
@@ -262,7 +232,7 @@ class Allocator:
         if self._whole.lasts(fits, _RETURN_S, self._now_s):
             self._pause_s = _FIRST_PAUSE_S
         elif calm and self._now_s - self._gone_s >= self._pause_s:
-            self._pause_s = min(_BACKOFF_FACTOR * self._pause_s, _MAX_HOLD_S)
+            self._pause_s = min(2 * self._pause_s, _MAX_PAUSE_S)
             self._try_until_s = self._now_s + _TRY_S
         else:
             return False
@@ -270,12 +240,6 @@ class Allocator:
         self._move(last)
         self._cut = self._steps[last].layers
         return True
-
-    def _failed(self) -> None:
-        """If this was a trial, delay the next one."""
-        if self._now_s - self._rose_s < _TRIAL_S:
-            self._hold_s = min(max(_BACKOFF_FACTOR * self._hold_s, _FAILED_HOLD_S), _MAX_HOLD_S)
-        self._rose_s = -math.inf
 
     def _move(self, at: int) -> None:
         if at != self._at:

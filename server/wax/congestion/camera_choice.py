@@ -8,9 +8,9 @@ have fitted for a while, longer each time that was too early.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
-from wax.congestion.allocator import Since
+from wax.congestion.hysteresis import Since, Trials
 from wax.congestion.wire_cost import picture_bps
 
 if TYPE_CHECKING:
@@ -18,26 +18,13 @@ if TYPE_CHECKING:
 
     from wax.congestion.allocation import Step
 
-_HOLD_S: Final = 1.0
-"""More must have fitted for this long. Ours, as the driving view's."""
-
-_TRIAL_S: Final = 8.0
-"""More that is taken back within this time was too much. Ours, as the driving view's."""
-
-_FAILED_HOLD_S: Final = 5.0
-"""Then it must fit for this long, and twice as long after each further failure. Ours."""
-
-_MAX_HOLD_S: Final = 60.0
-"""At most. Ours."""
-
 
 class CameraChoice:
     """Chooses a step for each camera of one viewer; `now_s` never falls."""
 
     def __init__(self) -> None:
         self._now_s = -math.inf
-        self._rose_s = -math.inf
-        self._hold_s = _HOLD_S
+        self._trials = Trials()
         self._better = Since()
         self._wished: list[list[Step]] = []
         self._chosen: list[Step | None] = []
@@ -65,23 +52,18 @@ class CameraChoice:
         if [list(one) for one in wishes] != self._wished:
             # Who looks at something else need not wait, unless more has just been too much.
             self._wished = [list(one) for one in wishes]
-            is_doubtful = self._hold_s > _HOLD_S
-            most_bps = _cost(self._chosen, rate_bps) if is_doubtful else left_bps
+            doubtful = self._trials.is_doubtful
+            most_bps = _cost(self._chosen, rate_bps) if doubtful else left_bps
             self._chosen = _filled(wishes, most_bps, rate_bps)
         if _cost(self._chosen, rate_bps) > max(kept_bps, 0.0):
-            self._failed()
+            self._trials.fell(self._now_s)
             self._chosen = _filled(wishes, min(left_bps, kept_bps), rate_bps)
         more = _cost(best, rate_bps) > _cost(self._chosen, rate_bps)
-        if self._better.lasts(more, self._hold_s, self._now_s):
-            self._chosen, self._rose_s = best, self._now_s
-        elif -math.inf < self._rose_s < self._now_s - _TRIAL_S:
-            self._hold_s = _HOLD_S
+        self._trials.follow(self._now_s)
+        if self._better.lasts(more, self._trials.hold_s, self._now_s):
+            self._chosen = best
+            self._trials.rose(self._now_s)
         return list(self._chosen)
-
-    def _failed(self) -> None:
-        if self._now_s - self._rose_s < _TRIAL_S:
-            self._hold_s = min(max(2 * self._hold_s, _FAILED_HOLD_S), _MAX_HOLD_S)
-        self._rose_s = -math.inf
 
 
 def _filled(

@@ -1,0 +1,62 @@
+"""What keeps choices from flapping: how long more must fit, and longer after each failed trial.
+
+Shared by the driving view's choice (`allocator`), the other cameras' and the sound's.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+_HOLD_S: Final = 1.0
+"""More must have fitted for this long. Ours."""
+_TRIAL_S: Final = 8.0
+"""More that is taken back within this time was too much. Ours."""
+_FAILED_HOLD_S: Final = 5.0
+"""Then more must fit for this long, and twice as long after each further failure. Ours."""
+_MAX_HOLD_S: Final = 60.0
+"""At most. Ours."""
+
+
+class Since:
+    """How long a condition has held without a break."""
+
+    def __init__(self) -> None:
+        self._from_s: float | None = None
+
+    def lasts(self, so: bool, seconds: float, now_s: float) -> bool:
+        """Take one observation; return whether the condition has held for `seconds`."""
+        if not so:
+            self._from_s = None
+            return False
+        if self._from_s is None:
+            self._from_s = now_s
+        return now_s - self._from_s >= seconds
+
+
+class Trials:
+    """Binary exponential backoff of rises; `now_s` never falls."""
+
+    def __init__(self) -> None:
+        self.hold_s = _HOLD_S
+        """How long more must have fitted before it is tried."""
+        self._rose_s = -math.inf
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Whether more has lately been too much."""
+        return self.hold_s > _HOLD_S
+
+    def rose(self, now_s: float) -> None:
+        self._rose_s = now_s
+
+    def fell(self, now_s: float) -> None:
+        """Take back what was tried last, if that was lately: the next trial comes later."""
+        if now_s - self._rose_s < _TRIAL_S:
+            self.hold_s = min(max(2 * self.hold_s, _FAILED_HOLD_S), _MAX_HOLD_S)
+        self._rose_s = -math.inf
+
+    def follow(self, now_s: float) -> None:
+        """Let what has stayed for long enough have been right."""
+        if -math.inf < self._rose_s < now_s - _TRIAL_S:
+            self._rose_s, self.hold_s = -math.inf, _HOLD_S
