@@ -72,13 +72,6 @@ _HOLD_S: Final = 2.0
 """For this long after a fall only a train can raise the rate. Ours; GCC holds until the queue has
 drained (5.5)."""
 
-_CEILING_FACTOR: Final = 1.05
-"""Stepwise increase ends at this multiple of the rate that filled the link. Ours; GCC slows down
-near its average of such rates (5.5)."""
-
-_CEILING_MEMORY_S: Final = 20.0
-"""Time for which that ceiling holds. Ours."""
-
 _CARRIED_FROM_S: Final = 2.0
 """Without a standing queue, whatever left between this long ago and `_CARRIED_UNTIL_S` has come
 through, so the link carries it. Ours."""
@@ -158,7 +151,6 @@ class LinkEstimator:
         self._before_queue_bps = 0.0
         self._counted_s = -math.inf
         self._lost_bytes = 0
-        self._ceiling_bps = math.inf
         self._newest: tuple[float, float] | None = None  # time sent, time queued
 
     def sent(self, size_bytes: int, now_s: float, *, has_feedback: bool = True) -> None:
@@ -362,7 +354,6 @@ class LinkEstimator:
             self._jitter.forget_since(self._now_s - _JITTER_HINDSIGHT_S, limit_s)
         came_bps = self._delivery_rate.rate_bps()
         if came_bps is not None and _DECREASE_FACTOR * came_bps < self._rate_bps:
-            self._ceiling_bps = _CEILING_FACTOR * came_bps
             self._decrease(_DECREASE_FACTOR * came_bps)
         elif (
             self._queue.level_for_s(self._now_s) > _ROUTE_CHANGE_S
@@ -384,8 +375,6 @@ class LinkEstimator:
         elif now_s - self._fell_s > _HOLD_S:
             # Jitter hides part of the rate, so the likely rate is tried step by step.
             likely_bps = self._dispersion.likely_bps(noise_s)
-            if now_s - self._fell_s < _CEILING_MEMORY_S:
-                likely_bps = min(likely_bps, self._ceiling_bps)
             used_bps = self._history.used_bps(now_s)
             likely_bps = min(likely_bps, _MAX_USE_FACTOR * used_bps, ENOUGH_BPS)
             elapsed_s = min(now_s - self._increased_s, _MAX_INCREASE_S)
