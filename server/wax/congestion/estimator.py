@@ -346,7 +346,6 @@ class LinkEstimator:
     def _judge_queue(self) -> None:
         stood = self._queue.since_s is not None
         if not self._queue.update(self._delay, self._rate_bps, self._now_s):
-            self._delay.settle()
             return
         if not stood:
             self._before_queue_bps = self._rate_bps

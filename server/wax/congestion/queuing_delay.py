@@ -31,12 +31,6 @@ _MAX_RECENT_PACKETS: Final = 256
 _SMALL_PACKET_BYTES: Final = 100
 """Bytes beyond this take extra time to send, which is not queuing; a packet of sound has none."""
 
-_USUAL_GAIN: Final = 0.01
-"""Weight of each uncongested feedback packet in the usual delay. Ours."""
-
-_MAX_USUAL_S: Final = 0.015
-"""Maximum of the usual delay: half the threshold of a standing queue."""
-
 _NOISE_GAIN: Final = 0.1
 """Weight of a new difference in the mean square. RFC 3550's jitter (6.4.1): 1/16. Ours."""
 
@@ -59,7 +53,6 @@ class QueuingDelay:
         self._recent: deque[tuple[float, float]] = deque(maxlen=_MAX_RECENT_PACKETS)
         self._before_s: float | None = None
         self._noise_squared = _FIRST_NOISE_S**2
-        self._usual_s = 0.0
 
     @property
     def base_s(self) -> float:
@@ -73,12 +66,12 @@ class QueuingDelay:
 
     @property
     def standing_s(self) -> float:
-        """The minimum queuing delay of recent packets, above the usual one.
+        """The minimum queuing delay of recent packets.
 
         The minimum, because one late packet is no queue, and the last of the packets that a stall
         held and released together was not queued.
         """
-        return max(0.0, self._shortest_s() - self._usual_s)
+        return min((queued_s for _, queued_s in self._recent), default=0.0)
 
     @property
     def span_s(self) -> float:
@@ -103,19 +96,11 @@ class QueuingDelay:
             self._recent.popleft()
         return max(0.0, delay_s - self.base_s)
 
-    def settle(self) -> None:
-        """Let the usual delay slowly follow the current one, on a link without congestion."""
-        self._usual_s += _USUAL_GAIN * (self._shortest_s() - self._usual_s)
-        self._usual_s = min(self._usual_s, _MAX_USUAL_S)
-
     def relearn(self) -> None:
         """Forget the base delay: the route has become longer."""
         self._base.clear()
         self._recent.clear()
         self._before_s = None
-
-    def _shortest_s(self) -> float:
-        return min((queued_s for _, queued_s in self._recent), default=0.0)
 
     def _follow(self, sent_s: float, delay_s: float) -> None:
         while self._base and self._base[0][0] < sent_s - _BASE_MEMORY_S:
