@@ -79,9 +79,6 @@ through, so the link carries it. Ours."""
 _CARRIED_UNTIL_S: Final = 1.0
 """Later packets may still be in flight. Ours."""
 
-_PROBE_MAX_LOSS_SHARE: Final = 0.1
-"""With more loss, fast probes are rare: the link's queue may be too short for them. Ours."""
-
 _LOW_LOSS_SHARE: Final = 0.02
 """Less loss does not count as congestion. GCC: 2 % (6)."""
 
@@ -189,7 +186,6 @@ class LinkEstimator:
                 size_bytes,
                 self._rate_bps,
                 startup=self._startup,
-                lossy=self._loss.share > _PROBE_MAX_LOSS_SHARE,
                 now_s=now_s,
             )
         payload = payload_bytes(self._rate_bps)

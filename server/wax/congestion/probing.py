@@ -59,19 +59,16 @@ class Prober:
         self._pause_s = _FIRST_PAUSE_S
 
     def pace_bps(
-        self, size_bytes: int, rate_bps: float, *, startup: bool, lossy: bool, now_s: float
+        self, size_bytes: int, rate_bps: float, *, startup: bool, now_s: float
     ) -> tuple[float, bool]:
-        """Return the pace, and whether the picture should be split into extra packets.
-
-        On a `lossy` link the queue may be too short for fast packets.
-        """
+        """Return the pace, and whether the picture should be split into extra packets."""
         if rate_bps >= ENOUGH_BPS or size_bytes <= 0:
             return rate_bps, False
         bits = size_bytes * 8
         unfelt_bps = _fastest_bps(rate_bps, bits, _UNFELT_QUEUE_S, _PROBE_GAIN)
         climbing = startup or now_s < self._climbs_until_s
         if not climbing and now_s < self._next_s:
-            worth = unfelt_bps >= _MIN_GAIN * rate_bps and not lossy
+            worth = unfelt_bps >= _MIN_GAIN * rate_bps
             return (unfelt_bps if worth else rate_bps), False
         gain = _STARTUP_GAIN if startup else _PROBE_GAIN
         pace_bps = _fastest_bps(rate_bps, bits, _MAX_QUEUE_S, gain)
