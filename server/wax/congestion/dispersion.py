@@ -33,9 +33,6 @@ _LIKELY_ERRORS: Final = 1.5
 _LIKELY_MIN_TRAINS: Final = 16
 """Minimum trains for a likely rate. Ours."""
 
-_MAX_RATE_MIN_TRAINS: Final = 32
-"""Minimum trains for an upper limit, so that cross traffic in one does not set it. Ours."""
-
 _PRIOR_TRAINS: Final = 3
 """Weight, in trains, of the single packets' jitter as a prior of the trains' variance. Ours."""
 
@@ -121,12 +118,6 @@ class DispersionEstimator:
         if len(self) < _LIKELY_MIN_TRAINS:
             return 0.0
         return self._bound_bps(len(self), noise_s, -_LIKELY_ERRORS)
-
-    def max_bps(self, noise_s: float) -> float:
-        """Return an upper bound of the rate; infinite if there are too few trains."""
-        if len(self) < _MAX_RATE_MIN_TRAINS:
-            return math.inf
-        return self._bound_bps(len(self), noise_s, -_ERRORS)
 
     def _bound_bps(self, count: int, noise_s: float, errors: float) -> float:
         """Return the rate of the last `count` trains, less `errors` standard errors."""

@@ -65,9 +65,6 @@ rate (5.5)."""
 _TRIAL_FACTOR: Final = 1.5
 """Multiple of the rate in use that is assumed for a picture that is tried. As GCC's bound (5.5)."""
 
-_REFUTED_SHARE: Final = 0.85
-"""If the trains bound the link below this share of the rate, the rate was wrong. Ours."""
-
 _HOLD_S: Final = 2.0
 """For this long after a fall only a train can raise the rate. Ours; GCC holds until the queue has
 drained (5.5)."""
@@ -365,8 +362,6 @@ class LinkEstimator:
         if min_bps > _MIN_RISE_FACTOR * self._rate_bps:
             self._prober.risen(now_s)
             self._set(min_bps)
-        elif self._dispersion.max_bps(noise_s) < _REFUTED_SHARE * self._rate_bps:
-            self._set(self._dispersion.max_bps(noise_s))
         elif now_s - self._fell_s > _HOLD_S:
             # Jitter hides part of the rate, so the likely rate is tried step by step.
             likely_bps = self._dispersion.likely_bps(noise_s)
