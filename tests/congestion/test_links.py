@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import pytest
+from tests.ablation.links import repeated_outages
 from tests.sync.link_model import Loop, default_steps, profile
 
 from wax.sentence import Sentence
@@ -114,6 +115,13 @@ def test_an_outage_is_waited_out() -> None:
     assert {estimate.state for at_s, estimate in record.estimates if 5.8 < at_s < 7} == {"blind"}
     assert record.picture_ms(8, 20, 1.0) <= 100
     assert record.at(20).step == TOP
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_what_an_outage_loses_is_no_congestion(seed: int) -> None:
+    """Two seconds in which all is lost cost no step of the ladder."""
+    record = Loop(repeated_outages(), feedback_s=0.05, seed=seed).run(25)
+    assert record.at(24.0).step == record.at(19.0).step
 
 
 @pytest.mark.parametrize("queue_ms", [60, 150])

@@ -79,6 +79,10 @@ _CARRIED_UNTIL_S: Final = 1.0
 _LOW_LOSS_SHARE: Final = 0.02
 """Less loss does not count as congestion. GCC: 2 % (6)."""
 
+_OUTAGE_S: Final = 0.5
+"""Losses in a row that span this time are an outage, which says nothing of the rate: a full queue
+lets some of the sound through. Ours; as the shortest feedback timeout."""
+
 _JITTER_HINDSIGHT_S: Final = 1.0
 """When a queue is found, delays of the last second are no jitter. Ours: finding one takes two
 feedback packets."""
@@ -145,6 +149,7 @@ class LinkEstimator:
         self._before_queue_bps = 0.0
         self._counted_s = -math.inf
         self._lost_bytes = 0
+        self._gap: list[Delivery] = []  # lost since the last arrival
         self._newest: tuple[float, float] | None = None  # time sent, time queued
 
     def sent(self, size_bytes: int, now_s: float, *, has_feedback: bool = True) -> None:
@@ -289,11 +294,13 @@ class LinkEstimator:
 
     def _count(self, delivery: Delivery) -> None:
         sound = delivery.kind == "audio"
-        lost = delivery.arrived_s is None
-        self._loss.add(delivery.size_bytes, lost=lost, sound=sound, now_s=self._now_s)
-        if lost:
+        if delivery.arrived_s is None:
             self._lost_bytes += delivery.size_bytes
-        if delivery.arrived_s is not None:
+            self._gap.append(delivery)
+        else:
+            if self._gap:
+                self._count_gap(delivery.sent_s)
+            self._loss.add(delivery.size_bytes, lost=False, sound=sound, now_s=self._now_s)
             if self._clock_offset_s is None:
                 self._clock_offset_s = delivery.arrived_s - delivery.sent_s
             arrived_s = delivery.arrived_s - self._clock_offset_s
@@ -310,6 +317,14 @@ class LinkEstimator:
                 self._jitter.add(arrived_s - delivery.sent_s, self._now_s)
         for train in self._trains.add(delivery):
             self._judge_train(train)
+
+    def _count_gap(self, until_s: float) -> None:
+        """Count what was lost before a packet that was sent at `until_s` and arrived."""
+        is_outage = self.sound_has_feedback and until_s - self._gap[0].sent_s >= _OUTAGE_S
+        for lost in () if is_outage else self._gap:
+            sound = lost.kind == "audio"
+            self._loss.add(lost.size_bytes, lost=True, sound=sound, now_s=self._now_s)
+        self._gap.clear()
 
     def _is_jitter_sample(self, delivery: Delivery) -> bool:
         if self.sound_has_feedback:
