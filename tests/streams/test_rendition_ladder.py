@@ -56,17 +56,20 @@ def test_a_refined_ladder_falls_and_keeps_its_steps(rates: list[int]) -> None:
 
 @pytest.mark.parametrize(
     ("least", "expected"),
-    [(10, [10, 10, 20, 20, 40, 40, 60]), (20, [20, 20, 40, 40, 60]), (120, [60])],
+    [(10, [10, 10, 20, 20, 40, 40, 60, 120]), (40, [40, 40, 60, 120]), (120, [120])],
 )
 def test_a_role_may_have_only_longer_units(least: int, expected: list[int]) -> None:
     """Forms with shorter units are left out; where all would be, the longest stays."""
     assert [form.mu_ms for form in LADDER.forms(least)] == expected
+    short = AudioSettings(forms=[SoundFormSettings(mu_ms=20, bitrate_bps=32_000)])
+    ladder = RenditionLadder(VideoSettings(), short)
+    assert ladder.forms(120) == ladder.forms(10)
 
 
 def test_a_fixed_unit_has_the_rate_of_its_neighbour() -> None:
     """A media unit that the configuration fixes is encoded like the nearest on offer."""
     assert LADDER.forms_of(40) == [SoundForm(40, 40_000, 2), SoundForm(40, 24_000)]
-    assert LADDER.forms_of(120) == [SoundForm(120, 12_000)]
+    assert LADDER.forms_of(120) == [SoundForm(120, 8_000)]
 
 
 def test_one_channel_has_no_form_in_stereo() -> None:

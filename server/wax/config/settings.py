@@ -416,6 +416,7 @@ class AudioSettings(_Section):
         SoundFormSettings(mu_ms=20, bitrate_bps=32_000, stereo_bitrate_bps=56_000),
         SoundFormSettings(mu_ms=40, bitrate_bps=24_000, stereo_bitrate_bps=40_000),
         SoundFormSettings(mu_ms=60, bitrate_bps=12_000),
+        SoundFormSettings(mu_ms=120, bitrate_bps=8_000),
     ]
     retry_s: Annotated[float, Field(ge=0.1, le=60)] = 1.0
 

@@ -112,13 +112,15 @@ class Allocator:
             self._begun_s = self._now_s
         quick = estimate.state == "starting" or self._now_s - self._begun_s < _STARTUP_S
         budget = SoundBudget(estimate.rate_bps, FIT_SHARE, other_bps)
+        allowed = [] if size is None else self._allowed(size)
         form, redundancy = None, 0
         if sound:
+            least = self._steps[allowed[-1]] if allowed else None
             form, redundancy = self._sound.choose(
                 budget,
                 sound_forms,
                 channels=sound_channels,
-                alone=size is None,
+                picture_bps=0.0 if least is None else _least_bps(least, estimate.rate_bps),
                 lost=estimate.lost,
                 burst=estimate.burst if takes_redundancy else 0,
                 quick=quick,
@@ -126,10 +128,9 @@ class Allocator:
             )
         else:
             self._sound.none()
-        if size is None:
+        if not allowed:
             self._at, self._gone_s = None, None
             return Allocation(None, 0, form, redundancy, Sentence("sent.no_picture"))
-        allowed = self._allowed(size)
         self._follow(estimate, budget, allowed, quick=quick)
         reason = self._reason(estimate, allowed)
         if self._at is None:
@@ -267,6 +268,11 @@ class Allocator:
         if estimate.state == "starting":
             return Sentence("sent.starting")
         return Sentence("sent.carries" if is_link else "sent.share", {"rate": rate})
+
+
+def _least_bps(step: Step, rate_bps: float) -> float:
+    """Return the rate of a step without all layers that can be dropped."""
+    return picture_bps(step, step.layers, rate_bps)
 
 
 def _rate(bps: float) -> Sentence:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from wax.congestion.hysteresis import Since
 from wax.congestion.wire_cost import sound_bps
 
 if TYPE_CHECKING:
@@ -14,6 +15,9 @@ if TYPE_CHECKING:
 
 _PARTS: Final = 3
 """Sound takes at most one part in this many; its smallest form is always sent. Ours."""
+
+_USUAL_MU_MS: Final = 60
+"""Longer units delay the sound by themselves: only where otherwise no picture would fit. Ours."""
 
 _RISE_HOLD_S: Final = 5.0
 """A better form must have fitted for this long. Ours."""
@@ -50,9 +54,10 @@ class SoundChoice:
     def __init__(self, forms: Sequence[SoundForm]) -> None:
         self._forms = tuple(forms)
         self._form: SoundForm | None = None
-        self._better_since_s: float | None = None
+        self._better = Since()
         self._redundancy = 0
-        self._fewer_since_s: float | None = None
+        self._fewer = Since()
+        self._picture_bps = 0.0
         self._aim: tuple[SoundForm, int] | None = None
         self._considered: tuple[SoundForm, ...] = ()
 
@@ -62,7 +67,7 @@ class SoundChoice:
         fixed: Sequence[SoundForm] | None,
         *,
         channels: int,
-        alone: bool,
+        picture_bps: float,
         lost: float,
         burst: int,
         quick: bool,
@@ -71,15 +76,20 @@ class SoundChoice:
         """Return the form, and the number of earlier units in each packet.
 
         Down is immediate; up only if `quick`, otherwise after the better form has fitted for 5 s.
-        `alone` is sound without a picture: it may take everything. `channels` is how many the sound
-        has; no form of more is chosen unless there is no other.
+        `picture_bps` is the least that a picture takes beside it; with none, the sound may take
+        everything. `channels` is how many the sound has; no form of more is chosen unless there is
+        no other.
         """
         offered = self._forms if fixed is None else tuple(fixed)
         forms = tuple(form for form in offered if form.channels <= channels) or offered
         self._considered = forms
         self._follow_loss(lost, burst, now_s)
-        third_bps = budget.bps if alone else budget.bps / _PARTS
-        best = next((form for form in forms if sound_bps(form, 0) <= third_bps), forms[-1])
+        self._picture_bps = picture_bps
+        third_bps = budget.bps / _PARTS if picture_bps else budget.bps
+        usual = _usual(forms)
+        best = next((form for form in usual if sound_bps(form, 0) <= third_bps), usual[-1])
+        if sound_bps(best, 0) > max(third_bps, budget.bps - picture_bps):
+            best = forms[-1]
         form = self._held(forms, best, quick=quick, now_s=now_s)
         self._form = form
         self._aim = (best, self._affordable(best, third_bps))
@@ -99,8 +109,11 @@ class SoundChoice:
         for form in self._considered:
             for redundancy in range(self._redundancy + 1):
                 takes_bps = sound_bps(form, redundancy)
-                if takes_bps * _PARTS > chosen_by.bps:
-                    from_bps = (takes_bps * _PARTS + chosen_by.other_bps) / chosen_by.share
+                least_bps = takes_bps * _PARTS
+                if redundancy == 0 and form == _usual(self._considered)[-1]:
+                    least_bps = min(least_bps, takes_bps + self._picture_bps)
+                if least_bps > chosen_by.bps:
+                    from_bps = (least_bps + chosen_by.other_bps) / chosen_by.share
                     then = SoundBudget(from_bps, share, chosen_by.other_bps)
                     left_bps = min(left_bps, then.bps - takes_bps)
         return left_bps
@@ -113,26 +126,24 @@ class SoundChoice:
     def _held(
         self, forms: tuple[SoundForm, ...], best: SoundForm, *, quick: bool, now_s: float
     ) -> SoundForm:
-        if self._form not in forms or quick or forms.index(best) >= forms.index(self._form):
-            self._better_since_s = None
+        known = None if self._form not in forms or quick else self._form
+        rises = known is not None and forms.index(best) < forms.index(known)
+        if known is None or not rises or self._better.lasts(rises, _RISE_HOLD_S, now_s):
+            self._better = Since()
             return best
-        if self._better_since_s is None:
-            self._better_since_s = now_s
-        if now_s - self._better_since_s < _RISE_HOLD_S:
-            return self._form
-        self._better_since_s = None
-        return best
+        return known
 
     def _follow_loss(self, lost: float, burst: int, now_s: float) -> None:
         limit = _REDUNDANCY_OVER_SHARE if self._redundancy else _REDUNDANCY_LOSS_SHARE
         wanted = min(burst, _MAX_REDUNDANCY) if lost >= limit else 0
-        if wanted >= self._redundancy:
-            self._redundancy, self._fewer_since_s = wanted, None
-        elif self._fewer_since_s is None:
-            self._fewer_since_s = now_s
-        elif now_s - self._fewer_since_s >= _REDUNDANCY_HOLD_S:
-            self._redundancy, self._fewer_since_s = wanted, None
+        fewer = wanted < self._redundancy
+        if self._fewer.lasts(fewer, _REDUNDANCY_HOLD_S, now_s) or not fewer:
+            self._redundancy, self._fewer = wanted, Since()
 
     def _affordable(self, form: SoundForm, third_bps: float) -> int:
         counts = range(self._redundancy, 0, -1)
         return next((count for count in counts if sound_bps(form, count) <= third_bps), 0)
+
+
+def _usual(forms: tuple[SoundForm, ...]) -> tuple[SoundForm, ...]:
+    return tuple(form for form in forms if form.mu_ms <= _USUAL_MU_MS) or forms
