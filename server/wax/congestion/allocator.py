@@ -30,9 +30,6 @@ _KEEP_SHARE: Final = 0.95
 _LAST_SHARE: Final = 1.1
 """Share for the smallest step: the pacer then drops single pictures, upper layers first. Ours."""
 
-_STARTUP_S: Final = 3.0
-"""Every change is immediate for this time after the start. As long as the estimator's startup."""
-
 _BETWEEN_S: Final = 5.0
 """Minimum time between steps: a keyframe costs as much as several pictures. Ours."""
 
@@ -73,7 +70,7 @@ class Allocator:
         self._steps = tuple(sorted(steps, key=lambda step: -step.bitrate_bps))
         self._areas = tuple(area(step.size) for step in self._steps)
         self._sound = SoundChoice(sounds)
-        self._now_s = self._begun_s = -math.inf
+        self._now_s = -math.inf
         self._at: int | None = None
         self._cut = 0
         self._changed_s = -math.inf
@@ -108,9 +105,7 @@ class Allocator:
         """
         if self._now_s < now_s < math.inf:
             self._now_s = now_s
-        if self._begun_s == -math.inf:
-            self._begun_s = self._now_s
-        quick = estimate.state == "starting" or self._now_s - self._begun_s < _STARTUP_S
+        quick = estimate.state == "starting"
         budget = SoundBudget(estimate.rate_bps, FIT_SHARE, other_bps)
         allowed = [] if size is None else self._allowed(size)
         form, redundancy = None, 0
