@@ -34,9 +34,6 @@ _DECREASE_FACTOR: Final = 0.9
 """Share of a full link's measured rate that is used, so that the queue drains. GCC's beta is
 0.85 (5.5)."""
 
-_MIN_RISE_FACTOR: Final = 1.03
-"""A probe must show at least this multiple of the rate to raise it: hysteresis. Ours."""
-
 _STARTUP_S: Final = 3.0
 """Startup ends this long after the first feedback. Ours; BBR's ends when the rate stays level."""
 
@@ -374,7 +371,7 @@ class LinkEstimator:
     def _increase(self) -> None:
         now_s, noise_s = self._now_s, self._delay.noise_s
         min_bps = self._dispersion.min_bps(noise_s, startup=self._startup)
-        if min_bps > _MIN_RISE_FACTOR * self._rate_bps:
+        if min_bps > self._rate_bps:
             self._prober.risen(now_s)
             self._set(min_bps)
         elif now_s - self._fell_s > _HOLD_S:
