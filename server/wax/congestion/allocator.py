@@ -36,9 +36,6 @@ _BETWEEN_S: Final = 5.0
 _FALL_HOLD_S: Final = 1.0
 """A step with dropped layers is given up after this time. Ours."""
 
-_LAYER_HOLD_S: Final = 1.0
-"""A layer returns after it has fitted for this long. Ours."""
-
 _FULL_QUEUE_MS: Final = 100.0
 """No keyframe is sent behind a longer queue: it would be old on arrival. Ours."""
 
@@ -76,7 +73,6 @@ class Allocator:
         self._changed_s = -math.inf
         self._trials = Trials()
         self._better = Since()
-        self._fewer = Since()
         self._worse = Since()
         self._whole = Since()
         self._try_until_s = -math.inf
@@ -176,7 +172,7 @@ class Allocator:
         if cut is None and now_s >= self._try_until_s:
             self._at, self._gone_s, self._changed_s = None, now_s, now_s
             return
-        self._cut_to(self._steps[self._at].layers if cut is None else cut, quick=quick)
+        self._cut_to(self._steps[self._at].layers if cut is None else cut)
         between = quick or now_s - self._changed_s >= _BETWEEN_S
         hold_s = 0.0 if quick else self._trials.hold_s
         better = calm and target < self._at and self._cut == 0
@@ -214,11 +210,9 @@ class Allocator:
             None,
         )
 
-    def _cut_to(self, cut: int, *, quick: bool) -> None:
+    def _cut_to(self, cut: int) -> None:
         if cut > self._cut:
             self._trials.fell(self._now_s)
-        elif not self._fewer.lasts(cut < self._cut, _LAYER_HOLD_S, self._now_s) and not quick:
-            return
         self._cut = cut
 
     def _comes_back(self, budget: SoundBudget, last: int, *, calm: bool) -> bool:
