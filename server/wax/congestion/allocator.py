@@ -23,31 +23,22 @@ if TYPE_CHECKING:
 
 FIT_SHARE: Final = 0.85
 """Share of the rate that a chosen step may take; the rest is for keyframes and jitter. Ours."""
-
 _KEEP_SHARE: Final = 0.95
 """Share that a step may take and keep all its layers: hysteresis. Ours."""
-
 _LAST_SHARE: Final = 1.1
 """Share for the smallest step: the pacer then drops single pictures, upper layers first. Ours."""
-
 _BETWEEN_S: Final = 5.0
 """Minimum time between steps: a keyframe costs as much as several pictures. Ours."""
-
 _FALL_HOLD_S: Final = 1.0
 """A step with dropped layers is given up after this time. Ours."""
-
 _FULL_QUEUE_MS: Final = 100.0
 """No keyframe is sent behind a longer queue: it would be old on arrival. Ours."""
-
 _RETURN_S: Final = 5.0
 """A picture that was given up returns after it has fitted for this long. Ours."""
-
 _FIRST_PAUSE_S: Final = 5.0
 """Or is tried after this time, because nothing else probes the link. Ours."""
-
 _MAX_PAUSE_S: Final = 60.0
 """The longest pause between tries; each fruitless one doubles it. Ours."""
-
 _TRY_S: Final = 5.0
 """Duration of such a try. Ours."""
 

@@ -13,16 +13,12 @@ from typing import Final
 
 _WINDOW_S: Final = 0.8
 """Measured over at most this much of a busy period. GCC: 0.5 to 1 s (T in 5.6)."""
-
 _MIN_BUSY_S: Final = 0.06
 """Minimum busy period: the arrivals within one feedback packet have jitter. Ours."""
-
 _MIN_PACKETS: Final = 3
 """Minimum packets: without the longest gap, three leave one gap. Ours."""
-
 _MAX_PACKETS: Final = 512
 """Packets kept at most: the window at 640 a second. Bounds the work where a page's clock stands."""
-
 _BACK_TO_BACK_S: Final = 0.005
 """How much later than this packet would have come alone the one before must arrive, for both to
 count as queued. As GCC's burst_time (5.6)."""

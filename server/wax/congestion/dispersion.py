@@ -14,32 +14,23 @@ from typing import Final, NamedTuple
 
 _MEMORY_S: Final = 10.0
 """Older trains do not count. BBR's bandwidth filter is about as long (10 round trips)."""
-
 _MAX_TRAINS: Final = 128
 """Trains kept at most; at 30 pictures a second that is 4 s. Ours."""
-
 _ERRORS: Final = 2.0
 """Standard errors of a safe bound: 95 % of a normal distribution lie within."""
-
 _STARTUP_ERRORS: Final = 0.7
 """Standard errors at startup, when speed matters more than certainty. Ours."""
-
 _STARTUP_ERRORS_PER_TRAIN: Final = 0.1
 """Each train of the startup adds this to them, up to `_ERRORS`. Ours."""
-
 _LIKELY_ERRORS: Final = 1.5
 """Standard errors above the mean to which the rate may be raised step by step. Ours."""
-
 _LIKELY_MIN_TRAINS: Final = 16
 """Minimum trains for a likely rate. Ours."""
-
 _PRIOR_TRAINS: Final = 3
 """Weight, in trains, of the single packets' jitter as a prior of the trains' variance. Ours."""
-
 _COMPRESSED_SHARE: Final = 0.9
 """A train that arrives in less than this share of its sending time was held and released at once
 (TCP: ACK compression); that is no dispersion. Ours."""
-
 _COMPRESSED_NOISES: Final = 2.0
 """Multiple of the delay noise by which it may be shorter still, because of jitter. Ours."""
 

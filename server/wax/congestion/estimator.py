@@ -26,83 +26,59 @@ if TYPE_CHECKING:
 
 _MIN_RATE_BPS: Final = 8_000.0
 """Lowest rate; the smallest form of the sound takes 13 kbit/s. Ours."""
-
 _MAX_RATE_BPS: Final = 50_000_000.0
 """Highest rate, against invalid feedback."""
-
 _DECREASE_FACTOR: Final = 0.9
 """Share of a full link's measured rate that is used, so that the queue drains. GCC's beta is
 0.85 (5.5)."""
-
 _STARTUP_S: Final = 3.0
 """Startup ends this long after the first feedback. Ours; BBR's ends when the rate stays level."""
-
 _PROBE_PACKETS: Final = 4
 """A probing picture has at least this many packets. libwebrtc's probe clusters have 5."""
-
 _STARTUP_TRAINS: Final = 3
 """Number of first trains that may lower the assumed rate. Ours."""
-
 _STARTUP_SLOW_S: Final = 0.010
 """One of them spread by this much shows a link slower than assumed. Ours."""
-
 _STARTUP_SLOW_NOISES: Final = 3.0
 """And by this multiple of the delay noise (99.7 % of a normal distribution)."""
-
 _INCREASE_PER_S: Final = 0.15
 """Increase per second towards the likely rate. GCC's multiplicative increase: 8 % (5.5)."""
-
 _MAX_INCREASE_S: Final = 1.0
 """One feedback packet counts for at most this long. As GCC (5.5)."""
-
 _MAX_USE_FACTOR: Final = 4.0
 """Maximum multiple of the rate in use, because nothing has shown more. GCC: 1.5 times the received
 rate (5.5)."""
-
 _TRIAL_FACTOR: Final = 1.5
 """Multiple of the rate in use that is assumed for a picture that is tried. As GCC's bound (5.5)."""
-
 _HOLD_S: Final = 2.0
 """For this long after a fall only a train can raise the rate. Ours; GCC holds until the queue has
 drained (5.5)."""
-
 _CARRIED_FROM_S: Final = 2.0
 """Without a standing queue, whatever left between this long ago and `_CARRIED_UNTIL_S` has come
 through, so the link carries it. Ours."""
-
 _CARRIED_UNTIL_S: Final = 1.0
 """Later packets may still be in flight. Ours."""
-
 _LOW_LOSS_SHARE: Final = 0.02
 """Less loss does not count as congestion. GCC: 2 % (6)."""
-
 _OUTAGE_S: Final = 0.5
 """Losses in a row that span this time are an outage, which says nothing of the rate: a full queue
 lets some of the sound through. Ours; as the shortest feedback timeout."""
-
 _JITTER_HINDSIGHT_S: Final = 1.0
 """When a queue is found, delays of the last second are no jitter. Ours: finding one takes two
 feedback packets."""
-
 _ROUTE_CHANGE_S: Final = 3.0
 """A standing delay that stays level for this long is a longer route. Ours; LEDBAT waits until its
 base delay expires, BBR drains the queue to check (ProbeRTT)."""
-
 _RESTART_AFTER_S: Final = 3.0
 """After this long without feedback the estimate starts over. Ours."""
-
 _JITTER_QUANTILE: Final = 0.99
 """Share of the sound that must arrive in time. Ours; NetEq follows 95 to 97 %."""
-
 _MAX_QUEUE_MS: Final = 10_000.0
 """A longer queue counts as this, against invalid feedback."""
-
 _MAX_DELIVERY_AGE_S: Final = 60.0
 """Feedback about older packets is ignored as invalid."""
-
 _MAX_CLOCK_S: Final = 1e11
 """Later arrival times are ignored too: below this, floats are finer than a tick."""
-
 _MAX_DATAGRAM_BYTES: Final = 65_535
 """No datagram is longer (RFC 768)."""
 

@@ -15,22 +15,16 @@ if TYPE_CHECKING:
 
 _WINDOW_S: Final = 0.03
 """Length of a sample: a picture and the sound beside it. Ours."""
-
 _SETTLED_EVERY_S: Final = 0.4
 """Interval of samples on a settled link: two of them find a queue. Ours."""
-
 _THIN_EVERY_S: Final = 0.5
 """Interval on a thin link, of which feedback takes a part. Ours."""
-
 _THIN_BPS: Final = 150_000.0
 """A link below this rate is thin: full feedback would take 8 % of an equally thin uplink. Ours."""
-
 _SETTLED_QUEUE_MS: Final = 30.0
 """Longest queue of a settled link: the threshold of a standing queue."""
-
 _SPARE_FACTOR: Final = 1.5
 """A settled link carries this multiple of the rate in use. Ours."""
-
 _SOUND_EVERY_FACTOR: Final = 2.0
 """Sound begins a sample only if no picture did for this multiple of the interval. Ours."""
 

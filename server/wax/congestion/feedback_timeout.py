@@ -9,20 +9,15 @@ from typing import Final
 _MIN_TIMEOUT_S: Final = 0.5
 """Shortest timeout; browsers send feedback every 50 to 100 ms. RFC 8083 waits for three RTCP
 intervals, which takes seconds; a robot drives meanwhile. Ours."""
-
 _FIRST_TIMEOUT_S: Final = 2.0
 """Timeout of the first feedback: no round trip is known before it. Ours."""
-
 _ROUND_TRIPS: Final = 2.0
 """Feedback takes one round trip; another one is allowed for a queue. Ours."""
-
 _IDLE_S: Final = 3.0
 """Nothing is overdue if no packet with feedback was sent for this long: the last packets may have
 been lost, or unmarked. Ours."""
-
 _KEPT_ROUND_TRIPS: Final = 5
 """The median of this many counts, so that one lengthened by a queue does not. Ours."""
-
 _MAX_ROUND_TRIP_S: Final = 10.0
 """A longer one counts as this, against invalid measurements."""
 

@@ -9,10 +9,8 @@ from typing import Final
 
 _MEMORY_S: Final = 8.0
 """How long a delay counts, as in the page's built-in player: 400 packets at 50 a second. Ours."""
-
 _MAX_PACKETS: Final = 4000
 """Packets kept at most; 8 s of sound are 800. Bounds the memory."""
-
 _MAX_MS: Final = 10_000.0
 """Highest value returned, against invalid feedback."""
 

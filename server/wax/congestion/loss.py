@@ -12,47 +12,33 @@ from typing import Final, NamedTuple
 
 _BUCKET_S: Final = 0.25
 """Packets are counted in intervals of this length. Ours."""
-
 _MEMORY_S: Final = 10.0
 """Loss is averaged over this time; RTCP reports cover about 5 s (RFC 3550, 6.2). Ours."""
-
 _HIGH_LOSS_SHARE: Final = 0.12
 """Loss beyond the usual that lowers the rate. GCC: 10 %."""
-
 _USUAL_FACTOR: Final = 2.0
 """The usual loss times this, plus `_HIGH_LOSS_SHARE`, is high loss. Ours."""
-
 _HIGH_LOSS_S: Final = 2.0
 """High loss is judged over this time, and the rate stays for as long after a fall. Ours."""
-
 _SEVERE_LOSS_SHARE: Final = 0.4
 """Loss that lowers the rate at once, however high the usual loss is. Ours."""
-
 _SEVERE_LOSS_S: Final = 1.0
 """Severe loss is judged over this time. Ours."""
-
 _MIN_PACKETS: Final = 40
 """Minimum packets to judge by: the standard error of 12 % of 40 is 5 %. Ours."""
-
 _DECREASE_FACTOR: Final = 0.9
 """Share of the arriving rate that is used after a fall, so that the queue drains. GCC's beta is
 0.85."""
-
 _MAX_DECREASE_FACTOR: Final = 0.5
 """A fall leaves at least this share of the rate, as GCC's 1 - 0.5 p does if everything is lost."""
-
 _USUAL_GAIN: Final = _BUCKET_S / 20
 """The usual loss is an average over about 20 s. Ours."""
-
 _USUAL_MIN_BUCKETS: Final = 8
 """The average starts as if this many buckets without loss came before. Ours."""
-
 _BURSTS: Final = 200
 """Loss bursts kept at most. Bounds the memory."""
-
 _BURSTS_S: Final = 30.0
 """How long they are kept. Ours."""
-
 _BURST_QUANTILE: Final = 0.95
 """Share of the bursts that redundancy must repair (RFC 2198). Ours."""
 

@@ -11,25 +11,18 @@ from typing import Final
 
 _STARTING_RATE_BPS: Final = 5_000_000.0
 """Rate before the first report. Ours: no delay would show that it is too high."""
-
 _MIN_RATE_BPS: Final = 30_000.0
 """Lowest rate: sound, and the smallest picture now and then. Ours."""
-
 _MAX_RATE_BPS: Final = 20_000_000.0
 """Highest rate: ten times the largest rendition's."""
-
 _LOW_LOSS_SHARE: Final = 0.02
 """Below this share of lost packets the rate rises. GCC: 2 %."""
-
 _HIGH_LOSS_SHARE: Final = 0.10
 """Above this share it falls. GCC: 10 %."""
-
 _INCREASE_PER_S: Final = 0.08
 """Increase per second. GCC: 5 % a report."""
-
 _MAX_REPORT_S: Final = 2.0
 """One report counts for at most this long. Ours: twice a browser's interval."""
-
 _DECREASE_SHARE: Final = 0.5
 """The rate falls by this fraction of the lost share. GCC: 1 - 0.5 p."""
 

@@ -11,7 +11,6 @@ from typing import Final
 
 _MIN_RATE_BPS: Final = 1_000.0
 """Prevents division by zero; the estimator never goes below 8 kbit/s."""
-
 _MAX_DEBT_S: Final = 10.0
 """Maximum debt: after that long, every packet has arrived or is lost."""
 

@@ -13,10 +13,8 @@ if TYPE_CHECKING:
 
 _MAX_TRAINS: Final = 64
 """Trains in flight at most: 2 s of pictures. Bounds the memory."""
-
 _MAX_DISPERSION_S: Final = 30.0
 """A train with a longer dispersion is ignored as invalid."""
-
 _MIN_TRIMMED_PACKETS: Final = 3
 """Minimum packets: without its longest gap, a shorter train has no gap left."""
 

@@ -11,36 +11,26 @@ from typing import Final
 
 STARTING_RATE_BPS: Final = 300_000.0
 """Assumed rate before any feedback. As libwebrtc."""
-
 ENOUGH_BPS: Final = 20_000_000.0
 """Highest rate that is probed for: ten times the largest rendition's."""
-
 _STARTUP_GAIN: Final = 4.0
 """Pacing gain of a probe at startup. libwebrtc: 3 and 6; BBR: 2.77."""
-
 _PROBE_GAIN: Final = 2.0
 """Pacing gain of a probe afterwards. libwebrtc: 2; BBR: 1.25."""
-
 _MIN_GAIN: Final = 1.15
 """Lowest gain of a probe: jitter hides the result of a slower one. Ours."""
-
 _MAX_QUEUE_S: Final = 0.050
 """The queue that a probe may build if the link carries no more. NADA's QTH (RFC 8698) is the same;
 a jitter buffer bridges it unheard."""
-
 _UNFELT_QUEUE_S: Final = 0.010
 """The queue that every picture may build, because it disturbs nothing. NADA's QEPS is the same."""
-
 _CLIMB_S: Final = 1.0
 """For this long after a rise, every picture is a probe. Ours."""
-
 _FIRST_PAUSE_S: Final = 1.0
 """Pause between the first two fruitless probes. Ours."""
-
 _MAX_PAUSE_S: Final = 30.0
 """Longest pause between fruitless probes. libwebrtc probes every 5 s if the application limits the
 rate, BBR every 2 to 3 s; ours delay sound."""
-
 _BACKOFF_FACTOR: Final = 2.0
 """Each fruitless probe multiplies the pause by this: binary exponential backoff."""
 

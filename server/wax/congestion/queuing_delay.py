@@ -14,33 +14,24 @@ from typing import Final
 _BASE_MEMORY_S: Final = 30.0
 """How long a base delay counts. LEDBAT: up to 10 minutes; BBR's min_rtt: 10 s. A drift of 100 ppm
 makes it 3 ms wrong; a queue that stands longer would count as the path."""
-
 _BASE_BUCKET_S: Final = 0.5
 """One base delay is kept for each interval of this length: it bounds memory. LEDBAT: a minute."""
-
 _RECENT_S: Final = 0.07
 """The standing delay is the minimum over this time. CoDel's interval is 100 ms. Ours: less than two
 feedback intervals, so that a queue is found within 200 ms."""
-
 _RECENT_PACKETS: Final = 3
 """And over at least this many packets. Ours."""
-
 _MAX_RECENT_PACKETS: Final = 256
 """And over at most this many: 3600 a second. Bounds the work where a page's clock stands."""
-
 _SMALL_PACKET_BYTES: Final = 100
 """Bytes beyond this take extra time to send, which is not queuing; a packet of sound has none."""
-
 _NOISE_GAIN: Final = 0.1
 """Weight of a new difference in the mean square. RFC 3550's jitter (6.4.1): 1/16. Ours."""
-
 _FIRST_NOISE_S: Final = 0.002
 """Noise before any packet. Ours."""
-
 _NOISE_MAX_FACTOR: Final = 3.0
 """A difference counts as at most this multiple of the noise, so that one stall does not make the
 path look noisy for long. GCC clips at 3 sigma, too (5.3)."""
-
 _NOISE_MAX_STEP_S: Final = 0.001
 """Plus this, so that the noise can grow from zero. Ours."""
 

@@ -11,7 +11,6 @@ from typing import Final
 _KEPT_PACKETS: Final = 2048
 """Datagrams kept at least: 4 s at the 500 a second of the largest rendition. Bounds the memory;
 `between` and `queue_s` look back 2 s and one round trip."""
-
 _USED_S: Final = 1.0
 """The rate in use is averaged over this time. GCC's T is 0.5 to 1 s."""
 

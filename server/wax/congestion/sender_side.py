@@ -21,33 +21,24 @@ if TYPE_CHECKING:
 
 _UPDATE_S: Final = 0.1
 """Interval of updates without feedback. Ours: about that of feedback."""
-
 _SETTLED_UPDATE_S: Final = 0.5
 """Interval on a settled link, which is only sampled. Ours."""
-
 _OTHER_S: Final = 2.0
 """The rate of the data channels is averaged over this time. Ours."""
-
 _RETRANSMISSION_SHARE: Final = 0.25
 """Share for retransmissions, of the rate and of what is sent first: a link that loses more needs a
 smaller picture, and whoever asks for everything again gets a quarter more. Ours."""
-
 _RETRANSMISSION_BURST_S: Final = 0.25
 """Burst of retransmissions, in seconds of that share. Ours."""
-
 _STALE_S: Final = 0.5
 """A packet first sent this long ago, plus a round trip, is useless. Ours."""
-
 _FULL_QUEUE_MS: Final = 150.0
 """Behind a longer queue nothing is retransmitted: it would only grow. Ours."""
-
 _FEEDBACK_S: Final = 0.1
 """Feedback comes within this and a round trip: Chromium sends it every 50 ms."""
-
 _PROBE_EVERY_S: Final = 0.3
 """Without feedback, one picture leaves in this interval, to test whether the link is open again.
 Ours."""
-
 _RETRY_S: Final = 0.02
 """Longest wait before checking again. Ours: less than a picture's interval."""
 

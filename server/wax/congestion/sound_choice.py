@@ -15,22 +15,16 @@ if TYPE_CHECKING:
 
 _PARTS: Final = 3
 """Sound takes at most one part in this many; its smallest form is always sent. Ours."""
-
 _USUAL_MU_MS: Final = 60
 """Longer units delay the sound by themselves: only where otherwise no picture would fit. Ours."""
-
 _RISE_HOLD_S: Final = 5.0
 """A better form must have fitted for this long. Ours."""
-
 _REDUNDANCY_LOSS_SHARE: Final = 0.005
 """Redundancy (RFC 2198) starts here: one packet lost in 200, 20 ms every 4 s, is audible. Ours."""
-
 _REDUNDANCY_OVER_SHARE: Final = 0.0025
 """And ends below this: hysteresis. Ours."""
-
 _MAX_REDUNDANCY: Final = 3
 """Earlier units in a packet at most; waiting for them takes 60 ms. Ours."""
-
 _REDUNDANCY_HOLD_S: Final = 10.0
 """Redundancy falls after less has been enough for this long. As long as loss is averaged."""
 

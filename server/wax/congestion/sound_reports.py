@@ -11,7 +11,6 @@ _REPORTS: Final = 2
 """Loss is averaged over this many reports: about 10 s, as with transport-wide feedback. libwebrtc
 sends one every 5 s. With one, 5 % loss is measured as 2.6 to 8.2 %, with two as 3.3 to 7.0. Ours.
 """
-
 _MAX_USE_FACTOR: Final = 4.0
 """Without other feedback, the maximum multiple of the rate in use. As the estimator's."""
 

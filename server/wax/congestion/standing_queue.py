@@ -15,32 +15,23 @@ if TYPE_CHECKING:
 _TARGET_S: Final = 0.030
 """Smallest delay of a standing queue. CoDel: 5 ms in the queue itself; GCC begins at 12.5 ms;
 NADA's QTH is 50 ms, SCReAM's lowest target 100 ms."""
-
 _TARGET_PACKETS: Final = 1.5
 """On a thin link, it must also exceed the time of this many packets (CoDel: one MTU). Ours."""
-
 _PACKET_BITS: Final = 8 * 250
 """A packet on a thin link, at the smallest payload that `packet_size` allows."""
-
 _NOISE_FACTOR: Final = 3.0
 """And this multiple of the delay noise (99.7 % of a normal distribution)."""
-
 _MAX_NOISE_S: Final = 0.060
 """Noise raises the threshold to at most this. GCC bounds its threshold by 600 ms. Ours."""
-
 _MIN_SPAN_S: Final = 0.040
 """The packets must span this time: those that a stall released together show nothing. CoDel's
 interval is 100 ms. Ours."""
-
 _FEEDBACKS: Final = 2
 """Feedback packets in a row that must show it. GCC: overuse_time_th, 10 ms. Ours."""
-
 _CERTAIN_FACTOR: Final = 2.5
 """Beyond this multiple of the threshold one feedback packet is enough. Ours."""
-
 _GONE_SHARE: Final = 0.6
 """The queue is gone below this share of the threshold: hysteresis. Ours."""
-
 _LEVEL_S: Final = 0.020
 """A standing delay that changes by no more is level. Ours."""
 
