@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from e2e.measure.suite import ROOT
 from tests.ablation import traffic
-from tests.ablation.sweep import FACTORS, default_jobs, effect, mean, spread, sweep, tuned
+from tests.ablation.sweep import FACTORS, base, default_jobs, effect, mean, spread, sweep, tuned
 
 if TYPE_CHECKING:
     from tests.ablation.constants import Constant
@@ -40,9 +40,7 @@ def main() -> int:
     found = sweep(_OUT, arguments.jobs)
     rows = [_row(one, found) for one in tuned()]
     if arguments.json:
-        print(
-            json.dumps({"links": found["seed 1"], "rows": rows, "traffic": traffic.cross_traffic()})
-        )
+        print(json.dumps({"links": base(found), "rows": rows, "traffic": traffic.cross_traffic()}))
         return 0
     table = _table(rows)
     print(table)
@@ -53,9 +51,8 @@ def main() -> int:
 def phrases(constant: Constant, found: dict[str, Result]) -> dict[str, str]:
     """Say what half and double of a constant change most."""
     chance = spread(found)
-    return {
-        name: effect(found["seed 1"], found[f"{constant.key} {name}"], chance) for name in FACTORS
-    }
+    before = base(found)
+    return {name: effect(before, found[f"{constant.key} {name}"], chance) for name in FACTORS}
 
 
 def _row(constant: Constant, found: dict[str, Result]) -> dict[str, Any]:

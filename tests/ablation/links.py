@@ -188,6 +188,11 @@ def _alone(
     return measure
 
 
+def _another_cell(seed: int) -> Measures:
+    cell = cellular(seed)
+    return _alone(cell, 25, carried_bps(cell, 25), drives=True)(seed)
+
+
 def _by_loss_alone(seed: int) -> Measures:
     loop = Loop(profile("wireless-1m", queue_ms=200.0), has_feedback=False, seed=seed)
     loop.run(20)
@@ -252,6 +257,7 @@ CASES: Final = {
     "cellular": Case(
         _alone(cellular(), 25, carried_bps(cellular(), 25), drives=True), "a rate that walks"
     ),
+    "cells": Case(_another_cell, "such a rate, another one for each seed"),
     "route": Case(
         _alone(longer_route(), 14, 2e6, before_s=5.9, after_s=6.0), "80 ms more from 6 s on"
     ),

@@ -65,7 +65,7 @@ _HARNESS: Final = (
     "tests/sync/*_model.py",
 )
 _SEEDS: Final = 6
-"""Runs that show how much chance alone changes a measure."""
+"""Runs of each value, of which the means are compared, and which show what chance alone changes."""
 _NOTICEABLE: Final = {
     "use": (0.04, 0.0),
     "picture_ms": (15.0, 0.10),
@@ -87,11 +87,27 @@ def run(seed: int = 1) -> Result:
 
 
 def run_with(key: str, factor: float) -> Result:
-    """Measure every link with one constant changed; nothing if the value makes no sense."""
+    """Measure the means with one constant changed; nothing if the value makes no sense."""
     (constant,) = [one for one in constants() if one.key == key]
     with constant.set(constant.scaled(factor)), suppress(ArithmeticError):
-        return run()
+        return means([run(seed) for seed in range(1, _SEEDS + 1)])
     return {}
+
+
+def base(found: dict[str, Result]) -> Result:
+    """Return the means of all seeds with the constants as they are."""
+    return means([found[f"seed {seed}"] for seed in range(1, _SEEDS + 1)])
+
+
+def means(runs: list[Result]) -> Result:
+    """Return the mean of each measure over those runs that have it."""
+    out: Result = {}
+    for link, measures in runs[0].items():
+        out[link] = {}
+        for measure in measures:
+            known = [value for one in runs if (value := one[link][measure]) is not None]
+            out[link][measure] = statistics.fmean(known) if known else None
+    return out
 
 
 def sweep(path: Path, jobs: int) -> dict[str, Result]:
@@ -125,7 +141,7 @@ def effect(before: Result, after: Result, spread: Result) -> str:
                     worst, said = 3.0, f"{link}: {_WORDS[measure]} {_say(measure, was, now)}"
                 continue
             least, share = _NOTICEABLE[measure]
-            noticeable = max(least, share * abs(was), 2 * (spread[link][measure] or 0.0))
+            noticeable = max(least, share * abs(was), spread[link][measure] or 0.0)
             if abs(now - was) / noticeable > worst:
                 worst = abs(now - was) / noticeable
                 said = f"{link}: {_WORDS[measure]} {_say(measure, was, now)}"

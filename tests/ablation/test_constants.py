@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from tests.ablation.constants import Constant, constants
-from tests.ablation.sweep import BOUNDS, ELSEWHERE, FACTS, Result, effect, tuned
+from tests.ablation.sweep import BOUNDS, ELSEWHERE, FACTS, Result, effect, means, tuned
 
 from wax.congestion import estimator, probing
 
@@ -59,3 +59,10 @@ def test_the_largest_change_is_what_is_told() -> None:
     assert effect(before, before, chance) == "the same"
     loud: Result = {link: dict.fromkeys(measures, 100.0) for link, measures in before.items()}
     assert effect(before, after, loud) == "no change to speak of"
+
+
+def test_means_are_of_the_runs_that_have_a_measure() -> None:
+    """A run without a picture neither counts as one of age 0 nor hides the others."""
+    runs: list[Result] = [{"modem": {"use": use, "picture_ms": None}} for use in (0.4, 0.6)]
+    runs[1]["modem"]["picture_ms"] = 80.0
+    assert means(runs) == {"modem": {"use": 0.5, "picture_ms": 80.0}}
