@@ -22,8 +22,6 @@ _MIN_GAIN: Final = 1.15
 _MAX_QUEUE_S: Final = 0.050
 """The queue that a probe may build if the link carries no more. NADA's QTH (RFC 8698) is the same;
 a jitter buffer bridges it unheard."""
-_UNFELT_QUEUE_S: Final = 0.010
-"""The queue that every picture may build, because it disturbs nothing. NADA's QEPS is the same."""
 _CLIMB_S: Final = 1.0
 """For this long after a rise, every picture is a probe. Ours."""
 _FIRST_PAUSE_S: Final = 1.0
@@ -38,9 +36,9 @@ _BACKOFF_FACTOR: Final = 2.0
 class Prober:
     """Paces each picture; `now_s` never falls.
 
-    If the link carries no more than the estimate, a picture sent faster delays the sound behind it:
-    any picture by up to 10 ms; by up to 50 ms a rare one, rarer after each fruitless probe, or
-    every one while the rate is rising.
+    If the link carries no more than the estimate, a picture sent faster delays the sound behind it,
+    by up to 50 ms: a rare one, rarer after each fruitless probe, or every one while the rate is
+    rising.
     """
 
     def __init__(self) -> None:
@@ -55,11 +53,9 @@ class Prober:
         if rate_bps >= ENOUGH_BPS or size_bytes <= 0:
             return rate_bps, False
         bits = size_bytes * 8
-        unfelt_bps = _fastest_bps(rate_bps, bits, _UNFELT_QUEUE_S, _PROBE_GAIN)
         climbing = startup or now_s < self._climbs_until_s
         if not climbing and now_s < self._next_s:
-            worth = unfelt_bps >= _MIN_GAIN * rate_bps
-            return (unfelt_bps if worth else rate_bps), False
+            return rate_bps, False
         gain = _STARTUP_GAIN if startup else _PROBE_GAIN
         pace_bps = _fastest_bps(rate_bps, bits, _MAX_QUEUE_S, gain)
         if pace_bps < _MIN_GAIN * rate_bps:
