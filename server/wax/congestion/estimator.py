@@ -50,7 +50,7 @@ _MAX_USE_FACTOR: Final = 4.0
 rate (5.5)."""
 _TRIAL_FACTOR: Final = 1.5
 """Multiple of the rate in use that is assumed for a picture that is tried. As GCC's bound (5.5)."""
-_HOLD_S: Final = 2.0
+_HOLD_S: Final = 1.0
 """For this long after a fall only a train can raise the rate. Ours; GCC holds until the queue has
 drained (5.5)."""
 _CARRIED_FROM_S: Final = 2.0
