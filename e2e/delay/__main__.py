@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 from e2e.delay import chapter5, goals, plan, sound
 from e2e.delay.names import profiles
 from e2e.link import DRIVE
-from e2e.measure.command import NOT_RUN, OUT, parser_of, run
+from e2e.measure.command import NOT_RUN, parser_of, run
 from e2e.measure.errors import MeasureError, NotRunError
 from e2e.measure.suite import PAGE, SERVER, Suite
 
@@ -62,7 +62,7 @@ def _measure(arguments: argparse.Namespace, cells: Sequence[Cell]) -> int:
             apparatus.check(cells[0])
             _say(arguments, cells)
         cases = _cases(arguments, cells, apparatus)
-        status = run(_suite(name, arguments, cases), arguments, out=arguments.out)
+        status = run(_suite(name, arguments, cases), arguments)
     if cells and not (arguments.goals or arguments.sound):
         from e2e.delay import report  # noqa: PLC0415  # so do plots
 
@@ -179,8 +179,8 @@ def _say(arguments: argparse.Namespace, cells: Sequence[Cell]) -> None:
 
 
 def _arguments(words: Sequence[str] | None) -> argparse.Namespace:
-    suite = Suite(name="lab", about=ABOUT, measures=(), columns=(), cases=())
-    parser = parser_of(suite)
+    parser = parser_of("python -m e2e.delay", ABOUT)
+    parser.add_argument("--resume", action="store_true", help="only what has no result yet")
     parser.add_argument(
         "--goals",
         action="store_true",
@@ -205,9 +205,6 @@ def _arguments(words: Sequence[str] | None) -> argparse.Namespace:
         action="store_true",
         help="verify the emulator alone, every profile with packets of its own, 3 minutes",
     )
-    parser.add_argument(
-        "--out", type=Path, default=OUT, metavar="FOLDER", help="where the results go"
-    )
     arguments = parser.parse_args(words)
     if arguments.n is not None and not 1 <= arguments.n <= 100:
         parser.error(f"--n {arguments.n}: allowed is a whole number from 1 to 100")
@@ -219,8 +216,6 @@ def _arguments(words: Sequence[str] | None) -> argparse.Namespace:
         parser.error("goals are judged by three repetitions; give --goals or --sound alone")
     if arguments.drives and not arguments.sound:
         parser.error("only --sound measures over --drives")
-    if arguments.publish and (arguments.quick or arguments.n or arguments.only):
-        parser.error("only everything is published; give --publish without --quick, --n and --only")
     return arguments
 
 

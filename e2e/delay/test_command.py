@@ -62,7 +62,6 @@ def run_lab(
         (["--n", "0"], "--n 0: allowed is a whole number from 1 to 100"),
         (["--quick", "--long"], "give one of --quick, --long and --emulator"),
         (["--goals", "--quick"], "give --goals or --sound alone"),
-        (["--publish", "--only", "E1"], "only everything is published"),
     ],
 )
 def test_bad_input_is_one_sentence(arguments: list[str], said: str) -> None:

@@ -47,8 +47,15 @@ def describe() -> Machine:
 
 
 def commit() -> str:
-    """Name the commit; it ends with ``-dirty`` where tracked files differ from it."""
-    return _first_line("git", "-C", str(ROOT), "describe", "--always", "--dirty") or "unknown"
+    """Name the commit; it ends with ``-dirty`` where tracked files differ from it.
+
+    Figures and tables, which a measurement writes itself, do not count.
+    """
+    git = ("git", "-C", str(ROOT))
+    name = _first_line(*git, "rev-parse", "--short", "HEAD") or "unknown"
+    ours = (":!README.md", ":!e2e/published")
+    changed = _first_line(*git, "status", "--porcelain", "--untracked-files=no", "--", ".", *ours)
+    return f"{name}-dirty" if changed else name
 
 
 def _cpu() -> str:

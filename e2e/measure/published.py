@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row
 from e2e.measure.suite import ROOT, digest
+from wax import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,23 +23,23 @@ _DIGITS: Final = 4
 
 
 class Published(BaseModel):
-    """The rows of one run of the same product.
+    """The rows of a suite, all measured at one commit of one version.
 
-    `commit` names more than one where a case was measured again after a change to what measures.
-    `load` is the highest 1-minute load average before a case. `measured` is the hash over what
-    `measures` matched; None where the figures come from `source` and not from a stored run.
+    `load` is the highest 1-minute load average before a case; `measured` the hash over what
+    `measures` matched.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     suite: str
+    about: str = ""
+    version: str = ""
     commit: str
     date: str
     machine: str
     load: float | None
     measures: list[str]
-    measured: str | None
-    source: str | None = None
+    measured: str
     columns: list[str]
     rows: list[Row]
     notes: list[str] = []
@@ -47,39 +48,42 @@ class Published(BaseModel):
         return self.model_dump_json(indent=1, exclude_defaults=True) + "\n"
 
     @property
-    def is_stale(self) -> bool:
+    def is_changed(self) -> bool:
         """Whether the measured files have changed since."""
-        return self.measured is None or self.measured != digest(self.measures)
+        return self.measured != digest(self.measures)
 
 
-def load(suite: str, folder: Path = FOLDER) -> Published:
+def load(path: Path) -> Published:
     """Read one; raises `MeasureError`."""
-    path = folder / f"{suite}.json"
     try:
         return Published.model_validate_json(path.read_bytes())
     except (OSError, ValidationError) as error:
         raise MeasureError(f"{path} cannot be read: {error}") from error
 
 
+def everything(folder: Path = FOLDER) -> list[Published]:
+    """Read all of them."""
+    return [load(path) for path in sorted(folder.glob("*.json"))]
+
+
+def missing(suite: Suite, results: Sequence[Result]) -> list[str]:
+    """Return the cases without which the suite is not published."""
+    there = {result.case for result in results if result.status == "ok"}
+    return [case.key for case in suite.cases if not case.long and case.key not in there]
+
+
 def publish(suite: Suite, results: Sequence[Result], folder: Path = FOLDER) -> Path:
-    """Write the results of all cases, of one product; raises `MeasureError` if one is missing."""
-    by_case = {result.case: result for result in results if result.status == "ok"}
-    keys = [case.key for case in suite.cases if not case.long]
-    missing = [key for key in keys if key not in by_case]
-    if missing:
-        raise MeasureError(
-            f"not published, for these cases have no result: {', '.join(missing)}; "
-            "measure them with --resume --publish"
-        )
-    ordered = [by_case[key] for key in keys]
-    origin = ordered[0].origin
-    rows = suite.derive([row for result in ordered for row in result.rows])
+    """Write the results of all cases, of one origin and in order."""
+    rows = suite.derive([row for result in results for row in result.rows])
+    origin = results[0].origin
     published = Published(
         suite=suite.name,
-        commit=", ".join(dict.fromkeys(result.origin.commit for result in ordered)),
-        date=ordered[-1].started_utc[:10],
+        about=suite.about,
+        version=__version__,
+        commit=origin.commit,
+        date=max(result.started_utc for result in results)[:10],
         machine=str(origin.machine),
-        load=round(max(result.load_1min for result in ordered), 2),
+        load=round(max(result.load_1min for result in results), 2),
         measures=list(suite.measures),
         measured=origin.measured,
         columns=list(suite.columns),

@@ -22,15 +22,6 @@ class Origin(BaseModel):
     measured: str
     machine: Machine
 
-    def counts_for(self, later: Origin) -> bool:
-        """Whether a result of here still stands: the product and the machine are the same.
-
-        A commit may have changed what measures; whoever changed that measures its case again.
-        What was in no commit counts for nothing else.
-        """
-        same = (self.measured, self.machine) == (later.measured, later.machine)
-        return self == later or (same and not self.commit.endswith("-dirty"))
-
 
 class Result(BaseModel):
     """One case. `problem` is one sentence where there are no rows; `load_1min` that before."""
@@ -49,7 +40,7 @@ class Result(BaseModel):
 
 
 class Results:
-    """A suite's file of results; those of another product stay in it and do not count."""
+    """A suite's file of results; those of another commit stay in it and do not count."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / "results.jsonl"
@@ -69,6 +60,6 @@ class Results:
                 result = Result.model_validate_json(line)
             except ValidationError:  # torn by a crash, or of another version
                 continue
-            if result.origin.counts_for(origin):
+            if result.origin == origin:
                 found[result.case, result.n] = result
         return found

@@ -44,6 +44,10 @@ class Case:
     minutes: float = 0.0
     long: bool = False
 
+    def minutes_of(self, n: int) -> float:
+        """How long it takes `n` times, roughly."""
+        return self.minutes * n / self.n
+
 
 def measured(
     key: str,
@@ -61,7 +65,7 @@ def measured(
 
 @dataclass(frozen=True, slots=True)
 class Suite:
-    """`measures` are globs of the product's files: the published rows are stale once they change.
+    """`measures` are globs of the product's files, by which changes since are found.
 
     `columns` are the values of a row that its table shows, in order. `derive` makes the published
     rows of all that the cases gave, for figures that compare cases or are medians over them.
@@ -80,7 +84,7 @@ class Suite:
 def digest(measures: Sequence[str], root: Path = ROOT) -> str:
     """Hash names and contents of the files that the globs match, built ones and tests left out.
 
-    Of Python only what runs counts: a reworded comment makes no figure stale.
+    Of Python only what runs counts: a reworded comment changes no figure.
     """
     found = hashlib.sha256()
     for path in sorted({path for glob in measures for path in root.glob(glob)}):

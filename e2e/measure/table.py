@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from e2e.measure.row import Row
 
 _PEERS: Final = ("WAX", "stock aiortc", "LiveKit", "LiveKit, one layer")
-_CHANGED: Final = " The product has changed since."
 
 
 def to_table(rows: Sequence[Row]) -> str:
@@ -27,17 +26,16 @@ def to_table(rows: Sequence[Row]) -> str:
     return "\n".join(lines)
 
 
-def to_markdown(published: Published, *, is_stale: bool) -> str:
+def to_markdown(published: Published) -> str:
     """Set a suite's rows and their origin; what is judged is bold."""
-    return _table(published.rows, published.columns, _origin(published, is_stale=is_stale))
+    return _table(published.rows, published.columns, _origin(published))
 
 
-def to_headline(found: Sequence[tuple[Published, Row]], *, is_stale: bool) -> str:
-    """Set a few rows of several suites in one table, each suite's origin named once."""
+def to_headline(found: Sequence[tuple[Published, Row]]) -> str:
+    """Set a few rows of several suites in one table, each origin named once."""
     rows = [_beside_peers(row) for _, row in found]
-    suites = {published.suite: published for published, _ in found}.values()
-    origins = "; ".join(f"`{one.suite}`: {one.date}, commit {one.commit}" for one in suites)
-    return _table(rows, _PEERS, f"{origins}.{_CHANGED if is_stale else ''}")
+    origins = dict.fromkeys(_measured_at(published) for published, _ in found)
+    return _table(rows, _PEERS, f"{'; '.join(origins)}.")
 
 
 def _table(rows: Sequence[Row], columns: Sequence[str], origin: str) -> str:
@@ -104,20 +102,23 @@ def _with_unit(value: float, unit: str) -> str:
     return f"{number(value)} {unit}".strip()
 
 
+def _origin(published: Published) -> str:
+    """Return the figures' origin in sentences."""
+    load = "" if published.load is None else f", load {published.load:g} before"
+    what = f"{_measured_at(published)}, {published.machine}{load}."
+    return " ".join([what, *_served(published.rows), *published.notes])
+
+
+def _measured_at(published: Published) -> str:
+    version = f"Version {published.version}, commit" if published.version else "Commit"
+    return f"{version} {published.commit}, {published.date}"
+
+
 def _served(rows: Sequence[Row]) -> list[str]:
-    """Return what was served meanwhile as a sentence, and in how many rows if not in all."""
+    """Return what the server served meanwhile as a sentence, and in how many rows if not in all."""
     loads = Counter(row.load for row in rows if row.load)
     if not loads:
         return []
-    if loads.total() == len(rows) and len(loads) == 1:
-        return [f"Served meanwhile: {', '.join(loads)}."]
-    each = "; in ".join(f"{count}: {load}" for load, count in loads.items())
-    return [f"Served meanwhile, of {len(rows)} rows in {each}."]
-
-
-def _origin(published: Published, *, is_stale: bool) -> str:
-    """Return the figures' origin in sentences."""
-    load = "" if published.load is None else f", load {published.load:g} before"
-    what = f"{published.date}, commit {published.commit}, {published.machine}{load}."
-    said = [what, *_served(published.rows), *published.notes]
-    return " ".join(said) + (_CHANGED if is_stale else "")
+    counts = (f"{load} ({count} of the {len(rows)} rows)" for load, count in loads.items())
+    said = loads if [*loads.values()] == [len(rows)] else counts
+    return [f"The server meanwhile served {' or '.join(said)}."]

@@ -1,4 +1,4 @@
-"""A suite's command: what is measured, kept, taken up again and published."""
+"""A suite's command: what is measured, kept and taken up again."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import pytest
 from e2e.measure import command, machine
 from e2e.measure.errors import MeasureError, NotRunError
-from e2e.measure.published import load
 from e2e.measure.row import Row, judged
 from e2e.measure.suite import Case, Suite
 
@@ -35,7 +34,7 @@ class Bed:
             for key in ("one", "two", "hours")
         )
         suite = Suite("bed", "A test bed.", ("README.md",), ("WAX",), cases, derive=_only_one)
-        return command.main(suite, words, out=self.folder, published=self.folder / "published")
+        return command.main(suite, [*words, "--out", str(self.folder)])
 
     def _case(self, key: str) -> Callable[[int], list[Row]]:
         def measure(n: int) -> list[Row]:
@@ -89,15 +88,12 @@ def test_results_of_another_product_or_number_do_not_count(
     assert [n for _, n in bed.runs] == [1, 1, 10, 10, 10, 10]
 
 
-def test_a_case_measured_again_joins_the_others(bed: Bed, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A commit that mends what measures costs its own case; both commits are published."""
-    bed.wrong = {"two": MeasureError("the measurement was wrong")}
+def test_results_of_another_commit_do_not_count(bed: Bed, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A suite's figures are all of one commit."""
     bed.run()
-    bed.wrong = {}
     monkeypatch.setattr(machine, "commit", lambda: "def")
-    assert bed.run("--resume", "--publish") == 0
-    assert [key for key, _ in bed.runs] == ["one", "two", "two"]
-    assert load("bed", bed.folder / "published").commit == "abc, def"
+    bed.run("--resume")
+    assert [key for key, _ in bed.runs] == ["one", "two"] * 2
 
 
 def test_what_no_commit_has_counts_for_no_other(bed: Bed, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -106,7 +102,7 @@ def test_what_no_commit_has_counts_for_no_other(bed: Bed, monkeypatch: pytest.Mo
     bed.run()
     bed.run("--resume")
     monkeypatch.setattr(machine, "commit", lambda: "abc")
-    bed.run("--resume", "--publish")
+    bed.run("--resume")
     assert [key for key, _ in bed.runs] == ["one", "two", "one", "two"]
 
 
@@ -131,26 +127,19 @@ def test_a_case_that_is_not_there_is_told(bed: Bed, capsys: pytest.CaptureFixtur
     assert bed.runs == []
 
 
-def test_what_takes_hours_is_asked_for(bed: Bed) -> None:
-    """A long case runs with --long only, and nothing published waits for it."""
-    assert bed.run("--publish") == 0
+def test_what_takes_hours_is_asked_for(bed: Bed, capsys: pytest.CaptureFixture[str]) -> None:
+    """A long case runs with --long only; named without, it is said."""
+    assert bed.run() == 0
+    assert bed.run("--only", "hours") == 2
+    assert "hours takes hours; add --long" in capsys.readouterr().err
     bed.run("--long", "--only", "hours")
     assert [key for key, _ in bed.runs] == ["one", "two", "hours"]
 
 
-def test_published_is_a_whole_run_without_its_details(bed: Bed) -> None:
-    """The file has origin and derived rows; a run that lacks a case is not published."""
-    assert bed.run("--only", "one", "--publish") == 2
-    assert bed.run("--resume", "--publish") == 0
-    published = load("bed", bed.folder / "published")
-    assert (published.commit, published.is_stale) == ("abc", False)
-    assert [(row.key, row.n, row.met, row.detail) for row in published.rows] == [
-        ("one", 10, True, {})
-    ]
-
-
-def test_what_is_not_committed_is_not_published(bed: Bed, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With changes that no commit has, nothing is measured for publishing."""
-    monkeypatch.setattr(machine, "commit", lambda: "abc-dirty")
-    assert bed.run("--publish") == 2
-    assert bed.runs == []
+def test_what_changes_meanwhile_is_not_kept(bed: Bed, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A case during which the tree became another has no result."""
+    commits = iter(["abc", "def"])
+    monkeypatch.setattr(machine, "commit", lambda: next(commits, "abc"))
+    assert bed.run("--only", "one") == 2
+    bed.run("--only", "one", "--resume")
+    assert [key for key, _ in bed.runs] == ["one", "one"]

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 
 import pytest
 from e2e.measure.errors import MeasureError
-from e2e.measure.headline import HEADLINE, ROWS, headline
-from e2e.measure.published import FOLDER, Published, load
-from e2e.measure.readme import blocks, rendered
+from e2e.measure.headline import ROWS, rows
+from e2e.measure.published import FOLDER, Published, everything
+from e2e.measure.render import page, with_headline
 from e2e.measure.row import counted, judged, summed
+from e2e.measure.runner import SUITES
 from e2e.measure.suite import ROOT, digest
 from e2e.measure.summary import summarize
 from e2e.measure.table import to_markdown
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
     from e2e.measure.row import Row
 
-FIGURES = (FOLDER / "README.md").read_text(encoding="utf-8")
+PUBLISHED = everything()
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
@@ -55,7 +56,7 @@ def test_what_was_not_measured_is_neither_met_nor_missed() -> None:
     assert not counted("x", "y", 0, of=0).met
 
 
-def test_rows_are_stale_once_what_they_measure_has_changed(tmp_path: Path) -> None:
+def test_a_change_of_what_is_measured_is_found(tmp_path: Path) -> None:
     """The hash follows names and code of the files that the globs match, and no other.
 
     Words do not count, nor do tests beside what they test.
@@ -75,26 +76,25 @@ def test_rows_are_stale_once_what_they_measure_has_changed(tmp_path: Path) -> No
     assert len({before, changed, digest(["page/**/*.py"], tmp_path)}) == 3
 
 
-def test_a_table_says_missed_and_whether_the_product_has_changed() -> None:
+def test_a_table_says_missed_and_where_it_was_measured() -> None:
     """A missed goal is called missed, an unmeasured one not measured; the origin stands once."""
-    rows = [
-        judged("a", "slow", "ms", {"WAX": 30.0, "stock": 40.0}, 20.0, n=3),
-        judged("b", "unknown", "ms", {}, 20.0, n=0),
-        judged("c", "only told", "", {"WAX": 0.125}, n=1, column=""),
-        judged("d", "|error| is", "ms", {"off": 0.2}, 5.0, n=1, column="off"),
-    ]
-    published = _published(rows)
-    lines = to_markdown(published, is_stale=True).splitlines()
+    lines = to_markdown(
+        _published(
+            [
+                judged("a", "slow", "ms", {"WAX": 30.0, "stock": 40.0}, 20.0, n=3),
+                judged("b", "unknown", "ms", {}, 20.0, n=0),
+                judged("c", "only told", "", {"WAX": 0.125}, n=1, column=""),
+                judged("d", "|error| is", "ms", {"off": 0.2}, 5.0, n=1, column="off"),
+            ]
+        )
+    ).splitlines()
     assert lines[2:6] == [
         "| slow | 3 | **30 ms** | 40 ms | ≤ 20 ms | **missed** |",
         "| unknown | 0 | – | – | ≤ 20 ms | not measured |",
         "| only told | 1 | 0.125 | – |  |  |",
         "| \\|error\\| is: 0.2 ms | 1 | – | – | ≤ 5 ms | met |",
     ]
-    changed = "The product has changed since."
-    assert lines[-1].endswith(changed)
-    assert changed not in to_markdown(published, is_stale=False)
-    assert published.is_stale
+    assert lines[7:] == ["Version 1.2.3, commit abc, 2026-11-22, a machine, load 0.5 before."]
 
 
 def test_what_was_served_meanwhile_is_said_of_its_rows_only() -> None:
@@ -102,17 +102,19 @@ def test_what_was_served_meanwhile_is_said_of_its_rows_only() -> None:
     alone, crowd, bigger = (
         judged("a", "slow", "ms", {"WAX": 1.0}, n=3, load=load) for load in ("", "five", "nine")
     )
-    assert "Served" not in to_markdown(_published([alone]), is_stale=False)
-    assert "Served meanwhile: five." in to_markdown(_published([crowd, crowd]), is_stale=False)
-    mixed = to_markdown(_published([alone, crowd, crowd, bigger]), is_stale=False).split()
-    assert "Served meanwhile, of 4 rows in 2: five; in 1: nine." in " ".join(mixed)
+    assert "served" not in to_markdown(_published([alone]))
+    assert "The server meanwhile served five." in to_markdown(_published([crowd, crowd]))
+    mixed = " ".join(to_markdown(_published([alone, crowd, crowd, bigger])).split())
+    said = "The server meanwhile served five (2 of the 4 rows) or nine (1 of the 4 rows)."
+    assert said in mixed
 
 
-def _published(rows: list[Row]) -> Published:
+def _published(rows: list[Row], *, date: str = "2026-11-22") -> Published:
     return Published(
         suite="x",
+        version="1.2.3",
         commit="abc",
-        date="2026-11-22",
+        date=date,
         machine="a machine",
         load=0.5,
         measures=[],
@@ -122,34 +124,31 @@ def _published(rows: list[Row]) -> Published:
     )
 
 
-def test_only_what_is_between_markers_is_rendered() -> None:
-    """The prose around a table stays as it was written; a marker alone is told."""
-    text = "a\n<!-- figures: x -->\nold\n<!-- /figures -->\nb\n"
-    new = rendered(text, lambda suite: f"table of {suite}\n")
-    assert new == "a\n<!-- figures: x -->\ntable of x\n<!-- /figures -->\nb\n"
-    with pytest.raises(MeasureError):
-        rendered(text + "<!-- figures: y -->\n", lambda _: "")
+def test_the_readme_shows_the_newest_of_each_row() -> None:
+    """Only what is between the markers is set anew; a marker alone, or a row that is gone, is told.
+
+    Where two suites have published one key, the later figure counts.
+    """
+    found = [_published([judged(key, key, "ms", {"WAX": 1.0}, n=1) for key in ROWS])]
+    found.append(_published([judged(ROWS[0], "newer", "ms", {"WAX": 2.0}, n=1)], date="2026-12-01"))
+    text = "a\n<!-- figures: headline -->\nold\n<!-- /figures -->\nb\n"
+    lines = with_headline(text, found).splitlines()
+    assert (lines[0], lines[-1], "old" in lines) == ("a", "b", False)
+    assert lines[4] == "| newer | 1 | **2 ms** | – | – | – |  |  |"
+    for broken in (text * 2, "a\n"):
+        with pytest.raises(MeasureError):
+            with_headline(broken, found)
+    with pytest.raises(MeasureError, match="nothing publishes"):
+        rows(found[1:])
 
 
-PUBLISHED = sorted(FOLDER.glob("*.json"))
+def test_what_is_published_is_rendered() -> None:
+    """Every table, and the few rows of the README, are made of the files."""
+    assert (FOLDER / "README.md").read_text(encoding="utf-8") == page(PUBLISHED)
+    assert with_headline(README, PUBLISHED) == README, "type make measure ARGS=--render"
 
 
-@pytest.mark.parametrize("path", PUBLISHED, ids=lambda path: path.stem)
-def test_each_published_suite_is_rendered(path: Path) -> None:
-    """Its table is made of its file; whether the product has changed since, `make` decides."""
-    published = load(path.stem)
-    both = [to_markdown(published, is_stale=is_stale) for is_stale in (True, False)]
-    assert blocks(FIGURES).get(path.stem) in both, "run make figures"
-
-
-def test_every_table_is_published() -> None:
-    """Each table has a file of figures, and each file a table."""
-    assert {path.stem for path in PUBLISHED} == set(blocks(FIGURES))
-
-
-def test_the_readme_has_one_table_of_at_most_twelve_rows() -> None:
-    """It is made of what is published, and short."""
-    both = [headline(is_stale=is_stale) for is_stale in (True, False)]
-    assert blocks(README).keys() == {HEADLINE}
-    assert blocks(README)[HEADLINE] in both, "run make figures"
+def test_what_is_published_stays_readable() -> None:
+    """The README has at most 12 rows, the suites together at most 120."""
     assert len(ROWS) <= 12
+    assert sum(len(one.rows) for one in PUBLISHED if one.suite in SUITES) <= 120

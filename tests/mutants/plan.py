@@ -59,8 +59,8 @@ _ROBOT: Final[dict[str, tuple[str, ...]]] = {
 }
 _OTHERS: Final[dict[str, tuple[str, ...]]] = {
     "driver/checks": ("driver/test_checks", "robot/test_wheels", "robot/test_setpoints"),
-    "proof/measure": ("proof/test_measure",),
-    "proof/verdict": ("proof/test_verdict",),
+    "commands/proof/measure": ("commands/proof/test_measure",),
+    "commands/proof/verdict": ("commands/proof/test_verdict",),
     "rtc/link_monitor": ("rtc/test_link_monitor",),  # the link's delay, which commands are granted
     "session/stop_presses": ("session/test_stop_presses",),
     "session/token_bucket": ("session/test_token_bucket",),

@@ -31,7 +31,7 @@ def test_each_sentence_is_found_in_each_turn_of_the_film(voice: NDArray[np.int16
 
 def test_holes_and_noise_score_less(voice: NDArray[np.int16]) -> None:
     """The voice itself scores best, with a tenth of it silent less; nothing heard has no score."""
-    pytest.importorskip("visqol", reason="make sound installs it")
+    pytest.importorskip("visqol", reason="make measure installs it")
     heard = np.tile(voice.astype(np.float32) / np.float32(32768), 2)
     holes = heard.copy()
     for begin in range(0, len(holes), 48_000):

@@ -1,0 +1,166 @@
+"""Measures the chosen cases one after the other, and publishes each suite that is complete.
+
+Each case runs in a process of its own, in a session of its own: one that crashes or hangs costs
+itself, and none is measured beside what another has left in memory.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from importlib import import_module
+from typing import TYPE_CHECKING, Final
+
+from e2e.measure import machine
+from e2e.measure.command import NOT_RUN, chosen, origin_of, times
+from e2e.measure.errors import MeasureError
+from e2e.measure.headline import ROWS
+from e2e.measure.published import missing, publish
+from e2e.measure.results import Results
+from e2e.measure.suite import ROOT
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from e2e.measure.suite import Case, Suite
+
+SUITES: Final = {
+    "delay": "e2e.delay.suite",
+    "load": "e2e.load.suite",
+    "stop": "e2e.stop.suite",
+    "strangers": "e2e.strangers.suite",
+    "safety-tests": "tests.mutants.suite",
+}
+"""The module of each, in the order in which they are shown."""
+
+_WORST: Final = (130, 2, NOT_RUN, 1, 0)
+"""Exit statuses: of several the first counts."""
+_HANGS_MINUTES: Final = 10.0
+"""What takes three times as long as it should, and so much more, does not end."""
+_TIDY_S: Final = 30.0
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One case that is to be measured `n` times, of the suite in `module`."""
+
+    module: str
+    suite: Suite
+    case: Case
+    n: int
+
+    @property
+    def minutes(self) -> float:
+        return self.case.minutes_of(self.n)
+
+
+def loaded(names: Sequence[str], suites: Mapping[str, str] = SUITES) -> dict[str, Suite]:
+    """Import the suites, all where none is named; by their modules."""
+    return {module: import_module(module).SUITE for name, module in suites.items()
+            if name in names or not names}  # fmt: skip
+
+
+def planned(suites: Mapping[str, Suite], arguments: argparse.Namespace) -> list[Task]:
+    """Return what is asked for and has no result of this commit and machine yet.
+
+    What the README shows comes first, then what is quick, so that a fault is seen early. What is
+    not committed is always measured again: no two states of it can be told apart.
+    """
+    modules = {suite.name: module for module, suite in suites.items()}
+    tasks = [
+        Task(modules[suite.name], suite, case, times(case, arguments))
+        for suite, case in chosen(list(suites.values()), arguments.only, long=arguments.long)
+    ]
+    tasks.sort(key=lambda task: (not is_headline(task.case), task.minutes))
+    if arguments.again or machine.commit().endswith("-dirty"):
+        return tasks
+    kept = {suite.name: _kept(suite, arguments.out) for suite in suites.values()}
+    return [task for task in tasks if (task.case.key, task.n) not in kept[task.suite.name]]
+
+
+def is_headline(case: Case) -> bool:
+    return any(key.startswith(case.key) for key in ROWS)
+
+
+def _kept(suite: Suite, out: Path) -> set[tuple[str, int]]:
+    found = Results(out / suite.name).of(origin_of(suite))
+    return {key for key, result in found.items() if result.status == "ok"}
+
+
+def measure(tasks: Sequence[Task], out: Path) -> int:
+    """Measure; the worst exit status. Raises `MeasureError` once the commit is another."""
+    began_on, statuses = machine.commit(), {0}
+    for number, task in enumerate(tasks):
+        if (now_on := machine.commit()) != began_on:
+            raise MeasureError(
+                f"this began on {began_on}, and the tree is {now_on} now; nothing is lost: go back "
+                f"to {began_on} and give the same words, or begin again on {now_on}"
+            )
+        minutes = sum(one.minutes for one in tasks[number:])
+        end = datetime.now(UTC).astimezone() + timedelta(minutes=minutes)
+        print(
+            f"{task.suite.name}: {task.case.key}, {number + 1} of {len(tasks)};"
+            f" {minutes:.0f} min left, until {end:%H:%M}",
+            file=sys.stderr,
+            flush=True,
+        )
+        statuses.add(_in_own_process(task, out))
+    return next(status for status in _WORST if status in statuses)
+
+
+def _in_own_process(task: Task, out: Path) -> int:
+    """Measure one case; raises `KeyboardInterrupt` when it is interrupted."""
+    command = [sys.executable, "-m", "e2e.measure.command", task.module, "--long"]
+    command += ["--only", task.case.key, "--n", str(task.n), "--out", str(out)]
+    limit_s = 60 * (3 * task.minutes + _HANGS_MINUTES)
+    # Its standard input closes when this process is gone, however that ended.
+    with subprocess.Popen(
+        command, cwd=ROOT, stdin=subprocess.PIPE, start_new_session=True
+    ) as process:
+        try:
+            status = process.wait(limit_s)
+        except subprocess.TimeoutExpired:
+            print(f"{task.case.key}: no end after {limit_s / 60:.0f} min", file=sys.stderr)
+            status = 2
+        finally:
+            _end(process)
+    return status if status in _WORST else 2
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """End a case, which may tidy up first, and whatever it has left running."""
+    if process.poll() is None:
+        process.send_signal(signal.SIGINT)
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(_TIDY_S)
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+
+
+def publish_complete(suites: Sequence[Suite], out: Path, folder: Path) -> bool:
+    """Write each suite whose cases all have a full result of this commit; whether any has been.
+
+    Where that is every suite there is, files of former suites go.
+    """
+    complete = []
+    for suite in suites:
+        found = Results(out / suite.name).of(origin_of(suite))
+        keys = [(case.key, case.n) for case in suite.cases if not case.long]
+        results = [found[key] for key in keys if key in found]
+        if lacking := missing(suite, results):
+            print(f"{suite.name} is not published, without {', '.join(lacking)}", file=sys.stderr)
+        else:
+            print(f"published: {publish(suite, results, folder)}", file=sys.stderr)
+            complete.append(suite.name)
+    if set(complete) >= set(SUITES):
+        for path in folder.glob("*.json"):
+            if path.stem not in SUITES:
+                path.unlink()
+    return bool(complete)
