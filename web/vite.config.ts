@@ -46,7 +46,7 @@ export default defineConfig({
       // The first watchdog: what the robot's other modules are held to by `make coverage`.
       include: ["src/drive/**"],
       thresholds: { branches: 100 },
-      reporter: ["text"],
+      reporter: ["text", "json-summary"],
       reportsDirectory: "../.cache/coverage",
     },
   },

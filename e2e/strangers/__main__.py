@@ -1,4 +1,4 @@
-"""``python -m e2e.strangers``: what `e2e.measure.command` offers, for strangers and bad days."""
+"""``python -m e2e.strangers``: what `e2e.measure.command` offers, for this suite."""
 
 from __future__ import annotations
 

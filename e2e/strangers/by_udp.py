@@ -37,7 +37,7 @@ def loses_lots(_: Intruder) -> bytes:
 
 
 def wants_all_again(intruder: Intruder) -> bytes:
-    asked = [wire.nack(ssrc, newest, _NACKED) for ssrc, newest in intruder.newest.items()]
+    asked = [wire.nack(ssrc, newest, _NACKED) for ssrc, newest in intruder.sequence_numbers.items()]
     return wire.receiver_report(1) + b"".join(asked)
 
 

@@ -29,8 +29,6 @@ class Ground:
     account: Counter[str] = field(default_factory=Counter)
     lasted_s: dict[str, list[float | None]] = field(default_factory=dict)
     """How long slow connections were open, by kind; None for those that still are."""
-    drawn: list[list[str]] = field(default_factory=list)
-    """What chance drew, in the order in which it began."""
 
     @property
     def is_over(self) -> bool:

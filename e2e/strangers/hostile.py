@@ -14,17 +14,16 @@ from itertools import cycle, islice, pairwise
 from typing import TYPE_CHECKING, Any, Final, Self
 
 import aiohttp
+import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 
 from e2e.harness import toml
 from e2e.load.process import ProcessMeter
 from e2e.measure.errors import MeasureError
-from e2e.measure.row import summed
+from e2e.measure.row import counted, summed, timed
 from e2e.measure.suite import ROOT
 from e2e.measure.summary import summarize
 from e2e.stop.operator import RawOperator
 from e2e.stop.stage import STOPS_AT_EACH_TRIAL, Load, staged
-from e2e.strangers.attacks import ATTACKS
-from e2e.strangers.command_times import CommandTimes
 from e2e.strangers.intruder import ask
 from e2e.strangers.strangers import address, strangers
 from wax.errors import SignallingError
@@ -40,9 +39,17 @@ MORE_MS: Final = 10.0
 FPS_SHARE: Final = 0.95
 STOP_MS: Final = 100.0
 MORE_MIB: Final = 20.0
-NORMAL_S: Final = 1.0
+HOST_S: Final = 5.0
+GUEST_S: Final = 1.0
+CLOSED_S: Final = 10.0
+STOPS: Final = 6
+"""A hundred in all attacks together."""
+
 WAYS: Final = ("HTTP", "channel")
-_PING_S: Final = 0.1
+_SPEEDS: Final = (0.15, 0.25)
+"""Shares of full speed: slower than any limit, and so close that the ramp takes two periods."""
+_PAUSE_S: Final = (0.12, 0.18)
+_QUIET_S: Final = 20.0
 _PATIENCE_S: Final = 15.0
 _LOOK_S: Final = 0.1
 _SETTLE_S: Final = 2.0
@@ -52,6 +59,8 @@ _NEWCOMER_S: Final = 0.25
 _SERVED_S: Final = 3.0
 _SILENT_S: Final = 0.1
 """Commands are due each 20 ms, and after 150 the robot stops."""
+_SHORTEST_S: Final = 11.0
+"""How long the slow ones must last so that the last of them can be closed."""
 
 AS_SHIPPED: Final = Load(
     "640×480 at 30 fps, sound",
@@ -71,91 +80,48 @@ def public_robot() -> tuple[Mapping[str, Any], Load]:
 
 
 @dataclass(slots=True)
-class Window:
-    """What was seen while it lasted; None among the times is what never came."""
+class Seen:
+    """What was seen of the robot and its server for a while; None is what never came."""
 
     since_s: float
     until_s: float = 0.0
     fps: float = 0.0
-    beat_ms: float | None = None
-    round_trips_ms: Sequence[float | None] = ()
     commands_ms: Sequence[float | None] = ()
     stands: int = 0
+    """How often the robot stopped by itself."""
     unserved: int = 0
     """Newcomers who were not answered."""
-    own_late_ms: float = 0.0
-    """How late the operator's own timer was, which is not the server's fault."""
+    more_mib: float = 0.0
+    stops_ms: Sequence[float | None] = ()
+    account: Mapping[str, Any] = field(default_factory=dict)
 
-
-@dataclass(frozen=True, slots=True)
-class Seen:
-    """One attack: before it, during it, and what was left of it."""
-
-    quiet: Window
-    during: Window
-    stops_ms: Mapping[str, Sequence[float | None]]
-    normal_s: float | None
-    before_mib: float
-    peak_mib: float
-    after_mib: float
-    account: Mapping[str, Any]
-
-
-@dataclass(slots=True)
-class _RoundTrips:
-    """Pings of one operator, ten a second, and when they were answered."""
-
-    operator: RawOperator
-    sent_s: dict[int, float] = field(default_factory=dict)
-    came_s: dict[int, float] = field(default_factory=dict)
-
-    async def run(self) -> None:
-        self.operator.drive.on("message", self._heard)
-        while self.operator.drive.readyState == "open":
-            self.sent_s[self.operator.ping()] = time.monotonic()
-            await asyncio.sleep(_PING_S)
-
-    def between(self, since_s: float, until_s: float) -> list[float | None]:
-        """Return how long each took that was sent then, ms; None where no answer has come."""
-        return [
-            (self.came_s[number] - at_s) * 1000 if number in self.came_s else None
-            for number, at_s in self.sent_s.items()
-            if since_s <= at_s <= until_s
-        ]
-
-    async def normal_after(self, at_s: float, within_ms: float) -> float | None:
-        """Return after how many s a ping sent since then was answered as quickly as this."""
-        while time.monotonic() - at_s < 2 * _PATIENCE_S:
-            for number, sent_s in self.sent_s.items():
-                came_s = self.came_s.get(number)
-                if sent_s >= at_s and came_s is not None and (came_s - sent_s) * 1000 <= within_ms:
-                    return came_s - at_s
-            await asyncio.sleep(_LOOK_S)
-        return None
-
-    def _heard(self, data: str) -> None:
-        kind, number, *_ = json.loads(data)
-        if kind == "pong":
-            self.came_s[number] = time.monotonic()
+    @property
+    def harm(self) -> list[str]:
+        """Say what none of them may do, however short the look."""
+        wrong = {
+            f"the robot stopped {self.stands} times": self.stands > 0,
+            f"{self.unserved} newcomers were not served": self.unserved > 0,
+            f"memory grew by {self.more_mib:.0f} MiB": self.more_mib > MORE_MIB,
+        }
+        return [what for what, is_so in wrong.items() if is_so]
 
 
 class Watch:
-    """Steers, pings, presses Stop and looks at the robot; as an async context manager."""
+    """Steers, presses Stop and looks at the robot; as an async context manager."""
 
     def __init__(self, stage: Stage, operator: RawOperator, observer: RawOperator) -> None:
         self.stage = stage
         self.operator = operator
         self.observer = observer
-        self.trips = _RoundTrips(operator)
-        self.peak_mib = 0.0
-        self._times = CommandTimes(stage, operator)
+        self._changed_s: list[float] = []
         self._unserved_s: list[float] = []
         self._meter = ProcessMeter(stage.server.pid)
+        self._peak_mib = 0.0
         self._tasks: list[asyncio.Task[None]] = []
         self._steering: asyncio.Task[None] | None = None
 
     async def __aenter__(self) -> Self:
-        works = (self.trips.run(), self._remember(), self._newcomers())
+        works = (self._remember(), self._newcomers())
         self._tasks = [asyncio.create_task(work) for work in works]
         return self
 
@@ -165,37 +131,41 @@ class Watch:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
 
-    def mib(self) -> float:
-        """Return the server's memory, and take the most from now on."""
-        self.peak_mib = self._meter.rss_mib()
-        return self.peak_mib
-
-    async def steer(self) -> None:
-        """Drive until `stops` or the end, now faster and now slower; raises `MeasureError`."""
-        await self.stage.drive(self.operator)
-        self._steering = asyncio.create_task(self._times.run())
-
-    async def window(self, seconds: float) -> Window:
-        """Look for so long at who steers; `fill` adds what is known only later."""
-        made, frames = Window(time.monotonic()), self._frames()
-        self.operator.worst_late_s = 0.0
+    async def look(self, seconds: float) -> Seen:
+        """Drive for so long, now faster and now slower; raises `MeasureError` if it cannot."""
+        await self._steers()
+        seen, frames = Seen(time.monotonic()), self._frames()
         await asyncio.sleep(seconds)
-        made.until_s = time.monotonic()
-        made.own_late_ms = self.operator.worst_late_s * 1000
-        made.fps = (self._frames() - frames) / (made.until_s - made.since_s)
-        with suppress(TimeoutError, aiohttp.ClientError, AssertionError):
-            async with asyncio.timeout(_PATIENCE_S):
-                counters = (await self.stage.server.status())["counters"]
-                made.beat_ms = counters["control.latest_ms"]
-        return made
+        seen.until_s = time.monotonic()
+        seen.fps = (self._frames() - frames) / (seen.until_s - seen.since_s)
+        return seen
 
-    def fill(self, window: Window) -> None:
-        """Add the times, for which late answers have come by now."""
-        window.round_trips_ms = self.trips.between(window.since_s, window.until_s)
-        window.commands_ms = self._times.between(window.since_s, window.until_s)
-        window.stands = self.stands(window.since_s, window.until_s)
-        unserved = (window.since_s <= at_s <= window.until_s for at_s in self._unserved_s)
-        window.unserved = sum(unserved)
+    async def attacked(
+        self,
+        gang: Strangers,
+        name: str,
+        seconds: float,
+        *,
+        stops: int,
+        stops_s: float,
+        seed: int = 0,
+    ) -> Seen:
+        """Drive for so long under an attack, then press Stop, each way in turn, for `stops_s`."""
+        await self._steers()
+        await begin(gang, name, seconds + stops_s, seed)
+        self._peak_mib = before_mib = self._meter.rss_mib()
+        seen = await self.look(seconds)
+        seen.stops_ms = await self.stops(stops, seen.until_s + stops_s)
+        seen.account = await gang.account(seconds + stops_s + 4 * _PATIENCE_S)
+        seen.more_mib = self._peak_mib - before_mib
+        return self.filled(seen)
+
+    def filled(self, seen: Seen) -> Seen:
+        """Add what is known only once late answers have come."""
+        seen.commands_ms = self._commands_ms(seen.since_s, seen.until_s)
+        seen.stands = self.stands(seen.since_s, seen.until_s)
+        seen.unserved = sum(seen.since_s <= at_s <= seen.until_s for at_s in self._unserved_s)
+        return seen
 
     def stands(self, since_s: float, until_s: float) -> int:
         """Count how often the robot stopped: it was told to, or by its own watchdog.
@@ -211,33 +181,54 @@ class Watch:
         silences = [(a, b) for a, b in pairwise(sent_s) if b - a > _SILENT_S]
         return sum(not any(a < at_s < b + _SILENT_S for a, b in silences) for at_s in stopped_s)
 
-    async def stops(self, number: int, until_s: float) -> dict[str, list[float | None]]:
-        """Press Stop so often, each way in turn; return the ms until the robot was told.
-
-        Where it stands already, until the operator's page was told.
-        """
-        await self._hold_still()
-        found: dict[str, list[float | None]] = {way: [] for way in WAYS}
-        for way in islice(cycle(WAYS), number):
-            if time.monotonic() < until_s:
-                with suppress(MeasureError):
-                    await self.stage.drive(self.operator)
-                found[way].append(await self._stop(way))
-        return found
-
-    async def settled_mib(self, most_mib: float) -> float:
-        """Wait until memory is back, as long as people would; return what it is."""
-        for _ in range(int(_PATIENCE_S / _LOOK_S)):
-            if (mib := self._meter.rss_mib()) <= most_mib:
-                break
-            await asyncio.sleep(_LOOK_S)
-        return mib
-
     def socket_of(self, viewer: RawOperator) -> tuple[Any, tuple[str, int]]:
         """Return the socket that a viewer's peer sends by, and where to."""
         association: Any = viewer.peer.sctp
         pair = association.transport.transport._connection._nominated[1]
         return pair.protocol.transport, pair.remote_addr
+
+    async def _steers(self) -> None:
+        if self._steering is None:
+            await self.stage.drive(self.operator)
+            self._steering = asyncio.create_task(self._steer())
+
+    async def _steer(self) -> None:
+        """Change the speed at random phase; where the robot stands press again, as people do."""
+        for speed in cycle(_SPEEDS):
+            self.stage.record.read()
+            if not self.stage.record.is_moving(time.monotonic()):
+                with suppress(MeasureError):
+                    await self.stage.drive(self.operator)
+            self.operator.steer(speed)
+            self._changed_s.append(time.monotonic())
+            self.operator.command()
+            await asyncio.sleep(random.uniform(*_PAUSE_S))
+
+    def _commands_ms(self, since_s: float, until_s: float) -> list[float | None]:
+        """Return the ms from each change to the first frame that shows it; None where none does."""
+        frames = self.stage.record.between(since_s - 1.0, until_s + _SETTLE_S)
+        found: list[float | None] = []
+        for changed_s in self._changed_s:
+            if since_s <= changed_s <= until_s:
+                before = [one.left_mmps for one in frames if one.at_s < changed_s][-1:]
+                after = (one for one in frames if one.at_s >= changed_s)
+                shown_s = next((one.at_s for one in after if [one.left_mmps] != before), None)
+                found.append(None if shown_s is None else (shown_s - changed_s) * 1000)
+        return found
+
+    async def stops(self, number: int, until_s: float) -> list[float | None]:
+        """Press Stop so often until then; return the ms until the robot was told.
+
+        Where it stands already, until the operator's page was told.
+        """
+        await self._hold_still()
+        found: list[float | None] = []
+        for way in islice(cycle(WAYS), number):
+            if time.monotonic() < until_s:
+                with suppress(MeasureError):
+                    await self.stage.drive(self.operator)
+                found.append(await self._stop(way))
+        return found
 
     async def _stop(self, way: str) -> float | None:
         operator, record = self.operator, self.stage.record
@@ -291,7 +282,7 @@ class Watch:
 
     async def _remember(self) -> None:
         while True:
-            self.peak_mib = max(self.peak_mib, self._meter.rss_mib())
+            self._peak_mib = max(self._peak_mib, self._meter.rss_mib())
             await asyncio.sleep(_LOOK_S)
 
 
@@ -301,128 +292,132 @@ async def begin(attackers: Strangers, name: str, seconds: float, seed: int = 0) 
     await attackers.line()
 
 
-async def attacked(
-    name: str,
-    seconds: float,
-    stops: int,
-    *tables: Mapping[str, Any],
-    load: Load = AS_SHIPPED,
-    seed: int = 0,
-) -> Seen:
-    """Drive for so long without the attack, as long under it, and then press Stop `stops` times."""
-    async with (
-        staged(toml.as_shipped(), STOPS_AT_EACH_TRIAL, *tables, load=load) as stage,
-        RawOperator(stage.server, sees=True) as operator,
-        RawOperator(stage.server) as observer,
-        Watch(stage, operator, observer) as watch,
-        strangers("attacks", stage.server.port) as attackers,
-    ):
-        await operator.join()
-        await watch.steer()
-        await asyncio.sleep(_SETTLE_S)
-        quiet = await watch.window(seconds)
-        lasts_s = seconds + stops * _TRIAL_S
-        await begin(attackers, name, lasts_s, seed)
-        before_mib = watch.mib()
-        during = await watch.window(seconds)
-        stops_ms = await watch.stops(stops, during.since_s + lasts_s)
-        account = await attackers.account(lasts_s + 4 * _PATIENCE_S)
-        watch.fill(quiet)
-        normal_ms = MORE_MS + (of(quiet.round_trips_ms, "p99") or 0.0)
-        normal_s = await watch.trips.normal_after(time.monotonic(), normal_ms)
-        peak_mib = watch.peak_mib
-        after_mib = await watch.settled_mib(before_mib + MORE_MIB)
-        watch.fill(during)
-    return Seen(quiet, during, stops_ms, normal_s, before_mib, peak_mib, after_mib, account)
+@dataclass(slots=True)
+class Attacked:
+    """All attacks on one configuration, by name, and who came in during and after each."""
 
-
-def of(values: Iterable[float | None], name: str) -> float | None:
-    """Return a figure of those that came; None where none did."""
-    came = [value for value in values if value is not None]
-    return getattr(summarize(came), name) if came else None
+    quiet: Seen
+    by_name: dict[str, Seen] = field(default_factory=dict)
+    host_s: list[float | None] = field(default_factory=list)
+    guest_s: list[float | None] = field(default_factory=list)
+    wrong: dict[str, list[str]] = field(default_factory=dict)
+    left: int = 0
 
 
 async def hostile(
-    name: str,
-    n: int,
-    *,
-    tables: Iterable[Mapping[str, Any]] = (),
-    load: Load = AS_SHIPPED,
-    key: str = "hostile",
+    n: float, names: Sequence[str], key: str, table: Mapping[str, Any], load: Load
 ) -> list[Row]:
-    """Measure one attack for `n` seconds and as many Stops; WAX_SEED repeats what chance drew."""
+    """Let each attack last `n` seconds and six Stops; WAX_SEED repeats what chance drew."""
     seed = int(os.environ.get("WAX_SEED") or random.randrange(2**32))
-    seen = await attacked(name, n, n, *tables, load=load, seed=seed)
-    found = rows(name, seen, n, key=key)
-    missed = [*found[0].detail["what_was_wrong"], *(row.key for row in found if not row.met)]
-    verdict = f"*missed*: {', '.join(missed)}" if missed else "met"
-    print(f"\n{key}-{line(name, seen)}; WAX_SEED={seed}: {verdict}", flush=True)
-    return found
+    async with (
+        staged(toml.as_shipped(), STOPS_AT_EACH_TRIAL, table, load=load) as stage,
+        RawOperator(stage.server, sees=True) as operator,
+        RawOperator(stage.server) as observer,
+        Watch(stage, operator, observer) as watch,
+        strangers("attacks", stage.server.port) as gang,
+        strangers("joiner", stage.server.url, stage.server.state_folder) as joiner,
+    ):
+        await operator.join()
+        # What is loaded or opened for the first of each counts for no attack.
+        for who in ("host", "guest"):
+            await _join(joiner, who)
+        await watch.stops(len(WAYS), time.monotonic() + _PATIENCE_S)
+        await watch.look(_SETTLE_S)
+        found = Attacked(watch.filled(await watch.look(_QUIET_S)))
+        process = psutil.Process(stage.server.pid)
+        before = process.num_fds()
+        for name in names:
+            lasts_s = max(STOPS * _TRIAL_S, (_SHORTEST_S - n) * (name == "slow"))
+            coming = asyncio.create_task(_host(joiner, n))
+            seen = await watch.attacked(gang, name, n, stops=STOPS, stops_s=lasts_s, seed=seed)
+            found.by_name[name] = seen
+            found.host_s.append(await coming)
+            found.guest_s.append(await _join(joiner, "guest"))
+            found.wrong[name] = _wrong(seen, found.quiet)
+            print(f"{key}, {_line(name, seen)}", found.wrong[name] or "", flush=True)
+        found.left = await _left(process, before)
+    print(f"WAX_SEED={seed}", flush=True)
+    return rows(key, found, load)
 
 
-def rows(name: str, seen: Seen, presses: int, *, key: str = "hostile") -> list[Row]:
-    """Judge what was seen: what the operator has of it, with all that must not be, and Stop."""
-    quiet, during = seen.quiet, seen.during
-    quiet_p99 = of(quiet.round_trips_ms, "p99")
-    if quiet_p99 is None:
-        raise MeasureError(f"{name}: no ping was answered before the attack")
-    wrong = {
-        "too few Stops before its end": sum(map(len, seen.stops_ms.values())) < presses,
-        "the robot stopped": during.stands > 0,
-        "fewer pictures": during.fps < FPS_SHARE * quiet.fps,
-        "more memory": seen.peak_mib - seen.before_mib > MORE_MIB,
-        "newcomers were not served": during.unserved > 0,
-        "late after it": seen.normal_s is None or seen.normal_s > NORMAL_S,
-    }
-    return [
-        summed(
-            f"{key}-{name}",
-            f"{ATTACKS[name].what}: ping → pong of the operator (before: p99 {quiet_p99:.1f} ms)",
-            "ms",
-            during.round_trips_ms,
-            quiet_p99 + MORE_MS,
-            judged="p99",
-            wrong=sum(wrong.values()),
-            what_was_wrong=[what for what, is_so in wrong.items() if is_so],
-            line=line(name, seen),
-        ),
-        *(
-            summed(
-                f"{key}-{name}: Stop by {way}",
-                f"… an observer’s Stop by {way} → stop frame",
-                "ms",
-                took,
-                STOP_MS,
-                judged="p99",
-            )
-            for way, took in seen.stops_ms.items()
-            if took
-        ),
-    ]
+def _wrong(seen: Seen, quiet: Seen) -> list[str]:
+    fewer = seen.fps < FPS_SHARE * quiet.fps
+    lacking = len(seen.stops_ms) < STOPS
+    return seen.harm + ["fewer pictures"] * fewer + ["too few Stops before its end"] * lacking
 
 
-def line(name: str, seen: Seen) -> str:
-    """Return one line for people, with what is judged by its goal; times are p50/p99/max in ms."""
+def _line(name: str, seen: Seen) -> str:
+    """Say for people what was seen, times as median and longest."""
 
-    def ms(values: Sequence[float | None]) -> str:
-        found = [of(values, one) for one in ("median", "p99", "max")]
-        said = "/".join("-" if one is None else f"{one:.0f}" for one in found)
-        never = list(values).count(None)
-        return said + (f" ({never} of {len(values)} never)" if never else "")
+    def ms(values: Iterable[float | None]) -> str:
+        came = [value for value in values if value is not None]
+        spread = summarize(came) if came else None
+        return "-" if spread is None else f"{spread.median:.0f}/{spread.max:.0f} ms"
 
-    stops = ", ".join(f"{way} {ms(took)} n={len(took)}" for way, took in seen.stops_ms.items())
-    quiet, during = seen.quiet, seen.during
-    goal_ms = MORE_MS + (of(quiet.round_trips_ms, "p99") or 0.0)
-    account = {what: said for what, said in seen.account.items() if what != "drawn"}
+    account = {what: said for what, said in seen.account.items() if what != "lasted_s"}
     return (
-        f"{name}: ping {ms(quiet.round_trips_ms)} → {ms(during.round_trips_ms)}"
-        f" (goal p99 {goal_ms:.0f});"
-        f" command {ms(quiet.commands_ms)} → {ms(during.commands_ms)};"
-        f" stops {quiet.stands} → {during.stands} (0); unserved {during.unserved} (0);"
-        f" fps {quiet.fps:.1f} → {during.fps:.1f} ({FPS_SHARE * quiet.fps:.1f});"
-        f" beat late {quiet.beat_ms} → {during.beat_ms} ms, operator's own timer"
-        f" {during.own_late_ms:.0f} ms; Stop {stops} ({STOP_MS:.0f}); normal after"
-        f" {-1.0 if seen.normal_s is None else seen.normal_s:.2f} s ({NORMAL_S:.0f});"
-        f" MiB {seen.before_mib:.0f} → {seen.peak_mib:.0f} → {seen.after_mib:.0f}"
-        f" (+{MORE_MIB:.0f}); {json.dumps(account)}"
+        f"{name}: command {ms(seen.commands_ms)}, Stop {ms(seen.stops_ms)}, {seen.fps:.1f} fps,"
+        f" {seen.more_mib:+.0f} MiB; {json.dumps(account)}"
     )
+
+
+def rows(key: str, found: Attacked, load: Load) -> list[Row]:
+    """Judge all attacks together: what the operator has of them, Stop, and who gets in."""
+    quiet_ms = [ms for ms in found.quiet.commands_ms if ms is not None]
+    if not quiet_ms:
+        raise MeasureError(f"{key}: no command arrived before the attacks")
+    quiet_p99_ms = summarize(quiet_ms).p99
+    every = found.by_name.values()
+    wrong = {name: what for name, what in found.wrong.items() if what}
+    lasted_s = [s for seen in every for kind in seen.account["lasted_s"].values() for s in kind]
+    judged = [
+        summed(
+            key,
+            f"{load.what}, {len(every)} attacks: command → frame (before: p99 {quiet_p99_ms:.0f})",
+            "ms",
+            [ms for seen in every for ms in seen.commands_ms],
+            quiet_p99_ms + MORE_MS,
+            judged="p99",
+        ),
+        timed(
+            f"{key}: Stop",
+            "… an observer’s Stop, by HTTP and by the data channel → stop frame",
+            [ms for seen in every for ms in seen.stops_ms],
+            STOP_MS,
+        ),
+        counted(
+            f"{key}: wrong",
+            "… attacks that stopped it, kept a newcomer out for 3 s, cost pictures or memory",
+            len(wrong),
+            len(every),
+            **wrong,
+        ),
+        counted(f"{key}: left", "… descriptors that are left", found.left, len(every)),
+        summed(f"{key}: host", "… the host gets in meanwhile", "s", found.host_s, HOST_S),
+        summed(f"{key}: guest", "… a guest gets in afterwards", "s", found.guest_s, GUEST_S),
+    ]
+    if lasted_s:
+        what = "… slow connections are closed after"
+        judged.append(summed(f"{key}: slow", what, "s", lasted_s, CLOSED_S))
+    return judged
+
+
+async def _host(joiner: Strangers, n: float) -> float | None:
+    """Let the host come in and leave in the middle; return how many s it took."""
+    await asyncio.sleep(n / 2)
+    return await _join(joiner, "host")
+
+
+async def _join(joiner: Strangers, who: str) -> float | None:
+    await joiner.say(who)
+    took_s: float | None = json.loads(await joiner.line())["took_s"]
+    return took_s
+
+
+async def _left(process: psutil.Process, before: int) -> int:
+    """Return how many more descriptors there are than before, once they had time to be closed."""
+    for _ in range(int(_PATIENCE_S / _LOOK_S)):
+        if (left := max(int(process.num_fds()) - before, 0)) == 0:
+            break
+        await asyncio.sleep(_LOOK_S)
+    return left

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import json
 import sys
-import time
 from contextlib import asynccontextmanager
 from subprocess import PIPE
 from typing import TYPE_CHECKING, Any, Final
@@ -73,13 +72,3 @@ class Strangers:
         """Return what it says at its end."""
         found: dict[str, Any] = json.loads(await self.line(within_s))
         return found
-
-
-class OwnTime:
-    """The share of a core that this process has used since it was made."""
-
-    def __init__(self) -> None:
-        self._cpu_s, self._at_s = time.process_time(), time.monotonic()
-
-    def share(self) -> float:
-        return (time.process_time() - self._cpu_s) / max(time.monotonic() - self._at_s, 1e-9)

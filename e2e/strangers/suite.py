@@ -1,56 +1,82 @@
-"""The suite: strangers and networks do what they can, while somebody drives."""
+"""The suite: strangers and networks do what they can while somebody drives; and what grows."""
 
 from __future__ import annotations
 
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
+from tests.fuzz.plan import TARGETS
+
 from e2e.measure.suite import FIRMWARE, PAGE, SERVER, Case, Suite, measured
 from e2e.strangers.attacks import ATTACKS
 from e2e.strangers.hostile import AS_SHIPPED, hostile, public_robot
-from e2e.strangers.join_flood import join_flood
-from e2e.strangers.reconnect import reconnect
-from e2e.strangers.slow_connections import slow_connections
+from e2e.strangers.parsers import LONGEST_S, parser, parsers
+from e2e.strangers.reconnect import FAULTS, reconnect
+from e2e.strangers.soak import soaked
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from e2e.stop.stage import Load
 
-_ELSEWHERE: Final = ("offers-1", "offers-50", "slow")
-"""Measured by `join_flood` and `slow_connections`, with what happens to others."""
-_MIX_S: Final = 60
-_SECONDS: Final = 20
 
-
-def _hostile(key: str, *tables: Mapping[str, Any], load: Load = AS_SHIPPED) -> list[Case]:
-    """Return all attacks against one configuration."""
+def _hostile(key: str, table: Mapping[str, Any], load: Load) -> list[Case]:
+    """Return all attacks on one configuration, and at length each by itself."""
+    every = list(ATTACKS)
     return [
         measured(
-            f"{key}-{name}",
-            _MIX_S if name == "mix" else _SECONDS,
-            partial(hostile, name, tables=tables, load=load, key=key),
-            f"seconds, {attack.what}",
-            3,
-        )
-        for name, attack in ATTACKS.items()
-        if name not in _ELSEWHERE
+            key,
+            4,
+            partial(hostile, names=every, key=key, table=table, load=load),
+            f"seconds of each of {len(every)} attacks",
+            2,
+            minutes=5,
+        ),
+        *(
+            measured(
+                f"{key}-{name}",
+                60,
+                partial(hostile, names=[name], key=f"{key}-{name}", table=table, load=load),
+                f"seconds, {attack.what}",
+                3,
+                minutes=2.5,
+                long=True,
+            )
+            for name, attack in ATTACKS.items()
+        ),
     ]
 
 
-_PUBLIC, _PUBLIC_LOAD = public_robot()
+def _lost(key: str, n: int, minutes: float, *, long: bool = False) -> Case:
+    run = partial(reconnect, key)
+    return Case(f"reconnect-{key}", f"times, {FAULTS[key]}", n, run, 2, minutes, long)
+
 
 SUITE: Final = Suite(
-    name="public",
-    about="Let strangers attack, and networks fail, while somebody drives.",
-    measures=(*SERVER, *PAGE, *FIRMWARE),
+    name="strangers",
+    about="What strangers do to whoever drives, how soon a lost link is back, and what grows.",
+    measures=(*SERVER, *PAGE, *FIRMWARE, "tests/fuzz/**/*.py"),
     columns=("median", "p95", "p99", "max"),
     cases=(
-        measured("join-flood-1", 60, lambda n: join_flood(n, 1), "seconds, from one address", 5),
-        measured("join-flood-50", 60, lambda n: join_flood(n, 50), "seconds, from 50 addresses", 5),
-        Case("reconnect", "times each way to lose the link", 50, reconnect, 2),
-        measured("slow-connections", 3, slow_connections, "rounds of 500 from 50 addresses", 1),
-        *_hostile("hostile"),
-        *_hostile("public-robot", _PUBLIC, load=_PUBLIC_LOAD),
+        _lost("network", 20, 3.5),
+        _lost("outage", 12, 4.5),
+        *_hostile("hostile", {}, AS_SHIPPED),
+        *_hostile("public-robot", *public_robot()),
+        Case("parsers", "inputs for each parser", 4000, parsers, 200, 4),
+        Case("soak", "seconds of coming and going", 300, soaked, 60, 5.5),
+        Case("soak-half-hour", "seconds of the same", 1800, soaked, 60, 31, long=True),
+        _lost("network-late", 50, 10, long=True),
+        *(
+            Case(
+                f"fuzz-{name}", f"inputs, {target.what}", 1_000_000, partial(parser, target),
+                20_000, LONGEST_S / 60, long=True,
+            )
+            for name, target in TARGETS.items()
+        ),
     ),
-)
+    notes=(
+        "Strangers, whoever drives and the server share the cores.",
+        "What grows is the last sixth of five minutes less the one before the middle; ten observers"
+        " come and go in the same rhythm in both.",
+    ),
+)  # fmt: skip

@@ -5,18 +5,11 @@ The server's parsers must not judge themselves: a mistake that both ends shared 
 
 from __future__ import annotations
 
-from itertools import pairwise
-from struct import pack, unpack_from
+from struct import pack
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
-
-TRANSPORT_SEQUENCE: Final = (
-    "http://www.ietf.org/id/draft-holmer-rmcat-transport-wide-cc-extensions-01"
-)
-EXTENSION_ID: Final = 5
-"""Of the transport-wide sequence number, in the offers that `with_feedback` writes."""
 
 
 # --- RTCP ---------------------------------------------------------------------------------
@@ -36,16 +29,6 @@ def announces_lost(first: int, packets: int) -> bytes:
     return rtcp(15, 205, head + chunks)
 
 
-def announces_arrived(arrivals: Sequence[tuple[int, float]], count: int) -> bytes:
-    """Write honest feedback on consecutive packets: number, and when it came, s of any clock."""
-    reference = int(arrivals[0][1] / 0.064)
-    ticks = [round((at_s - reference * 0.064) / 0.000_25) for _, at_s in arrivals]
-    deltas = b"".join(pack("!h", after - before) for before, after in pairwise([0, *ticks]))
-    body = pack("!LLHHL", 1, 1, arrivals[0][0], len(arrivals), reference % 2**24 << 8 | count % 256)
-    body += pack("!H", 2 << 13 | len(arrivals)) + deltas
-    return rtcp(15, 205, body + bytes(-len(body) % 4))
-
-
 def nack(ssrc: int, newest: int, packets: int) -> bytes:
     """Ask for so many packets up to `newest` again, seventeen in four bytes (RFC 4585, 6.2.1)."""
     firsts = range(newest - packets + 1, newest + 1, 17)
@@ -56,19 +39,6 @@ def nack(ssrc: int, newest: int, packets: int) -> bytes:
 def receiver_report(ssrc: int) -> bytes:
     """Write a report about nobody: the shortest valid RTCP (RFC 3550, 6.4.2)."""
     return rtcp(0, 201, pack("!L", ssrc))
-
-
-def media_numbers(datagram: bytes) -> tuple[int, int, int | None] | None:
-    """Return SSRC, sequence number and transport-wide number of media; None for anything else."""
-    if len(datagram) < 12 or datagram[0] >> 6 != 2 or 192 <= datagram[1] <= 223:
-        return None
-    sequence, ssrc = unpack_from("!H4xL", datagram, 2)
-    at = 16 + 4 * (datagram[0] & 0x0F)
-    while datagram[0] & 0x10 and at + 3 <= len(datagram) and datagram[at]:
-        if datagram[at] >> 4 == EXTENSION_ID:
-            return ssrc, sequence, unpack_from("!H", datagram, at + 1)[0]
-        at += 2 + (datagram[at] & 0x0F)
-    return ssrc, sequence, None
 
 
 # --- SCTP ---------------------------------------------------------------------------------
@@ -114,28 +84,7 @@ def full_of(one: bytes) -> bytes:
     return one * (1140 // len(one))
 
 
-# --- SDP and HTTP -------------------------------------------------------------------------
-
-
-def with_feedback(offer: str) -> str:
-    """Offer transport-wide feedback, as browsers do and aiortc does not."""
-    lines: list[str] = []
-    is_media = False
-    for line in offer.splitlines():
-        lines.append(line)
-        if line.startswith("m="):
-            is_media = line.startswith(("m=audio", "m=video"))
-        elif is_media and line.startswith("a=mid:"):
-            lines.append(f"a=extmap:{EXTENSION_ID} {TRANSPORT_SEQUENCE}")
-        elif is_media and line.startswith("a=rtpmap:") and " rtx/" not in line:
-            lines.append(f"a=rtcp-fb:{line[9:].split()[0]} transport-cc")
-    return "\r\n".join(lines) + "\r\n"
-
-
-def repeating(offer: str) -> set[int]:
-    """Return the payload types of what is sent again (RFC 4588)."""
-    maps = (line[9:].split() for line in offer.splitlines() if line.startswith("a=rtpmap:"))
-    return {int(number) for number, codec in maps if codec.startswith("rtx/")}
+# --- HTTP ---------------------------------------------------------------------------------
 
 
 def http(

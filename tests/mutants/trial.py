@@ -15,6 +15,7 @@ from tests.mutants.fork_server import BROKEN, FAILED, PASSED, TIMED_OUT, use_sou
 from tests.mutants.record import KILLED, NEVER_ENDED, NONE, SURVIVED, evidence_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from tests.mutants.fork_server import ForkServer
@@ -48,7 +49,7 @@ class Bench:
         self._numbers = itertools.count()
         self._cpu_s: dict[tuple[str, ...], float] = {}
 
-    def try_all(self, target: Target, mutants: list[Mutant]) -> list[Outcome]:
+    def try_all(self, target: Target, mutants: Sequence[Mutant]) -> list[Outcome]:
         """Test the mutants that are not on record; raises `TrialError`."""
         evidence = evidence_of(target, self._server.tree)
         found = {one: self._record.find(one, evidence) for one in mutants}

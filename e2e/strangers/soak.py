@@ -1,4 +1,4 @@
-"""The soak: memory, delays and stops while somebody drives and ten others come and go."""
+"""What grows while somebody drives and ten others come and go: memory, delays, what is left."""
 
 from __future__ import annotations
 
@@ -54,7 +54,6 @@ class Soaked:
     stops: list[str] = field(default_factory=list)
     joins: int = 0
     left: int = 0
-    late_ms: float = 0.0
 
 
 class _Listener(Client):
@@ -102,7 +101,6 @@ async def _serve_all(server: MeasuredServer, crowd: Crowd, found: Soaked) -> Non
         finally:
             await coming
         operator.let_go()
-    found.late_ms = operator.worst_late_s * 1000
 
 
 async def _come_and_go(crowd: Crowd, found: Soaked, ends_s: float) -> None:
@@ -156,36 +154,38 @@ async def _watch(
 def rows(found: Soaked) -> list[Row]:
     """Judge the last sixth by the one before the middle: of half an hour, minutes 25 and 10 on."""
 
-    def grown(
-        key: str, what: str, unit: str, goal: float, value: Callable[[Sample], float | None]
-    ) -> Row:
+    def grown(value: Callable[[Sample], float | None], middle: Callable[..., float]) -> float:
         before, after = (
             [v for one in found.samples if begin <= one.at < end if (v := value(one)) is not None]
             for begin, end in ((1 / 3, 1 / 2), (5 / 6, 1.0))
         )
         if not before or not after:
-            raise MeasureError(f"{key}: nothing was measured")
-        means = [statistics.mean(before), statistics.mean(after)]
-        if unit == "ms":
-            means = [statistics.median(before), statistics.median(after)]
-        return judged(
-            f"soak: {key}", what, unit, {"max": means[1] - means[0]}, goal,
-            n=len(after), column="max", detail={"before": means[0], "after": means[1]},
-        )  # fmt: skip
+            raise MeasureError("nothing was measured at the begin or the end")
+        return middle(after) - middle(before)
 
-    minutes = found.lasted_s / 60
-    window = f"{minutes / 6:g} min, less that of minutes {minutes / 3:g} to {minutes / 2:g}"
+    median = statistics.median
+    later_ms = {
+        "sound": grown(lambda one: one.sound_ms, median),
+        "picture": grown(lambda one: one.picture_ms, median),
+        "the operator's round trip": grown(lambda one: one.trip_ms, median),
+    }
+    samples, seconds = len(found.samples), round(found.lasted_s)
+    memory = {"max": grown(lambda one: one.rss_mib, statistics.mean)}
+    delay = {"max": max(later_ms.values())}
+    what = f"memory at the end of {found.lasted_s / 60:g} min of coming and going, more by"
+    stops = "… stops without a reason while the operator drives"
+    left = "… threads, descriptors and tasks left by those who came"
     return [
-        grown("memory", f"memory of the last {window}", "MiB", FLAT_MIB, lambda one: one.rss_mib),
-        grown("sound", "… age of the sound on arrival", "ms", _GROWN_MS, lambda one: one.sound_ms),
-        grown("picture", "… of the picture", "ms", _GROWN_MS, lambda one: one.picture_ms),
-        grown("trip", "… the operator's round trip", "ms", _GROWN_MS, lambda one: one.trip_ms),
-        counted(
-            "soak: left", "… threads, descriptors and tasks left by those who came", found.left,
-            found.joins,
+        judged("soak: memory", what, "MiB", memory, FLAT_MIB, n=samples, column="max"),
+        judged(
+            "soak: delay", "… sound, picture or the operator's round trip, later by", "ms", delay,
+            _GROWN_MS, n=samples, column="max", detail=later_ms,
         ),
-        counted(
-            "soak: stops", "… stops without a reason while the operator drives", len(found.stops),
-            round(found.lasted_s), why=found.stops[:10], late_by_this_machine_ms=found.late_ms,
-        ),
+        counted("soak: left", left, found.left, found.joins),
+        counted("soak: stops", stops, len(found.stops), seconds, why=found.stops[:10]),
     ]  # fmt: skip
+
+
+def soaked(n: int) -> list[Row]:
+    """Serve for `n` seconds and judge."""
+    return rows(asyncio.run(soak(float(n))))

@@ -1,1 +1,0 @@
-"""Half an hour of what a host's evening is: somebody drives, others come and go."""
