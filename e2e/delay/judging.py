@@ -3,25 +3,42 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
-from e2e.delay.found import apparatus, found, is_never, median, on, values, where
+from e2e.delay.cell import GOALS, Cell
 from e2e.delay.measures import MEASURES
 from e2e.delay.names import SYSTEMS, shown
 from e2e.measure.row import Row
 from e2e.measure.summary import summarize
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from e2e.delay.cell import Cell, SystemName
-    from e2e.delay.found import Found
+    from e2e.delay.cell import SystemName
 
-    Has = Callable[["Goal", Cell], bool]
-    Columns = Mapping[str, Has]
-    """Which cells are a column's, by its name; the first is judged."""
-
+OURS: Final = "WAX"
+BROWSERS: Final = "browser’s player"
+_OPERATOR: Final[SystemName] = "operator"
+_OBSERVER: Final[SystemName] = "audio-master"
 _WHO: Final[dict[SystemName, str]] = {"operator": "who drives", "audio-master": "an observer"}
+_SYSTEMS: Final[tuple[SystemName, ...]] = ("thesis", "stock", "livekit", "livekit-whip")
+COLUMNS: Final = (OURS, BROWSERS, *(SYSTEMS[system] for system in _SYSTEMS))
+
+SPOKEN: Final[tuple[tuple[str, SystemName], ...]] = (
+    ("same-machine", "audio-master"),
+    ("stalls", "audio-master"),
+    ("cafe", "audio-master"),
+    ("wifi-bad", "audio-master"),
+    ("modem-56k", "operator"),
+)
+"""Where and to whom a voice speaks."""
+
+
+class Found(NamedTuple):
+    """One cell with its figures by name: None was looked for and never reached."""
+
+    cell: Cell
+    values: Mapping[str, float | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +47,7 @@ class Goal:
 
     It is `at_most` or `at_least` that, and at most `times` the best of the columns `of`, and
     `plus` (at least, where more is better). Of what has a sign, as a drift, the size is judged.
+    Of a ``crowd`` it is what comes on top of the cells of one viewer.
     """
 
     profile: str
@@ -41,38 +59,104 @@ class Goal:
     plus: float = 0.0
     of: tuple[str, ...] = ()
     more_is_better: bool = False
-    content: Literal["testcard", "talking-head"] = "testcard"
-    drives: bool = False
-    kind: Literal["cells", "cost", "crowd"] = "cells"
+    experiment: str = GOALS
+    kind: Literal["cells", "crowd"] = "cells"
 
     @property
     def is_floor(self) -> bool:
         return self.at_least is not None or self.more_is_better
 
-
-def columns_of(systems: Iterable[SystemName]) -> dict[str, Has]:
-    """Give each of these systems its column."""
-
-    def of(system: SystemName) -> Has:
-        return lambda _, cell: cell.system == system
-
-    return {SYSTEMS[system]: of(system) for system in systems}
+    @property
+    def key(self) -> str:
+        prefix = "" if self.experiment == GOALS else f"{self.experiment}/"
+        return f"{prefix}{shown(self.profile)}/{self.system}/{self.measure}/{self.kind}"
 
 
-def derive(goals: Iterable[Goal], columns: Columns, rows: Sequence[Row]) -> list[Row]:
-    """Judge every goal of which there is a cell of ours."""
+def goals(drives: Iterable[str] = ()) -> Iterator[Goal]:
+    """Give the goals, the long ones last; `drives` are recorded drives over cellular links."""
+    here, drives_it, observes = "same-machine", _OPERATOR, _OBSERVER
+    picture, sound, skew = "picture_age_p95_ms", "sound_age_p50_ms", "joined_skew_p95_ms"
+    peers: Any = {"of": (SYSTEMS["stock"], SYSTEMS["livekit-whip"])}
+    browsers: Any = {"of": (BROWSERS,)}
+    stock: Any = {"of": (SYSTEMS["stock"],)}
+    asked: tuple[tuple[Any, ...], ...] = (
+        (here, drives_it, "picture_age_p50_ms", 20, {"times": 0.5, **peers}),
+        (here, drives_it, picture, 40, {}),
+        (here, drives_it, sound, 50, {"times": 0.6, **peers}),
+        (here, observes, sound, 62, {}),
+        (here, observes, skew, 20, {}),
+        (here, drives_it, "browser_cpu", None, {"plus": 5.0, **browsers}),
+        (here, drives_it, picture, 5, {"kind": "crowd"}),
+        ("internet-5m", drives_it, picture, None, {"times": 0.85, **peers}),
+        ("internet-5m", observes, skew, 20, {}),
+        ("internet-5m", observes, "pauses", 0, {}),
+        ("wireless-1m", drives_it, "pictures_640_per_s", None, {"at_least": 25}),
+        ("wireless-1m", drives_it, picture, 150, {}),
+        ("wireless-1m", observes, skew, 20, {}),
+        ("modem-56k", drives_it, "concealed_percent", 1.0, {}),
+        ("modem-56k", drives_it, sound, None, {"times": 0.8, **browsers}),
+        ("modem-56k", drives_it, picture, 600, {}),
+        ("modem-56k", drives_it, "command_round_trip_p95_ms", 300, {}),
+        ("modem-56k", drives_it, "pictures_160_per_s", None, {"at_least": 5}),
+        ("wifi-bad", drives_it, "longest_freeze_ms", 300, {}),
+        ("wifi-bad", observes, "concealed_percent", 0.5, {}),
+        ("wifi-bad", observes, sound, None, {"times": 0.8, **browsers}),
+        ("wifi-bad", observes, skew, 20, {}),
+        ("cafe", drives_it, sound, 100, {}),
+        ("cafe", observes, skew, 20, {}),
+        ("stalls", observes, sound, 180, {}),
+        ("stalls", observes, "concealed_percent", 0.5, {}),
+        ("stalls", observes, "stretched_percent", 0.5, {}),
+        ("stalls", observes, skew, 20, {}),
+        ("satellite", observes, "breaks", 0, {}),
+        ("satellite", observes, skew, 20, {}),
+        ("step-down", drives_it, "fresh_after_ms", 2000, {}),
+        ("step-down", drives_it, "step_pause_ms", 300, {}),
+        ("step-down", drives_it, "full_after_ms", 15_000, {}),
+        ("outage", drives_it, "picture_recovered_ms", 500, {}),
+        ("outage", drives_it, "full_after_ms", 3000, {}),
+    )
+    for profile, system, measure, at_most, more in asked:
+        yield Goal(profile, system, measure, at_most, **more)
+    for profile in ("wireless-2m", "lte-good"):
+        yield Goal(profile, observes, skew, 20, experiment="matrix")
+    yield Goal("outage", observes, "picture_recovered_ms", 500, experiment="matrix")
+    for measure, limit in (("picture_drift_ms_per_min", 20), ("sound_drift_ms_per_min", 20)):
+        yield Goal("modem-56k", drives_it, measure, limit, experiment="steady")
+    yield Goal("modem-56k", drives_it, "set_points_per_s", at_least=18, experiment="steady")
+    yield Goal(here, observes, "sound_drift_ms_per_min", 5 / 30, experiment="steady")
+    yield Goal("satellite", observes, "breaks", 0, experiment="steady")
+    for profile, who in SPOKEN:
+        spoken: Any = {"experiment": "speech", "more_is_better": True, **browsers}
+        yield Goal(profile, who, "speech_quality", **spoken)
+    for drive in drives:
+        there: Any = {"experiment": "drive", **stock}
+        yield Goal(drive, observes, sound, **there)
+        yield Goal(drive, observes, "concealed_percent", times=0.5, **there)
+        yield Goal(drive, drives_it, sound, times=0.7, **there)
+        yield Goal(drive, drives_it, picture, times=0.5, **there)
+
+
+def found(rows: Iterable[Row]) -> list[Found]:
+    """Take the cells of a suite's rows; rows of other cases are left out."""
+    return [
+        Found(Cell.model_validate(row.detail["cell"]), row.values)
+        for row in rows
+        if "cell" in row.detail
+    ]
+
+
+def judged(rows: Sequence[Row]) -> list[Row]:
+    """Judge every goal of which there is a cell of ours; recorded drives by their names."""
     cells = found(rows)
-    ours = next(iter(columns.values()))
-    judged = [judge(goal, columns, cells) for goal in goals if _cells(goal, cells, ours)]
-    return [*apparatus(rows), *judged]
+    drives = sorted({one.cell.profile for one in cells if one.cell.experiment == "drive"})
+    return [judge(goal, cells) for goal in goals(drives) if _cells(goal, cells, OURS)]
 
 
-def judge(goal: Goal, columns: Columns, cells: Sequence[Found]) -> Row:
+def judge(goal: Goal, cells: Sequence[Found]) -> Row:
     """Judge one. What never came, or came with no picture, has missed it."""
-    measure = MEASURES[goal.measure]
-    ours, *_ = columns
-    values = {name: _value(goal, cells, has) for name, has in columns.items()}
-    value = values[ours]
+    values = {column: _value(goal, cells, column) for column in COLUMNS}
+    value = values[OURS]
     limit = goal.at_least if goal.at_most is None else goal.at_most
     met: bool | None = value is not None
     if goal.of:
@@ -83,16 +167,16 @@ def judge(goal: Goal, columns: Columns, cells: Sequence[Found]) -> Row:
         met = met if known or value is None else None
     if met and value is not None and limit is not None:
         met = value >= limit if goal.is_floor else value <= limit
-    here = _cells(goal, cells, columns[ours])
-    numbers = _numbers(goal, cells, columns[ours])
+    here = _cells(goal, cells, OURS)
+    numbers = _numbers(goal, cells, OURS)
     return Row(
-        key=f"{shown(goal.profile)}/{goal.system}/{goal.measure}/{goal.kind}",
+        key=goal.key,
         what=_what(goal),
-        n=len({one.cell.repeat for one in here}),
-        unit=measure.unit.lstrip("±"),
+        n=len(here),
+        unit=MEASURES[goal.measure][1],
         values=values,
         spread=summarize(numbers) if numbers else None,
-        judged=ours,
+        judged=OURS,
         goal=limit,
         at_least=goal.is_floor,
         met=met,
@@ -101,13 +185,9 @@ def judge(goal: Goal, columns: Columns, cells: Sequence[Found]) -> Row:
 
 
 def _what(goal: Goal) -> str:
-    label, place = MEASURES[goal.measure].label, shown(goal.profile)
-    if goal.kind == "cost":
-        what = f"{place}: a further observer’s cost, of one core"
-    elif goal.kind == "crowd":
-        what = f"{place}, who drives: {label} with the crowd, more by"
-    else:
-        what = f"{place}, {_WHO[goal.system]}: {label}"
+    what = f"{shown(goal.profile)}, {_WHO[goal.system]}: {MEASURES[goal.measure][0]}"
+    if goal.kind == "crowd":
+        what += " with the crowd, more by"
     if not goal.of:
         return what
     whose = f"{goal.of[0]}’s" if len(goal.of) == 1 else "the better peer’s"
@@ -116,60 +196,53 @@ def _what(goal: Goal) -> str:
     return f"{what} ({'≥' if goal.is_floor else '≤'} {factor}{whose}{more})"
 
 
-def _cells(goal: Goal, cells: Sequence[Found], has: Has) -> list[Found]:
-    here = where(
-        on(cells, goal.profile),
-        lambda cell: (cell.browser, cell.content) == ("chromium", goal.content) and has(goal, cell),
-    )
-    if goal.kind != "cells":
-        return where(here, lambda cell: cell.viewers > 1)
+def _cells(goal: Goal, cells: Sequence[Found], column: str) -> list[Found]:
+    """Take the cells of a column; a system has its own, those of WAX are by who is asked for."""
 
-    def is_driven(cell: Cell) -> bool:
-        return cell.drives == (goal.drives and cell.system == goal.system)
+    def has(cell: Cell) -> bool:
+        if column in (OURS, BROWSERS):
+            player = "browser" if column == BROWSERS else "auto"
+            return (cell.system, cell.player) == (goal.system, player)
+        return SYSTEMS[cell.system] == column
 
-    return where(here, lambda cell: cell.viewers == 1 and is_driven(cell))
+    return [
+        one
+        for one in cells
+        if (one.cell.profile, one.cell.experiment) == (goal.profile, goal.experiment)
+        and (one.cell.viewers > 1) == (goal.kind == "crowd")
+        and has(one.cell)
+    ]
 
 
-def _value(goal: Goal, cells: Sequence[Found], has: Has) -> float | None:
-    here = _cells(goal, cells, has)
-    if goal.kind == "cells" and is_never(here, goal.measure):
+def _value(goal: Goal, cells: Sequence[Found], column: str) -> float | None:
+    """Give the median; None where in most of the cells it was looked for and never reached."""
+    tried = [one.values[goal.measure] for one in _cells(goal, cells, column) if _has(one, goal)]
+    if 2 * sum(value is None for value in tried) > len(tried):
         return None
-    numbers = _numbers(goal, cells, has)
+    numbers = _numbers(goal, cells, column)
     return summarize(numbers).median if numbers else None
 
 
-def _numbers(goal: Goal, cells: Sequence[Found], has: Has) -> list[float]:
+def _has(one: Found, goal: Goal) -> bool:
+    return goal.measure in one.values
+
+
+def _numbers(goal: Goal, cells: Sequence[Found], column: str) -> list[float]:
     """Give one number for each repetition."""
-    here = _cells(goal, cells, has)
+    here = _cells(goal, cells, column)
+    numbers = [abs(value) for one in here if (value := one.values.get(goal.measure)) is not None]
     if goal.kind == "cells":
-        return [abs(value) for value in values(here, goal.measure)]
-    found_ones = []
-    for repeat in sorted({one.cell.repeat for one in here}):
-        again = [one for one in here if one.cell.repeat == repeat]
-        few, many = (choose(again, key=lambda one: one.cell.viewers) for choose in (min, max))
-        if goal.kind == "crowd":
-            few = next(
-                (
-                    one
-                    for one in on(cells, goal.profile, goal.system)
-                    if one.cell.is_alone and one.cell.repeat == repeat
-                ),
-                many,
-            )
-        low, high = few.values.get(goal.measure), many.values.get(goal.measure)
-        more = many.cell.viewers - few.cell.viewers
-        if low is not None and high is not None and more:
-            found_ones.append((high - low) / (more if goal.kind == "cost" else 1))
-    return found_ones
+        return numbers
+    alone_goal = Goal(goal.profile, goal.system, goal.measure)
+    alone = _value(alone_goal, cells, column)
+    return [] if alone is None else [number - alone for number in numbers]
 
 
 def _load(goal: Goal, ours: Sequence[Found]) -> str:
     """Say how long was measured, and of a crowd how many and how busy the machine was."""
-    seconds = f"{max((one.cell.seconds for one in ours), default=0):g} s"
+    cell = ours[0].cell
     if goal.kind == "cells":
-        return seconds
-    most = max(one.cell.viewers for one in ours)
-    largest = [one for one in ours if one.cell.viewers == most]
-    busy = median(largest, "machine_busy")
-    told = "" if busy is None else f", {busy:.0f} % of the whole machine busy"
-    return f"{most - 1} observers, {largest[0].cell.slow} behind a modem, {seconds}{told}"
+        return f"{cell.seconds:g} s"
+    busy = [value for one in ours if (value := one.values.get("machine_busy")) is not None]
+    told = f", {summarize(busy).median:.0f} % of the whole machine busy" if busy else ""
+    return f"{cell.viewers - 1} observers, {cell.slow} behind a modem, {cell.seconds:g} s{told}"

@@ -1,196 +1,135 @@
-"""What a run measures: chapter 5's experiments as cells, each once, in an order that keeps links.
-
-A cell that two experiments need is measured for the first of them; the report groups by profile
-and system, so that the other finds it too.
-"""
+"""Which cells are measured, how often, and which only in a long run."""
 
 from __future__ import annotations
 
-from fnmatch import fnmatchcase
-from itertools import chain, product
+import os
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from tests.baseline.client2004.table import MU_LENGTHS_MS
-
-from e2e.delay.cell import Cell, SystemName
-from e2e.delay.names import CHANGING, CHAPTER5, NARROW, PEERS, SYSTEMS, TODAY, WIRED, place, profile
+from e2e.delay.cell import Cell
+from e2e.delay.judging import SPOKEN
+from e2e.delay.names import LINKS, NARROW, PEERS, SYSTEMS, WIRED, profile
+from e2e.link import DRIVE
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator
 
-SECONDS: Final = 15.0
-LONG_SECONDS: Final = 60.0
-QUICK_SECONDS: Final = 8.0
-LONG_REPEATS: Final = 3
-EVERY_SYSTEM: Final[tuple[SystemName, ...]] = tuple(SYSTEMS)
-WATCHED: Final[tuple[SystemName, ...]] = tuple(system for system in SYSTEMS if system != "operator")
-IN_BROWSERS: Final[tuple[SystemName, ...]] = ("thesis", "audio-master", "stock")
-CROWDS: Final = (1, 4, 8, 16)
-CROWDED: Final[tuple[SystemName, ...]] = ("thesis", "operator", "stock")
-"""With a crowd of observers, who are audio-master's, the page is the operator's."""
+    from e2e.delay.cell import SystemName
 
-TRIMMED: Final[dict[str, tuple[str, ...]]] = {
-    "E1: the outage, which is E6's": ("E1/outage/*",),
-    "E2: on the LAN and the campus the talking head, and all but thesis and audio-master": (
-        *("E2/lan/*/talking-head", "E2/lan/video-first", "E2/lan/stock", "E2/lan/livekit*"),
-        *("E2/campus/*/talking-head", "E2/campus/video-first", "E2/campus/stock"),
-        "E2/campus/livekit*",
-    ),
-    "E2: the talking head of video-first on the same machine, of LiveKit but over 5 Mbit/s": (
-        *("E2/same-machine/video-first/talking-head", "E2/same-machine/livekit*/talking-head"),
-        "E2/internet-5m/livekit-whip/talking-head",
-    ),
-    "E3: on dual-modem and isdn-64k, which are predictions, all but thesis and audio-master": (
-        *("E3/dual-modem/operator", "E3/dual-modem/video-first"),
-        *("E3/dual-modem/stock", "E3/dual-modem/livekit*"),
-        *("E3/isdn-64k/operator", "E3/isdn-64k/video-first"),
-        *("E3/isdn-64k/stock", "E3/isdn-64k/livekit*"),
-    ),
-    "E3: on wireless-2m and lte-good, wide enough for all, operator, video-first and LiveKit": (
-        *("E3/wireless-2m/operator", "E3/wireless-2m/video-first", "E3/wireless-2m/livekit*"),
-        *("E3/lte-good/operator", "E3/lte-good/video-first", "E3/lte-good/livekit*"),
-    ),
-    "E3: on the satellite video-first and LiveKit's one layer": (
-        *("E3/satellite/video-first", "E3/satellite/livekit-whip"),
-    ),
-    "E5: 16 viewers of stock, which saturates a core with 8": ("E5/*/stock/16-viewers",),
-    "E6: video-first and LiveKit's one layer in the outage": (
-        *("E6/outage/video-first/*", "E6/outage/livekit-whip/*"),
-    ),
-}
-"""What is left out of the plan that nobody narrowed, so that it ends within the hour: patterns of
-variants."""
-
-_CELL_S: Final = 4.0
-"""Server, page, first picture and reading, beside the time that is measured."""
-_STAGE_S: Final = 3.0
-"""A new link with a new browser."""
+REPEATS: Final = 3
+MATRIX_S: Final = 30.0
+DRIVES: Final = "WAX_DRIVES"
+"""The environment variable that names a folder of recorded drives: mahimahi's traces, NAME.down and
+NAME.up."""
+_RUN_S: Final = 7.0
+"""Link, browser, server, first picture and reading, beside the time that is measured."""
 _FIRST_BYTES: Final = 100_000
 """What goes over the link until there is a picture."""
-_JOIN_S: Final = 0.3
+_JOIN_S: Final = 0.5
 """For each of the crowd."""
-_LAST_S: Final = 20.0
-"""How long is watched after the last change of a link."""
-_CHANGING_S: Final = 30.0
-_REST_S: Final = 20.0
-"""Looking at the machine, and the report."""
-_OWN_ERROR_S: Final = 30.0
 
 
-def full(
-    *,
-    seconds: float = SECONDS,
-    repeats: int = 1,
-    only: Sequence[str] = (),
-    trimmed: bool = True,
-) -> list[Cell]:
-    """Plan every experiment, or of each what one of the patterns in `only` matches.
+@dataclass(frozen=True, slots=True)
+class Planned:
+    """A cell, and how often it is measured; a `long` one is never published."""
 
-    Without what `TRIMMED` has, unless `trimmed` is false.
-    """
-    wanted = [
-        cell.model_copy(update={"seconds": max(cell.seconds, seconds)})
-        for cell in everything()
-        if not (trimmed and _is_trimmed(cell))
+    cell: Cell
+    n: int
+    long: bool = False
+
+    @property
+    def minutes(self) -> float:
+        rate_bps = profile(self.cell.profile).down.rate_bps
+        loading_s = 8 * _FIRST_BYTES / rate_bps if rate_bps else 0.0
+        joining_s = _JOIN_S * (self.cell.viewers - 1)
+        return self.n * (_RUN_S + loading_s + self.cell.seconds + joining_s) / 60
+
+
+_MODEM: Final[dict[str, Any]] = {"drives": True, "seconds": 20.0}
+_OURS: Final[tuple[tuple[Any, ...], ...]] = (
+    ("same-machine", "operator"),
+    ("same-machine", "audio-master"),
+    ("internet-5m", "operator"),
+    ("internet-5m", "audio-master"),
+    ("wireless-1m", "operator"),
+    ("wireless-1m", "audio-master"),
+    ("modem-56k", "operator", _MODEM),
+    ("wifi-bad", "operator"),
+    ("wifi-bad", "audio-master"),
+    ("cafe", "operator"),
+    ("cafe", "audio-master"),
+    ("stalls", "audio-master", {"seconds": 20.0}),
+    ("satellite", "audio-master"),
+    ("step-down", "operator", {"seconds": 28.0}),
+    ("outage", "operator"),
+)
+"""Profile, system and what differs from a cell as it is by default; each several times."""
+_BESIDE: Final[tuple[tuple[Any, ...], ...]] = (
+    *product(("same-machine", "internet-5m"), ("thesis", *PEERS)),
+    ("same-machine", "operator", {"player": "browser"}),
+    ("wireless-1m", "thesis"),
+    ("wireless-1m", "livekit"),
+    ("modem-56k", "thesis", {"seconds": 20.0}),
+    ("modem-56k", "operator", {"player": "browser", **_MODEM}),
+    ("wifi-bad", "audio-master", {"player": "browser"}),
+    ("wifi-bad", "stock"),
+    ("wifi-bad", "livekit-whip"),
+    ("cafe", "stock"),
+    ("stalls", "audio-master", {"player": "browser", "seconds": 20.0}),
+    ("stalls", "stock", {"seconds": 20.0}),
+    ("satellite", "stock"),
+)
+"""What a goal compares with, or what stands beside it; each once."""
+_IN_BROWSERS: Final[tuple[SystemName, ...]] = ("thesis", "audio-master", "stock")
+_CROWDED: Final[tuple[SystemName, ...]] = ("thesis", "operator", "stock")
+"""With a crowd of observers, who are audio-master's, the page is the operator's."""
+_DRIVEN: Final[tuple[SystemName, ...]] = ("operator", "audio-master", "stock")
+_CROWD: Final = ("same-machine", "operator", {"viewers": 41, "slow": 4})
+
+
+def planned() -> list[Planned]:
+    """Give the cells, the published ones by link; raises `MeasureError` for a folder of none."""
+    once = [
+        *(Planned(_cell(*one), REPEATS) for one in _OURS),
+        *(Planned(_cell(*one), 1) for one in _BESIDE),
+        Planned(_cell(*_CROWD), 2),
     ]
-    return repeated(in_order(wanted, only), repeats)
+    once.sort(key=lambda one: (LINKS.index(one.cell.profile), one.n == 1))
+    return [*once, *(Planned(cell, 1, long=True) for cell in _long())]
 
 
-def quick(*, repeats: int = 1, only: Sequence[str] = ()) -> list[Cell]:
-    """Plan a few short cells that touch every part."""
-    wanted = [
-        _cell("E1", "lan", "thesis", audio_mu_ms=100),
-        _cell("E1", "lan", "thesis", audio_mu_ms=500),
-        _cell("E2", "lan", "audio-master"),
-        *(_cell("E2", "lan", peer) for peer in PEERS),
-        _cell("E2", "lan", "audio-master", content="talking-head", seconds=10.0),
-        _cell("E3", "wireless-1m", "operator"),
-        _cell("E4", "lan", "audio-master", browser="firefox"),
-        _cell("E5", "lan", "operator", viewers=4),
-        _cell("E6", "step-down", "video-first", seconds=14.0),
-    ]
-    short = (
-        cell if "seconds" in cell.model_fields_set else _lasting(cell, QUICK_SECONDS)
-        for cell in wanted
-    )
-    return repeated(in_order(short, only), repeats)
+def _long() -> Iterator[Cell]:
+    for name, mu_ms in product((*WIRED, *NARROW), (100, 200, 300, 400, 500)):
+        yield _cell(name, "thesis", {"experiment": "units", "audio_mu_ms": mu_ms})
+    for name, system in product(LINKS, SYSTEMS):
+        yield _cell(name, system, {"experiment": "matrix", "seconds": MATRIX_S})
+    for name, system in product(("same-machine", "internet-5m"), _IN_BROWSERS):
+        yield _cell(name, system, {"experiment": "browsers", "browser": "firefox"})
+    for viewers, system in product((5, 9, 17), _CROWDED):
+        yield _cell("same-machine", system, {"experiment": "crowds", "viewers": viewers})
+    steady = {"experiment": "steady"}
+    yield _cell("same-machine", "audio-master", {**steady, "seconds": 1800.0})
+    yield _cell("modem-56k", "operator", {**steady, "seconds": 300.0, "drives": True})
+    yield _cell("satellite", "audio-master", {**steady, "seconds": 600.0})
+    for (name, system), player in product(SPOKEN, ("auto", "browser")):
+        speech = {"experiment": "speech", "content": "speech", "player": player, "seconds": 60.0}
+        yield _cell(name, system, speech)
+    for drive, system in product(_drives(), _DRIVEN):
+        yield _cell(drive, system, {"experiment": "drive", "seconds": 60.0})
 
 
-def everything() -> Iterator[Cell]:
-    """Give what every experiment needs, untrimmed."""
-    for name, mu_ms in product(CHAPTER5, MU_LENGTHS_MS):
-        yield _cell("E1", name, "thesis", audio_mu_ms=mu_ms)
-    for name, system, content in product(WIRED, WATCHED, ("testcard", "talking-head")):
-        yield _cell("E2", name, system, content=content)
-    for name, system in product(("internet-5m", *NARROW, *TODAY), EVERY_SYSTEM):
-        yield _cell("E3", name, system)
-    yield _cell("E3", "same-machine", "operator")
-    for name, system, browser in product(
-        ("same-machine", "internet-5m"), IN_BROWSERS, ("chromium", "firefox")
-    ):
-        yield _cell("E4", name, system, browser=browser)
-    for viewers, system in product(CROWDS, CROWDED):
-        yield _cell("E5", "same-machine", system, viewers=viewers)
-    for name, system in product(CHANGING, EVERY_SYSTEM):
-        ways = (profile(name).down, profile(name).up)
-        last_s = max(way.steps()[-1][0] for way in ways)
-        yield _cell("E6", name, system, seconds=max(_CHANGING_S, last_s + _LAST_S))
+def _drives() -> Iterable[str]:
+    folder = os.environ.get(DRIVES)
+    if not folder:
+        return []
+    drives = sorted(str(path.resolve()) for path in Path(folder).glob(f"*{DRIVE}"))
+    if not drives:
+        raise MeasureError(f"{folder} has no recorded drive: no file ends in {DRIVE}")
+    return drives
 
 
-def matches(cell: Cell, patterns: Sequence[str]) -> bool:
-    """Say whether a pattern (``*`` and ``?`` as in a shell) is somewhere in the cell's variant."""
-    return any(fnmatchcase(cell.variant, f"*{pattern}*") for pattern in patterns)
-
-
-def in_order(wanted: Iterable[Cell], only: Sequence[str]) -> list[Cell]:
-    """Take each measurement that a pattern in `only` matches once, links and browsers together."""
-    once: dict[str, Cell] = {}
-    for cell in wanted:
-        if not only or matches(cell, only):
-            once.setdefault(cell.variant.partition("/")[2], cell)
-    return sorted(once.values(), key=lambda cell: (place(cell.profile), cell.browser != "chromium"))
-
-
-def repeated(cells: Sequence[Cell], repeats: int) -> list[Cell]:
-    """Measure them all, and then all again: so repetitions are far from each other in time."""
-    return [
-        cell.model_copy(update={"repeat": repeat}) for repeat in range(repeats) for cell in cells
-    ]
-
-
-def changes(name: str) -> bool:
-    """Say whether a link of this profile is another one after its changes have begun."""
-    ways = (profile(name).down, profile(name).up)
-    return any(way.changes or way.trace is not None for way in ways)
-
-
-def estimate_s(cells: Sequence[Cell], *, own_error: bool = True) -> float:
-    """How long these cells will take, one after the other, and what is measured beside them."""
-    total_s = _REST_S + (_OWN_ERROR_S if own_error else 0.0) + sum(map(_cell_s, cells))
-    stages = [(cell.profile, cell.browser, cell.repeat) for cell in cells]
-    for before, stage in zip([None, *stages], stages, strict=False):
-        if before != stage or changes(stage[0]):
-            total_s += _STAGE_S
-    return total_s
-
-
-def _cell_s(cell: Cell) -> float:
-    rate_bps = profile(cell.profile).down.rate_bps
-    loading_s = 8 * _FIRST_BYTES / rate_bps if rate_bps else 0.0
-    return _CELL_S + loading_s + cell.seconds + _JOIN_S * (cell.viewers - 1)
-
-
-def _is_trimmed(cell: Cell) -> bool:
-    patterns = chain.from_iterable(TRIMMED.values())
-    return any(fnmatchcase(cell.variant, pattern) for pattern in patterns)
-
-
-def _cell(experiment: str, name: str, system: SystemName, **more: Any) -> Cell:
-    mu_ms = {"audio_mu_ms": 500} if system == "thesis" else {}
-    return Cell.model_validate(
-        {"experiment": experiment, "profile": name, "system": system, **mu_ms, **more}
-    )
-
-
-def _lasting(cell: Cell, seconds: float) -> Cell:
-    return cell.model_copy(update={"seconds": seconds})
+def _cell(name: str, system: SystemName, more: dict[str, Any] | None = None) -> Cell:
+    return Cell.model_validate({"profile": name, "system": system, **(more or {})})

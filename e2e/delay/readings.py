@@ -21,8 +21,6 @@ class Pictures(_Columns):
     at_ms: list[float] = []
     stamp_ms: list[float | None] = []
     """What its test card says, whole Unix time; None where it cannot be read."""
-    mouth: list[float | None] = []
-    """How far the talking head opens its mouth, 0…1; None where there is none."""
     width: list[int] = []
     height: list[int] = []
 

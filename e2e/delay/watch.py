@@ -4,111 +4,168 @@ from __future__ import annotations
 
 import asyncio
 import time
-from contextlib import AsyncExitStack, suppress
-from typing import TYPE_CHECKING, Final, TypeVar
+from contextlib import AsyncExitStack, contextmanager, suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Final
 
+import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+from tests.link.errors import LinkError
+
+from e2e.browsers import open_browser
 from e2e.delay.crowd import crowd
-from e2e.delay.process import BrowserMeter, CostMeter, MachineMeter
-from e2e.delay.results import Carried, CellResult
-from e2e.delay.systems import start
-from e2e.delay.talking_head.lips import lip_lag
-from e2e.delay.talking_head.quality import speech_quality
-from e2e.delay.talking_head.voice import speak
-from e2e.instrument import PRELOAD, Instrument, figures
+from e2e.delay.measures import measured
+from e2e.delay.names import OURS, profile
+from e2e.delay.speech import judge, speak, speech_quality
+from e2e.delay.systems import origin, start
+from e2e.instrument import PRELOAD, Instrument
+from e2e.instrument.sums import SETTLE_S, window
+from e2e.link import Link, UnavailableError
+from e2e.load.process import ProcessMeter
+from e2e.measure.command import OUT
 from e2e.measure.ear import BLOCK_MS
+from e2e.measure.errors import MeasureError, NotRunError
+from e2e.measure.row import Row
 from wax.clock import SystemClock
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable, Sequence
-    from pathlib import Path
-
-    import numpy as np
-    from numpy.typing import NDArray
-    from tests.link.counters import Counters
+    from collections.abc import Iterator
 
     from e2e.browsers import Browser, Window
     from e2e.delay.cell import Cell
-    from e2e.delay.figures import Figures
     from e2e.delay.readings import Readings
-    from e2e.link import Link
     from e2e.link.statistics import Lateness, Statistics
 
-S = TypeVar("S")
-T = TypeVar("T")
-
-SETTLE_S: Final = 3.0
-"""Not counted at the begin of a cell; longer where the page needs more until it plays."""
 PICTURE_WITHIN_S: Final = 30.0
 THIN_PICTURE_WITHIN_S: Final = 45.0
 THIN_BPS: Final = 200_000
 """On a slower link than this the page alone takes several seconds."""
 FETCH_EVERY_S: Final = 240.0
 """The page keeps ten minutes; nothing shorter is disturbed."""
+BEYOND_S: Final = 100.0
+"""What a cell may take beside its own time until it counts as hung."""
 LATE_MS: Final = 5.0
-RISING: Final = tuple(f"viewer.streams.{one}" for one in ("fail_safe_s", "sent", "skipped", "lost"))
-"""What WAX counts of the viewer since it came; a cell is told what came of it in its own time."""
+FAIL_SAFE: Final = "viewer.streams.fail_safe_s"
 _HEARS_WITHIN_S: Final = 4.0
 _LOOK_EVERY_S: Final = 0.1
 
 
-async def watch(cell: Cell, link: Link, browser: Browser, folder: Path) -> CellResult:
-    """Measure `cell` on a link and a browser that stand; `folder` is for the server's own files.
+async def repeated(cell: Cell, n: int) -> list[Row]:
+    """Measure a cell `n` times, each with a link, a server and a browser of its own.
 
-    Without a picture in time the result says so and has the figures of what there was. Raises
-    `NotRunError`, `MeasureError`, `LinkError`, and whatever a browser that fails raises.
+    Raises `NotRunError` and `MeasureError`; what was not seen of a peer or of the thesis's policy
+    is a result, but a policy of ours without a picture has failed.
     """
-    told: dict[str, float | str] = {}
-    until_now: dict[str, float | str] = {}
-    browser_cpu_share = None
+    if cell.content == "speech":
+        judge()
+    rows = []
+    for repeat in range(n):
+        one = cell.model_copy(update={"repeat": repeat})
+        with said():
+            values, detail = await _once(one)
+        if "problem" in detail and cell.system in OURS:
+            raise MeasureError(str(detail["problem"]))
+        detail["cell"] = one.model_dump()
+        rows.append(Row(key=one.key, what=one.key, n=1, values=values, detail=detail))
+    return rows
+
+
+@contextmanager
+def said() -> Iterator[None]:
+    """Let what is wrong with a link be what is wrong with a measurement."""
+    try:
+        yield
+    except UnavailableError as error:
+        raise NotRunError(str(error)) from error
+    except LinkError as error:
+        raise MeasureError(str(error)) from error
+
+
+async def _once(cell: Cell) -> tuple[dict[str, float | None], dict[str, object]]:
+    network = profile(cell.profile)
+    network = network.model_copy(update={"seed": network.seed + cell.repeat})
+    bound_s = cell.seconds + BEYOND_S
+    logs = OUT / "delay" / "logs" / cell.key.replace("/", "-")
+    logs.mkdir(parents=True, exist_ok=True)
     async with AsyncExitStack() as leaving:
-        running, window = await _both(
-            leaving.enter_async_context(start(cell, link, folder)),
-            leaving.enter_async_context(browser.window(PRELOAD)),
-        )
-        speaks = cell.content == "talking-head"
-        instrument = Instrument(window.evaluate, browser.ear, records=speaks)
-        server = CostMeter(running.pid, f"the server of {cell.system}")
+        room = Path(leaving.enter_context(TemporaryDirectory(prefix="wax-delay-")))
+        try:
+            async with asyncio.timeout(bound_s):
+                link = await leaving.enter_async_context(Link(network))
+                browser = await leaving.enter_async_context(
+                    open_browser(cell.browser, link, [origin(link)], room)
+                )
+                return await _watch(cell, link, browser, logs)
+        except TimeoutError as error:
+            raise MeasureError(f"it hung and was cut off after {bound_s:.0f} s") from error
+
+
+async def _watch(
+    cell: Cell, link: Link, browser: Browser, folder: Path
+) -> tuple[dict[str, float | None], dict[str, object]]:
+    """Return the figures; without a picture in time those of what there was, and a problem."""
+    values: dict[str, float | None] = {}
+    began_ms, settle_s, problem = None, SETTLE_S, None
+    async with AsyncExitStack() as leaving:
+        running = await leaving.enter_async_context(start(cell, link, folder))
+        window_ = await leaving.enter_async_context(browser.window(PRELOAD))
+        instrument = Instrument(window_.evaluate, browser.ear, records=cell.content == "speech")
         before = await link.statistics()
-        within_s = picture_within_s(link)
-        sees = await _goto(window, running.url, instrument, within_s)
-        settle_s, picture_s = SETTLE_S, time.monotonic()
-        if sees:
-            await running.opened(window)
+        within_s = _picture_within_s(link)
+        if await _goto(window_, running.url, instrument, within_s):
+            picture_s = time.monotonic()
+            await running.opened(window_)
             await instrument.hears(_HEARS_WITHIN_S)  # what never sounds is seen in the readings
             settle_s = max(SETTLE_S, time.monotonic() - picture_s)
             if cell.viewers > 1:
                 others = await leaving.enter_async_context(crowd(cell, link, running.url))
                 settle_s = time.monotonic() - picture_s + SETTLE_S
-            server = CostMeter(running.pid, f"the server of {cell.system}")
-            before = await link.statistics()
-            told["changes_began_ms"] = _unix_ms(await link.start_changes())
-            from_s = picture_s + settle_s
-            await asyncio.sleep(from_s - time.monotonic())
-            until_now = await running.told()
-            told["counted_from_ms"] = SystemClock().wall_ms()
-            busy = MachineMeter()
-            browsers = await BrowserMeter.start(browser)
-            await _wait(instrument, from_s + cell.seconds - SETTLE_S)
-            told["machine.busy_share"] = busy.read()
-            browser_cpu_share = await browsers.read()
+            began_ms = _unix_ms(await link.start_changes())
+            until_s = picture_s + settle_s + cell.seconds - SETTLE_S
+            await asyncio.sleep(picture_s + settle_s - time.monotonic())
+            told = await running.told()
+            costs = await _costs(running.pid, browser)
+            psutil.cpu_percent()
+            await _wait(instrument, until_s)
+            values["machine_busy"] = psutil.cpu_percent()
+            values |= _shares(costs, await _costs(running.pid, browser))
+            if FAIL_SAFE in told:
+                more = (await running.told()).get(FAIL_SAFE, 0.0)
+                values["fail_safe_s"] = max(0.0, float(more) - float(told[FAIL_SAFE]))
             if cell.viewers > 1:
-                told |= await others.told()
+                values["crowd_least_per_s"] = await others.least_per_s()
+        else:
+            problem = f"there was no picture within {within_s:.0f} s"
         readings = await instrument.readings()
-        cost = server.read()
-        after = await link.statistics()
-        told |= since(until_now, await running.told())
-    told["link.late_share"] = _late_share(before, after)
-    return CellResult(
-        cell=cell,
-        problem=None if sees else f"there was no picture within {within_s:.0f} s",
-        figures=summed(cell, readings, instrument.recorded, settle_s=settle_s),
-        readings=readings,
-        down=_carried(before.down, after.down),
-        up=_carried(before.up, after.up),
-        server=cost,
-        browser_cpu_share=browser_cpu_share,
-        told=told,
-    )
+        values["link_late_percent"] = 100 * _late_share(before, await link.statistics())
+    values |= measured(cell, readings, settle_s, began_ms)
+    if cell.content == "speech":
+        values["speech_quality"] = _speech(readings, instrument, settle_s)
+    detail: dict[str, object] = {"problem": problem} if problem else {}
+    return values, detail
+
+
+async def _costs(pid: int, browser: Browser) -> dict[str, float | None]:
+    """Return times of the server and the browser, s, by the names of their shares."""
+    try:
+        meter = ProcessMeter(pid)
+        server = {"server_cpu": meter.cpu_s(), "server_memory_mib": meter.rss_mib()}
+    except psutil.NoSuchProcess as error:
+        raise MeasureError("the server has ended; its last words are in its log") from error
+    return {**server, "browser_cpu": await browser.cpu_s(), "at_s": time.monotonic()}
+
+
+def _shares(
+    before: dict[str, float | None], after: dict[str, float | None]
+) -> dict[str, float | None]:
+    """Return what was used of one core, %, and the memory."""
+    span_s = (after["at_s"] or 0.0) - (before["at_s"] or 0.0)
+    found: dict[str, float | None] = {"server_memory_mib": after["server_memory_mib"]}
+    for name in ("server_cpu", "browser_cpu"):
+        old, new = before[name], after[name]
+        if old is not None and new is not None:
+            found[name] = 100 * max(0.0, new - old) / span_s
+    return found
 
 
 async def _wait(instrument: Instrument, until_s: float) -> None:
@@ -119,79 +176,27 @@ async def _wait(instrument: Instrument, until_s: float) -> None:
     await asyncio.sleep(left_s)
 
 
-def picture_within_s(link: Link) -> float:
-    """Return how long the first picture is waited for on this link."""
+def _picture_within_s(link: Link) -> float:
     rate_bps = link.profile.down.rate_bps
     thin = rate_bps is not None and rate_bps < THIN_BPS
     return THIN_PICTURE_WITHIN_S if thin else PICTURE_WITHIN_S
 
 
-async def _both(one: Awaitable[S], other: Awaitable[T]) -> tuple[S, T]:
-    """Await both, and only when neither goes on any more raise what one of them raised."""
-    first, second = await asyncio.gather(one, other, return_exceptions=True)
-    if isinstance(first, BaseException):
-        raise first
-    if isinstance(second, BaseException):
-        raise second
-    return first, second
-
-
-async def _goto(window: Window, url: str, instrument: Instrument, within_s: float) -> bool:
+async def _goto(window_: Window, url: str, instrument: Instrument, within_s: float) -> bool:
     """Open the page and return whether there is a picture in time."""
     with suppress(TimeoutError):
         async with asyncio.timeout(within_s):
-            await window.goto(url)
-            await _until(instrument.sees_picture)
+            await window_.goto(url)
+            while not await instrument.sees_picture():  # noqa: ASYNC110  # it is in the browser
+                await asyncio.sleep(_LOOK_EVERY_S)
             return True
     return False
 
 
-async def _until(is_so: Callable[[], Awaitable[bool]]) -> None:
-    while not await is_so():  # noqa: ASYNC110  # it is in the browser
-        await asyncio.sleep(_LOOK_EVERY_S)
-
-
-def since(before: dict[str, float | str], after: dict[str, float | str]) -> dict[str, float | str]:
-    """Give what a system tells `after`, of `RISING` only what came since `before`.
-
-    A viewer that joined anew in between has been counted from 0 again.
-    """
-    found = dict(after)
-    if before.get("viewer.id") != after.get("viewer.id"):
-        return found
-    for name in RISING:
-        old, new = before.get(name), after.get(name)
-        if isinstance(old, float) and isinstance(new, float):
-            found[name] = new - old
-    return found
-
-
-def summed(
-    cell: Cell,
-    readings: Readings,
-    recorded: Sequence[NDArray[np.float32]] = (),
-    *,
-    settle_s: float,
-) -> Figures:
-    """Sum up what was read, and judge lips and voice where there were any."""
-    found = figures(readings, settle_s=settle_s)
-    if cell.content != "talking-head":
-        return found
-    blocks = round((found.to_ms - found.from_ms) / BLOCK_MS)
-    update = {"speech_quality": speech_quality(speak(), recorded[-blocks:])} if recorded else {}
-    lag = lip_lag(readings, from_ms=found.from_ms, to_ms=found.to_ms)
-    if lag is not None:
-        update |= {"lip_lag_ms": lag.lag_ms, "lip_correlation": lag.correlation}
-    return found.model_copy(update=update)
-
-
-def _carried(before: Counters, after: Counters) -> Carried:
-    return Carried(
-        packets=after.packets_out - before.packets_out,
-        bytes=after.bytes_out - before.bytes_out,
-        queue_drops=after.queue_drops - before.queue_drops,
-        losses=after.losses - before.losses,
-    )
+def _speech(readings: Readings, instrument: Instrument, settle_s: float) -> float | None:
+    within = window(readings, settle_s=settle_s)
+    blocks = round(1000 * within.seconds / BLOCK_MS)
+    return speech_quality(speak(), instrument.recorded[-blocks:]) if blocks else None
 
 
 def _late_share(before: Statistics, after: Statistics) -> float:

@@ -17,6 +17,5 @@ from __future__ import annotations
 
 from e2e.instrument.instrument import Instrument, InstrumentError
 from e2e.instrument.preload import PRELOAD, preload
-from e2e.instrument.sums import figures
 
-__all__ = ["PRELOAD", "Instrument", "InstrumentError", "figures", "preload"]
+__all__ = ["PRELOAD", "Instrument", "InstrumentError", "preload"]

@@ -10,12 +10,11 @@ from e2e.delay.systems.running import PORT
 from e2e.delay.systems.served import serving
 from e2e.delay.systems.wax import press
 from e2e.harness import toml
-from e2e.instrument.bursts import bursts
 from e2e.instrument.cards import LIE_MS
 from e2e.instrument.instrument import Instrument
 from e2e.instrument.judge import is_clear, shift
 from e2e.instrument.preload import preload
-from e2e.instrument.sums import figures, picture_ages
+from e2e.instrument.sums import figures, picture_ages, sound_bursts, window
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row
 
@@ -77,29 +76,32 @@ async def own_error(link: Link, browser: Browser, folder: Path) -> list[Row]:
 
 
 def judged(first: Readings, second: Readings) -> tuple[list[Row], bool]:
-    """Compare two readings of one page whose source lied at times; and whether they tell."""
+    """Compare two readings of one page whose source lied at times; and whether they tell.
+
+    A row for picture and sound each: by how much the worse of both checks is off.
+    """
     to_ms = min((read.pictures.at_ms or [read.opened_ms])[-1] for read in (first, second))
-    one, two = (figures(read, settle_s=_SETTLE_S, to_ms=to_ms) for read in (first, second))
-    pictures = picture_ages(first.pictures)
-    found = bursts(first.sound, first.heard_counters, pictures)
-    heard = [(burst.heard_ms, burst.age_ms) for burst in found]
+    within = window(first, settle_s=_SETTLE_S, to_ms=to_ms)
+    one, two = (
+        figures(read, window(read, settle_s=_SETTLE_S, to_ms=to_ms)) for read in (first, second)
+    )
+    heard = [(burst.heard_ms, burst.age_ms) for burst in sound_bursts(first)]
     rows, is_certain = [], True
-    for kind, ages in (("picture", pictures), ("sound", heard)):
-        a, b = (getattr(each, f"{kind}_age_ms") for each in (one, two))
-        apart_ms = abs(a.median - b.median) if a and b else None
-        rows.append(_row(kind, "two on one page are apart by", apart_ms))
-        read = shift((at - age, age) for at, age in ages if one.from_ms <= at <= to_ms)
-        off_ms = None if read is None else abs(read.ms - LIE_MS)
-        rows.append(_row(kind, f"{LIE_MS} ms in the source are read wrong by", off_ms))
+    for kind, ages in (("picture", picture_ages(first.pictures)), ("sound", heard)):
+        a, b = (each.get(f"{kind}_age_p50_ms") for each in (one, two))
+        read = shift((at - age, age) for at, age in ages if within.has(at))
+        known = a is not None and b is not None and read is not None
+        off_ms = max(abs(a - b), abs(read.ms - LIE_MS)) if known else None  # type: ignore[operator, union-attr]  # known
+        rows.append(_row(kind, off_ms))
         is_certain &= read is not None and is_clear(read, LIE_MS, LIMIT_MS)
     return rows, is_certain
 
 
-def _row(kind: str, what: str, off_ms: float | None) -> Row:
+def _row(kind: str, off_ms: float | None) -> Row:
     """Make a row; what could not be read is not within the limit."""
     return Row(
-        key=f"instrument/{kind}/{what.split(maxsplit=1)[0]}",
-        what=f"the instrument, {kind}: {what}",
+        key=f"instrument/{kind}",
+        what=f"the instrument, {kind}: two on a page, and {LIE_MS} ms in the source, are wrong by",
         n=1,
         unit="ms",
         values={"off": off_ms},

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import statistics
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
-
-from e2e.delay.figures import Pauses
 
 if TYPE_CHECKING:
     from e2e.delay.readings import Counters, Sound
@@ -28,6 +26,15 @@ _END_MS: Final = 200.0
 
 _NEARLY_ALL: Final = 0.9
 _RATES_HZ: Final = (8000, 16_000, 32_000, 48_000)
+
+
+@dataclass(slots=True)
+class Pauses:
+    """Interruptions of the sound, in the order in which they came."""
+
+    at_ms: list[float] = field(default_factory=list)
+    """Unix time of the begin of each."""
+    length_ms: list[float] = field(default_factory=list)
 
 
 def tone_pauses(sound: Sound, from_ms: float, to_ms: float) -> Pauses:

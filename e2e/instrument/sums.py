@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
+import statistics
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal, TypeVar
+from typing import TYPE_CHECKING, Final, Literal, TypeVar
 
-from e2e.delay.figures import Figures, Pauses
+import numpy as np
+
 from e2e.delay.readings import Counters, OwnSound
 from e2e.instrument.bursts import Burst, bursts, skews_ms
 from e2e.instrument.pauses import concealed_pauses, tone_pauses
-from e2e.instrument.quantities import drift_per_min, rate_per_s, summed
+from e2e.measure.summary import summarize
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,91 +21,92 @@ if TYPE_CHECKING:
     from e2e.delay.readings import Pictures, Readings
 
 C = TypeVar("C", Counters, OwnSound)
+Series = list[tuple[float, float]]
+"""(Unix ms, value), in the order of the times."""
+
+SETTLE_S: Final = 3.0
+BRIDGED_MS: Final = 50.0
+"""What 2004's client bridged: a delay of 38 ms was not heard, since that is less (5.2.1.3)."""
+ENDED_MS: Final = 5000.0
+"""Without a picture for this long at the end of a cell, nobody is connected."""
+_LEAST_SPAN_MS: Final = 5000.0
+_LEAST_POINTS: Final = 5
 
 
-def figures(readings: Readings, *, settle_s: float = 3.0, to_ms: float | None = None) -> Figures:
-    """Sum up one page from `settle_s` after its first picture to `to_ms`, else to its last row.
+@dataclass(frozen=True, slots=True)
+class Window:
+    """What counts, Unix ms: of the sound what is heard from `sound_from_ms` on."""
+
+    from_ms: float
+    to_ms: float
+    sound_from_ms: float
+
+    @property
+    def seconds(self) -> float:
+        return (self.to_ms - self.from_ms) / 1000
+
+    def has(self, at_ms: float) -> bool:
+        return self.from_ms <= at_ms <= self.to_ms
+
+
+def window(readings: Readings, *, settle_s: float = SETTLE_S, to_ms: float | None = None) -> Window:
+    """Count from `settle_s` after the first picture to `to_ms`, else to the last row.
 
     Sound counts from `settle_s` after it was first heard, if that is later: its jitter buffer
-    settles too. What there is nothing to sum up of is None. The lips are not judged here.
+    settles too.
     """
-    from_ms = begin_ms(readings) + 1000 * settle_s
+    begin_ms = readings.first_picture_ms or readings.first_sound_ms or readings.opened_ms
+    from_ms = begin_ms + 1000 * settle_s
     to_ms = max(from_ms, _last_ms(readings) if to_ms is None else to_ms)
     sound_from_ms = max(from_ms, (readings.first_sound_ms or 0.0) + 1000 * settle_s)
+    return Window(from_ms, to_ms, sound_from_ms)
 
+
+def figures(readings: Readings, within: Window, *, is_speech: bool = False) -> dict[str, float]:
+    """Sum up one page, by the names of `e2e.delay.measures`; what there is not is left out.
+
+    In speech there are neither the test card's tones nor its bursts.
+    """
     ages = picture_ages(readings.pictures)
-    aged = [(at, age) for at, age in ages if from_ms <= at <= to_ms]
-    heard: list[Burst] = []
-    if not _is_speech(readings.pictures):
-        found = bursts(readings.sound, readings.heard_counters, ages)
-        heard = [burst for burst in found if sound_from_ms <= burst.heard_ms <= to_ms]
-    skews = skews_ms(heard, ages)
-    absolute = summed([abs(skew) for skew in skews])
-    counters = _within(readings.counters, from_ms, to_ms)
+    aged = [(at, age) for at, age in ages if within.has(at)]
+    all_heard = [] if is_speech else sound_bursts(readings)
+    heard = [one for one in all_heard if within.sound_from_ms <= one.heard_ms <= within.to_ms]
     shown = shown_ms(readings.pictures)
-    return Figures(
-        from_ms=from_ms,
-        to_ms=to_ms,
-        sound_from_ms=sound_from_ms,
-        picture_age_ms=summed([age for _, age in aged]),
-        sound_age_ms=summed([burst.age_ms for burst in heard]),
-        skew_ms=summed(skews),
-        absolute_skew_p95_ms=absolute.p95 if absolute else None,
-        pictures_per_s=_pictures_per_s(shown, from_ms, to_ms),
-        longest_freeze_ms=_longest_freeze_ms(shown, from_ms, to_ms),
-        tone_pauses=Pauses()
-        if _is_speech(readings.pictures)
-        else tone_pauses(readings.sound, sound_from_ms, to_ms),
-        concealed_pauses=concealed_pauses(readings.counters, sound_from_ms, to_ms),
-        concealed_share=share(readings, "concealed", sound_from_ms, to_ms),
-        stretched_share=share(readings, "stretched", sound_from_ms, to_ms),
-        first_picture_ms=_after(readings.first_picture_ms, readings.opened_ms),
-        command_round_trip_ms=summed(
-            [
-                trip_ms
-                for at, trip_ms in zip(
-                    readings.commands.at_ms, readings.commands.round_trip_ms, strict=True
-                )
-                if from_ms <= at <= to_ms
-            ]
-        ),
-        received_bytes_per_s=rate_per_s(counters.at_ms, counters.received_bytes),
-        received_audio_bytes_per_s=rate_per_s(counters.at_ms, counters.audio_bytes),
-        received_video_bytes_per_s=rate_per_s(counters.at_ms, counters.video_bytes),
-        sent_bytes_per_s=rate_per_s(counters.at_ms, counters.sent_bytes),
-        picture_drift_ms_per_min=drift_per_min([at for at, _ in aged], [age for _, age in aged]),
-        sound_drift_ms_per_min=drift_per_min(
-            [burst.heard_ms for burst in heard], [burst.age_ms for burst in heard]
-        ),
-    )
+    counters = _within(readings.counters, within.from_ms, within.to_ms)
+    commands = zip(readings.commands.at_ms, readings.commands.round_trip_ms, strict=True)
+    first_ms, sounds_ms = readings.first_picture_ms, readings.first_sound_ms
+    found: dict[str, float | None] = {
+        **_quantiles("picture_age", [age for _, age in aged]),
+        **_quantiles("sound_age", [one.age_ms for one in heard]),
+        **_quantiles("command_round_trip", [trip for at, trip in commands if within.has(at)]),
+        "skew_p50_ms": _median(skews_ms(heard, ages)),
+        "joined_skew_p95_ms": _p95([abs(one) for one in _joined(readings, all_heard, within)]),
+        "pictures_per_s": _rate(shown, within),
+        "longest_freeze_ms": _longest_freeze_ms(shown, within),
+        "first_picture_ms": None if first_ms is None else first_ms - readings.opened_ms,
+        "picture_drift_ms_per_min": drift_per_min(aged),
+        "sound_drift_ms_per_min": drift_per_min([(one.heard_ms, one.age_ms) for one in heard]),
+        "received_kb_per_s": _kb_per_s(counters, "received_bytes"),
+        "sent_kb_per_s": _kb_per_s(counters, "sent_bytes"),
+        "breaks": _breaks(readings, within),
+        "set_points_per_s": _rate(readings.set_points.at_ms, within),
+    }
+    for least in ((640, 480), (160, 120)):
+        times = [at for at, large in sized(readings.pictures, least) if large]
+        name = f"pictures_{least[0]}_per_s"
+        found[name] = (_rate(times, within) or 0.0) if shown and within.seconds > 0 else None
+    if sounds_ms is not None:
+        for what in ("concealed", "stretched"):
+            part = share(readings, what, sounds_ms, within.to_ms)
+            found[f"{what}_percent"] = None if part is None else 100 * part
+        if not is_speech:
+            lengths_ms = pauses_ms(readings, sounds_ms, within.to_ms)
+            found["pauses"] = float(max(map(len, lengths_ms)))
+    found |= {} if is_speech else _pauses_per_min(readings, within)
+    return {name: value for name, value in found.items() if value is not None}
 
 
-def begin_ms(readings: Readings) -> float:
-    """When there was something to judge: what settles is counted from here, Unix ms."""
-    return readings.first_picture_ms or readings.first_sound_ms or readings.opened_ms
-
-
-def _last_ms(readings: Readings) -> float:
-    series = (
-        readings.pictures.at_ms,
-        readings.sound.start_ms,
-        readings.counters.at_ms,
-        readings.commands.at_ms,
-    )
-    return max((at_ms[-1] for at_ms in series if at_ms), default=readings.opened_ms)
-
-
-def _after(moment_ms: float | None, opened_ms: float) -> float | None:
-    return None if moment_ms is None else moment_ms - opened_ms
-
-
-def _is_speech(pictures: Pictures) -> bool:
-    """Tell speech from the test card: in a voice there are neither its tones nor its pauses."""
-    has_mouth = any(mouth is not None for mouth in pictures.mouth)
-    return has_mouth and all(stamp is None for stamp in pictures.stamp_ms)
-
-
-def picture_ages(pictures: Pictures) -> list[tuple[float, float]]:
+def picture_ages(pictures: Pictures) -> Series:
     """Moment and age of each presented picture whose stamp was read."""
     return [
         (at, at - stamp)
@@ -110,34 +115,36 @@ def picture_ages(pictures: Pictures) -> list[tuple[float, float]]:
     ]
 
 
+def sound_bursts(readings: Readings) -> list[Burst]:
+    """When each second's burst began to be heard, and its age."""
+    ages = picture_ages(readings.pictures)
+    return bursts(readings.sound, readings.heard_counters, ages)
+
+
 def shown_ms(pictures: Pictures) -> list[float]:
     """When the picture changed: the same stamp again is the same picture, shown again."""
-    rows = list(zip(pictures.at_ms, pictures.stamp_ms, strict=True))
-    again = [False] + [
-        stamp is not None and stamp == old for (_, old), (_, stamp) in pairwise(rows)
-    ]
-    return [at for (at, _), same in zip(rows, again, strict=False) if not same]
+    return [at for at, _ in sized(pictures, (0, 0))]
 
 
-def _pictures_per_s(shown: list[float], from_ms: float, to_ms: float) -> float | None:
-    if not shown or to_ms <= from_ms:
-        return None
-    return 1000 * sum(from_ms <= at <= to_ms for at in shown) / (to_ms - from_ms)
+def sized(pictures: Pictures, least: tuple[int, int]) -> list[tuple[float, bool]]:
+    """When each new picture was shown, and whether it was at least so many pixels wide and high."""
+    found: list[tuple[float, bool]] = []
+    before = None
+    for at_ms, stamp_ms, width, height in zip(
+        pictures.at_ms, pictures.stamp_ms, pictures.width, pictures.height, strict=True
+    ):
+        if stamp_ms is None or stamp_ms != before:
+            found.append((at_ms, width >= least[0] and height >= least[1]))
+        before = stamp_ms
+    return found
 
 
-def _longest_freeze_ms(shown: list[float], from_ms: float, to_ms: float) -> float | None:
-    """Return the longest time without a change, cut to the window at both of its ends."""
-    if not shown or to_ms <= from_ms:
-        return None
-    inside = [at for at in shown if from_ms <= at <= to_ms]
-    edges = [from_ms, *inside, to_ms]
-    return max(after - before for before, after in pairwise(edges))
-
-
-def _within(columns: C, from_ms: float, to_ms: float) -> C:
-    rows = [i for i, at in enumerate(columns.at_ms) if from_ms <= at <= to_ms]
-    names = type(columns).model_fields
-    return type(columns)(**{name: [getattr(columns, name)[i] for i in rows] for name in names})
+def pauses_ms(readings: Readings, from_ms: float, to_ms: float) -> tuple[list[float], list[float]]:
+    """Lengths of the gaps in the tone as heard, and of the concealments as counted."""
+    return (
+        tone_pauses(readings.sound, from_ms, to_ms).length_ms,
+        concealed_pauses(readings.counters, from_ms, to_ms).length_ms,
+    )
 
 
 def share(
@@ -150,11 +157,124 @@ def share(
         played = _risen(own.played_ms)
         found = _risen(own.made_up_ms if what == "concealed" else own.stretched_ms)
         return found / played if played else None
-    all_per_s = rate_per_s(counters.at_ms, counters.played_samples)
-    per_s = rate_per_s(counters.at_ms, getattr(counters, f"{what}_samples"))
+    all_per_s = _per_s(counters.at_ms, counters.played_samples)
+    per_s = _per_s(counters.at_ms, getattr(counters, f"{what}_samples"))
     return per_s / all_per_s if all_per_s and per_s is not None else None
+
+
+def drift_per_min(series: Series) -> float | None:
+    """Return the robust slope (Theil–Sen) of the values over time, per minute.
+
+    Of the medians of each second, so that a second with many values has no more say than one with
+    few. None over less than 5 s or 5 such seconds.
+    """
+    seconds: dict[int, Series] = {}
+    for at, value in series:
+        seconds.setdefault(math.floor(at / 1000), []).append((at, value))
+    if len(seconds) < _LEAST_POINTS:
+        return None
+    points = [
+        (statistics.median(at for at, _ in rows), statistics.median(value for _, value in rows))
+        for _, rows in sorted(seconds.items())
+    ]
+    if points[-1][0] - points[0][0] < _LEAST_SPAN_MS:
+        return None
+    times, medians = np.array(points).T
+    first, second = np.triu_indices(len(times), k=1)
+    slopes = (medians[second] - medians[first]) / (times[second] - times[first])
+    return float(np.median(slopes)) * 60_000
+
+
+def _quantiles(name: str, values: Sequence[float]) -> dict[str, float | None]:
+    return {f"{name}_p50_ms": _median(values), f"{name}_p95_ms": _p95(values)}
+
+
+def _median(values: Sequence[float]) -> float | None:
+    return statistics.median(values) if values else None
+
+
+def _p95(values: Sequence[float]) -> float | None:
+    return summarize(values).p95 if values else None
+
+
+def _last_ms(readings: Readings) -> float:
+    series = (
+        readings.pictures.at_ms,
+        readings.sound.start_ms,
+        readings.counters.at_ms,
+        readings.commands.at_ms,
+    )
+    return max((at_ms[-1] for at_ms in series if at_ms), default=readings.opened_ms)
+
+
+def _joined(readings: Readings, heard: list[Burst], within: Window) -> list[float]:
+    """Give the skews from 3 s after joining on, joining being the first picture.
+
+    Sound that comes later than that has no skew before; the figure of the first sound tells of it.
+    """
+    if readings.first_picture_ms is None:
+        return []
+    from_ms = readings.first_picture_ms + 1000 * SETTLE_S
+    counted = [one for one in heard if from_ms <= one.heard_ms <= within.to_ms]
+    return skews_ms(counted, picture_ages(readings.pictures))
+
+
+def _rate(at_ms: Sequence[float], within: Window) -> float | None:
+    if not at_ms or within.seconds <= 0:
+        return None
+    return sum(map(within.has, at_ms)) / within.seconds
+
+
+def _longest_freeze_ms(shown: list[float], within: Window) -> float | None:
+    """Return the longest time without a change, cut to the window at both of its ends."""
+    if not shown or within.seconds <= 0:
+        return None
+    edges = [within.from_ms, *filter(within.has, shown), within.to_ms]
+    return max(after - before for before, after in pairwise(edges))
+
+
+def _breaks(readings: Readings, within: Window) -> float | None:
+    """How often the page's connection changed its state after it was connected; 0 is never.
+
+    An end at which no picture comes any more counts as one. None where it was not looked at.
+    """
+    states, shown = readings.connections.state, readings.pictures.at_ms
+    if "connected" not in states:
+        return None
+    is_over = not shown or within.to_ms - shown[-1] > ENDED_MS
+    return float(len(states) - 1 - states.index("connected") + is_over)
+
+
+def _pauses_per_min(readings: Readings, within: Window) -> dict[str, float | None]:
+    """Pauses a minute that 2004's client would not bridge, heard or counted, and the longest."""
+    minutes = (within.to_ms - within.sound_from_ms) / 60_000
+    if not readings.sound.start_ms or minutes <= 0:
+        return {}
+    heard, counted = pauses_ms(readings, within.sound_from_ms, within.to_ms)
+    audible = max(sum(one > BRIDGED_MS for one in heard), len(counted))
+    longest = max([0.0, *heard, *counted])
+    return {"pauses_per_min": audible / minutes, "longest_pause_ms": longest}
+
+
+def _kb_per_s(counters: Counters, name: str) -> float | None:
+    per_s = _per_s(counters.at_ms, getattr(counters, name))
+    return None if per_s is None else per_s / 1000
+
+
+def _per_s(at_ms: Sequence[float], counts: Sequence[float | None]) -> float | None:
+    """Return how fast a count grew from the first to the last look that had it."""
+    known = [(at, count) for at, count in zip(at_ms, counts, strict=True) if count is not None]
+    if len(known) < 2 or known[-1][0] <= known[0][0]:
+        return None
+    return 1000 * (known[-1][1] - known[0][1]) / (known[-1][0] - known[0][0])
 
 
 def _risen(counts: Sequence[float]) -> float:
     """Return by how much a count grew that begins at 0 again when the player does."""
     return sum(after - before if after >= before else after for before, after in pairwise(counts))
+
+
+def _within(columns: C, from_ms: float, to_ms: float) -> C:
+    rows = [i for i, at in enumerate(columns.at_ms) if from_ms <= at <= to_ms]
+    names = type(columns).model_fields
+    return type(columns)(**{name: [getattr(columns, name)[i] for i in rows] for name in names})

@@ -38,7 +38,6 @@ def pictures(
     return Pictures(
         at_ms=at_ms,
         stamp_ms=[true - (lie_ms if lies(true) else 0) for true in true_ms],
-        mouth=[None] * count,
         width=[640] * count,
         height=[480] * count,
     )
@@ -52,7 +51,6 @@ def shown(*parts: tuple[float, float, float, int]) -> Pictures:
             at_ms = OPENED_MS + 1000 * (begin_s + number / rate)
             found.at_ms.append(at_ms)
             found.stamp_ms.append(at_ms - age_ms)
-            found.mouth.append(None)
             found.width.append(width)
             found.height.append(width * 3 // 4)
         begin_s = until_s

@@ -2,60 +2,67 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
-from e2e.delay.figures import Pauses
-from e2e.delay.readings import OwnSound, Pictures, Readings
+from e2e.delay.readings import Connections, OwnSound, Pictures, Readings, SetPoints
 from e2e.instrument.instrument import Instrument, InstrumentError, whole_ms
-from e2e.instrument.pauses import concealed_pauses, tone_pauses
-from e2e.instrument.quantities import drift_per_min
-from e2e.instrument.sums import figures
-from e2e.instrument.synthetic import OPENED_MS, blocks, counters, pictures, readings
+from e2e.instrument.pauses import Pauses, concealed_pauses, tone_pauses
+from e2e.instrument.sums import drift_per_min, figures, window
+from e2e.instrument.synthetic import OPENED_MS, blocks, counters, pictures, readings, shown
 from e2e.measure.ear import Ear
 
 END_MS = OPENED_MS + 60_000
 
 
+def summed(page: Readings, *, to_ms: float | None = None, is_speech: bool = False) -> Any:
+    return figures(page, window(page, to_ms=to_ms), is_speech=is_speech)
+
+
 def test_of_nothing_there_is_nothing() -> None:
     """A page that showed and played nothing has no figures, and that is no error."""
-    found = figures(Readings(opened_ms=OPENED_MS))
-    assert found.from_ms == found.to_ms == found.sound_from_ms == OPENED_MS + 3000
-    window = {"from_ms", "to_ms", "sound_from_ms"}
-    assert found.model_dump(exclude=window, exclude_defaults=True) == {}
+    page = Readings(opened_ms=OPENED_MS)
+    within = window(page)
+    assert within.from_ms == within.to_ms == within.sound_from_ms == OPENED_MS + 3000
+    assert summed(page) == {}
 
 
 def test_a_perfect_page_is_read_as_what_it_is() -> None:
     """Ages, skew, rate and freeze are those that were put in; nothing drifts, nothing pauses."""
-    found = figures(readings(20, picture_age_ms=80, sound_age_ms=123))
-    assert found.picture_age_ms is not None
-    assert found.sound_age_ms is not None
-    assert found.skew_ms is not None
-    assert (found.picture_age_ms.min, found.picture_age_ms.max) == (80, 80)
-    assert found.sound_age_ms.n == 17
-    assert found.sound_age_ms.min == pytest.approx(123, abs=0.5)
-    assert found.skew_ms.median == pytest.approx(43, abs=0.5)
-    assert found.absolute_skew_p95_ms == pytest.approx(43, abs=0.5)
-    assert found.pictures_per_s == pytest.approx(25, abs=0.2)
-    assert found.longest_freeze_ms == pytest.approx(40)
-    assert found.picture_drift_ms_per_min == pytest.approx(0, abs=0.1)
-    assert found.sound_drift_ms_per_min == pytest.approx(0, abs=0.1)
-    assert found.tone_pauses == Pauses()
+    found = summed(readings(20, picture_age_ms=80, sound_age_ms=123))
+    assert found["picture_age_p50_ms"] == found["picture_age_p95_ms"] == 80
+    assert found["sound_age_p50_ms"] == pytest.approx(123, abs=0.5)
+    assert found["skew_p50_ms"] == pytest.approx(43, abs=0.5)
+    assert found["joined_skew_p95_ms"] == pytest.approx(43, abs=0.5)
+    assert found["pictures_per_s"] == pytest.approx(25, abs=0.2)
+    assert found["longest_freeze_ms"] == pytest.approx(40)
+    assert found["picture_drift_ms_per_min"] == pytest.approx(0, abs=0.1)
+    assert found["sound_drift_ms_per_min"] == pytest.approx(0, abs=0.1)
+    assert (found["pauses"], found["pauses_per_min"], found["longest_pause_ms"]) == (0, 0, 0)
+    assert {"command_round_trip_p50_ms", "set_points_per_s", "breaks"}.isdisjoint(found)
 
 
 def test_sound_before_its_picture_has_a_skew_below_zero() -> None:
     """Of 200 ms old pictures and 90 ms old sound the skew is −110, and 110 without its sign."""
-    found = figures(readings(10, picture_age_ms=200, sound_age_ms=90))
-    assert found.skew_ms is not None
-    assert found.skew_ms.median == pytest.approx(-110, abs=0.5)
-    assert found.absolute_skew_p95_ms == pytest.approx(110, abs=0.5)
+    found = summed(readings(10, picture_age_ms=200, sound_age_ms=90))
+    assert found["skew_p50_ms"] == pytest.approx(-110, abs=0.5)
+    assert found["joined_skew_p95_ms"] == pytest.approx(110, abs=0.5)
+
+
+def test_skew_counts_from_three_seconds_after_joining() -> None:
+    """Skew in the first 3 s is ignored, and any later skew counts."""
+    page = readings(20, picture_age_ms=80, sound_age_ms=120)
+    late = page.model_copy(update={"first_picture_ms": OPENED_MS + 60_000})
+    assert "joined_skew_p95_ms" in figures(page, window(page, settle_s=10))
+    assert "joined_skew_p95_ms" not in figures(late, window(page))
 
 
 @pytest.mark.parametrize("age_ms", [3.0, 480.0, 999.0, 1001.0, 1430.0, 2600.0])
 def test_sound_may_be_older_than_a_second(age_ms: float) -> None:
     """A burst does not say which second it is of; the pictures beside it do."""
-    found = figures(readings(10, picture_age_ms=age_ms + 60, sound_age_ms=age_ms))
-    assert found.sound_age_ms is not None
-    assert found.sound_age_ms.median == pytest.approx(age_ms, abs=0.5)
+    found = summed(readings(10, picture_age_ms=age_ms + 60, sound_age_ms=age_ms))
+    assert found["sound_age_p50_ms"] == pytest.approx(age_ms, abs=0.5)
 
 
 def test_sound_is_no_younger_than_the_jitter_buffer_held_it() -> None:
@@ -63,9 +70,7 @@ def test_sound_is_no_younger_than_the_jitter_buffer_held_it() -> None:
     page = readings(10, picture_age_ms=200, sound_age_ms=1300)
     page.counters = counters([(0, 0)] * 100)
     page.counters.sound_buffer_ms = [1100.0] * 100
-    found = figures(page)
-    assert found.sound_age_ms is not None
-    assert found.sound_age_ms.median == pytest.approx(1300, abs=0.5)
+    assert summed(page)["sound_age_p50_ms"] == pytest.approx(1300, abs=0.5)
 
 
 def test_sound_that_falls_behind_is_followed_over_the_second() -> None:
@@ -74,20 +79,18 @@ def test_sound_that_falls_behind_is_followed_over_the_second() -> None:
     page.pictures = Pictures()
     page.sound = blocks(21, 900)
     page.sound.start_ms = [at + 0.05 * (at - OPENED_MS) for at in page.sound.start_ms]
-    found = figures(page)
-    assert found.sound_age_ms is not None
-    assert found.sound_age_ms.max - found.sound_age_ms.min > 800
-    assert found.sound_drift_ms_per_min == pytest.approx(60 * 1000 * 0.05 / 1.05, rel=0.02)
+    found = summed(page)
+    assert found["sound_age_p95_ms"] - found["sound_age_p50_ms"] > 350
+    assert found["sound_drift_ms_per_min"] == pytest.approx(60 * 1000 * 0.05 / 1.05, rel=0.02)
 
 
 def test_unreadable_pictures_have_no_age_but_are_pictures() -> None:
     """With every other card spoilt ages are as before, and the rate counts all that changed."""
     page = readings(10)
     page.pictures.stamp_ms[::2] = [None] * len(page.pictures.stamp_ms[::2])
-    found = figures(page)
-    assert found.picture_age_ms is not None
-    assert found.picture_age_ms.p95 == 80
-    assert found.pictures_per_s == pytest.approx(25, abs=0.2)
+    found = summed(page)
+    assert found["picture_age_p95_ms"] == 80
+    assert found["pictures_per_s"] == pytest.approx(25, abs=0.2)
 
 
 def test_the_same_picture_again_is_no_other() -> None:
@@ -95,24 +98,51 @@ def test_the_same_picture_again_is_no_other() -> None:
     page = readings(10)
     stamps = page.pictures.stamp_ms
     stamps[126:150] = [stamps[125]] * 24
-    found = figures(page)
-    assert found.longest_freeze_ms == pytest.approx(1000)
-    assert found.pictures_per_s == pytest.approx(25 - 24 / 7, abs=0.2)
+    found = summed(page)
+    assert found["longest_freeze_ms"] == pytest.approx(1000)
+    assert found["pictures_per_s"] == pytest.approx(25 - 24 / 7, abs=0.2)
 
 
 def test_a_freeze_at_the_end_counts_to_the_end() -> None:
     """A picture that stands for the last 4 of 12 s while the sound plays counts as a freeze."""
     page = readings(12)
     page.pictures = pictures(8, 80)
-    found = figures(page)
-    assert found.longest_freeze_ms == pytest.approx(4000, abs=60)
-    assert figures(page, to_ms=OPENED_MS + 20_000).longest_freeze_ms == pytest.approx(12_040)
+    assert summed(page)["longest_freeze_ms"] == pytest.approx(4000, abs=60)
+    assert summed(page, to_ms=OPENED_MS + 20_000)["longest_freeze_ms"] == pytest.approx(12_040)
 
 
 def test_what_is_shorter_than_its_settling_has_no_figures() -> None:
     """Of 2 s, 3 of which are not counted, nothing is left."""
-    found = figures(readings(2))
-    assert (found.picture_age_ms, found.sound_age_ms, found.pictures_per_s) == (None, None, None)
+    assert {"picture_age_p50_ms", "sound_age_p50_ms", "pictures_per_s"}.isdisjoint(
+        summed(readings(2))
+    )
+
+
+def test_a_rate_is_of_pictures_of_that_size() -> None:
+    """Smaller pictures do not count for the larger size; no large one is none, not nothing."""
+    page = readings(20).model_copy(update={"pictures": shown((10, 30, 50, 640), (20, 10, 50, 320))})
+    found = figures(page, window(page, settle_s=0))
+    assert found["pictures_640_per_s"] == pytest.approx(15, abs=0.1)
+    assert found["pictures_160_per_s"] == pytest.approx(20, abs=0.1)
+    small = page.model_copy(update={"pictures": shown((20, 10, 50, 320))})
+    assert summed(small)["pictures_640_per_s"] == 0
+
+
+def test_a_break_is_seen() -> None:
+    """Connected once and all along is 0; each change of it counts, and so does a dead end."""
+    page = readings(10)
+    states = ["connecting", "connected", "disconnected", "connected"]
+    for number, expected in ((2, 0), (4, 2)):
+        page.connections = Connections(at_ms=[0.0] * number, state=states[:number])
+        assert summed(page)["breaks"] == expected
+        assert summed(page, to_ms=END_MS)["breaks"] == expected + 1
+
+
+def test_driving_is_seen() -> None:
+    """The rate of set-points is over the measured time."""
+    page = readings(10)
+    page.set_points = SetPoints(at_ms=[OPENED_MS + 50 * number for number in range(400)])
+    assert summed(page)["set_points_per_s"] == pytest.approx(20, abs=0.2)
 
 
 def test_a_pause_in_the_tone_is_found_and_a_blink_is_not() -> None:
@@ -142,13 +172,14 @@ def test_late_sound_is_judged_from_its_own_settling_on() -> None:
     for begin in (600, 900):
         page.sound.tone[begin : begin + 20] = [0.0] * 20
         page.sound.burst[begin : begin + 20] = [0.0] * 20
-    found = figures(page)
-    assert (found.from_ms, found.sound_from_ms) == (OPENED_MS + 3000, OPENED_MS + 8000)
-    assert found.tone_pauses == Pauses(at_ms=[OPENED_MS + 9000], length_ms=[200])
+    within, found = window(page), summed(page)
+    assert (within.from_ms, within.sound_from_ms) == (OPENED_MS + 3000, OPENED_MS + 8000)
+    minutes = (within.to_ms - within.sound_from_ms) / 60_000
+    assert found["pauses_per_min"] == pytest.approx(1 / minutes)
+    assert (found["longest_pause_ms"], found["pauses"]) == (200, 2)
     page.first_sound_ms = OPENED_MS + 12_000
-    found = figures(page, to_ms=OPENED_MS + 13_000)
-    assert found.sound_from_ms == OPENED_MS + 15_000
-    assert (found.tone_pauses, found.sound_age_ms) == (Pauses(), None)
+    found = summed(page, to_ms=OPENED_MS + 13_000)
+    assert {"pauses_per_min", "sound_age_p50_ms"}.isdisjoint(found)
 
 
 def test_pauses_are_cut_to_the_window() -> None:
@@ -183,11 +214,13 @@ def test_concealment_broken_for_a_packet_is_one_pause() -> None:
     assert found.length_ms == [pytest.approx(285)]
 
 
-def test_concealed_share_is_of_what_was_played() -> None:
-    """10 of each 100 ms are a tenth."""
-    page = readings(10)
-    page.counters = counters([(10.0, 1)] * 100)
-    assert figures(page).concealed_share == pytest.approx(0.1)
+def test_concealment_counts_from_the_first_sound() -> None:
+    """Of 2 s after the first sound 100 ms were made up; what was before it does not count."""
+    rows = [(100.0, 1)] * 10 + [(0.0, 0)] * 10 + [(100.0, 1)] + [(0.0, 0)] * 10
+    page = Readings(opened_ms=OPENED_MS, first_sound_ms=OPENED_MS + 1000, counters=counters(rows))
+    assert summed(page, to_ms=END_MS)["concealed_percent"] == pytest.approx(5, abs=0.5)
+    silent = page.model_copy(update={"first_sound_ms": None})
+    assert "concealed_percent" not in summed(silent, to_ms=END_MS)
 
 
 def test_our_own_players_counts_come_before_the_browsers() -> None:
@@ -200,40 +233,35 @@ def test_our_own_players_counts_come_before_the_browsers() -> None:
         made_up_ms=[20.0 * second for second in seconds],
         stretched_ms=[5.0 * second for second in seconds],
     )
-    found = figures(page)
-    assert found.concealed_share == pytest.approx(0.02)
-    assert found.stretched_share == pytest.approx(0.005)
+    found = summed(page)
+    assert found["concealed_percent"] == pytest.approx(2)
+    assert found["stretched_percent"] == pytest.approx(0.5)
 
 
-def test_bytes_are_told_by_what_they_are() -> None:
-    """Of 1000 bytes a look 700 are video and 100 sound; what was not counted is None."""
+def test_bytes_are_a_rate() -> None:
+    """Of 1000 bytes a look 10 kB come a second; what was not counted is not told."""
     page = readings(10)
     page.counters = counters([(0, 0)] * 100)
-    for name, step in {"received": 1000, "video": 700, "audio": 100}.items():
-        setattr(page.counters, f"{name}_bytes", [float(n * step) for n in range(100)])
-    found = figures(page)
-    assert found.received_bytes_per_s == pytest.approx(10_000)
-    assert found.received_video_bytes_per_s == pytest.approx(7000)
-    assert found.received_audio_bytes_per_s == pytest.approx(1000)
-    assert found.sent_bytes_per_s is None
+    page.counters.received_bytes = [float(n * 1000) for n in range(100)]
+    found = summed(page)
+    assert found["received_kb_per_s"] == pytest.approx(10)
+    assert "sent_kb_per_s" not in found
 
 
 def test_speech_is_not_judged_by_the_cards_tones() -> None:
     """Speech pauses and has tones of its own: no burst, no tone pause comes of it."""
     page = readings(10)
-    page.pictures.stamp_ms = [None] * 250
-    page.pictures.mouth = [0.5] * 250
     page.sound.tone[400:500] = [0.0] * 100
-    found = figures(page)
-    assert (found.sound_age_ms, found.tone_pauses) == (None, Pauses())
+    assert {"sound_age_p50_ms", "pauses", "pauses_per_min"}.isdisjoint(summed(page, is_speech=True))
 
 
 def test_drift_is_not_moved_by_outliers() -> None:
     """A steady 6 ms a minute stays that with a tenth of the values a second off."""
     at_ms = [100.0 * n for n in range(600)]
     values = [at / 10_000 + (1000 if n % 10 == 3 else 0) for n, at in enumerate(at_ms)]
-    assert drift_per_min(at_ms, values) == pytest.approx(6, abs=0.1)
-    assert drift_per_min(at_ms[:40], values[:40]) is None
+    series = list(zip(at_ms, values, strict=True))
+    assert drift_per_min(series) == pytest.approx(6, abs=0.1)
+    assert drift_per_min(series[:40]) is None
 
 
 @pytest.mark.parametrize("at_ms", [5 * 2**40 + 30.5, 5 * 2**40 - 30.5, 1_800_000_000_000.0])

@@ -8,9 +8,9 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from e2e.delay.speech import film_file
 from e2e.delay.systems.running import PORT
 from e2e.delay.systems.served import serving
-from e2e.delay.talking_head import film_file
 from e2e.measure.errors import MeasureError, NotRunError
 from e2e.peers.livekit.errors import LiveKitError
 from e2e.peers.livekit.installation import check_sdk, find_client, find_server

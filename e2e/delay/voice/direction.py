@@ -10,8 +10,6 @@ import numpy as np
 
 from e2e.harness.direction import lateral_deg
 from e2e.harness.listener import Listener
-from e2e.measure.row import counted, judged
-from e2e.measure.summary import summarize
 from wax.capture.source import SAMPLE_RATE_HZ
 from wax.config.settings import AudioSettings
 from wax.driver.interface import Pose
@@ -26,7 +24,6 @@ from wax.streams.rendition_ladder import sound_forms
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from e2e.measure.row import Row
     from wax.congestion.allocation import SoundForm
 
 LISTENS_S: Final = 2.0
@@ -41,34 +38,6 @@ def stereo_forms() -> list[SoundForm]:
     audio = AudioSettings()
     forms = (form for one in audio.forms for form in sound_forms(one, audio.channels))
     return [form for form in forms if form.channels > 1]
-
-
-async def direction(n: int) -> list[Row]:
-    """Stand in `n` places, in each for 2 s, and listen in every stereo form."""
-    rows: list[Row] = []
-    for form in stereo_forms():
-        errors_deg, wrong = errors(form, n)
-        near = sum(error <= WITHIN_DEG for error in errors_deg)
-        rows += [
-            counted(
-                f"direction/{form.mu_ms}/side",
-                f"the radio heard on the wrong side, {form.name}",
-                wrong,
-                n,
-            ),
-            judged(
-                f"direction/{form.mu_ms}/near",
-                f"… its direction heard to {WITHIN_DEG:g}°",
-                "%",
-                {"share": 100.0 * near / n},
-                100.0 * SHARE,
-                n=n,
-                column="share",
-                at_least=True,
-                detail={"error in degrees": summarize(errors_deg).model_dump(exclude={"n"})},
-            ),
-        ]
-    return rows
 
 
 def errors(form: SoundForm, n: int, seed: int = 2004) -> tuple[list[float], int]:

@@ -9,11 +9,10 @@ const makeVideoProbe = (clock, hooks, limit) => {
   const COLUMNS = 16;
   const ROWS = 3;
   const FINE = 3; // drawn with 3 × 3 samples a cell, of which the middle one is read
-  const table = makeTable(["at_ms", "stamp40_ms", "mouth", "width", "height"], 36_000);
+  const table = makeTable(["at_ms", "stamp40_ms", "width", "height"], 36_000);
   const cost = { reads: 0, missed: 0 };
   let first_ms = null;
   let chosen = null;
-  let mouthSeen = false;
 
   const makeContext = (width, height) => {
     const canvas = document.createElement("canvas");
@@ -23,7 +22,6 @@ const makeVideoProbe = (clock, hooks, limit) => {
   };
   const small = makeContext(COLUMNS * FINE, ROWS * FINE);
   small.imageSmoothingQuality = "medium"; // averages over what a sample stands for
-  let strip = null;
 
   const crc8 = (bytes) => {
     let crc = 0;
@@ -76,27 +74,6 @@ const makeVideoProbe = (clock, hooks, limit) => {
     });
   };
 
-  // How far the mouth is open, null until there was red where its mouth would be.
-  const readMouth = (picture, width, height) => {
-    const high = Math.max(1, Math.round(height * 0.3));
-    if (strip?.canvas.height !== high) {
-      strip = makeContext(4, high);
-      strip.imageSmoothingEnabled = false;
-    }
-    strip.drawImage(picture, width / 2 - 2, height * 0.55, 4, height * 0.3, 0, 0, 4, high);
-    const { data } = strip.getImageData(0, 0, 4, high);
-    let open = 0;
-    for (let y = 0; y < high; y++) {
-      let red = 0;
-      for (let at = 16 * y; at < 16 * (y + 1); at += 4) {
-        if (data[at] > 180 && data[at + 1] < 90 && data[at + 2] < 90) red++;
-      }
-      if (red >= 2) open++;
-    }
-    mouthSeen ||= open > 0;
-    return mouthSeen ? Math.min(1, open / (0.25 * height)) : null;
-  };
-
   let byLuma = "VideoFrame" in window; // until a frame shows that this browser has none to give
   const read = async (video, at_ms, mediaTime_s) => {
     const { videoWidth, videoHeight } = video;
@@ -112,9 +89,7 @@ const makeVideoProbe = (clock, hooks, limit) => {
         return;
       }
       const stamp = byLuma ? await stampOfLuma(frame) : stampOfDrawing(video);
-      const picture = byLuma ? frame : video;
-      const mouth = stamp === null ? readMouth(picture, videoWidth, videoHeight) : null;
-      table.add(rounded(at_ms, 2), stamp, rounded(mouth, 3), videoWidth, videoHeight);
+      table.add(rounded(at_ms, 2), stamp, videoWidth, videoHeight);
     } finally {
       frame?.close();
     }

@@ -4,13 +4,48 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import av
 import numpy as np
 import pytest
 
-from e2e.delay.talking_head.quality import SPEECH_HZ, at_16_khz, places, sentences, speech_quality
+from e2e.delay.speech import (
+    FPS,
+    RATE_HZ,
+    SPEECH_HZ,
+    at_16_khz,
+    film_file,
+    places,
+    sentences,
+    speak,
+    speech_quality,
+)
+from e2e.harness.missing import missing
+from e2e.measure.errors import NotRunError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from numpy.typing import NDArray
+
+
+@pytest.fixture(scope="module")
+def voice() -> NDArray[np.int16]:
+    try:
+        return speak()
+    except NotRunError as error:
+        missing(str(error))
+
+
+def test_a_film_plays_the_voice_and_moves(voice: NDArray[np.int16], tmp_path: Path) -> None:
+    """Sound for sound and picture for picture; both are equally long, and made once."""
+    film = film_file(tmp_path)
+    with av.open(str(film)) as container:
+        pictures = sum(1 for _ in container.decode(video=0))
+    with av.open(str(film)) as container:
+        heard = np.concatenate([one.to_ndarray() for one in container.decode(audio=0)], axis=1)
+    assert pictures == len(voice) * FPS // RATE_HZ
+    assert np.array_equal(np.asarray(heard, np.int32).ravel(), voice)
+    assert film_file(tmp_path) == film
 
 
 def test_each_sentence_is_found_in_each_turn_of_the_film(voice: NDArray[np.int16]) -> None:
@@ -31,7 +66,7 @@ def test_each_sentence_is_found_in_each_turn_of_the_film(voice: NDArray[np.int16
 
 def test_holes_and_noise_score_less(voice: NDArray[np.int16]) -> None:
     """The voice itself scores best, with a tenth of it silent less; nothing heard has no score."""
-    pytest.importorskip("visqol", reason="make measure installs it")
+    pytest.importorskip("visqol", reason="make delay installs it")
     heard = np.tile(voice.astype(np.float32) / np.float32(32768), 2)
     holes = heard.copy()
     for begin in range(0, len(holes), 48_000):

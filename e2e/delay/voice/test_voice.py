@@ -1,4 +1,4 @@
-"""What is made of the suite's readings."""
+"""What is made of a voice's readings, and the voice itself, for short."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from e2e.delay.voice.command_age import Stretches, rows
-from e2e.delay.voice.mouth_to_speaker import MOST_MS, PIECE_MS, delays
-from e2e.delay.voice.silenced import silent_after_ms
+from e2e.delay.voice.mouth_to_speaker import MOST_MS, PIECE_MS, delays, mouth_to_speaker
+from e2e.delay.voice.silenced import muted, silent_after_ms, turn_ended
+from e2e.harness.missing import missing
 from e2e.measure.ear import BLOCK_MS, Block
-from e2e.measure.errors import MeasureError
+from e2e.measure.errors import MeasureError, NotRunError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -65,12 +66,35 @@ def test_a_pause_is_not_taken_for_silence(heard: list[Block]) -> None:
 
 
 def test_a_voice_that_delays_commands_misses_the_goal() -> None:
-    """The quantiles are compared, and each command that was refused for it counts."""
+    """The quantiles are compared, and a command that was refused for it is one too many."""
     silent = Stretches([float(ms) for ms in range(100)], accepted=1000)
-    speaking = Stretches([ms + 3.0 for ms in silent.ages_ms], 1000, 2, [True, False])
-    age, too_old, played = rows("lan", 2.0, silent, speaking)
+    ages_ms = [ms + 3.0 for ms in silent.ages_ms]
+    (age,) = rows("lan", 2.0, silent, Stretches(ages_ms, 1000, 0, [True, False]))
     assert age.values == {"median": 3.0, "p95": 3.0, "p99": 3.0, "max": 3.0}
-    assert (age.met, too_old.met, played.values) == (False, False, {"median": 50.0})
-    assert rows("lan", 3.0, silent, speaking)[0].met
+    assert age.met is False
+    assert rows("lan", 3.0, silent, Stretches(ages_ms, 1000))[0].met is True
+    assert rows("lan", 3.0, silent, Stretches(ages_ms, 1000, 2))[0].met is False
     with pytest.raises(MeasureError):
-        rows("lan", 3.0, Stretches(), speaking)
+        rows("lan", 3.0, Stretches(), silent)
+
+
+@pytest.mark.timeout(180)
+async def test_words_are_found_at_the_robots_speaker() -> None:
+    """Each half second of them, later than it was said."""
+    try:
+        (row,) = await mouth_to_speaker("same-machine", MOST_MS, 8)
+    except NotRunError as error:
+        missing(str(error))
+    assert (row.n, row.met) == (8, True)
+    assert row.spread is not None
+    assert row.spread.min > 0
+
+
+@pytest.mark.timeout(180)
+async def test_the_host_silences_a_voice() -> None:
+    """By muting and by ending the turn it is spoken in; before, it sounded all the time."""
+    try:
+        found = await muted(300.0, 3) + await turn_ended(300.0, 2)
+    except NotRunError as error:
+        missing(str(error))
+    assert [(row.n, row.met) for row in found] == [(3, True), (2, True)]

@@ -1,0 +1,185 @@
+"""The suite: how old picture, sound and commands are, and how far apart, on each kind of link."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import AsyncExitStack
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Final
+
+from e2e.browsers import open_browser
+from e2e.delay.judging import COLUMNS, OURS, judged
+from e2e.delay.names import AGE, GIVEN, SYSTEMS
+from e2e.delay.plan import planned
+from e2e.delay.systems import origin
+from e2e.delay.voice.command_age import SECONDS, command_age
+from e2e.delay.voice.mouth_to_speaker import mouth_to_speaker
+from e2e.delay.voice.silenced import muted, turn_ended
+from e2e.delay.watch import repeated, said
+from e2e.instrument.error import own_error
+from e2e.link import Link
+from e2e.load.page.first_picture import first_picture
+from e2e.load.page.input_to_gate import input_to_gate
+from e2e.load.page.ways import WAYS
+from e2e.measure.suite import FIRMWARE, PAGE, SERVER, Case, Suite, measured
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from e2e.delay.plan import Planned
+    from e2e.measure.row import Row
+
+_PUBLISHED_WAYS: Final = ("key", "joystick", "gamepad")
+_WORDS: Final = "half seconds of speech, said and played"
+_PAIRS: Final = f"pairs of {SECONDS:g} s, speaking and silent"
+_OPENED: Final = "openings of the link"
+
+
+async def _instrument(n: int) -> list[Row]:
+    """Measure the instrument's own error, once whatever is asked for."""
+    with said():
+        async with AsyncExitStack() as leaving:
+            folder = Path(leaving.enter_context(TemporaryDirectory(prefix="wax-delay-")))
+            rooms = folder / "server", folder / "browser"
+            for room in rooms:
+                room.mkdir()
+            link = await leaving.enter_async_context(Link("same-machine"))
+            browser = await leaving.enter_async_context(
+                open_browser("chromium", link, [origin(link)], rooms[1])
+            )
+            return await own_error(link, browser, rooms[0])
+
+
+def _of(one: Planned) -> Case:
+    seconds = f"times {one.cell.seconds:g} s of {SYSTEMS[one.cell.system]}"
+    return Case(
+        one.cell.variant,
+        seconds,
+        one.n,
+        lambda n: asyncio.run(repeated(one.cell, n)),
+        minutes=one.minutes,
+        long=one.long,
+    )
+
+
+def derive(rows: list[Row]) -> list[Row]:
+    """Judge the cells; of what is timed the judged quantile stands in the column of WAX."""
+    by_key = {row.key: row for row in rows if "cell" not in row.detail}
+    own = [row for row in by_key.values() if row.key.startswith("instrument/")]
+    return [*own, *judged(rows), *_timed(by_key, [row.key for row in own])]
+
+
+def _timed(by_key: dict[str, Row], but: Sequence[str]) -> Iterator[Row]:
+    """Set a peer's value into its column, and let the worse of a press and its release stand."""
+    for key, row in by_key.items():
+        if key in but or ": " in key:
+            continue
+        worse = max(
+            (row, by_key.get(f"{key}: release", row)),
+            key=lambda one: (one.met is False, one.values.get(one.judged) or 0.0),
+        )
+        stock = by_key.get(f"{key}: stock")
+        values = {OURS: worse.values.get(worse.judged)}
+        if stock is not None:
+            values[SYSTEMS["stock"]] = stock.values.get(row.judged)
+        what = row.what if worse is row else f"{row.what}, pressed or let go"
+        update: dict[str, Any] = {"what": f"{what}, {row.judged}", "values": values, "judged": OURS}
+        kept = ("spread", "met", "goal", "n")
+        update |= {name: getattr(worse, name) for name in kept}
+        yield row.model_copy(update=update)
+
+
+SUITE: Final = Suite(
+    name="delay",
+    about="Measure how old picture, sound and commands are on each kind of link, beside peers.",
+    measures=(*SERVER, *PAGE, "web/src/**/*.css", "web/index.html", *FIRMWARE),
+    columns=COLUMNS,
+    cases=(
+        measured("instrument", 1, _instrument, "the instrument’s own error", 1, minutes=0.6),
+        *map(_of, planned()),
+        measured(
+            "first-picture/internet-5m",
+            8,
+            partial(first_picture, "internet-5m", 1000.0, "stock aiortc’s page, a bare video"),
+            _OPENED,
+            3,
+            minutes=1.7,
+        ),
+        measured(
+            "first-picture/modem-56k",
+            3,
+            partial(first_picture, "modem-56k", 25_000.0, None),
+            _OPENED,
+            1,
+            minutes=1.7,
+        ),
+        *(
+            measured(
+                f"input/{way.key}",
+                80,
+                partial(input_to_gate, way),
+                "presses",
+                15,
+                minutes=0.9,
+                long=way.key not in _PUBLISHED_WAYS,
+            )
+            for way in WAYS
+        ),
+        *(
+            measured(
+                f"mouth-to-speaker/{profile}",
+                40,
+                partial(mouth_to_speaker, profile, goal_ms),
+                _WORDS,
+                10,
+                minutes=1.1,
+                long=profile != "internet-5m",
+            )
+            for profile, goal_ms in (("internet-5m", 200.0), ("same-machine", 100.0))
+        ),
+        measured("mute", 20, partial(muted, 300.0), "times while somebody speaks", 3, minutes=1.6),
+        measured(
+            "turn-end",
+            50,
+            partial(turn_ended, 300.0),
+            "times while somebody speaks",
+            2,
+            minutes=4,
+            long=True,
+        ),
+        *(
+            measured(
+                f"command-age/{profile}",
+                n,
+                partial(command_age, profile, goal_ms),
+                _PAIRS,
+                1,
+                minutes=n * 0.9 + 0.5,
+                long=profile != "modem-56k",
+            )
+            for profile, goal_ms, n in (("modem-56k", 40.0, 2), ("same-machine", 2.0, 10))
+        ),
+    ),
+    derive=derive,
+    notes=(
+        "Judged is the median over the repetitions; what stands beside was measured once.",
+        AGE,
+        "Age of the sound: from capture to the ear, a sound device (PulseAudio’s null sink) whose "
+        "output is recorded, so that the browser’s way to the device is included. Concealed is "
+        "what was heard and never sent, stretched what was heard twice.",
+        "Driving on the modem: the operator’s page holds a key and sends 20 set-points a second; "
+        "the commands’ round trip is that of the pings that share the channel with them.",
+        *GIVEN,
+        "First picture: from the start of the page’s navigation to the second picture that is "
+        "presented and differs from the first, in a browser without a past.",
+        "Inputs: from the time stamp of the browser’s event, for the gamepad from its injected "
+        "change, on one machine. A touch is emulated, and headless Chromium takes up to a frame to "
+        "tell the page of it.",
+        "Voice: from when Chromium’s microphone, which is fed from a file, has begun to hear a "
+        "piece of speech to when a sound device at the robot plays it; silence from when the "
+        "button is pressed on the host’s page to the end of the last sound at that device; a "
+        "command’s age by the difference of the quantiles with and without a voice.",
+    ),
+)
