@@ -50,9 +50,6 @@ class Counters(_Columns):
     """Put in where sound was played slowly, to wait for more."""
     sound_buffer_ms: list[float | None] = []
     """Mean jitter buffer delay since the look before."""
-    audio_bytes: list[float | None] = []
-    """RTP with headers, as received, and with what was sent again; `video_bytes` too."""
-    video_bytes: list[float | None] = []
     received_bytes: list[float | None] = []
     """All that the transport received: RTP, RTCP, data channels."""
     sent_bytes: list[float | None] = []

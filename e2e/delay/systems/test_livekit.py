@@ -1,37 +1,26 @@
-"""LiveKit at the server's end: its command line, its refusals, and that all of it is one family."""
+"""LiveKit at the server's end: what it refuses, and when its page is open."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 import pytest
 
 from e2e.delay.cell import Cell
 from e2e.delay.systems import peers
-from e2e.delay.systems.peers import LiveKitRunning, check_installed, command
-from e2e.harness.missing import missing
-from e2e.link import Link, UnavailableError
+from e2e.delay.systems.peers import LiveKitRunning, check_installed
 from e2e.measure.errors import MeasureError, NotRunError
 from e2e.peers.livekit import installation
-from e2e.peers.livekit.__main__ import parse
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from e2e.delay.cell import SystemName
 
 
 def cell(system: SystemName) -> Cell:
     return Cell(experiment="E2", profile="lan", system=system)
-
-
-@pytest.mark.parametrize("film", [None, Path("/films/film.mp4")])
-def test_its_own_program_takes_the_command_line(film: Path | None) -> None:
-    """It is told who publishes, the address at its end, and a film only where there is one."""
-    for system, how in (("livekit", "sdk"), ("livekit-whip", "whip")):
-        asked = parse(command(cell(system), "10.77.0.1", film)[2:])  # type: ignore[arg-type]  # a name
-        assert (asked.how, str(asked.host), asked.media) == (how, "10.77.0.1", film)
 
 
 @pytest.mark.parametrize(
@@ -71,24 +60,3 @@ async def test_it_is_open_when_the_page_plays(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(peers, "_PLAYS_WITHIN_S", 0.0)
     with pytest.raises(MeasureError, match="not connected: no token"):
         await running.opened(page("not connected: no token"))
-
-
-@pytest.mark.timeout(90)
-@pytest.mark.parametrize("system", ["livekit", "livekit-whip"])
-async def test_it_serves_at_its_end_and_leaves_nothing(system: Any, tmp_path: Path) -> None:
-    """Over a link it publishes, tells its versions, and all its processes end with the block."""
-    try:
-        check_installed("sdk" if system == "livekit" else "whip")
-    except NotRunError as error:
-        pytest.skip(str(error))
-    try:
-        async with Link("lan") as link:
-            async with peers.start(cell(system), link, tmp_path) as running:
-                told = await running.told()
-                family = psutil.Process(running.pid).children(recursive=True)
-                assert len(family) == 1
-                assert told["livekit_server"] == "1.11.0"
-                assert told["published"] == 1
-            assert not [child for child in family if child.is_running()]
-    except UnavailableError as error:
-        missing(str(error))

@@ -6,23 +6,13 @@ import tomllib
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import settings as examples
-from hypothesis import strategies as st
 
 from e2e.delay.cell import Cell, SystemName
 from e2e.delay.systems.settings import THESIS, settings
 from e2e.delay.systems.wax import flat
 from e2e.harness import toml
-from e2e.harness.toml import merged
 from e2e.measure.errors import MeasureError
 from wax.config import settings as config
-
-TEXT = st.text(st.characters(codec="utf-8"))
-SCALARS = st.booleans() | st.integers() | st.floats(allow_nan=False) | TEXT
-VALUES = st.recursive(
-    SCALARS, lambda inner: st.lists(inner) | st.dictionaries(TEXT, inner), max_leaves=12
-)
 
 
 def cell(system: SystemName, **keys: Any) -> Cell:
@@ -33,30 +23,6 @@ def read(system: SystemName, media: str = "testcard", **keys: Any) -> config.Set
     """Let WAX read what the lab writes."""
     text = toml.dumps(settings(cell(system, **keys), media))
     return config.parse(tomllib.loads(text), "a test")
-
-
-@examples(deadline=None, max_examples=50)
-@given(st.dictionaries(TEXT, VALUES))
-def test_a_tree_is_read_back_as_it_was_written(tree: dict[str, Any]) -> None:
-    """Whatever a tree of tables, lists and scalars holds, its TOML says the same."""
-    assert tomllib.loads(toml.dumps(tree)) == tree
-
-
-def test_what_toml_cannot_say_is_refused() -> None:
-    """A null is an error and not a text."""
-    with pytest.raises(TypeError, match="None"):
-        toml.dumps({"video": {"source": None}})
-
-
-def test_tables_are_merged_key_by_key() -> None:
-    """What is laid over a tree replaces single keys and whole lists, and leaves the tree alone."""
-    tree = {"a": {"b": 1, "c": [1, 2]}, "d": 3}
-    assert merged(tree, {"a": {"c": [4]}, "e": {"f": 5}}) == {
-        "a": {"b": 1, "c": [4]},
-        "d": 3,
-        "e": {"f": 5},
-    }
-    assert tree == {"a": {"b": 1, "c": [1, 2]}, "d": 3}
 
 
 @pytest.mark.parametrize("system", ["audio-master", "operator"])

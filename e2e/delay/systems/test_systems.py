@@ -1,11 +1,7 @@
-"""Whole sessions through the link, and their end."""
+"""Whole sessions through the link, and browsers that are missing or broken."""
 
 from __future__ import annotations
 
-import os
-import signal
-import subprocess
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,27 +22,6 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).parents[3]
 PROBE = ROOT / "e2e" / "harness" / "probe.js"
-
-OWNER = """
-import asyncio, sys
-from pathlib import Path
-from e2e.browsers import open_browser
-from e2e.delay.cell import Cell
-from e2e.link import Link
-from e2e.delay.systems import origin, start
-
-async def main():
-    cell = Cell(experiment="E4", profile="lan", system="stock")
-    folder = Path(sys.argv[1])
-    async with Link("lan") as link, start(cell, link, folder) as running:
-        async with open_browser("chromium", link, [origin(link)], folder) as browser:
-            async with browser.window("") as window:
-                await window.goto(running.url)
-                print("watches", flush=True)
-                await asyncio.sleep(60)
-
-asyncio.run(main())
-"""
 
 
 @pytest_asyncio.fixture(loop_scope="session")
@@ -111,14 +86,6 @@ async def watch(cell: Cell, running: Any, browser: Any) -> None:
         if cell.drives:
             where = ("robot.pose.x_m", "robot.pose.y_m")
             assert [told[one] for one in where] != [at_first[one] for one in where]
-        assert await kept(browser, running.url) == []
-
-
-async def kept(browser: Any, url: str) -> Any:
-    """Return what another window of the same browser knows of this origin before its scripts."""
-    async with browser.window("window.kept = Object.keys(localStorage)") as window:
-        await window.goto(url)
-        return await window.evaluate("kept")
 
 
 async def test_the_end_of_the_log_is_told(link: Link, tmp_path: Path) -> None:
@@ -152,35 +119,3 @@ async def test_a_broken_browser_is_a_sentence(
     with pytest.raises(MeasureError, match=f"(?i)^{browser} does not"):
         async with open_browser(browser, link, [origin(link)], tmp_path):
             pass
-
-
-@pytest.mark.timeout(90)
-@pytest.mark.usefixtures("link")
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
-def test_nothing_is_left_however_the_lab_ends(how: signal.Signals, tmp_path: Path) -> None:
-    """After Ctrl-C, which a terminal sends to all, and after a crash server and browser end too."""
-    owner = subprocess.Popen(
-        [sys.executable, "-c", OWNER, str(tmp_path)],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-        process_group=0,
-    )
-    try:
-        assert owner.stdout is not None
-        assert owner.stdout.readline() == "watches\n"
-        family = psutil.Process(owner.pid).children(recursive=True)
-        names = " ".join(" ".join(one.cmdline()) for one in family)
-        assert "e2e.peers.stock" in names
-        assert "chromium" in names
-        if how is signal.SIGINT:
-            os.killpg(owner.pid, how)
-        else:
-            owner.send_signal(how)
-        owner.wait(20)
-        _, left = psutil.wait_procs(family, 15)
-        assert left == []
-    finally:
-        owner.kill()
-        owner.communicate()

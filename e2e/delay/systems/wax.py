@@ -125,7 +125,18 @@ def flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, float | str]:
 def press(name: str) -> str:
     """Return a script that presses the button with this text, and is true when there is one."""
     return (
-        "((button) => Boolean(button && !button.disabled && (button.click(), true)))("
+        "((button) => Boolean(button && !button.disabled && (button.click(), true)))"
+        f"({_button(name)})"
+    )
+
+
+def has(name: str) -> str:
+    """Return an expression that is true once there is a button with this text."""
+    return f"Boolean({_button(name)})"
+
+
+def _button(name: str) -> str:
+    return (
         "[...document.querySelectorAll('button')].find((one) => "
-        f"(one.getAttribute('aria-label') ?? one.textContent).trim() === '{name}'))"
+        f"(one.getAttribute('aria-label') ?? one.textContent).trim() === '{name}')"
     )

@@ -5,10 +5,11 @@ from __future__ import annotations
 import asyncio
 import json
 import random
+import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from e2e.delay.systems.wax import press
+from e2e.delay.systems.wax import has, press
 from e2e.delay.voice.stage import ear_ahead_ms, staged
 from e2e.harness.page_clock import PageClock, page_clock
 from e2e.measure.ear import BLOCK_MS
@@ -104,6 +105,12 @@ def silent_after_ms(heard: Sequence[Block], act_ms: float) -> float | None:
 
 
 async def _scene(stage: Stage, host: Window) -> _Scene:
+    """Return it once the host's page has its panel, which may come after the picture."""
+    until_s = time.monotonic() + _TELLS_WITHIN_S
+    while not await host.evaluate(has("Mute all voices")):
+        if time.monotonic() > until_s:
+            raise MeasureError("the host's page has no panel to mute voices by")
+        await asyncio.sleep(_REST_S)
     clocks = [await page_clock(window.evaluate) for window in (stage.window, host)]
     return _Scene(stage, host, *clocks)
 

@@ -7,8 +7,6 @@ const makeCounts = (clock, hooks, limit) => {
     "concealment_events",
     "stretched_samples",
     "sound_buffer_ms",
-    "audio_bytes",
-    "video_bytes",
     "received_bytes",
     "sent_bytes",
   ];
@@ -21,7 +19,7 @@ const makeCounts = (clock, hooks, limit) => {
   const sum = (reports, field) => {
     let total = null;
     for (const report of reports) {
-      const value = typeof field === "function" ? field(report) : report[field];
+      const value = report[field];
       if (typeof value === "number") total = (total ?? 0) + value;
     }
     return total;
@@ -32,9 +30,6 @@ const makeCounts = (clock, hooks, limit) => {
     if (delay_s === null || !last || items <= last.items) return null;
     return (1000 * (delay_s - last.delay_s)) / (items - last.items);
   };
-
-  // With headers, and with what was sent again.
-  const whole = (r) => r.bytesReceived + (r.headerBytesReceived ?? 0);
 
   const COUNTED = new Set(["inbound-rtp", "transport", "candidate-pair"]);
   const look = async () => {
@@ -49,7 +44,6 @@ const makeCounts = (clock, hooks, limit) => {
     const of = (type, kind) =>
       [...seen.values()].filter((r) => r.type === type && (!kind || r.kind === kind));
     const sound = of("inbound-rtp", "audio");
-    const picture = of("inbound-rtp", "video");
     // Only Chromium counts by transport; else by the pairs of addresses that it ran over.
     const transports = of("transport").filter((r) => r.bytesReceived !== undefined);
     const carriers = transports.length ? transports : of("candidate-pair");
@@ -63,8 +57,6 @@ const makeCounts = (clock, hooks, limit) => {
         sum(sound, "jitterBufferDelay"),
         sum(sound, "jitterBufferEmittedCount"),
       ),
-      audio_bytes: sum(sound, whole),
-      video_bytes: sum(picture, whole),
       received_bytes: sum(carriers, "bytesReceived"),
       sent_bytes: sum(carriers, "bytesSent"),
     };
