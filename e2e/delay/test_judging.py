@@ -13,7 +13,6 @@ from e2e.delay.measures import MEASURES
 from e2e.delay.plan import DRIVES, planned
 from e2e.delay.systems.settings import settings
 from e2e.measure.errors import MeasureError
-from e2e.measure.headline import ROWS
 from e2e.measure.row import Row, summed
 from e2e.measure.row import judged as beside
 
@@ -159,10 +158,3 @@ def test_what_is_timed_stands_in_the_columns() -> None:
     assert (key.values, key.met, key.judged) == ({"WAX": 30.0}, False, "WAX")
     assert opened.values == {"WAX": 700.0, "stock aiortc": 9.0}
     assert opened.what == "a link, p95"
-
-
-def test_the_headline_finds_its_rows() -> None:
-    """The rows that the README shows of this suite are among its goals."""
-    keys = {goal.key for goal in goals()}
-    wanted = [key for name, key in ROWS if name in ("delay", "goals", "sound")]
-    assert set(wanted) <= keys
