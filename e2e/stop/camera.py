@@ -13,7 +13,7 @@ import threading
 import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, Self
 
 from e2e.harness.wait import eventually
 from wax.capture.testcard import TestCardVideo
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from wax.config.settings import VideoSettings
 
 CONTROL: Final = "WAX_FAULTS_CAMERA"
-PLUG_IN: Final = {"video": {"source": "e2e.stop.camera:Camera"}}
+PLUG_IN: Final[dict[str, Any]] = {"video": {"source": "e2e.stop.camera:Camera"}}
 _LOOK_S: Final = 0.01
 _LONGEST_READ_S: Final = 1.9
 """A source may block for 2 s."""
@@ -95,14 +95,15 @@ def _running_loops() -> list[asyncio.AbstractEventLoop]:
 
 
 class Control:
-    """Controls the camera: `with Control() as control:`; `environment` is for the server."""
+    """Controls the camera: `with Control() as control:`; a rig of `Fault`."""
 
     def __init__(self) -> None:
         self._temporary = TemporaryDirectory(prefix="wax-camera-")
         self.folder = Path(self._temporary.name)
+        self.settings: dict[str, Any] = PLUG_IN
         self.environment = {CONTROL: str(self.folder)}
 
-    def __enter__(self) -> Control:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

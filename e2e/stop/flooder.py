@@ -1,84 +1,111 @@
-"""A viewer without the turn who sends commands as fast as possible, in a process of its own.
-
-``python -m e2e.stop.flooder URL RATE_HZ`` writes an empty line when it begins, floods until its
-standard input ends, and then writes as JSON how much it really sent. For each line that it reads
-meanwhile it presses Stop, on its own reliable channel, and writes when: s of `time.monotonic`.
-"""
+"""A viewer without the turn who sends commands as fast as possible, in a process of its own."""
 
 from __future__ import annotations
 
 import asyncio
-import json
-import sys
 import time
-from asyncio.subprocess import PIPE, Process
 from contextlib import asynccontextmanager
-from functools import partial
+from multiprocessing import get_context
 from typing import TYPE_CHECKING, Any, Final
 
+from e2e.harness.wait import eventually
 from e2e.measure.errors import MeasureError
-from e2e.measure.suite import ROOT
+from e2e.stop.operator import RawOperator
 from wax.client import Operator
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
+    from collections.abc import AsyncIterator, Sequence
+    from multiprocessing.connection import Connection
 
+    from e2e.stop.fault import Scene
+
+RATE_HZ: Final = 10_000.0
+LEAST: Final = 0.9
+"""The share of it that must really have been sent."""
+WAYS: Final = ("operator, channel", "operator, HTTP", "observer, channel", "observer, HTTP")
 _TICK_S: Final = 0.005
 _MAX_WAITING_BYTES: Final = 256
 """As in a page (`link/peer.ts`): more in the channel's buffer would only wait longer."""
 
 
 class Flood:
-    """Controls the flooder's process; `end` returns what was sent."""
+    """The way to the flooder's process, and an observer beside it."""
 
-    def __init__(self, process: Process) -> None:
-        self._process = process
+    def __init__(self, pipe: Connection[Any, Any], observer: RawOperator) -> None:
+        self._pipe = pipe
+        self.observer = observer
 
-    async def press_stop(self) -> float:
-        """Let the flooder press Stop; return when, in s of `time.monotonic`."""
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        self._process.stdin.write(b"stop\n")
-        said = await asyncio.wait_for(self._process.stdout.readline(), 20)
-        if not said:
-            raise MeasureError("the flood ended too soon; its last words are above")
-        return float(said)
+    async def asked(self, what: str) -> float:
+        """Ask it to ``stop``, which presses Stop, or to ``end``; return what it says."""
+        self._pipe.send(what)
+        return await self.says()
 
-    async def end(self) -> dict[str, Any]:
-        assert self._process.stdin is not None
-        self._process.stdin.close()
-        said, _ = await asyncio.wait_for(self._process.communicate(), 20)
-        found = json.loads(said)
-        if not isinstance(found, dict):
-            raise MeasureError("the flood did not say what it sent")
-        return found
+    async def says(self) -> float:
+        if not await asyncio.to_thread(self._pipe.poll, 20):
+            raise MeasureError("the flooder says nothing")
+        return float(self._pipe.recv())
 
 
 @asynccontextmanager
-async def flooding(url: str, rate_hz: float) -> AsyncIterator[Flood]:
-    """Flood the server's command channel during the block."""
-    process = await asyncio.create_subprocess_exec(
-        sys.executable,
-        "-m",
-        "e2e.stop.flooder",
-        url,
-        str(rate_hz),
-        stdin=PIPE,
-        stdout=PIPE,
-        cwd=ROOT,
-    )
-    assert process.stdout is not None
-    try:
-        if not await asyncio.wait_for(process.stdout.readline(), 20):
-            raise MeasureError("the flood ended before it began; its last words are above")
-        yield Flood(process)
-    finally:
-        if process.returncode is None:
+async def flooded(scene: Scene, *, rate_hz: float = RATE_HZ) -> AsyncIterator[None]:
+    """Flood the server's command channel; raises `MeasureError` where it was less than stated."""
+    context = get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=_work, args=(scene.stage.server.url, rate_hz, theirs))
+    async with RawOperator(scene.stage.server) as observer:
+        process.start()
+        try:
+            flood = scene.prop = Flood(ours, observer)
+            await flood.says()
+            yield
+            sent_hz = await flood.asked("end")
+        finally:
             process.kill()
-            await process.wait()
+            process.join()
+    if sent_hz < LEAST * rate_hz:
+        raise MeasureError(f"the flood was of {sent_hz:.0f} messages a second only")
 
 
-async def _flood(url: str, rate_hz: float) -> dict[str, float]:
+async def press_stop(ways: Sequence[str], scene: Scene) -> float:
+    """Press Stop, each time in the next of the ways; return when."""
+    flood: Flood = scene.prop
+    who, _, how = ways[scene.trials % len(ways)].partition(", ")
+    if who == "flooder":
+        since_s = await flood.asked("stop")
+    else:
+        since_s = time.monotonic()
+        peer = scene.operator if who == "operator" else flood.observer
+        if how == "HTTP":
+            await peer.press_stop()
+        else:
+            peer.say(type="stop")
+
+    async def told() -> bool:
+        return scene.operator.stopped is not None
+
+    await eventually(told, "the operator is told of the stop", every_s=0.01)
+    return since_s
+
+
+async def release_stop(scene: Scene) -> None:
+    stop = scene.operator.stopped
+    assert stop is not None
+    scene.operator.let_go()
+    await asyncio.sleep(0.04)
+    scene.operator.release(stop)
+
+    async def released() -> bool:
+        return scene.operator.stopped is None
+
+    await eventually(released, "the stop is released", every_s=0.01)
+
+
+def _work(url: str, rate_hz: float, pipe: Connection[Any, Any]) -> None:
+    asyncio.run(_flood(url, rate_hz, pipe))
+
+
+async def _flood(url: str, rate_hz: float, pipe: Connection[Any, Any]) -> None:
+    """Say 0 when it begins, when each Stop was pressed, and how many it sent a second."""
     async with Operator(url) as peer:
         row = peer.row(1, turn=peer.turn, linear=-1.0, held=True)
         sent = allowed = 0
@@ -91,31 +118,23 @@ async def _flood(url: str, rate_hz: float) -> dict[str, float]:
 
         peer.drive.bufferedAmountLowThreshold = _MAX_WAITING_BYTES // 2
         peer.drive.on("bufferedamountlow", pour)
-        print(flush=True)
-        loop = asyncio.get_running_loop()
-        ended = asyncio.create_task(asyncio.to_thread(_listen, loop, partial(_press, peer)))
+        ended = asyncio.Event()
+
+        def asked() -> None:
+            if pipe.recv() == "end":
+                ended.set()
+                return
+            pressed_s = time.monotonic()
+            peer.say(type="stop")
+            pipe.send(pressed_s)
+
+        asyncio.get_running_loop().add_reader(pipe.fileno(), asked)
+        pipe.send(0.0)
         start_s = time.monotonic()
-        while not ended.done():
+        while not ended.is_set():
             owed = int((time.monotonic() - start_s) * rate_hz)
             allowed = min(owed, sent + int(rate_hz * _TICK_S * 4))
             pour()
             await asyncio.sleep(_TICK_S)
-        took_s = time.monotonic() - start_s
         waiting = peer.drive.bufferedAmount / len(row)
-    return {"sent_hz": (sent - waiting) / took_s, "wanted_hz": rate_hz, "took_s": took_s}
-
-
-def _press(peer: Operator) -> None:
-    pressed_s = time.monotonic()
-    peer.say(type="stop")
-    print(pressed_s, flush=True)
-
-
-def _listen(loop: asyncio.AbstractEventLoop, press: Callable[[], None]) -> None:
-    """Press Stop for each line of standard input, until it ends; in a thread of its own."""
-    for _ in sys.stdin:
-        loop.call_soon_threadsafe(press)
-
-
-if __name__ == "__main__":
-    print(json.dumps(asyncio.run(_flood(sys.argv[1], float(sys.argv[2])))))
+        pipe.send((sent - waiting) / (time.monotonic() - start_s))

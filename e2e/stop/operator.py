@@ -10,14 +10,11 @@ from typing import TYPE_CHECKING
 import aiohttp
 
 from wax.client import Operator
-from wax.client.operator import PERIOD_S, Sent
 from wax.rtc import private
 
 if TYPE_CHECKING:
     from e2e.harness.server import Server
     from e2e.stop.relay import Relay
-
-__all__ = ["PERIOD_S", "Browser", "RawOperator", "Sent"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +35,7 @@ class RawOperator(Operator):
         browser: Browser | None = None,
         relay: Relay | None = None,
         sees: bool = False,
+        persists: bool = False,
     ) -> None:
         private.install()  # a browser stays on a slow link, too, which aioice alone leaves
         browser = browser or Browser()
@@ -47,4 +45,5 @@ class RawOperator(Operator):
             cookies=browser.cookies,
             route=relay,
             sees=sees,
+            persists=persists,
         )

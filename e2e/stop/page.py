@@ -5,54 +5,25 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
-import time
 from contextlib import asynccontextmanager, suppress
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 from playwright.async_api import Error as PlaywrightError
 from playwright.async_api import async_playwright
 
 from e2e.harness.chromium import launch_chromium
-from e2e.harness.page_clock import page_clock
-from e2e.harness.viewer import Card, Viewer
-from e2e.measure.errors import MeasureError
-from e2e.stop.relay import without_candidates
-from wax.clock import SystemClock
+from e2e.harness.viewer import Viewer
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable
 
-    from playwright.async_api import Browser, Page, Route
+    from playwright.async_api import Browser
 
-    from e2e.stop.relay import Relay
-
-    Launch = Callable[..., Awaitable["Chromium"]]
-    Prepare = Callable[[Page], Awaitable[None]]
+    Launch = Callable[[str], Awaitable["Chromium"]]
 
 KEY: Final = "ArrowUp"
 _CLOSE_S: Final = 3.0
-
-_NOTES: Final = """() => {
-    if (!window.waxNotes) {
-        const note = () => window.waxNotes.push([performance.now(), document.body.innerText]);
-        const options = { subtree: true, childList: true, characterData: true, attributes: true };
-        new MutationObserver(note).observe(document.body, options);
-    }
-    window.waxNotes = [];
-}"""
-"""Notes the page's text whenever it changes."""
-
-_LOOK: Final = """() => {
-    const look = async () => {
-        const [card] = await window.waxProbe.cards(1);
-        if (card.valid) window.waxNewest = card;
-        void look();
-    };
-    window.waxNewest = null;
-    void look();
-}"""
-"""Notes the test card of each presented picture."""
 
 
 class Chromium:
@@ -89,39 +60,9 @@ class Chromium:
         """SIGKILL to all of its processes."""
         self._signal(signal.SIGKILL)
 
-    async def take_notes(self) -> None:
-        """Start noting the page's text, and forget earlier text."""
-        await self.viewer.page.evaluate(_NOTES)
-
-    async def reads(self, text: str, within_s: float = 5.0) -> float:
-        """Return when the text appeared on the page, on CLOCK_MONOTONIC."""
-        page = self.viewer.page
-        await page.get_by_text(text).first.wait_for(state="visible", timeout=within_s * 1000)
-        notes = await page.evaluate("window.waxNotes")
-        at_ms = next((at_ms for at_ms, shown in notes if text in shown), None)
-        if at_ms is None:
-            raise MeasureError(f"the page shows, but was not seen to begin to show: {text}")
-        return await self.monotonic_s(at_ms)
-
-    async def look(self) -> None:
-        """Start noting the pictures that the page shows."""
-        await self.viewer.page.evaluate(_LOOK)
-
-    async def newest_s(self) -> float:
-        """Return the capture time of the newest picture shown, on CLOCK_MONOTONIC."""
-        newest = await self.viewer.page.evaluate("window.waxNewest")
-        if newest is None:
-            raise MeasureError("the page has shown no picture since it was looked at")
-        card = Card(**newest)
-        taken_ms = card.now_ms - card.age_ms
-        return time.monotonic() - (SystemClock().wall_ms() - taken_ms) / 1000
-
-    async def monotonic_s(self, page_ms: float) -> float:
-        """Turn the page's `performance.now` into CLOCK_MONOTONIC."""
-        return (await page_clock(self.viewer.page.evaluate)).monotonic_s(page_ms)
-
     async def close(self) -> None:
-        """Close whatever is left of it; safe after `kill`."""
+        """Close whatever is left of it; safe after `freeze` and `kill`."""
+        self.thaw()
         with suppress(PlaywrightError, TimeoutError):
             async with asyncio.timeout(_CLOSE_S):
                 await self._browser.close()
@@ -137,40 +78,18 @@ class Chromium:
                 os.kill(pid, how)
 
 
-def through(relay: Relay) -> Prepare:
-    """Prepare a page whose connection goes through a relay."""
-
-    async def exchange(route: Route) -> None:
-        asked: dict[str, Any] = route.request.post_data_json or {}
-        response = await route.fetch(post_data=asked | {"sdp": without_candidates(asked["sdp"])})
-        told = await response.json()
-        if response.ok:
-            told["sdp"] = await relay.answer(told["sdp"])
-        await route.fulfill(response=response, json=told)  # with the cookie that comes with it
-
-    async def prepare(page: Page) -> None:
-        await page.route("**/api/offer", exchange)
-
-    return prepare
-
-
 @asynccontextmanager
 async def chromiums() -> AsyncIterator[Launch]:
-    """Yield a function that opens a page in a browser of its own; all are closed at the end.
-
-    Its `prepare` is done to the page before that is loaded.
-    """
+    """Yield a function that opens a page in a browser of its own; all are closed at the end."""
     opened: list[Chromium] = []
     async with async_playwright() as playwright:
 
-        async def launch(url: str, *, prepare: Prepare | None = None, **options: Any) -> Chromium:
+        async def launch(url: str) -> Chromium:
             browser = await launch_chromium(playwright)
             session = await browser.new_browser_cdp_session()
             info = (await session.send("SystemInfo.getProcessInfo"))["processInfo"]
             pid = next(int(one["id"]) for one in info if one["type"] == "browser")
-            viewer = await Viewer.prepare(await browser.new_context(**options), url)
-            if prepare is not None:
-                await prepare(viewer.page)
+            viewer = await Viewer.prepare(await browser.new_context(), url)
             await viewer.page.goto(url)
             await viewer.sees_picture()
             opened.append(Chromium(browser, pid, viewer))

@@ -58,15 +58,13 @@ class Wheels:
 class Stopping:
     """The effects of a fault, in ms from it; None if it never came.
 
-    `told_ms` ends with the first frame that stops, `by_itself_ms` with the board's own watchdog,
-    `stands_ms` when both wheels stand, `travelled_mm` is the way until then. `moved_again` counts
-    the frames that would have moved the robot between the first frame that stops, or the watchdog,
-    and the end of the look.
+    `told_ms` ends with the first frame that stops, `by_itself_ms` with the board's own watchdog;
+    `travelled_mm` is the way until both wheels stand. `moved_again` counts the frames that would
+    have moved the robot between the first of the two and the end of the look.
     """
 
     told_ms: float | None
     by_itself_ms: float | None
-    stands_ms: float | None
     travelled_mm: float | None
     moved_again: int
 
@@ -145,9 +143,6 @@ class Record:
         frames = self.between(since_s, until_s)
         told_s = next((frame.at_s for frame in frames if not frame.is_motion), None)
         expiry_s = next((at_s for at_s in self.expiries_s if since_s < at_s <= until_s), None)
-        stands_s = next(
-            (one.at_s for one in self.wheels if since_s < one.at_s <= until_s and one.stand), None
-        )
         ended_s = min((at for at in (told_s, expiry_s) if at is not None), default=until_s)
 
         def since_ms(at_s: float | None) -> float | None:
@@ -156,7 +151,6 @@ class Record:
         return Stopping(
             told_ms=since_ms(told_s),
             by_itself_ms=since_ms(expiry_s),
-            stands_ms=since_ms(stands_s),
             travelled_mm=self._travelled_mm(since_s, until_s),
             moved_again=sum(frame.moves and frame.at_s > ended_s for frame in frames),
         )

@@ -24,10 +24,8 @@ _CANDIDATE: Final = re.compile(
 )
 
 _DATA_CHANNELS: Final = range(20, 64)
-_MEDIA: Final = range(128, 192)
-"""First bytes of DTLS, and of RTP with RTCP (RFC 7983)."""
-_PICTURES: Final = re.compile(r"^m=video \S+ \S+(?P<types>(?: \d+)+)", re.MULTILINE)
-COMMAND_BYTES: Final = 120
+"""First bytes of DTLS (RFC 7983)."""
+_COMMAND_BYTES: Final = 120
 """Smaller packets of a raw peer's channels are acknowledgements and heartbeats."""
 
 Address = tuple[str | Any, int]
@@ -47,25 +45,13 @@ class Weather:
 CALM: Final = Weather()
 
 
-@dataclass(frozen=True, slots=True)
-class Packet:
-    """A packet of the data channels to the server; `leaves_s` is None if it is lost."""
-
-    came_s: float
-    size: int
-    leaves_s: float | None
-
-
 class Relay:
-    """One peer's way to the server and back; `weather` holds for both directions.
-
-    While `starves`, pictures on their way down are lost, and nothing else is.
-    """
+    """One peer's way to the server and back; `weather` holds for both directions."""
 
     def __init__(self, weather: Weather = CALM) -> None:
         self.weather = weather
-        self.starves = False
-        self.up: list[Packet] = []
+        self.last_command_s = 0.0
+        """When the last command that came through is forwarded to the server."""
         self.worst_late_s = 0.0
         """The longest delay of a packet past its time, which is this machine's fault."""
         self._is_cut = False
@@ -74,23 +60,16 @@ class Relay:
         self._far = _Socket(self._from_server)
         self._peer: Address | None = None
         self._server: Address | None = None
-        self._picture_types: frozenset[int] = frozenset()
-
-    @property
-    def last_command_s(self) -> float:
-        """When the last command that came through is forwarded to the server."""
-        ways = (one.leaves_s for one in self.up if one.size >= COMMAND_BYTES)
-        return max(leaves_s for leaves_s in ways if leaves_s is not None)
 
     def offer(self, sdp: str) -> str:
-        return without_candidates(sdp)
+        """Make the peer reachable through the relay only."""
+        lines = [line for line in sdp.splitlines() if not line.startswith("a=candidate:")]
+        return "\r\n".join(lines) + "\r\n"
 
     async def answer(self, sdp: str) -> str:
         """Open the sockets anew; return the server's answer with the relay in its place."""
         self.close()
         self._server = _candidate(sdp)
-        pictures = _PICTURES.search(sdp)
-        self._picture_types = frozenset(map(int, pictures["types"].split() if pictures else ()))
         host = self._server[0]
         await self._near.open(host)
         await self._far.open(host)
@@ -118,23 +97,18 @@ class Relay:
     def _pass_on(self, way: Way, data: bytes, out: _Socket, to: Address | None) -> None:
         now_s = time.monotonic()
         weather = self.weather
-        starved = self.starves and way == "down" and self._is_picture(data)
-        lost = self._is_cut or to is None or starved or self._random.random() < weather.loss
+        lost = self._is_cut or to is None or self._random.random() < weather.loss
         swing_ms = self._random.uniform(-weather.jitter_ms, weather.jitter_ms)
         delay_s = max(0.0, weather.delay_ms + swing_ms) / 1000
-        if way == "up" and data[0] in _DATA_CHANNELS:
-            self.up.append(Packet(now_s, len(data), None if lost else now_s + delay_s))
         if lost or to is None:
             return
+        if way == "up" and data[0] in _DATA_CHANNELS and len(data) >= _COMMAND_BYTES:
+            self.last_command_s = max(self.last_command_s, now_s + delay_s)
         if delay_s == 0:
             out.send(data, to)
             return
         loop = asyncio.get_running_loop()
         loop.call_later(delay_s, self._arrive, now_s + delay_s, data, out, to)
-
-    def _is_picture(self, data: bytes) -> bool:
-        """Recognise a picture's packet by its payload type, which is never one of RTCP's."""
-        return data[0] in _MEDIA and data[1] & 0x7F in self._picture_types
 
     def _arrive(self, due_s: float, data: bytes, out: _Socket, to: Address) -> None:
         if not self._is_cut:
@@ -168,12 +142,6 @@ class _Socket(asyncio.DatagramProtocol):
 
     def error_received(self, exc: Exception) -> None:
         """Ignore a closed port, as with a network whose other end is gone."""
-
-
-def without_candidates(offer: str) -> str:
-    """Make a peer reachable through the relay only."""
-    lines = [line for line in offer.splitlines() if not line.startswith("a=candidate:")]
-    return "\r\n".join(lines) + "\r\n"
 
 
 def _candidate(sdp: str) -> tuple[str, int]:

@@ -9,7 +9,8 @@ from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, Final, Protocol, Self
+from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
+from weakref import WeakKeyDictionary
 
 import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 
@@ -23,10 +24,12 @@ from e2e.measure.suite import ROOT
 from e2e.stop.record import Record
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+    from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Mapping
 
     from e2e.stop.operator import RawOperator
     from e2e.stop.record import Stopping
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +42,10 @@ class Load:
 
     def __str__(self) -> str:
         return f"{self.what}, {self.observers} observers"
+
+    def beside(self, servers: int) -> str:
+        """Say it where so many servers serve at once."""
+        return f"{self}, {servers} such servers at once" if servers > 1 else str(self)
 
 
 DEFAULT: Final = Load(
@@ -59,6 +66,7 @@ LIGHT: Final = Load(
 )
 """For tests, which share the machine."""
 
+_STARTING: Final = WeakKeyDictionary[asyncio.AbstractEventLoop, asyncio.Semaphore]()
 _PRESSES: Final = 6
 _PRESS_S: Final = 1.5
 
@@ -74,30 +82,47 @@ STOPS_AT_EACH_TRIAL: Final = {
 """For observers who press Stop in each trial, far more often than people may."""
 
 
-class Robot(Protocol):
+class Robot:
     """A robot beyond a driver's link: `[robot]` for it, and a record of what came."""
 
-    settings: dict[str, Any]
-    environment: Mapping[str, str]
-    record: Record
+    def __init__(self, folder: Path, record: Record) -> None:
+        self.folder = folder
+        self.record = record
+        self.settings: dict[str, Any] = {}
+        self.environment: Mapping[str, str] = {}
 
     async def start(self) -> None:
         """Make it ready to be driven."""
-        ...
 
     async def stop(self) -> None:
         """End it; safe to call twice."""
-        ...
+
+    async def cut(self) -> None:
+        """Cut its link."""
+
+    async def mend(self) -> None:
+        """Bring the link back."""
 
 
-class FirmwareRobot(Board):
+class FirmwareRobot(Robot):
     """The board with the firmware of ours."""
 
     def __init__(self, folder: Path) -> None:
-        super().__init__(folder)
-        self.settings = {"driver": "serial", "serial": {"url": str(self.path)}}
-        self.environment: Mapping[str, str] = {}
-        self.record = Record(self.log_path)
+        self.board = Board(folder)
+        super().__init__(folder, Record(self.board.log_path))
+        self.settings = {"driver": "serial", "serial": {"url": str(self.board.path)}}
+
+    async def start(self) -> None:
+        await self.board.start()
+
+    async def stop(self) -> None:
+        await self.board.stop()
+
+    async def cut(self) -> None:
+        await self.board.unplug()
+
+    async def mend(self) -> None:
+        await self.board.plug()
 
 
 class Stage:
@@ -127,12 +152,11 @@ class Stage:
             await self.robot.start()
             ending.push_async_callback(self.robot.stop)
             ending.push_async_callback(self.server.kill)
-            await self.server.start()
-            await self.answers()
+            await self._start()
             if self.load.observers:
                 offering = Offering(url=self.server.url, how="wax")
                 self.crowd = ending.enter_context(await asyncio.to_thread(Crowd, offering))
-            await self._fill()
+            await self._hold(self.load.observers)
             self._ending = ending.pop_all()
         return self
 
@@ -141,15 +165,10 @@ class Stage:
             if kind is None and self.load.observers:
                 await self._is_loaded()
 
-    async def _fill(self) -> None:
-        """Connect the observers."""
+    async def _hold(self, observers: int) -> None:
+        """Have so many observers, none for a server that is no more."""
         if self.crowd is not None:
-            await asyncio.to_thread(self.crowd.hold, self.load.observers)
-
-    async def _empty(self) -> None:
-        """Let them leave a server that is no more."""
-        if self.crowd is not None:
-            await asyncio.to_thread(self.crowd.hold, 0)
+            await asyncio.to_thread(self.crowd.hold, observers)
 
     async def _is_loaded(self) -> None:
         """Raise `MeasureError` if observers were lost: the load was not as stated."""
@@ -157,7 +176,7 @@ class Stage:
         if here < self.load.observers:
             raise MeasureError(f"of {self.load.observers} observers {here} were left at the end")
 
-    async def answers(self, within_s: float = 15) -> None:
+    async def answers(self, within_s: float = 20) -> None:
         """Wait until the server knows of the robot."""
 
         async def connected() -> bool:
@@ -168,14 +187,20 @@ class Stage:
     async def again(self) -> None:
         """Restart the killed server on the same port."""
         await self.server.kill()
-        await asyncio.gather(self._empty(), self.server.start())
-        await asyncio.gather(self._fill(), self.answers())
+        await asyncio.gather(self._hold(0), self._start())
+        await self._hold(self.load.observers)
+
+    async def _start(self) -> None:
+        """Start the server, a few at a time, since starting takes a core."""
+        async with _STARTING.setdefault(asyncio.get_running_loop(), asyncio.Semaphore(2)):
+            await self.server.start()
+            await self.answers()
 
     @property
     def board(self) -> Board:
         """The robot, where it is the board with our firmware."""
-        assert isinstance(self.robot, Board)
-        return self.robot
+        assert isinstance(self.robot, FirmwareRobot)
+        return self.robot.board
 
     @property
     def driver_pid(self) -> int:
@@ -247,6 +272,16 @@ async def random_phase() -> None:
     await asyncio.sleep(random.uniform(0.06, 0.16))
 
 
+async def together(*works: Coroutine[Any, Any, T]) -> list[T]:
+    """Do all at once; where one fails, end the others and raise its error."""
+    try:
+        async with asyncio.TaskGroup() as group:
+            tasks = [group.create_task(work) for work in works]
+    except BaseExceptionGroup as errors:
+        raise errors.exceptions[0] from None
+    return [task.result() for task in tasks]
+
+
 @asynccontextmanager
 async def staged(
     *tables: Mapping[str, Any],
@@ -259,7 +294,7 @@ async def staged(
 
     `end` makes the robot: it is at the other end of the driver's link.
     """
-    with TemporaryDirectory(prefix="wax-faults-") as folder:
+    with TemporaryDirectory(prefix="wax-stop-") as folder:
         stage = Stage(Path(folder), *tables, settings, load=load, environment=environment, end=end)
         async with stage:
             yield stage

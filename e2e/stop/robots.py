@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import shutil
 import sys
 import time
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -16,11 +18,12 @@ from tests.robot.ros2.bridge import Bridge
 from e2e.harness.server import free_port
 from e2e.harness.wait import eventually
 from e2e.measure.suite import ROOT
-from e2e.stop.drivers.mock_pins import METER
+from e2e.stop.mock_pins import METER
 from e2e.stop.record import Record
+from e2e.stop.stage import FirmwareRobot, Robot
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator
 
     from wax.driver.interface import Twist
 
@@ -96,29 +99,7 @@ class PinRecord(Record):
         return super().moved_at(at_s, within_s)
 
 
-class End:
-    """The robot's end of a driver's link: a `Robot` of `e2e.stop.stage`."""
-
-    def __init__(self, folder: Path, record: Record) -> None:
-        self.folder = folder
-        self.record = record
-        self.settings: dict[str, Any] = {}
-        self.environment: Mapping[str, str] = {}
-
-    async def start(self) -> None:
-        """Make it ready to be driven."""
-
-    async def stop(self) -> None:
-        """End it; safe to call twice."""
-
-    async def cut(self) -> None:
-        """Cut its link, if it has one."""
-
-    async def mend(self) -> None:
-        """Bring the link back."""
-
-
-class Sketch(End):
+class Sketch(Robot):
     """ros_arduino_bridge behind a pseudo-terminal, by lines that a host would describe."""
 
     def __init__(self, folder: Path) -> None:
@@ -164,16 +145,13 @@ class Sketch(End):
         self._process.stdin.write(line)
 
 
-class RosBase(End):
-    """A base on CycloneDDS or Fast DDS."""
+class Ros(Robot):
+    """A base of ROS 2, reached in one of three ways; it starts and ends often."""
 
-    is_fast = False
-
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, base: Base | Bridge, ros2: dict[str, Any]) -> None:
         super().__init__(folder, Heard(self._news))
-        domain = own_domain()
-        self.settings = {"driver": "ros2", "ros2": {"domain": domain, "interface": "127.0.0.1"}}
-        self._base = Base(domain, fast=self.is_fast)
+        self.settings = {"driver": "ros2", "ros2": ros2}
+        self._base = base
 
     def _news(self) -> Iterator[dict[str, Any]]:
         for told in self._base.forget():
@@ -188,34 +166,19 @@ class RosBase(End):
     cut, mend = stop, start
 
 
-class FastBase(RosBase):
-    is_fast = True
+def _dds(folder: Path, *, fast: bool) -> Ros:
+    domain = own_domain()
+    return Ros(folder, Base(domain, fast=fast), {"domain": domain, "interface": "127.0.0.1"})
 
 
-class RosBridge(End):
-    """A rosbridge server of the tests: no other is to be had here."""
-
-    def __init__(self, folder: Path) -> None:
-        super().__init__(folder, Heard(self._news))
-        self._bridge = Bridge()
-        self._bridge.port = free_port()
-        ros2 = {"transport": "rosbridge", "rosbridge_url": self._bridge.url}
-        self.settings = {"driver": "ros2", "ros2": ros2}
-
-    def _news(self) -> Iterator[dict[str, Any]]:
-        for told in self._bridge.forget():
-            yield from _twist(told.at_s, told.twist)
-
-    async def start(self) -> None:
-        await asyncio.to_thread(self._bridge.start)
-
-    async def stop(self) -> None:
-        await asyncio.to_thread(self._bridge.end)
-
-    cut, mend = stop, start
+def _rosbridge(folder: Path) -> Ros:
+    """Have a rosbridge server of the tests: no other is to be had here."""
+    bridge = Bridge()
+    bridge.port = free_port()
+    return Ros(folder, bridge, {"transport": "rosbridge", "rosbridge_url": bridge.url})
 
 
-class MavlinkRover(End):
+class MavlinkRover(Robot):
     """A rover by another MAVLink library, armed and in GUIDED.
 
     Its failsafe of the ground station would make somebody drive it on by hand each time.
@@ -262,14 +225,14 @@ class MavlinkRover(End):
             await asyncio.to_thread(rover.close)
 
 
-class Pins(End):
+class Pins(Robot):
     """Two motors on gpiozero's mock pins, which are in the driver's process."""
 
     def __init__(self, folder: Path) -> None:
         meter = folder / "pins.log"
         super().__init__(folder, PinRecord(meter))
         self.settings = {
-            "driver": "e2e.stop.drivers.mock_pins:MeteredRobot",
+            "driver": "e2e.stop.mock_pins:MeteredRobot",
             "gpio": {"guard": False},
         }
         self.environment = {METER: str(meter)}
@@ -279,23 +242,34 @@ class Pins(End):
 class Kind:
     """A driver, and how its robot stops when the driver's process is gone.
 
-    `stops_ms` is the goal, None where nothing can be seen of it; `by_itself` says that it is the
-    robot's own time-out and no message. `has_link` is false where there is none to be cut.
+    By its own time-out of `time_out_ms`, or told by a standby; neither where the pins go with the
+    process. Only `is_linked` ones have a link that can be cut.
     """
 
     key: str
     what: str
-    robot: Callable[[Path], End]
-    stops_ms: float | None
-    by_itself: bool = False
-    has_link: bool = True
+    robot: Callable[[Path], Robot]
+    time_out_ms: float | None = None
+    has_standby: bool = False
+    is_linked: bool = True
+
+    @property
+    def missing(self) -> str:
+        """What this machine lacks for it, empty for nothing."""
+        if self.key == "ros2-fast" and not Path("/usr/include/fastdds/dds").is_dir():
+            return "Fast DDS: sudo apt-get install -y g++ libfastrtps-dev"
+        if self.key == "mavlink" and shutil.which("cargo") is None:
+            return "cargo, which builds the rover"
+        return ""
 
 
-KINDS: Final = (
-    Kind("text", "serial, lines of text", Sketch, 2200.0, by_itself=True),
-    Kind("ros2", "ROS 2, CycloneDDS", RosBase, 200.0),
-    Kind("ros2-fast", "ROS 2, Fast DDS", FastBase, 200.0),
-    Kind("rosbridge", "ROS 2, rosbridge", RosBridge, 200.0),
-    Kind("mavlink", "MAVLink", MavlinkRover, 1100.0, by_itself=True),
-    Kind("gpio", "pins, gpiozero’s mock ones", Pins, None, has_link=False),
+BOARD: Final = Kind("firmware", "our firmware", FirmwareRobot, 180.0)
+OTHERS: Final = (
+    Kind("text", "lines of text", Sketch, 2000.0),
+    Kind("ros2", "CycloneDDS", partial(_dds, fast=False), has_standby=True),
+    Kind("ros2-fast", "Fast DDS", partial(_dds, fast=True), has_standby=True),
+    Kind("rosbridge", "rosbridge", _rosbridge, has_standby=True),
+    Kind("mavlink", "MAVLink", MavlinkRover, 1000.0),
+    Kind("gpio", "pins", Pins, is_linked=False),
 )
+KINDS: Final = (BOARD, *OTHERS)

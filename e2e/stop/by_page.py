@@ -1,0 +1,160 @@
+"""The faults of a page: its browser frozen or killed, its camera frozen, its operator elsewhere."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from contextlib import asynccontextmanager
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+from e2e.harness.page_clock import PageClock, page_clock
+from e2e.harness.tab import Tab
+from e2e.harness.wait import eventually
+from e2e.measure.errors import MeasureError
+from e2e.stop.page import KEY, chromiums
+from wax.config.settings import Settings
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Awaitable, Callable
+
+    from e2e.stop.fault import Scene
+    from e2e.stop.page import Chromium
+
+AGE_MS: Final = Settings().drive.stop_picture_age_ms
+"""The shipped limit of the picture's age; the line's own delay is added."""
+_NOTE: Final = """
+for (const type of ["blur", "visibilitychange"])
+    addEventListener(type, () => { window.waxLost ??= performance.now(); }, true);
+"""
+"""Notes when the page got its first event."""
+_JOIN: Final = """
+[...document.querySelectorAll("button")].find((one) => one.innerText === "Join the queue")?.click()
+"""
+_DRIVES: Final = "document.body.innerText.includes('You are driving')"
+
+
+class Wheel:
+    """The page that drives, and the one that waits behind it."""
+
+    page: Chromium
+    waits: Chromium
+
+    def __init__(self, launch: Callable[[], Awaitable[Chromium]]) -> None:
+        self.launch = launch
+
+    async def press(self) -> None:
+        await self.page.press()
+
+    async def queue(self) -> None:
+        """Let the next one wait for its turn."""
+        self.waits = await self.launch()
+        await self.waits.viewer.join()
+
+
+@asynccontextmanager
+async def driven(scene: Scene, *, queued: bool = False) -> AsyncIterator[None]:
+    """Let a page drive; `queued` with another behind it."""
+    async with chromiums() as launch:
+        wheel = scene.prop = Wheel(partial(launch, scene.stage.server.url))
+        scene.press = wheel.press
+        wheel.page = await wheel.launch()
+        await wheel.page.take_the_wheel()
+        if queued:
+            await wheel.queue()
+        yield
+
+
+async def freeze(scene: Scene) -> float:
+    since_s = time.monotonic()
+    scene.prop.page.freeze()
+    return since_s
+
+
+async def thaw(scene: Scene) -> None:
+    scene.prop.page.thaw()
+
+
+async def kill(scene: Scene) -> float:
+    since_s = time.monotonic()
+    scene.prop.page.kill()
+    return since_s
+
+
+async def follow(scene: Scene) -> None:
+    """Let the next in the queue drive."""
+    wheel: Wheel = scene.prop
+    await wheel.page.close()
+    wheel.page = wheel.waits
+    await wheel.page.viewer.drives(15)
+    await wheel.queue()
+
+
+async def freeze_camera(scene: Scene) -> float:
+    return float(await scene.rig.freeze())
+
+
+async def thaw_camera(scene: Scene) -> None:
+    scene.rig.thaw()
+    await asyncio.sleep(0.5)
+
+
+# --- the hands are taken off ---------------------------------------------------------------------
+
+
+class HeldKey:
+    """A tab that drives by a key that is held."""
+
+    def __init__(self, tab: Tab) -> None:
+        self.tab = tab
+        self.clock: PageClock
+
+    async def drive(self) -> None:
+        """Wait until the page drives; join if it has no turn."""
+
+        async def drives() -> bool:
+            await self.tab.evaluate(_JOIN)
+            return bool(await self.tab.evaluate(_DRIVES))
+
+        await eventually(drives, "the tab drives", within_s=20)
+
+    async def press(self) -> None:
+        await self.tab.key("keyUp", KEY)
+        await asyncio.sleep(0.08)
+        await self.tab.key("keyDown", KEY)
+
+
+@asynccontextmanager
+async def tab(scene: Scene, *, script: str = "") -> AsyncIterator[None]:
+    """Let a tab drive that is told when it is hidden; Playwright's own are always in front.
+
+    `script` runs in it before the page's own.
+    """
+    async with chromiums() as launch:
+        page = await launch(scene.stage.server.url)
+        browser = page.viewer.page.context.browser
+        assert browser is not None
+        held = HeldKey(await Tab.open(browser, scene.stage.server.url, _NOTE + script))
+        await held.drive()
+        scene.prop, scene.press = held, held.press
+        yield
+
+
+async def hide(scene: Scene) -> float:
+    """Open another tab in front of it."""
+    held: HeldKey = scene.prop
+    held.clock = await page_clock(held.tab.evaluate)
+    await held.tab.evaluate("delete window.waxLost")
+    await held.tab.open_another()
+    return time.monotonic()
+
+
+async def show(scene: Scene) -> float:
+    """Come back; return when the page's first event was."""
+    held: HeldKey = scene.prop
+    await held.tab.close_another()
+    lost_ms = await held.tab.evaluate("Number(window.waxLost)")
+    if not isinstance(lost_ms, float | int):
+        raise MeasureError("another-tab: the page was told of nothing")
+    await held.tab.key("keyUp", KEY)
+    return held.clock.monotonic_s(lost_ms)
