@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import random
+import signal
 import time
-from contextlib import AsyncExitStack, asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -161,9 +163,15 @@ class Stage:
         return self
 
     async def __aexit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        driver = None
+        with suppress(MeasureError, psutil.Error):
+            driver = self.driver_pid
         async with self._ending:
             if kind is None and self.load.observers:
                 await self._is_loaded()
+        if driver is not None:  # a person aboard keeps it, when its server is gone
+            with suppress(ProcessLookupError):
+                os.kill(driver, signal.SIGKILL)
 
     async def _hold(self, observers: int) -> None:
         """Have so many observers, none for a server that is no more."""
