@@ -1,30 +1,26 @@
-"""What a crowd costs the operator: the same minute alone and beside fifty observers."""
+"""What a crowd costs the operator: the same half minute alone and beside fifty observers."""
 
 from __future__ import annotations
 
 import asyncio
-import random
 import statistics
-import time
 from dataclasses import dataclass, field
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.harness.board import Board
 from e2e.load.crowd import Crowd
-from e2e.load.fan_out import FPS, received
-from e2e.load.key_to_byte import HOLD_S, REST_S, Stroke, changes, delays
-from e2e.load.process import two_cores, udp_receive_errors
-from e2e.load.servers import WAX, serving
+from e2e.load.fan_out import received
+from e2e.load.process import all_received, two_cores
+from e2e.load.servers import WAX, serving_board
+from e2e.load.strokes import changes, delays, steer_at_random
 from e2e.measure.age import Ages
-from e2e.measure.errors import MeasureError, NotRunError
+from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row, judged
 from e2e.measure.summary import summarize
 from e2e.stop.record import Record
 from wax.client import Operator
 
 if TYPE_CHECKING:
+    from e2e.harness.board import Board
     from e2e.load.servers import MeasuredServer
 
 OBSERVERS: Final = 50
@@ -49,27 +45,38 @@ class Period:
     beat_p99_ms: float = 0.0
     beat_gap_ms: float = 0.0
     missing: int = 0
-    fps_min: float = FPS
 
 
 async def crowded(n: int) -> list[Row]:
-    """Drive in `n` pairs of periods, alone and beside the crowd by turns; server on its core."""
-    cores = two_cores()
-    if cores is None:
-        raise NotRunError("the crowd needs two cores and a way to pin processes to them (Linux)")
-    alone, beside = await _pairs(n, *cores)
+    """Drive in `n` pairs of periods, every second one beside the crowd first."""
+    server_core, crowd_core = two_cores()
+    alone: list[Period] = []
+    beside: list[Period] = []
+    async with serving_board(server_core) as (server, board):
+        with await asyncio.to_thread(Crowd, server.offering, crowd_core, slow=SLOW) as crowd:
+            for number in range(n):
+                for is_beside in (bool(number % 2), not number % 2):
+                    await asyncio.to_thread(crowd.hold, OBSERVERS if is_beside else 0)
+                    found = await _period(server, board, crowd if is_beside else None)
+                    (beside if is_beside else alone).append(found)
+    return rows(alone, beside)
+
+
+def rows(alone: list[Period], beside: list[Period]) -> list[Row]:
+    """Compare pair by pair; of the beat the worst counts."""
+    pairs = list(zip(alone, beside, strict=True))
     commands_ms = [
-        summarize(crowd.commands_ms).p99 - summarize(one.commands_ms).p99
-        for one, crowd in zip(alone, beside, strict=True)
+        summarize(crowd.commands_ms).p99 - summarize(one.commands_ms).p99 for one, crowd in pairs
     ]
     pictures_ms = [
         statistics.median(crowd.pictures_ms) - statistics.median(one.pictures_ms)
-        for one, crowd in zip(alone, beside, strict=True)
+        for one, crowd in pairs
     ]
     crowd = f"{OBSERVERS} observers, {SLOW} of them at 50 kbit/s"
 
     def row(key: str, what: str, unit: str, value: float, goal: float, **more: Any) -> Row:
-        return judged(f"crowd: {key}", what, unit, {WAX: value}, goal, n=n, load=crowd, **more)
+        values = {WAX: value}
+        return judged(f"crowd: {key}", what, unit, values, goal, n=len(pairs), load=crowd, **more)
 
     return [
         row(
@@ -87,7 +94,6 @@ async def crowded(n: int) -> list[Row]:
             statistics.median(pictures_ms),
             _PICTURE_MS,
             spread=summarize(pictures_ms),
-            detail={"alone": str(summarize([statistics.median(p.pictures_ms) for p in alone]))},
         ),
         row(
             "missing",
@@ -95,7 +101,6 @@ async def crowded(n: int) -> list[Row]:
             "",
             float(sum(one.missing for one in beside)),
             0.0,
-            detail={"fps_min": min(one.fps_min for one in beside)},
         ),
         row(
             "beat p99",
@@ -114,48 +119,20 @@ async def crowded(n: int) -> list[Row]:
     ]
 
 
-async def _pairs(n: int, server_core: int, crowd_core: int) -> tuple[list[Period], list[Period]]:
-    alone, beside = [], []
-    with TemporaryDirectory(prefix="wax-bench-") as folder:
-        board = Board(Path(folder))
-        await board.start()
-        robot = {"driver": "serial", "serial": {"url": str(board.path)}}
-        try:
-            async with serving(WAX, server_core, robot=robot) as server:
-                with await asyncio.to_thread(
-                    Crowd, server.offering, crowd_core, slow=SLOW
-                ) as crowd:
-                    for _ in range(n):
-                        await asyncio.to_thread(crowd.hold, 0)
-                        alone.append(await _period(server, board, None))
-                        await asyncio.to_thread(crowd.hold, OBSERVERS)
-                        beside.append(await _period(server, board, crowd))
-        finally:
-            await board.stop()
-    return alone, beside
-
-
 async def _period(server: MeasuredServer, board: Board, crowd: Crowd | None) -> Period:
-    ages = Ages()
+    ages, found = Ages(), Period()
     async with Operator(server.url, sees=True, on_message=ages.learn) as operator:
         await operator.join()
         operator.let_go()
         await asyncio.sleep(_SETTLE_S)
-        found = Period()
-        errors = udp_receive_errors()
-        first = None if crowd is None else await asyncio.to_thread(crowd.count)
-        looking = asyncio.create_task(_look(operator, ages, found))
-        strokes = await steer_at_random(operator)
-        looking.cancel()
-        if crowd is not None and first is not None:
-            last = await asyncio.to_thread(crowd.count)
-            # A modem carries less than everything.
-            first, last = (
-                one.model_copy(update={"viewers": one.viewers[SLOW:]}) for one in (first, last)
-            )
-            found.fps_min, _, found.missing = received(first, last)
-        if (thrown := udp_receive_errors() - errors) > 0:
-            raise MeasureError(f"the kernel threw away {thrown} datagrams before they were read")
+        with all_received():
+            first = None if crowd is None else await asyncio.to_thread(crowd.count)
+            looking = asyncio.create_task(_look(operator, ages, found))
+            strokes = await steer_at_random(operator, _PERIOD_S)
+            looking.cancel()
+            if crowd is not None and first is not None:
+                # A modem carries less than everything.
+                *_, found.missing = received(first, await asyncio.to_thread(crowd.count), SLOW)
         counters = (await server.status())["counters"]
         found.beat_p99_ms = float(counters["control.jitter_p99_ms"])
         found.beat_gap_ms = float(counters["control.latest_ms"])
@@ -177,18 +154,3 @@ async def _look(operator: Operator, ages: Ages, found: Period) -> None:
             seen = newest.rtp
             found.pictures_ms.append(age_ms)
         await asyncio.sleep(_LOOK_S)
-
-
-async def steer_at_random(operator: Operator) -> list[Stroke]:
-    """Press and let go at random phase; what is pressed is sent at once, as by the page."""
-    strokes = []
-    ends_s = time.monotonic() + _PERIOD_S
-    while time.monotonic() < ends_s:
-        strokes.append(Stroke(True, time.monotonic() * 1000))
-        operator.steer(0.0, 1.0)
-        operator.command()
-        await asyncio.sleep(random.uniform(*HOLD_S))
-        strokes.append(Stroke(False, time.monotonic() * 1000))
-        operator.let_go()
-        await asyncio.sleep(random.uniform(*REST_S))
-    return strokes

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from e2e.load.servers import MeasuredServer
 
-VIEWERS: Final = {WAX: (1, 2, 4, 8, 16), STOCK: (1, 2, 4)}
+VIEWERS: Final = {WAX: (1, 8, 16), STOCK: (1, 2, 4)}
 ONE_MIB: Final = 250.0
 FURTHER_MIB: Final = 0.5
 FLAT_MIB: Final = 2.0
@@ -25,6 +25,8 @@ FLAT_MIB: Final = 2.0
 BATCHES: Final = 10
 _SETTLE_S: Final = 4.0
 _FORGET_S: Final = 15.0
+_LOOKS: Final = 5
+_LOOK_EVERY_S: Final = 0.2
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,15 +46,14 @@ async def memory(n: int) -> list[Row]:
     """
     batch = max(1, n // BATCHES)
     found = {side: await _use(side, batch) for side in SIDES}
-    cycles = batch * BATCHES
 
-    def row(key: str, what: str, unit: str, goal: float, *, n: int = cycles) -> Row:
+    def row(key: str, what: str, unit: str, goal: float, n: int = batch * BATCHES) -> Row:
         values = {side: float(getattr(use, key)) for side, use in found.items()}
         return judged(f"memory: {key}", what, unit, values, goal, n=n)
 
     return [
-        row("one", "memory with one viewer", "MiB", ONE_MIB, n=1),
-        row("further", "… for each further one", "MiB", FURTHER_MIB, n=VIEWERS[WAX][-1]),
+        row("one", "memory with one viewer", "MiB", ONE_MIB, 1),
+        row("further", "… for each further one", "MiB", FURTHER_MIB, VIEWERS[WAX][-1]),
         row("leaked", "… lost by viewers who join and leave", "MiB", FLAT_MIB),
         row("left", "threads, descriptors and tasks that they leave", "", 0.0),
     ]
@@ -105,10 +106,6 @@ async def _rss_mib(server: MeasuredServer) -> float:
         readings.append(server.meter.rss_mib())
         await asyncio.sleep(0.1)
     return statistics.median(readings)
-
-
-_LOOKS: Final = 5
-_LOOK_EVERY_S: Final = 0.2
 
 
 async def handles(server: MeasuredServer) -> int:

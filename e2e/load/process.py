@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 
+from e2e.measure.errors import MeasureError, NotRunError
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -47,12 +49,12 @@ def core_busy_s(core: int) -> float:
     return float(sum(times) - idle - guest)
 
 
-def two_cores() -> tuple[int, int] | None:
-    """Choose a core for the server and one for the viewers; None if that is impossible."""
-    if not hasattr(os, "sched_getaffinity"):
-        return None
-    allowed = sorted(os.sched_getaffinity(0))
-    return (allowed[0], allowed[1]) if len(allowed) > 1 else None
+def two_cores() -> tuple[int, int]:
+    """Choose a core for the server and one for everything else; raises `NotRunError`."""
+    allowed = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else []
+    if len(allowed) < 2:
+        raise NotRunError("this needs two cores and a way to pin processes to them (Linux)")
+    return allowed[0], allowed[1]
 
 
 @contextmanager
@@ -74,3 +76,12 @@ def udp_receive_errors() -> int:
     text = Path("/proc/net/snmp").read_text(encoding="ascii")
     names, values = (line.split() for line in text.splitlines() if line.startswith("Udp:"))
     return int(dict(zip(names, values, strict=True))["RcvbufErrors"])
+
+
+@contextmanager
+def all_received() -> Iterator[None]:
+    """Raise `MeasureError` if the kernel threw datagrams away in this block."""
+    before = udp_receive_errors()
+    yield
+    if (thrown := udp_receive_errors() - before) > 0:
+        raise MeasureError(f"the kernel threw away {thrown} datagrams before they were read")

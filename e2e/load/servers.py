@@ -1,4 +1,4 @@
-"""The two servers that are compared, each in a process of its own."""
+"""The servers that are compared, each in a process of its own."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 from e2e.harness import toml
+from e2e.harness.board import Board
 from e2e.harness.server import Server, free_port
 from e2e.load.crowd.sample import Offering
 from e2e.load.process import ProcessMeter, pinned
@@ -25,7 +26,7 @@ STOCK: Final = "stock aiortc"
 JANUS: Final = "Janus"
 SIDES: Final = (WAX, STOCK)
 
-_SETTINGS: Final[dict[str, Any]] = {
+SETTINGS: Final[dict[str, Any]] = {
     "video": {"source": "testcard"},
     "audio": {"source": "testcard"},
     # Turns last as long as the run; viewers who left are forgotten soon, so that waits are short.
@@ -37,7 +38,7 @@ class MeasuredServer(Server):
     """One server, kept on `core` if one is given."""
 
     def __init__(self, side: str, folder: Path, settings: dict[str, Any], core: int | None) -> None:
-        super().__init__(folder, toml.dumps(_SETTINGS | settings))
+        super().__init__(folder, toml.dumps(SETTINGS | settings))
         self.side = side
         self._core = core
 
@@ -74,8 +75,6 @@ class MeasuredServer(Server):
 class JanusServer:
     """Janus, kept on a core; what feeds it is not counted."""
 
-    side = JANUS
-
     def __init__(self, pid: int, url: str) -> None:
         self.meter = ProcessMeter(pid)
         self.offering = Offering(url=url, how="janus")
@@ -96,7 +95,7 @@ async def serving(
 
     A plug-in of the suites is found by its name.
     """
-    with TemporaryDirectory(prefix="wax-bench-") as folder:
+    with TemporaryDirectory(prefix="wax-load-") as folder:
         server = MeasuredServer(side, Path(folder), settings, core)
         server.environment |= {"PYTHONPATH": str(ROOT)} | dict(environment or {})
         try:
@@ -108,6 +107,22 @@ async def serving(
             yield server
         finally:
             await server.kill()
+
+
+@asynccontextmanager
+async def serving_board(
+    core: int | None = None, **settings: Any
+) -> AsyncIterator[tuple[MeasuredServer, Board]]:
+    """Serve WAX with the board of our firmware; raises `MeasureError`."""
+    with TemporaryDirectory(prefix="wax-load-") as folder:
+        board = Board(Path(folder))
+        await board.start()
+        robot = {"driver": "serial", "serial": {"url": str(board.path)}}
+        try:
+            async with serving(WAX, core, robot=robot, **settings) as server:
+                yield server, board
+        finally:
+            await board.stop()
 
 
 @asynccontextmanager

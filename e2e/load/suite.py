@@ -1,48 +1,50 @@
-"""The benchmarks: WAX and a stock aiortc server, the same work on the same machine."""
+"""The suite: what a viewer costs here and in a room of LiveKit, what the page and a crowd cost."""
 
 from __future__ import annotations
 
 from typing import Final
 
-from e2e.load.cameras import cameras
-from e2e.load.crossing import crossing
+from e2e.load.cluster.cost import room_cost
+from e2e.load.cluster.faults import faults
+from e2e.load.cluster.next_operator import next_operator, room_delay
 from e2e.load.crowded import crowded
 from e2e.load.fan_out import fan_out
-from e2e.load.first_picture import first_picture
-from e2e.load.key_to_byte import key_to_byte
 from e2e.load.memory import memory
-from e2e.load.picture_cost import picture_cost
+from e2e.load.page.presented import presented
+from e2e.load.page.work import work
 from e2e.load.recording import recording
 from e2e.load.servers import JANUS, STOCK, WAX
-from e2e.measure.suite import FIRMWARE, PAGE, SERVER, Case, Suite, measured
+from e2e.measure.suite import FIRMWARE, PAGE, SERVER, Suite, measured
 
 SUITE: Final = Suite(
-    name="bench",
-    about="Measure WAX and a stock aiortc server, the same work on the same machine.",
-    measures=(*SERVER, *PAGE, *FIRMWARE, "e2e/peers/stock.py"),
-    columns=(WAX, STOCK, JANUS),
+    name="load",
+    about="Measure what viewers, a crowd, the tape, the page and rooms of LiveKit cost.",
+    measures=(*SERVER, *PAGE, *FIRMWARE, "e2e/peers/*.py", "e2e/peers/livekit/*.py"),
+    columns=(WAX, STOCK, JANUS, "median", "p95", "max"),
     cases=(
-        measured("fan-out", 6, fan_out, "windows of 2 s for each number of viewers", 1),
-        measured("crowd", 5, crowded, "pairs of 30 s, alone and beside the crowd", 1),
-        measured("first-picture", 20, first_picture, "page loads", 3),
-        measured("key-to-byte", 220, key_to_byte, "key presses", 15),
-        measured("memory", 200, memory, "joins and leaves", 20),
-        measured("cameras", 5, cameras, "pairs of 10 s, a second camera off and large", 1),
-        Case(
-            "crossing",
-            "pictures of each size and place",
-            1500,
-            crossing,
-            150,
+        measured("fan-out", 3, fan_out, "windows of 2 s each", 1, minutes=3.0),
+        measured("crowd", 3, crowded, "pairs of 30 s, alone and beside", 1, minutes=4.0),
+        measured("memory", 100, memory, "joins and leaves", 10, minutes=2.5),
+        measured("recording", 3, recording, "pairs of 20 s, the tape off and on", 1, minutes=3.0),
+        measured("page", 8, work, "stretches of 15 s", 4, minutes=3.0),
+        measured("presented", 2, presented, "pairs of 10 s, page and bare video", 1, minutes=1.0),
+        measured(
+            "room-cost", 3, room_cost, "pairs of 8 s, nobody in a room and 16", 1, minutes=1.5
         ),
-        measured("picture-cost", 600, picture_cost, "pictures of each size and codec", 150),
-        measured("recording", 10, recording, "pairs of 30 s, the tape off and on", 1),
+        measured("room-delay", 4, room_delay, "times 150 pictures, there and here", 1, minutes=1.0),
+        measured("room-lost", 2, faults, "times each fault", 1, minutes=3.0),
+        measured("next-operator", 10, next_operator, "turns", 3, minutes=2.0),
+        measured("page-half-hour", 120, work, "stretches of 15 s", 4, minutes=31.0, long=True),
+        measured("memory-1000", 1000, memory, "joins and leaves", 10, minutes=20.0, long=True),
     ),
     notes=(
-        "Stock is aiortc as its examples have it: MediaRelay, an encoder for each peer; a second "
-        "of its first picture is waiting for names that nobody answers.",
+        "Stock is aiortc as its examples have it: MediaRelay, an encoder for each peer.",
         "Janus: Debian’s, its streaming plugin fed by RTP, which encodes nothing and estimates no "
         "link.",
         "640×480 at 30 fps; for the fan-out the server is held to one core.",
+        "Main thread: Chromium’s own count of the time in tasks; the heap’s growth is the slope of "
+        "the second half. Pictures presented: by the compositor’s count, by turns.",
+        "LiveKit: two nodes and a Redis on the same machine; where they are lost, they and the "
+        "page have one core, the robot’s server and its operator the other.",
     ),
 )

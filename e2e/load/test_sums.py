@@ -1,109 +1,190 @@
-"""The benchmark's arithmetic: a figure that is wrong in the report is worse than none."""
+"""The suite's arithmetic: a figure that is wrong in the report is worse than none."""
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from e2e.load import cameras
-from e2e.load.cameras import Stretch
-from e2e.load.crossing import Watch
-from e2e.load.crossing import rows_of as crossing_rows
-from e2e.load.key_to_byte import Change, Stroke, changes, delays
-from e2e.load.picture_cost import Cost, per_picture, row_of
-from e2e.load.recording import Drive, rows_of
+from e2e.load import crowded, recording
+from e2e.load.cluster.driving import speeds_ms, sweep
+from e2e.load.cluster.page import longest_gap_ms, unix_ms
+from e2e.load.fan_out import Point, slope
+from e2e.load.page import input_to_gate, presented, work
+from e2e.load.page.ways import WAYS
+from e2e.load.strokes import Change, Stroke, changes, delays
+from e2e.load.suite import SUITE
 from e2e.measure.errors import MeasureError
 from e2e.stop.record import Record
+
+KEY, BUTTON, STICK, PAD, STEP = WAYS
+
+
+def frame(kind: str, left: int = 0, right: int = 0, verdict: str = "taken") -> dict[str, Any]:
+    frame = {"event": "frame", "type": kind, "verdict": verdict, "turn": 1}
+    return frame | {"left": left, "right": right}
+
+
+def recorded(*log: dict[str, Any]) -> Record:
+    """Have one event a second, from 0 s on."""
+    record = Record(Path("unread"))
+    record.take([event | {"t_s": float(at_s)} for at_s, event in enumerate(log)])
+    return record
 
 
 def test_only_a_change_of_motion_counts() -> None:
     """Repeated and refused frames, a curve, a drive of zero and hello are no new start or stop."""
-
-    def frame(kind: str, left: int = 0, right: int = 0, verdict: str = "taken") -> dict[str, Any]:
-        frame = {"event": "frame", "type": kind, "verdict": verdict, "turn": 1}
-        return frame | {"left": left, "right": right}
-
-    log = [
-        {"event": "plugged"},
-        frame("hello"),
-        frame("stop"),
-        frame("drive"),
-        frame("drive", 9, 9, "late"),
-        frame("drive", 9, 9),
-        frame("drive", 9, 9),
-        frame("drive", 5, 9),
-        frame("stop"),
-        frame("stop"),
-    ]
-    timed = [event | {"t_s": float(at_s)} for at_s, event in enumerate(log)]
-    record = Record(Path("unread"))
-    record.take(timed)
+    start = [{"event": "plugged"}, frame("hello"), frame("stop"), frame("drive")]
+    late, same = frame("drive", 9, 9, "late"), frame("drive", 9, 9)
+    record = recorded(*start, late, same, same, frame("drive", 5, 9), frame("stop"), frame("stop"))
     assert changes(record.frames) == [Change(5000.0, moving=True), Change(8000.0, moving=False)]
 
 
 def test_each_stroke_is_answered_by_the_first_change_after_it() -> None:
-    """Delays run from the key's own stroke."""
-    strokes = [Stroke(True, 100.0), Stroke(False, 200.0)]
+    """Delays run from the key's own stroke; what moved nothing is lent no effect."""
+    strokes = [Stroke(True, 100.0), Stroke(False, 200.0), Stroke(True, 300.0)]
     moves = [Change(112.0, moving=True), Change(206.0, moving=False)]
     assert delays(strokes, moves, down=True) == [12.0]
     assert delays(strokes, moves, down=False) == [6.0]
+    assert delays(strokes, [Change(310.0, moving=True)], down=True) == [10.0]
+    assert delays(strokes, [Change(310.0, moving=True)], down=False) == []
 
 
-def test_a_stroke_without_effect_is_not_lent_the_next_ones() -> None:
-    """A press that moved nothing stays unanswered when the press after it does move."""
-    strokes = [
-        Stroke(True, 100.0),
-        Stroke(False, 200.0),
-        Stroke(True, 300.0),
-    ]
-    moves = [Change(310.0, moving=True)]
-    assert delays(strokes, moves, down=True) == [10.0]
-    assert delays(strokes, moves, down=False) == []
+def test_what_is_disturbed_or_saturated_has_no_part_in_the_slope() -> None:
+    """Where too few are left there is none."""
+
+    def point(viewers: int, cpu: float, flaw: str | None = None, *, full: bool = False) -> Point:
+        return Point(viewers, cpu, 0.0, 30.0, 0, 0, full, flaw)
+
+    good = [point(1, 0.11), point(11, 0.16)]
+    assert slope([*good, point(20, 0.9, "others"), point(50, 0.95, full=True)]) == pytest.approx(
+        0.5
+    )
+    assert slope([good[0], point(2, 0.9, "others")]) is None
+
+
+def test_the_crowds_price_is_what_it_adds() -> None:
+    """Pair by pair, so that a machine that warms up cancels out; of the beat the worst."""
+    alone = [crowded.Period([1.0, 5.0 + at], [60.0 + at]) for at in range(3)]
+    beside = [crowded.Period([1.0, 7.0 + at], [61.0 + at], 2.0 + at, 9.0, at) for at in range(3)]
+    values = [row.values["WAX"] for row in crowded.rows(alone, beside)]
+    assert values == [2.0, 1.0, 3.0, 4.0, 9.0]
 
 
 def test_the_price_of_the_tape_is_what_it_adds() -> None:
-    """CPU pair by pair, so that a machine that warms up cancels out; commands over all strokes."""
-    off = [Drive(cpu, [1.0, worst_ms], 0) for cpu, worst_ms in ((0.3, 5.0), (0.4, 5.0))]
-    on = [Drive(cpu, [1.0, worst_ms], 3) for cpu, worst_ms in ((0.32, 8.0), (0.44, 7.0))]
-    cpu, command, left_out = rows_of(off, on)
+    """CPU pair by pair; commands over all strokes."""
+    off = [recording.Drive(cpu, [1.0, 5.0], 0) for cpu in (0.3, 0.4)]
+    on = [recording.Drive(cpu, [1.0, worst], 3) for cpu, worst in ((0.32, 8.0), (0.44, 7.0))]
+    cpu, command, left_out = recording.rows(off, on)
     assert cpu.values["WAX"] == pytest.approx(3.0)
-    assert command.values["WAX"] == pytest.approx(3.0)
+    assert command.values == pytest.approx({"WAX": 3.0})
     assert command.met is False
     assert left_out.values["WAX"] == 6
 
 
-def test_the_price_of_a_second_camera_is_the_pairs() -> None:
-    """What it adds in the median pair; on the thin line, what the driving view never had alone."""
-
-    def stretch(age_ms: float, *renditions: str) -> Stretch:
-        return Stretch([age_ms - 5, age_ms, age_ms + 50], list(renditions), 640)
-
-    wide = [(stretch(20), stretch(20 + more)) for more in (1.0, 9.0, 2.0)]
-    thin = [(stretch(90, "b", "c"), stretch(90, "b", "a", "b"))]
-    age, rendition = cameras.rows_of(wide, thin)
-    assert (age.values["WAX"], age.met, age.n) == (2.0, True, 3)
-    assert (rendition.values["WAX"], rendition.met, rendition.n) == (1.0, False, 3)
+def stretches(*heaps_mib: float, percent: float = 4.0, fps: float = 30.0) -> list[work.Stretch]:
+    long_ms = [80.0] if percent > 10 else []
+    return [
+        work.Stretch(1.0 + at, percent, long_ms, fps, heap) for at, heap in enumerate(heaps_mib)
+    ]
 
 
-def test_what_the_crossing_adds_is_the_difference() -> None:
-    """Age by the slowest hundredth, CPU by the median round; more than the goal is not met."""
-    inside, across = Watch([1.0] * 200, [0.2, 0.3, 0.9]), Watch([1.5] * 200, [0.5, 0.7, 0.8])
-    age, cpu = crossing_rows((640, 480), inside, across)
-    assert (age.values, age.met, age.n) == ({"WAX": 0.5}, True, 200)
-    assert cpu.values["WAX"] == pytest.approx(0.4)
-    slow, _ = crossing_rows((1280, 720), inside, Watch([9.0] * 200, [0.5]))
-    assert slow.met is False
+def test_the_pages_work_is_the_worst_stretch_and_its_heap_the_second_half() -> None:
+    """What fills at first is no leak; what goes on growing is one, over the whole time."""
+    flat = stretches(2, 4, 6, 8, 8, 8, 8, 8)
+    share, long, heap = work.rows(flat, flat)
+    assert (share.met, long.met, heap.met) == (True, True, True)
+    assert heap.values["WAX"] == pytest.approx(0.0)
+    share, long, heap = work.rows(
+        flat[:4] + stretches(8.0, 8.2, 8.4, 8.6, percent=12.0), stretches(1, percent=1.0)
+    )
+    assert (share.values, share.met) == ({"WAX": 12.0, "stock aiortc": 1.0}, False)
+    assert (long.values["WAX"], long.met) == (4.0, False)
+    with pytest.raises(MeasureError, match="not 30"):
+        work.rows(stretches(1, 1, 1, 1, fps=20.0), flat)
+    with pytest.raises(MeasureError, match="too few"):
+        work.rows(flat[:3], flat)
 
 
-def test_a_picture_costs_its_share_of_the_windows() -> None:
-    """The median window is told, with its share of a core; a window without any is no result."""
-    costs = per_picture([(0.3, 30), (0.6, 30), (0.45, 30)])
-    assert costs == pytest.approx([10.0, 20.0, 15.0])
-    row = row_of(640, 480, "vp8", Cost([1.0, 1.0], costs, 30.0), 90)
-    assert row.values == pytest.approx({"WAX": 15.0})
-    assert row.detail["share"] == pytest.approx(0.45)
-    assert (row.met, row.n) == (None, 90)
-    with pytest.raises(MeasureError, match="without a picture"):
-        per_picture([(0.3, 30), (0.1, 0)])
+def test_the_share_is_of_the_time_that_passed() -> None:
+    """By the browser's own clock: 1.5 s of tasks in 30 s are 5 %."""
+    before = {"Timestamp": 100.0, "TaskDuration": 7.0}
+    after = {"Timestamp": 130.0, "TaskDuration": 8.5}
+    assert work.share_percent(before, after) == pytest.approx(5.0)
+
+
+def test_pictures_are_compared_pair_by_pair() -> None:
+    """So that a machine that slows down slows both; too few of a bare video say nothing."""
+    (row,) = presented.rows([(29.9, 30.0), (14.9 * 2, 30.0), (26.9, 27.0)])
+    assert row.values == pytest.approx({"WAX": 99.63}, abs=0.01)
+    assert row.met is True
+    (row,) = presented.rows([(20.0, 30.0)])
+    assert row.met is False
+    with pytest.raises(MeasureError, match="not 30"):
+        presented.rows([(10.0, 10.0)])
+
+
+def test_a_press_begins_with_the_ways_own_event() -> None:
+    """A joystick's with the first push, not with the finger; a key's not with another key."""
+    noted: list[list[Any]] = [
+        ["pointerdown", "", 1.0, 1.5],
+        ["pointermove", "", 2.0, 2.25],
+        ["pointermove", "", 3.0, 9.0],
+        ["pointerup", "", 4.0, 4.5],
+        ["keydown", "Tab", 5.0, 5.5],
+        ["keydown", "ArrowUp", 6.0, 6.5],
+        ["keyup", "Tab", 7.0, 7.5],
+        ["keyup", "ArrowUp", 8.0, 8.5],
+        ["paddown", "", 9.0, 9.0],
+        ["padup", "", 10.0, 10.0],
+    ]
+    assert STICK.strokes(noted) == [Stroke(True, 2.0), Stroke(False, 4.0)]
+    assert STICK.told_after_ms(noted) == [0.25]
+    assert KEY.strokes(noted) == [Stroke(True, 6.0), Stroke(False, 8.0)]
+    assert BUTTON.strokes(noted) == [Stroke(True, 1.0), Stroke(False, 4.0)]
+    assert PAD.strokes(noted) == [Stroke(True, 9.0), Stroke(False, 10.0)]
+
+
+def test_presses_without_effect_are_told() -> None:
+    """A few are, and the others' delays count; a step stops by itself, so its end has no delay."""
+    strokes = [
+        Stroke(down, 1000.0 * at + (0 if down else 300))
+        for at in range(40)
+        for down in (True, False)
+    ]
+    moves = [Change(stroke.made_ms + 8, stroke.down) for stroke in strokes]
+    press, release = input_to_gate.rows(KEY, strokes, moves[:-2], 0.1)
+    assert (press.n, press.values["p99"], press.met) == (39, 8.0, True)
+    assert press.detail["unanswered"] == 1
+    assert (release.n, release.met) == (39, True)
+    assert [row.key for row in input_to_gate.rows(STEP, strokes, moves, 0.1)] == ["input/step"]
+    with pytest.raises(MeasureError, match="of 40 presses 20"):
+        input_to_gate.rows(KEY, strokes, moves[:40], 0.1)
+
+
+def test_a_gap_is_counted_from_before_its_edge() -> None:
+    """What stood when the fault came had stood for a while; what came after it ends the gap."""
+    shown_ms = [0.0, 30.0, 60.0, 900.0, 930.0]
+    assert longest_gap_ms(shown_ms, 100.0, 500.0) == 840.0
+    assert longest_gap_ms(shown_ms, 10.0, 50.0) == 30.0
+    for from_ms, to_ms in ((-1.0, 50.0), (100.0, 931.0)):
+        with pytest.raises(MeasureError):
+            longest_gap_ms(shown_ms, from_ms, to_ms)
+
+
+def test_each_command_beside_a_fault_has_another_speed() -> None:
+    """The same speed again is no new command."""
+    assert all(abs(a - b) > 0.004 for a, b in pairwise(map(sweep, range(1000))))
+    drive = [frame("drive", speed, -speed) for speed in (5, 5, 6)]
+    late, stop = frame("drive", 9, -9, "late"), frame("stop")
+    frames = recorded(stop, *drive, late, stop, stop, drive[-1]).frames
+    assert speeds_ms(frames) == [unix_ms(at_s) for at_s in (0, 1, 3, 5, 7)]
+
+
+def test_cases_have_names_of_their_own() -> None:
+    """And what takes half an hour is no part of what is published."""
+    keys = [case.key for case in SUITE.cases]
+    assert len(set(keys)) == len(keys)
+    assert sum(case.minutes for case in SUITE.cases if not case.long) <= 22

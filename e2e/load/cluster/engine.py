@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import shutil
-from contextlib import asynccontextmanager, contextmanager
-from tempfile import TemporaryFile
+from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any, Final, TextIO
 
 import aiohttp
-import jwt
 
 from e2e.harness.missing import missing
 from e2e.harness.server import free_port
@@ -18,11 +16,11 @@ from e2e.measure.errors import NotRunError
 from e2e.peers.livekit.errors import LiveKitError
 from e2e.peers.livekit.installation import find_server
 from e2e.peers.livekit.server import LiveKit, Ports
-from e2e.peers.livekit.tokens import Key
+from e2e.peers.livekit.tokens import Key, signed
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
-    from collections.abc import AsyncIterator, Iterator
+    from collections.abc import AsyncIterator
 
 KEY: Final = Key("APItest", "s" * 32)
 ROOMS: Final = ("robot-1", "robot-2")
@@ -34,7 +32,6 @@ _SELECTOR: Final = {
     "regions": [{"name": room, "lat": 0, "lon": 90 * at} for at, room in enumerate(ROOMS)],
 }
 """As config/deploy has it: a room that is made anew, too, lives on the node that was asked."""
-_FOREVER_S: Final = 2**31
 
 
 class Redis:
@@ -50,7 +47,11 @@ class Redis:
             *("--save", "", "--appendonly", "no"),
             stdout=asyncio.subprocess.DEVNULL,
         )
-        await eventually(self._answers, "Redis answers")
+
+        async def answers() -> bool:
+            return "PONG" in await self._ask("PING")
+
+        await eventually(answers, "Redis answers")
 
     async def kill(self) -> None:
         """End it as a power cut does; safe to call twice."""
@@ -66,25 +67,33 @@ class Redis:
         """Return the ids of the nodes that have a room."""
         return set((await self._ask("HVALS", "room_node_map")).split())
 
-    async def _answers(self) -> bool:
-        return "PONG" in await self._ask("PING")
-
     async def _ask(self, *command: str) -> str:
         process = await asyncio.create_subprocess_exec(
             *("redis-cli", "-p", str(self.port), *command),
             stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.DEVNULL,
         )
-        said, _ = await process.communicate()
-        return said.decode()
+        return (await process.communicate())[0].decode()
 
 
 class Engine:
-    """The cluster; `nodes` in the order of `ROOMS`, each of which has its room."""
+    """The cluster; `nodes` in the order of `ROOMS`, each of which has its room.
+
+    Raises `NotRunError` where LiveKit or Redis is missing.
+    """
 
     def __init__(self, log: TextIO | None = None) -> None:
+        if shutil.which("redis-server") is None:
+            raise NotRunError("there is no Redis; install the package redis-server")
+        try:
+            program = find_server()
+        except LiveKitError as error:
+            raise NotRunError(str(error)) from error
         self.redis = Redis()
-        program = find_server()
+        more: dict[str, Any] = {
+            "redis": {"address": f"{_ADDRESS}:{self.redis.port}"},
+            "node_selector": _SELECTOR,
+        }
         self.nodes = [
             LiveKit(
                 program,
@@ -92,33 +101,28 @@ class Engine:
                 Ports(free_port(), free_port(), free_port()),
                 KEY,
                 log=log,
-                redis={"address": f"{_ADDRESS}:{self.redis.port}"},
                 region=room,
-                node_selector=_SELECTOR,
                 rtc={"use_ice_lite": True},
+                **more,
             )
             for room in ROOMS
         ]
 
     async def start(self) -> None:
+        """Start all, and pin each room to its node."""
         await self.redis.start()
-        for number in range(len(self.nodes)):
-            await self._start_node(number)
+        for node, name in zip(self.nodes, ROOMS, strict=True):
+            before = await self.redis.nodes()
+            await node.start()
 
-    async def _start_node(self, number: int) -> None:
-        """Start a node, and pin its room to it."""
-        before = await self.redis.nodes()
-        await self.nodes[number].start()
+            async def new(before: set[str] = before) -> set[str]:
+                return await self.redis.nodes() - before
 
-        async def is_known() -> bool:
-            return len(await self.redis.nodes() - before) == 1
-
-        await eventually(is_known, "Redis knows the node")
-        (node,) = await self.redis.nodes() - before
-        # With what the origin would ask for.
-        room = {"name": ROOMS[number], "node_id": node, "empty_timeout": 600}
-        room |= {"sync_streams": True, "max_playout_delay": 200}
-        await call(self.nodes[number].url, "CreateRoom", room)
+            (pinned,) = await eventually(new, "Redis knows the node")
+            # With what the origin would ask for.
+            room = {"name": name, "node_id": pinned, "empty_timeout": 600}
+            room |= {"sync_streams": True, "max_playout_delay": 200}
+            await call(node.url, "CreateRoom", room)
 
     async def stop(self) -> None:
         for node in self.nodes:
@@ -138,43 +142,23 @@ class Engine:
 
 async def call(url: str, what: str, body: dict[str, Any]) -> dict[str, Any]:
     """Ask a node, as an administrator does; raises `aiohttp.ClientError`."""
-    grants = {"room": body.get("room", ""), "roomCreate": True, "roomAdmin": True}
-    claims = {"iss": KEY.name, "exp": _FOREVER_S, "video": {**grants, "roomList": True}}
-    token = jwt.encode(claims, KEY.secret, algorithm="HS256")
+    room = body.get("room", "")
+    token = signed(KEY, "host", room=room, roomCreate=True, roomAdmin=True, roomList=True)
+    path = f"/twirp/livekit.RoomService/{what}"
+    headers = {"Authorization": f"Bearer {token}"}
     async with (
         aiohttp.ClientSession(raise_for_status=True) as http,
-        http.post(
-            f"{url}/twirp/livekit.RoomService/{what}",
-            json=body,
-            headers={"Authorization": f"Bearer {token}"},
-        ) as response,
+        http.post(url + path, json=body, headers=headers) as response,
     ):
         told: dict[str, Any] = await response.json()
     return told
-
-
-@contextmanager
-def quiet_log() -> Iterator[TextIO]:
-    """Have a log that nobody reads: the nodes tell of each subscriber who leaves."""
-    with TemporaryFile("w", encoding="utf-8") as log:
-        yield log
-
-
-def installed(log: TextIO | None = None) -> Engine:
-    """Return a cluster to start, whose nodes log to `log`; raises `NotRunError` without one."""
-    if shutil.which("redis-server") is None:
-        raise NotRunError("there is no Redis; install the package redis-server")
-    try:
-        return Engine(log)
-    except LiveKitError as error:
-        raise NotRunError(str(error)) from error
 
 
 @asynccontextmanager
 async def running() -> AsyncIterator[Engine]:
     """Run it for a test; skips where LiveKit or Redis is missing."""
     try:
-        engine = installed()
+        engine = Engine()
     except NotRunError as error:
         missing(str(error))
     try:

@@ -1,5 +1,5 @@
-// Runs in the page before the page's own script: notes what it says and whose picture it shows, each
-// change with its Unix time in ms. It changes nothing that the page sees.
+// Runs in the page before the page's own script: notes when it shows a new picture, whose that is,
+// and what it says, with the Unix time in ms. It changes nothing that the page sees.
 (() => {
   const unix = (pageMs) => Date.now() - (performance.now() - pageMs);
 
@@ -13,24 +13,30 @@
   const isServers = (track) =>
     servers.some((peer) => peer.getReceivers().some((one) => one.track === track));
 
+  const pictures = []; // ms
   const places = []; // [ms, "server" or "room"]
   const watch = (video) => {
-    const onFrame = (_nowMs, { presentationTime }) => {
+    let before = null;
+    const onFrame = (_nowMs, { presentationTime, rtpTimestamp, mediaTime }) => {
       video.requestVideoFrameCallback(onFrame);
       const track = video.srcObject?.getVideoTracks()[0];
+      const picture = rtpTimestamp ?? mediaTime;
+      if (!track || picture === before) return; // the same one, shown again
+      before = picture;
       const place = isServers(track) ? "server" : "room";
-      if (track && places.at(-1)?.[1] !== place) places.push([unix(presentationTime), place]);
+      pictures.push(unix(presentationTime));
+      if (places.at(-1)?.[1] !== place) places.push([unix(presentationTime), place]);
     };
     video.requestVideoFrameCallback(onFrame);
   };
 
   const texts = { status: "[role=status]", turn: "section[aria-label=Turn]" };
-  const said = Object.fromEntries(Object.keys(texts).map((name) => [name, []])); // [ms, text]
+  const said = { status: [], turn: [] }; // [ms, text]
   const watched = new WeakSet();
   const look = () => {
     for (const [name, selector] of Object.entries(texts)) {
       const text = document.querySelector(selector)?.textContent ?? "";
-      if (text !== (said[name].at(-1)?.[1] ?? "")) said[name].push([unix(performance.now()), text]);
+      if (text !== said[name].at(-1)?.[1]) said[name].push([unix(performance.now()), text]);
     }
     for (const video of document.querySelectorAll("video")) {
       if (!watched.has(video)) watch(video);
@@ -40,5 +46,5 @@
   const everything = { subtree: true, childList: true, characterData: true };
   new MutationObserver(look).observe(document, everything);
 
-  window.waxPage = { places, said };
+  window.waxPage = { pictures, places, said };
 })();

@@ -1,46 +1,66 @@
-"""What every case needs: a cluster, and a server that publishes into it and drives a board."""
+"""A cluster, and a server with one place of its own that publishes into both rooms."""
 
 from __future__ import annotations
 
-import asyncio
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 from e2e.harness import toml
 from e2e.harness.board import Board
 from e2e.harness.server import Server
 from e2e.harness.wait import eventually
-from e2e.load.cluster import published
-from e2e.load.cluster.engine import Engine, installed
+from e2e.load.cluster.engine import KEY, ROOMS, Engine, running
 from e2e.load.process import pinned, two_cores
+from e2e.load.servers import SETTINGS
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
+    from e2e.conftest import Serve
     from e2e.load.cluster.page import Page
 
-ENGINES_OWN_S: Final = 5.5
-"""So long LiveKit counts a dead node among the living; one that is started before gets no rooms."""
 _LIVE_WITHIN_S: Final = 30.0
 _LOOK_S: Final = 0.05
-_CARD: Final[dict[str, Any]] = {
-    "video": {"source": "testcard"},
-    "audio": {"source": "testcard"},
-    "turns": {"turn_s": 3600.0, "grace_s": 0.5},
-}
+
+
+def rooms(engine: Engine) -> list[dict[str, Any]]:
+    """Return the configuration's `publish`: the room of each node."""
+    key = {"api_key": KEY.name, "api_secret": KEY.secret}
+    return [
+        {"livekit": engine.url(number), "room": room, **key} for number, room in enumerate(ROOMS)
+    ]
+
+
+async def are_live(server: Server, count: int) -> bool:
+    told: list[dict[str, Any]] = (await server.status())["elsewhere"]
+    return [room["is_live"] for room in told].count(True) == count
+
+
+@asynccontextmanager
+async def published(
+    serve: Serve, folder: Path, **settings: str
+) -> AsyncIterator[tuple[Engine, Server]]:
+    """Have both for a test, which is skipped without them; `settings` as `toml.card_with`."""
+    async with running() as engine:
+        tables = "\n".join(f"[[publish]]\n{toml.dumps(room)}" for room in rooms(engine))
+        text = toml.card_with(server="max_viewers = 1", **settings) + tables
+        async with serve(folder, text) as server:
+            await eventually(lambda: are_live(server, 2), "both rooms are live", within_s=20)
+            yield engine, server
 
 
 @dataclass(frozen=True, slots=True)
 class Stage:
+    """For a measurement; the server drives a board. `robots_core` is the robot's side's."""
+
     folder: Path
     engine: Engine
     server: Server
     board: Board
-    robots_core: int | None
-    """Where the robot's side runs; None is anywhere."""
+    robots_core: int
 
     def watched(self, page: Page) -> int:
         """Return the number of the node in whose room a page is; raises `MeasureError`."""
@@ -51,43 +71,43 @@ class Stage:
         """Wait until the server publishes into the room of a node, or knows that it does not."""
 
         async def is_so() -> bool:
-            rooms = (await self.server.status())["elsewhere"]
-            return bool(rooms[number]["is_live"]) is live
+            told = (await self.server.status())["elsewhere"]
+            return bool(told[number]["is_live"]) is live
 
         what = f"node {number} is {'published to' if live else 'given up'}"
         await eventually(is_so, what, within_s=_LIVE_WITHIN_S, every_s=_LOOK_S)
 
-    async def are_live(self) -> None:
-        """Wait until both rooms are published to."""
-        await asyncio.gather(*(self.is_live(number, live=True) for number in range(2)))
-
 
 @asynccontextmanager
-async def staged(*, is_apart: bool = False, **settings: Any) -> AsyncIterator[Stage]:
+async def staged(
+    alone: Literal["robot", "engine"] = "robot", **settings: Any
+) -> AsyncIterator[Stage]:
     """Have it inside the block, with both rooms published to; `settings` are tables of the server.
 
-    With `is_apart` cluster and pages have one core, and the robot's server and its operator the
-    other, as if they were other machines. Raises `NotRunError` where LiveKit or Redis is missing.
+    One side has a core of its own, as if it were another machine: the robot's server and whoever
+    drives, or the cluster. Raises `NotRunError` where LiveKit, Redis or a second core is missing.
     """
-    cores = two_cores() if is_apart else None
-    robots_core, others_core = cores or (None, None)
+    own_core, others_core = two_cores()
+    robots_core, engines_core = (
+        (own_core, others_core) if alone == "robot" else (others_core, own_core)
+    )
     async with AsyncExitStack() as leaving:
         leaving.enter_context(pinned(others_core))
-        folder = Path(leaving.enter_context(TemporaryDirectory(prefix="wax-cluster-")))
-        log = leaving.enter_context((folder / "engine.log").open("w", encoding="utf-8"))
-        engine = installed(log)
+        folder = Path(leaving.enter_context(TemporaryDirectory(prefix="wax-load-")))
+        engine = Engine(leaving.enter_context((folder / "engine.log").open("w")))
         leaving.push_async_callback(engine.stop)
-        await engine.start()
+        with pinned(engines_core):
+            await engine.start()
         board = Board(folder)
+        robot = {"driver": "serial", "serial": {"url": str(board.path)}}
+        tables = {"publish": rooms(engine), "robot": robot, "server": {"max_viewers": 1}}
+        server = Server(folder, toml.dumps(toml.merged(SETTINGS, tables, settings)))
         with pinned(robots_core):
             await board.start()
-        leaving.push_async_callback(board.stop)
-        robot = {"driver": "serial", "serial": {"url": str(board.path)}}
-        tables = {"publish": published.rooms(engine), "robot": robot}
-        server = Server(folder, toml.dumps(toml.merged(_CARD, tables, settings)))
-        leaving.push_async_callback(server.kill)
-        with pinned(robots_core):
+            leaving.push_async_callback(board.stop)
+            leaving.push_async_callback(server.kill)
             await server.start()
         stage = Stage(folder, engine, server, board, robots_core)
-        await stage.are_live()
+        for number in range(len(ROOMS)):
+            await stage.is_live(number, live=True)
         yield stage

@@ -12,7 +12,7 @@ from e2e.harness.bidi import firefox
 from e2e.harness.missing import needed
 from e2e.harness.video_probe import LIVE_MS
 from e2e.harness.wait import eventually
-from e2e.load.cluster.published import published
+from e2e.load.cluster.stage import published
 from e2e.test_firefox import PROBE, button, find_firefox
 from wax.client.operator import Operator
 

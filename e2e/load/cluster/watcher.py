@@ -20,16 +20,16 @@ class Watcher:
 
     def __init__(self) -> None:
         self.pictures: dict[str, set[tuple[int, int]]] = {}
-        self.loud = 0
-        self.told: list[dict[str, Any]] = []
         self.is_out = False
+        self._loud = 0
+        self._told: list[dict[str, Any]] = []
         self._room = rtc.Room()
         self._reading: list[asyncio.Task[None]] = []
 
     async def connect(self, seat: Mapping[str, str]) -> Self:
         """Enter the room of a seat; raises `rtc.ConnectError` where LiveKit refuses."""
         self._room.on("track_subscribed", self._subscribed)
-        self._room.on("data_received", self._heard)
+        self._room.on("data_received", lambda packet: self._told.append(json.loads(packet.data)))
         self._room.on("disconnected", self._left)
         await self._room.connect(seat["url"], seat["token"])
         return self
@@ -38,9 +38,25 @@ class Watcher:
         """Wait until both renditions and the sound have come."""
 
         async def both() -> bool:
-            return len(self.pictures) == 2 and self.loud > 10
+            return len(self.pictures) == 2 and self._loud > 10
 
         await eventually(both, "two renditions and the sound come", within_s=15)
+
+    async def hears_news(self) -> dict[str, Any]:
+        """Wait for the second news of the robot's room."""
+
+        async def told() -> list[dict[str, Any]]:
+            return self._told[1:]
+
+        return (await eventually(told, "the state comes"))[-1]
+
+    async def leaves(self) -> None:
+        """Wait until it has been taken out."""
+
+        async def is_out() -> bool:
+            return self.is_out
+
+        await eventually(is_out, "it is taken out of the room")
 
     async def close(self) -> None:
         for task in self._reading:
@@ -55,9 +71,6 @@ class Watcher:
         read = self._see(track, robot.identity) if is_video else self._hear(track)
         self._reading.append(asyncio.create_task(read))
 
-    def _heard(self, packet: rtc.DataPacket) -> None:
-        self.told.append(json.loads(packet.data))
-
     def _left(self, reason: object) -> None:
         self.is_out = True
 
@@ -68,7 +81,7 @@ class Watcher:
 
     async def _hear(self, track: rtc.Track) -> None:
         async for event in rtc.AudioStream(track):
-            self.loud += any(event.frame.data)
+            self._loud += any(event.frame.data)
 
 
 @asynccontextmanager

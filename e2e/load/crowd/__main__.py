@@ -11,58 +11,37 @@ import sys
 import time
 from contextlib import AsyncExitStack
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, cast, get_args
+from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
-from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription
 
-from e2e.load.crowd.janus import JanusViewer
-from e2e.load.crowd.sample import How, Offering, Request, Sample, ViewerCounts
+from e2e.load.crowd.sample import Request, Sample, ViewerCounts
+from e2e.load.crowd.viewers import JanusViewer, StockViewer
 from wax.client import Client
-from wax.client.media import Media
-from wax.client.sdp import as_browser
 from wax.errors import WaxError
 from wax.rtc import private
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    Viewer = Client | StockViewer
+
 JOINING_AT_ONCE: Final = 4
 CONNECT_TIMEOUT_S: Final = 20.0
-SIZE: Final = "640x480"
-
-
-class StockViewer:
-    """A viewer of a server that speaks nothing but WebRTC."""
-
-    def __init__(self, url: str, on_socket: Callable[[Any], None] | None) -> None:
-        self.peer = RTCPeerConnection(RTCConfiguration(iceServers=[]))
-        self.media = Media(self.peer, on_socket=on_socket)
-        self._url = url
-
-    async def connect(self) -> None:
-        await self.peer.setLocalDescription(await self.peer.createOffer())
-        offer = {"sdp": as_browser(self.peer.localDescription.sdp), "type": "offer"}
-        async with (
-            aiohttp.ClientSession(raise_for_status=True) as http,
-            http.post(f"{self._url}/offer", json=offer) as response,
-        ):
-            answer = await response.json()
-        await self.peer.setRemoteDescription(RTCSessionDescription(answer["sdp"], "answer"))
-        self.media.attach(answer["sdp"])
-
-    async def close(self) -> None:
-        await self.peer.close()
-        await self.media.close()
+KINDS: Final[dict[str, Callable[..., Viewer]]] = {
+    "wax": partial(Client, size="640x480"),
+    "stock": StockViewer,
+    "janus": JanusViewer,
+}
 
 
 class Viewers:
     """All viewers; the first `slow` of them are behind a modem."""
 
-    def __init__(self, offering: Offering, slow: int) -> None:
-        self._offering = offering
+    def __init__(self, url: str, how: str, slow: int) -> None:
+        self._make = partial(KINDS[how], url)
         self._slow = slow
-        self._here: list[Client | StockViewer | JanusViewer] = []
+        self._here: list[Viewer] = []
         self._modems = AsyncExitStack()
 
     async def answer(self, request: Request) -> Sample:
@@ -96,10 +75,10 @@ class Viewers:
             viewers = await asyncio.gather(*(self._join(self._slow + one) for one in some))
             await asyncio.gather(*(viewer.close() for viewer in viewers))
 
-    async def _join(self, index: int) -> Client | StockViewer | JanusViewer:
+    async def _join(self, index: int) -> Viewer:
         is_slow = index < self._slow
         on_socket = partial(self._put_behind_modem, index) if is_slow else None
-        viewer = self._viewer(on_socket)
+        viewer = self._make(on_socket=on_socket)
         try:
             async with asyncio.timeout(CONNECT_TIMEOUT_S):
                 await viewer.connect()
@@ -111,33 +90,20 @@ class Viewers:
             raise
         return viewer
 
-    def _viewer(
-        self, on_socket: Callable[[Any], None] | None
-    ) -> Client | StockViewer | JanusViewer:
-        url = self._offering.url
-        match self._offering.how:
-            case "wax":
-                return Client(url, size=SIZE, on_socket=on_socket)
-            case "stock":
-                return StockViewer(url, on_socket)
-            case "janus":
-                return JanusViewer(url, on_socket)
-
     def _put_behind_modem(self, seed: int, protocol: Any) -> None:
-        from e2e.load.crowd.modem import put_behind  # noqa: PLC0415  # the lab's; few crowds are slow
+        from e2e.load.crowd.modem import put_behind  # noqa: PLC0415  # few crowds are slow
 
         self._modems.callback(put_behind(protocol, seed))
 
 
-def _counts(viewer: Client | StockViewer | JanusViewer) -> ViewerCounts:
+def _counts(viewer: Viewer) -> ViewerCounts:
     media = viewer.media
     return ViewerCounts(
         video=media.counts("video"), audio=media.counts("audio"), answers=media.answers
     )
 
 
-async def _serve(offering: Offering, slow: int) -> None:
-    viewers = Viewers(offering, slow)
+async def _serve(viewers: Viewers) -> None:
     try:
         while line := await asyncio.to_thread(sys.stdin.readline):
             sample = await viewers.answer(Request.model_validate_json(line))
@@ -146,15 +112,9 @@ async def _serve(offering: Offering, slow: int) -> None:
         await viewers.close()
 
 
-def main() -> None:
+if __name__ == "__main__":
     # A browser waits 30 s for any answer to its checks (RFC 7675); aioice counts each that takes
     # more than 0.5 s as lost, and leaves a server that hangs now and then.
     private.install()
     url, how, slow = sys.argv[1:]
-    if how not in get_args(How):
-        sys.exit(f"{how} is no kind of server; {', '.join(get_args(How))} are")
-    asyncio.run(_serve(Offering(url=url, how=cast("How", how)), int(slow)))
-
-
-if __name__ == "__main__":
-    main()
+    asyncio.run(_serve(Viewers(url, how, int(slow))))

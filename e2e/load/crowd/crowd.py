@@ -16,8 +16,6 @@ from e2e.measure.errors import MeasureError
 from e2e.measure.suite import ROOT
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
     from e2e.load.crowd.sample import Offering
 
 ANSWER_TIMEOUT_S: Final = 180.0
@@ -46,12 +44,7 @@ class Crowd:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         with self._process:
             assert self._process.stdin is not None
             self._process.stdin.close()
@@ -81,8 +74,7 @@ class Crowd:
             raise MeasureError(f"the viewers' process ended before {request.verb}") from error
         if not select.select([back], [], [], ANSWER_TIMEOUT_S)[0]:
             raise MeasureError(f"the viewers did not {request.verb} in {ANSWER_TIMEOUT_S:g} s")
-        line = back.readline()
-        if not line:
+        if not (line := back.readline()):
             raise MeasureError(f"the viewers' process ended while asked to {request.verb}")
         sample = Sample.model_validate_json(line)
         if sample.problem is not None:

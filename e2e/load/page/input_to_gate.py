@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Final
 from e2e.gallery.views import COMPUTER, PHONE
 from e2e.harness.board import Board
 from e2e.harness.page_clock import page_clock
-from e2e.load.key_to_byte import Stroke, changes, delays
 from e2e.load.page.driven import browsing, drives
+from e2e.load.strokes import Stroke, changes, delays
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row, judged, summed
 from e2e.measure.summary import summarize
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from e2e.harness.page_clock import PageClock
-    from e2e.load.key_to_byte import Change
     from e2e.load.page.ways import Way
+    from e2e.load.strokes import Change
 
 GOAL_MS: Final = 20.0
 ANSWERED: Final = 0.95

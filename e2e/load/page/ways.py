@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from e2e.harness.gamepad import START, InjectedGamepad
 from e2e.harness.touch_screen import TouchPoints
-from e2e.load.key_to_byte import HOLD_S, REST_S, Stroke
+from e2e.load.strokes import HOLD_S, REST_S, Stroke
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable, Sequence

@@ -7,10 +7,9 @@ import json
 import os
 import signal
 import sys
-from contextlib import suppress
 from dataclasses import dataclass
 from ipaddress import ip_address
-from typing import TYPE_CHECKING, Any, Final, TextIO
+from typing import TYPE_CHECKING, Any, Final, NoReturn, TextIO
 
 import aiohttp
 
@@ -25,8 +24,6 @@ if TYPE_CHECKING:
     from e2e.peers.livekit.tokens import Key
 
 START_WITHIN_S: Final = 30.0
-_STOP_PATIENCE_S: Final = (0.3, 1.2, 1.0)
-"""After it was asked, asked again, killed."""
 _ASK_EVERY_S: Final = 0.1
 
 
@@ -117,10 +114,10 @@ class LiveKit:
                 f"LiveKit does not answer at {self.url} within {START_WITHIN_S:g} s; see its log"
             ) from None
 
-    async def ended(self) -> int:
-        """Wait until the process has ended; return its status."""
-        assert self._process is not None
-        return await self._process.wait()
+    async def fails(self) -> NoReturn:
+        """Wait until the process has ended, and raise `LiveKitError`."""
+        status = await self._running.wait()
+        raise LiveKitError(f"LiveKit ended with status {status}; its log says why")
 
     async def kill(self) -> None:
         """End it as a power cut does; safe to call twice."""
@@ -130,35 +127,20 @@ class LiveKit:
 
     def freeze(self) -> None:
         """Have it do nothing until `thaw`, as a machine does that hangs."""
-        self._signal(signal.SIGSTOP)
+        self._running.send_signal(signal.SIGSTOP)
 
     def thaw(self) -> None:
         """Let it go on."""
-        self._signal(signal.SIGCONT)
+        self._running.send_signal(signal.SIGCONT)
 
-    async def stop(self) -> None:
-        """Bounded, safe to call twice. It waits for viewers unless it is asked a second time."""
-        process = self._process
-        if process is None:
-            return
-        asks = (process.terminate, process.terminate, process.kill)
-        for ask, patience_s in zip(asks, _STOP_PATIENCE_S, strict=True):
-            with suppress(ProcessLookupError):
-                ask()
-            with suppress(TimeoutError):
-                await asyncio.wait_for(process.wait(), patience_s)
-                return
-
-    def _signal(self, which: signal.Signals) -> None:
+    @property
+    def _running(self) -> Process:
         assert self._process is not None, "it was not started"
-        self._process.send_signal(which)
+        return self._process
 
     async def _answers(self, http: aiohttp.ClientSession) -> bool:
-        assert self._process is not None
-        if self._process.returncode is not None:
-            raise LiveKitError(
-                f"LiveKit ended at its start with status {self._process.returncode}; see its log"
-            )
+        if (status := self._running.returncode) is not None:
+            raise LiveKitError(f"LiveKit ended at its start with status {status}; see its log")
         try:
             async with http.get(self.url) as answer:
                 return answer.status == 200

@@ -9,30 +9,26 @@ import sys
 from asyncio.subprocess import PIPE
 from contextlib import asynccontextmanager
 from itertools import chain
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-import aiohttp
-import jwt
 import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 import pytest
 
 from e2e.harness.server import free_port
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
+from e2e.measure.suite import ROOT
 from e2e.peers.livekit.errors import LiveKitError
 from e2e.peers.livekit.installation import check_sdk, find_client, find_server
-from e2e.peers.livekit.messages import FIRST_LINE, Ready, Refusal
-from e2e.peers.livekit.tokens import ROOM, Key
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
     from collections.abc import AsyncIterator
+    from pathlib import Path
 
     from playwright.async_api import Browser
 
-ROOT = Path(__file__).parents[3]
-KEY = Key("APItest", "s" * 32)
+pytestmark = pytest.mark.timeout(90)
 
 
 @asynccontextmanager
@@ -45,6 +41,7 @@ async def started(**given: str) -> AsyncIterator[Process]:
         *(sys.executable, "-m", "e2e.peers.livekit", *chain.from_iterable(ports.items())),
         cwd=ROOT,
         stdout=PIPE,
+        stderr=PIPE,
     )
     try:
         yield process
@@ -56,9 +53,17 @@ async def started(**given: str) -> AsyncIterator[Process]:
             await process.wait()
 
 
-async def first_line(process: Process) -> Ready | Refusal:
+async def url_of(process: Process) -> str:
     assert process.stdout is not None
-    return FIRST_LINE.validate_json(await asyncio.wait_for(process.stdout.readline(), 40))
+    line = await asyncio.wait_for(process.stdout.readline(), 40)
+    return line.decode().strip()
+
+
+async def refusal(process: Process) -> str:
+    """Wait until it has ended with status 1; return the sentence that says why."""
+    _, said = await asyncio.wait_for(process.communicate(), 40)
+    assert process.returncode == 1
+    return said.decode().splitlines()[-1]
 
 
 @pytest.fixture
@@ -81,10 +86,7 @@ async def test_what_is_no_livekit_is_one_sentence(
     program.chmod(0o755)
     monkeypatch.setenv("WAX_LIVEKIT", str(program))
     async with started() as process:
-        refusal = await first_line(process)
-        assert isinstance(refusal, Refusal)
-        assert refusal.refused.startswith("LiveKit ended at its start with status 3")
-        assert await asyncio.wait_for(process.wait(), 10) == 1
+        assert (await refusal(process)).startswith("LiveKit ended at its start with status 3")
 
 
 @pytest.mark.usefixtures("_livekit")
@@ -94,81 +96,34 @@ async def test_a_port_that_is_taken_is_one_sentence() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         async with started(port=str(port), signal_port=str(signal_port)) as process:
-            refusal = await first_line(process)
-            assert isinstance(refusal, Refusal)
-            assert f"127.0.0.1:{port}" in refusal.refused
-            assert await asyncio.wait_for(process.wait(), 10) == 1
+            assert f"127.0.0.1:{port}" in await refusal(process)
     with socket.socket() as probe:
         assert probe.connect_ex(("127.0.0.1", signal_port)) != 0
 
 
-@pytest.mark.timeout(90)
-@pytest.mark.usefixtures("_livekit")
-@pytest.mark.parametrize("how", ["sdk", "whip"])
-async def test_the_publisher_comes_back(how: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A publisher that LiveKit removes publishes again on its own."""
-    monkeypatch.setenv("LIVEKIT_API_KEY", KEY.name)
-    monkeypatch.setenv("LIVEKIT_API_SECRET", KEY.secret)
-    signal_port = free_port()
-    async with (
-        started(how=how, signal_port=str(signal_port)) as process,
-        aiohttp.ClientSession() as http,
-    ):
-        ready = await first_line(process)
-        assert isinstance(ready, Ready)
-
-        async def published_twice() -> bool:
-            async with http.get(f"{ready.url}healthz") as answer:
-                return bool((await answer.json())["published"] == 2)
-
-        await put_out(f"http://127.0.0.1:{signal_port}", "robot")
-        await eventually(published_twice, "it publishes again", within_s=40)
-
-
-async def put_out(url: str, who: str) -> None:
-    """Remove a participant, as an administrator does."""
-    may = {"iss": KEY.name, "exp": 2**31, "video": {"room": ROOM, "roomAdmin": True}}
-    token = jwt.encode(may, KEY.secret, algorithm="HS256")
-    async with (
-        aiohttp.ClientSession(raise_for_status=True) as http,
-        http.post(
-            f"{url}/twirp/livekit.RoomService/RemoveParticipant",
-            json={"room": ROOM, "identity": who},
-            headers={"Authorization": f"Bearer {token}"},
-        ),
-    ):
-        pass
-
-
-@pytest.mark.timeout(90)
 @pytest.mark.usefixtures("_livekit")
 async def test_when_livekit_dies_the_rest_ends() -> None:
     """A LiveKit that is killed is told in one sentence, and nothing of this peer stays."""
     async with started() as process:
-        assert isinstance(await first_line(process), Ready)
+        assert (await url_of(process)).startswith("http://127.0.0.1:")
         family = psutil.Process(process.pid).children(recursive=True)
         next(child for child in family if child.name() == find_server().name).kill()
-        refusal = await first_line(process)
-        assert isinstance(refusal, Refusal)
-        assert refusal.refused.startswith("LiveKit ended with status -9")
-        assert await asyncio.wait_for(process.wait(), 10) == 1
+        assert (await refusal(process)).startswith("LiveKit ended with status -9")
         assert not [child for child in family if child.is_running()]
 
 
-@pytest.mark.timeout(90)
 @pytest.mark.usefixtures("_livekit")
 @pytest.mark.parametrize("how", ["sdk", "whip"])
 async def test_a_browser_sees_and_hears_through_livekit(chromium: Browser, how: str) -> None:
     """The test card comes whole, and packets of sound with it; Ctrl-C leaves no process."""
     async with started(how=how) as process:
-        ready = await first_line(process)
-        assert isinstance(ready, Ready)
+        url = await url_of(process)
         family = psutil.Process(process.pid).children(recursive=True)
         assert len(family) == 1  # LiveKit; publisher and page are the parent's
         context = await chromium.new_context()
         try:
-            viewer = await Viewer.prepare(context, ready.url)
-            await viewer.page.goto(ready.url)
+            viewer = await Viewer.prepare(context, url)
+            await viewer.page.goto(url)
             await viewer.sees_picture()
             cards = await viewer.cards(20)
             assert sum(card.valid for card in cards) >= 18

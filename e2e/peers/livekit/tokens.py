@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import secrets
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from typing import Final, Self
+from typing import Any, Final, Self
 
 import jwt
 
@@ -23,32 +22,12 @@ class Key:
 
     @classmethod
     def make(cls) -> Self:
-        """Make one, or take what ``LIVEKIT_API_KEY`` and ``LIVEKIT_API_SECRET`` have."""
-        name, secret = os.environ.get("LIVEKIT_API_KEY"), os.environ.get("LIVEKIT_API_SECRET")
-        if name and secret:
-            return cls(name, secret)
         return cls(f"API{secrets.token_hex(6)}", secrets.token_urlsafe(32))
 
 
-def publisher_token(key: Key, identity: str) -> str:
-    """May publish in the room, and nothing else."""
-    return _sign(key, identity, can_publish=True)
-
-
-def viewer_token(key: Key, identity: str) -> str:
-    """May subscribe in the room; two who have the same identity put each other out."""
-    return _sign(key, identity, can_publish=False)
-
-
-def _sign(key: Key, identity: str, *, can_publish: bool) -> str:
+def signed(key: Key, identity: str, **grants: Any) -> str:
+    """Sign a token with these grants, LiveKit's ``video``."""
     now = datetime.now(UTC)
-    grants = {
-        "room": ROOM,
-        "roomJoin": True,
-        "canPublish": can_publish,
-        "canSubscribe": not can_publish,
-        "canPublishData": False,
-    }
     claims = {
         "iss": key.name,
         "sub": identity,
@@ -57,3 +36,18 @@ def _sign(key: Key, identity: str, *, can_publish: bool) -> str:
         "video": grants,
     }
     return jwt.encode(claims, key.secret, algorithm="HS256")
+
+
+def publisher_token(key: Key, identity: str) -> str:
+    """May publish in the room, and nothing else."""
+    return _in_room(key, identity, can_publish=True)
+
+
+def viewer_token(key: Key, identity: str) -> str:
+    """May subscribe in the room; two who have the same identity put each other out."""
+    return _in_room(key, identity, can_publish=False)
+
+
+def _in_room(key: Key, identity: str, *, can_publish: bool) -> str:
+    may = {"canPublish": can_publish, "canSubscribe": not can_publish, "canPublishData": False}
+    return signed(key, identity, room=ROOM, roomJoin=True, **may)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import asynccontextmanager
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from livekit import rtc
 
@@ -14,7 +13,7 @@ from e2e.peers.media import BITRATE_BPS
 from wax.capture.source import SAMPLE_RATE_HZ
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Awaitable, Callable
+    from collections.abc import Callable
 
     from wax.capture.source import AudioSource, VideoSource
 
@@ -22,20 +21,16 @@ FPS: Final = 30
 SIZE: Final = (640, 480)
 
 
-@asynccontextmanager
-async def published(
-    url: str, token: str, camera: VideoSource, microphone: AudioSource
-) -> AsyncIterator[Callable[[], Awaitable[str]]]:
-    """Publish inside the block; what is yielded waits until that ends, and says why.
-
-    Raises `LiveKitError` where the server refuses.
-    """
+async def publish(
+    url: str, token: str, camera: VideoSource, microphone: AudioSource, begun: Callable[[], None]
+) -> None:
+    """Publish until that ends; raises `LiveKitError`, which says why."""
     room = rtc.Room()
-    over: asyncio.Future[str] = asyncio.get_running_loop().create_future()
+    over: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 
     def disconnected(reason: object) -> None:
         if not over.done():
-            over.set_result(f"the room was left ({reason})")
+            over.set_exception(LiveKitError(f"the publisher's room was left ({reason})"))
 
     room.on("disconnected", disconnected)
     try:
@@ -44,7 +39,7 @@ async def published(
         raise LiveKitError(f"{url} refuses the publisher: {error}") from error
     video, audio = rtc.VideoSource(*SIZE), rtc.AudioSource(SAMPLE_RATE_HZ, 1)
     threads = ThreadPoolExecutor(max_workers=2, thread_name_prefix="capture")
-    capturing: list[asyncio.Task[None]] = []
+    works: list[asyncio.Future[None]] = [over]
     try:
         await room.local_participant.publish_track(
             rtc.LocalVideoTrack.create_video_track("camera", video),
@@ -58,24 +53,16 @@ async def published(
             rtc.LocalAudioTrack.create_audio_track("microphone", audio),
             rtc.TrackPublishOptions(source=rtc.TrackSource.SOURCE_MICROPHONE),
         )
-        capturing += [
-            asyncio.create_task(_show(camera, video, threads)),
-            asyncio.create_task(_sound(microphone, audio, threads)),
-        ]
-
-        async def ended() -> str:
-            first: list[asyncio.Future[Any]] = [over, *capturing]
-            await asyncio.wait(first, return_when=asyncio.FIRST_COMPLETED)
-            for task in capturing:
-                if task.done():
-                    task.result()
-            return await over
-
-        yield ended
+        works += map(
+            asyncio.ensure_future,
+            (_show(camera, video, threads), _sound(microphone, audio, threads)),
+        )
+        begun()
+        await asyncio.gather(*works)
     finally:
-        for task in capturing:
-            task.cancel()
-        await asyncio.gather(*capturing, return_exceptions=True)
+        for work in works:
+            work.cancel()
+        await asyncio.gather(*works, return_exceptions=True)
         threads.shutdown(wait=False)
         await room.disconnect()
 

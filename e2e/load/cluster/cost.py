@@ -1,0 +1,185 @@
+"""What an observer in a room costs the node of LiveKit, and the robot's own server.
+
+``python -m e2e.load.cluster.cost URL`` watches in a room, as often as each line of its standard
+input says, and says the number once they do; each gets the best picture and the sound.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+import time
+import uuid
+from asyncio.subprocess import PIPE
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import aiohttp
+import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+from livekit import rtc
+
+from e2e.load.cluster.engine import KEY, ROOMS
+from e2e.load.cluster.stage import staged
+from e2e.load.process import ProcessMeter
+from e2e.load.servers import WAX
+from e2e.measure.row import Row, judged
+from e2e.measure.suite import ROOT
+from e2e.measure.summary import summarize
+from e2e.peers.livekit.installation import find_server
+from e2e.peers.livekit.tokens import signed
+
+if TYPE_CHECKING:
+    from asyncio.subprocess import Process
+    from collections.abc import AsyncIterator, Sequence
+
+OBSERVERS: Final = 16
+"""More do not fit on their core, since LiveKit's SDK decodes what comes."""
+RENEW_S: Final = 240.0
+"""As the page renews its seat, which is all that the robot's server notices of it."""
+_PAGES: Final = 200
+_AT_ONCE: Final = 4
+_CPU_PERCENT: Final = 0.005
+_SETTLE_S: Final = 4.0
+_WINDOW_S: Final = 8.0
+_ENTER_S: Final = 30.0
+_STOP_S: Final = 5.0
+_NICENESS: Final = 10
+"""What decodes here must not delay whoever publishes on this core."""
+
+
+@dataclass(frozen=True, slots=True)
+class Costs:
+    """Of one window, a second: processor time, and what the loopback interface carried."""
+
+    cpu: float
+    mbit: float
+
+
+async def room_cost(n: int) -> list[Row]:
+    """Measure `n` pairs of windows: nobody in the room and `OBSERVERS`; and renewals of seats."""
+    cpu, mbit, robots_cpu = [], [], []
+    async with staged("engine") as stage, _subscribers(stage.engine.url(0)) as subscribers:
+        nodes, server = _nodes(), ProcessMeter(stage.server.pid)
+        for _ in range(n):
+            none, many = [await _window(subscribers, count, nodes) for count in (0, OBSERVERS)]
+            cpu.append((many.cpu - none.cpu) / OBSERVERS * 100)
+            mbit.append((many.mbit - none.mbit) / OBSERVERS)
+            robots_cpu.append(await _renewal_s(stage.server.url, server) / RENEW_S * 100)
+
+    def row(
+        key: str, what: str, unit: str, values: Sequence[float], goal: float | None = None
+    ) -> Row:
+        spread = summarize(values)
+        value = {WAX: spread.median}
+        return judged(f"room: {key}", what, unit, value, goal, n=n, spread=spread)
+
+    core = "% of a core"
+    return [
+        row("node cpu", "what an observer in a room costs LiveKit's node", core, cpu),
+        row("node bytes", "… and is sent, all headers", "Mbit/s", mbit),
+        row("server cpu", "… and costs the robot's own server", core, robots_cpu, _CPU_PERCENT),
+    ]
+
+
+def _nodes() -> list[ProcessMeter]:
+    """Return the nodes that this process has started; that without observers costs the same."""
+    program = str(find_server().resolve())
+    children = psutil.Process().children()
+    return [ProcessMeter(one.pid) for one in children if one.exe() == program]
+
+
+async def _window(subscribers: Process, count: int, nodes: Sequence[ProcessMeter]) -> Costs:
+    assert subscribers.stdin is not None
+    assert subscribers.stdout is not None
+    subscribers.stdin.write(f"{count}\n".encode())
+    async with asyncio.timeout(_ENTER_S):
+        await subscribers.stdout.readline()
+    await asyncio.sleep(_SETTLE_S)
+    before_s, cpu_s, sent = time.monotonic(), _cpu_s(nodes), _loopback_bytes()
+    await asyncio.sleep(_WINDOW_S)
+    took_s = time.monotonic() - before_s
+    return Costs((_cpu_s(nodes) - cpu_s) / took_s, (_loopback_bytes() - sent) * 8e-6 / took_s)
+
+
+def _cpu_s(nodes: Sequence[ProcessMeter]) -> float:
+    return sum(one.cpu_s() for one in nodes)
+
+
+def _loopback_bytes() -> int:
+    """Return what this machine has sent itself so far."""
+    return int(psutil.net_io_counters(pernic=True)["lo"].bytes_sent)
+
+
+async def _renewal_s(url: str, server: ProcessMeter) -> float:
+    """Return the processor time of one renewal, beyond what the server takes anyway."""
+    gate = asyncio.Semaphore(_AT_ONCE)
+
+    async def renew(http: aiohttp.ClientSession, tab: str) -> None:
+        async with gate, http.post(f"{url}/api/seat", json={"client": tab}) as answer:
+            await answer.read()
+
+    idle_s, began_s = server.cpu_s(), time.monotonic()
+    await asyncio.sleep(_WINDOW_S)
+    idle = (server.cpu_s() - idle_s) / (time.monotonic() - began_s)
+    sessions = [
+        aiohttp.ClientSession(
+            cookie_jar=aiohttp.CookieJar(unsafe=True),  # the server is an address
+            headers={"Origin": url, "Connection": "close"},  # it would be closed before the next
+            raise_for_status=True,
+        )
+        for _ in range(_PAGES)
+    ]
+    pages = [(http, str(uuid.uuid4())) for http in sessions]
+    try:
+        await asyncio.gather(*(renew(*page) for page in pages))  # they get their seats
+        cpu_s, began_s = server.cpu_s(), time.monotonic()
+        await asyncio.gather(*(renew(*page) for page in pages))
+        return (server.cpu_s() - cpu_s - idle * (time.monotonic() - began_s)) / _PAGES
+    finally:
+        await asyncio.gather(*(http.close() for http in sessions))
+
+
+@asynccontextmanager
+async def _subscribers(url: str) -> AsyncIterator[Process]:
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "e2e.load.cluster.cost", url), stdin=PIPE, stdout=PIPE, cwd=ROOT
+    )
+    try:
+        yield process
+    finally:
+        assert process.stdin is not None
+        process.stdin.close()
+        try:
+            await asyncio.wait_for(process.wait(), _STOP_S)
+        except TimeoutError:
+            process.kill()
+            await process.wait()
+
+
+async def _subscribe(url: str) -> None:
+    entered: list[rtc.Room] = []
+    while line := await asyncio.to_thread(sys.stdin.readline):
+        wanted = int(line)
+        while len(entered) < wanted:
+            entered.append(await _entered(url, f"subscriber {len(entered)}"))
+        while len(entered) > wanted:
+            await entered.pop().disconnect()
+        print(wanted, flush=True)
+
+
+async def _entered(url: str, name: str) -> rtc.Room:
+    token = signed(KEY, name, room=ROOMS[0], roomJoin=True, canPublish=False, hidden=True)
+    room = rtc.Room()
+    await room.connect(url, token, rtc.RoomOptions(auto_subscribe=False))
+    for robot in room.remote_participants.values():
+        for track in robot.track_publications.values():
+            if track.kind == rtc.TrackKind.KIND_AUDIO or "640x480" in robot.identity:
+                track.set_subscribed(True)
+    return room
+
+
+if __name__ == "__main__":
+    os.nice(_NICENESS)
+    asyncio.run(_subscribe(sys.argv[1]))

@@ -1,0 +1,175 @@
+"""The page where the robot has no place for it: it watches in a room, and comes for its turn."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import TYPE_CHECKING, Any
+
+import jwt
+import pytest
+
+from e2e.harness.robot import turn_by_key
+from e2e.harness.viewer import Viewer
+from e2e.harness.wait import eventually
+from e2e.load.cluster.engine import KEY
+from e2e.load.cluster.stage import published
+from e2e.test_strangers import BLACK, LUMA, SILENT
+from wax.client.client import Client
+from wax.client.operator import Operator
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from playwright.async_api import Browser, Route
+
+    from e2e.conftest import OpenViewer, Serve
+    from e2e.harness.server import Server
+    from e2e.load.cluster.engine import Engine
+
+WATCHING = re.compile(r"\bwatch(es)?\.$")
+REFUSED = 3
+"""So often in a row; the page then waits for a second or two, in which a person can read."""
+
+pytestmark = pytest.mark.timeout(150)
+
+
+async def pages_here(server: Server) -> int:
+    return len((await server.status())["viewers"])
+
+
+async def has_observer(engine: Engine, number: int) -> bool:
+    """Whether somebody is in the room of this node who publishes nothing."""
+    return any(not one["tracks"] for one in await engine.people(number))
+
+
+async def watches_elsewhere(viewer: Viewer) -> None:
+    """Wait until the page says how many watch, of whom it has no list."""
+    watching = viewer.page.get_by_text(WATCHING).first
+    await watching.wait_for(state="visible", timeout=20_000)
+
+
+@pytest.mark.parametrize("way", ["killed", "hangs"])
+async def test_a_page_goes_to_the_other_room_when_its_node_is_lost(
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer, way: str
+) -> None:
+    """It sees the robot without a place there, is told who drives, and survives a node."""
+    async with published(serve, tmp_path) as (engine, server), Operator(server.url) as operator:
+        await operator.join()
+        viewer = await open_viewer(server)
+        assert await pages_here(server) == 1, "only the operator has a place"
+        await eventually(viewer.says_connected, "the page says that it is connected")
+        await viewer.page.get_by_text("is driving").first.wait_for(state="visible")
+        cards = await viewer.cards(5)
+        assert all(card.valid for card in cards)
+        (watched,) = [number for number in range(2) if await has_observer(engine, number)]
+        if way == "killed":
+            await engine.nodes[watched].kill()
+        else:  # nothing closes there, and nothing comes
+            engine.nodes[watched].freeze()
+
+        async def is_back() -> bool:
+            newer = await viewer.cards(5)
+            return newer[0].stamp_ms > cards[-1].stamp_ms and await viewer.says_connected()
+
+        await eventually(
+            lambda: has_observer(engine, 1 - watched), "it is in the other room", within_s=15
+        )
+        await eventually(is_back, "the picture is back from there", within_s=15)
+        assert await pages_here(server) == 1
+
+
+async def test_a_page_comes_for_its_turn_and_goes_back(
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer
+) -> None:
+    """It queues elsewhere, drives here, and gives the place back when it leaves the queue."""
+    turns = {"turns": "turn_s = 20.0"}
+    async with (
+        published(serve, tmp_path, **turns) as (_, server),
+        Operator(server.url) as operator,
+    ):
+        await operator.join()
+        viewer = await open_viewer(server)
+        await watches_elsewhere(viewer)
+        await viewer.join()
+        await viewer.drives(within_s=30)
+        assert not await viewer.page.get_by_text(WATCHING).count()
+        await turn_by_key(server, viewer)
+        await viewer.page.keyboard.up("ArrowLeft")
+        await operator.gets_turn(within_s=30)
+        await viewer.leave()
+        await watches_elsewhere(viewer)
+        before, after = await viewer.cards(3), await viewer.cards(3)
+        assert after[-1].stamp_ms > before[0].stamp_ms
+        assert await viewer.says_connected()
+
+
+async def test_a_page_whose_tokens_have_expired_asks_for_others(
+    serve: Serve, tmp_path: Path, chromium: Browser
+) -> None:
+    """It says that it cannot watch, asks the robot's server again, and sees the robot."""
+    async with published(serve, tmp_path) as (_, server), Operator(server.url):
+        context = await chromium.new_context()
+        answers: list[dict[str, Any]] = []
+
+        async def late(route: Route) -> None:
+            response = await route.fetch()
+            answer = await response.json()
+            answers.append(answer)
+            if len(answers) <= REFUSED:
+                for seat in answer["rooms"]:
+                    seat["token"] = expired(seat["token"])
+            await route.fulfill(response=response, body=json.dumps(answer))
+
+        try:
+            await context.route("**/api/offer", late)
+            viewer = await Viewer.prepare(context, server.url)
+            await viewer.page.goto(server.url)
+            full = viewer.page.get_by_text("Watching is full").first
+            await full.wait_for(state="visible", timeout=10_000)
+            await viewer.sees_picture(within_s=20)
+            await eventually(viewer.says_connected, "the page says that it is connected")
+            assert len(answers) == REFUSED + 1
+            assert not viewer.errors
+        finally:
+            await context.close()
+
+
+def expired(token: str) -> str:
+    """Return the same token as it was ten minutes ago."""
+    claims = jwt.decode(token, KEY.secret, algorithms=["HS256"])
+    claims |= {name: claims[name] - 600 for name in ("nbf", "exp")}
+    return jwt.encode(claims, KEY.secret, algorithm="HS256")
+
+
+async def test_blanked_there_is_nothing_to_see_in_a_room(
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer
+) -> None:
+    """The picture is black and the sound silent elsewhere, too, until the host is done."""
+    async with (
+        published(serve, tmp_path) as (_, server),
+        Client(server.url, cookies=await server.host_cookies()) as host,
+        Operator(server.url),
+    ):
+        viewer = await open_viewer(server)
+        await watches_elsewhere(viewer)
+        await viewer.listen()
+
+        async def is_dark() -> bool:
+            return bool(await viewer.page.evaluate(LUMA) <= BLACK)
+
+        async def is_bright() -> bool:
+            return not await is_dark()
+
+        async def is_silent() -> bool:
+            viewer.forget()
+            await viewer.cards(15)
+            heard = viewer.heard()
+            return bool(heard) and all(block.rms <= SILENT for block in heard)
+
+        assert await is_bright()
+        host.say(type="blank", blanked=True)
+        await eventually(is_dark, "the picture is black")
+        await eventually(is_silent, "and there is no sound")
+        host.say(type="blank", blanked=False)
+        await eventually(is_bright, "the robot's picture is back")
