@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from e2e.load.crowd import Crowd
-from e2e.load.process import core_busy_s, two_cores, udp_receive_errors
+from e2e.load.process import two_cores, udp_receive_errors
 from e2e.load.servers import JANUS, STOCK, WAX, serving, serving_janus
 from e2e.measure.errors import MeasureError, NotRunError
 from e2e.measure.row import Row, judged
@@ -31,7 +31,6 @@ _GROW_S: Final = 30.0
 """Longest wait until each viewer's congestion control allows the full picture."""
 _SATURATED_CPU: Final = 0.90
 _LEAST_FPS_SHARE: Final = 0.95
-_OTHERS_CPU: Final = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +45,6 @@ class Point:
     cpu: float
     cpu_sd: float
     fps_min: float
-    packets: int
     dropped: int
     saturated: bool
     flaw: str | None
@@ -94,7 +92,7 @@ async def _points(side: str, n: int, server_core: int, viewers_core: int) -> lis
                     await asyncio.to_thread(crowd.hold, number)
                     await grown(crowd)
                     await asyncio.sleep(_SETTLE_S)
-                    points.append(await _point(server, crowd, server_core, n))
+                    points.append(await _point(server, crowd, n))
     except MeasureError as error:
         if not points and not isinstance(error, NotRunError):
             raise
@@ -114,32 +112,27 @@ async def grown(crowd: Crowd) -> None:
         before = now
 
 
-async def _point(server: MeasuredServer | JanusServer, crowd: Crowd, core: int, n: int) -> Point:
+async def _point(server: MeasuredServer | JanusServer, crowd: Crowd, n: int) -> Point:
     errors, dropped = udp_receive_errors(), await server.dropped()
-    viewers_s, core_s = crowd.meter.cpu_s(), core_busy_s(core)
+    viewers_s = crowd.meter.cpu_s()
     first = await asyncio.to_thread(crowd.count)
     windows = [await _window(server) for _ in range(n)]
     last = await asyncio.to_thread(crowd.count)
     measured_s = last.at_s - first.at_s
     cpu = statistics.fmean(windows)
     viewers_cpu = (crowd.meter.cpu_s() - viewers_s) / measured_s
-    others_cpu = (core_busy_s(core) - core_s) / measured_s - cpu
-    fps_min, packets, lost = received(first, last)
+    fps_min, lost = received(first, last)
     saturated = cpu > _SATURATED_CPU or fps_min < _LEAST_FPS_SHARE * FPS
     flaw = None
     if viewers_cpu > _SATURATED_CPU:
         flaw = f"the viewers needed {viewers_cpu:.2f} of their core"
     elif (thrown := udp_receive_errors() - errors) > 0:
         flaw = f"the kernel threw away {thrown} datagrams before they were read"
-    elif saturated and others_cpu > _OTHERS_CPU:
-        # A server with time to spare is not disturbed; one without gets less than it asks.
-        flaw = f"other programs took {others_cpu:.2f} of the server's core"
     return Point(
         viewers=len(last.viewers),
         cpu=cpu,
         cpu_sd=statistics.stdev(windows) if n > 1 else 0.0,
         fps_min=fps_min,
-        packets=packets,
         dropped=lost + await server.dropped() - dropped,
         saturated=saturated,
         flaw=flaw,
@@ -152,21 +145,17 @@ async def _window(server: MeasuredServer | JanusServer) -> float:
     return (server.meter.cpu_s() - start_cpu_s) / (time.monotonic() - start_s)
 
 
-def received(first: Sample, last: Sample, skip: int = 0) -> tuple[float, int, int]:
-    """Return the lowest picture rate of any viewer, and the packets and losses of all.
-
-    The first `skip` viewers are left out.
-    """
+def received(first: Sample, last: Sample, skip: int = 0) -> tuple[float, int]:
+    """Return the lowest picture rate of any viewer but the first `skip`, and the losses of all."""
     span_s = last.at_s - first.at_s
     pairs = list(zip(first.viewers, last.viewers, strict=True))[skip:]
     fps = [(new.video.frames - old.video.frames) / span_s for old, new in pairs]
-    streams = [
-        (getattr(old, kind), getattr(new, kind))
+    lost = sum(
+        getattr(new, kind).lost - getattr(old, kind).lost
         for old, new in pairs
         for kind in ("video", "audio")
-    ]
-    packets = sum(new.packets - old.packets for old, new in streams)
-    return min(fps), packets, sum(new.lost - old.lost for old, new in streams)
+    )
+    return min(fps), lost
 
 
 def slope(points: Sequence[Point]) -> float | None:

@@ -40,15 +40,6 @@ class ProcessMeter:
         return [self._process, *self._process.children(recursive=True)]
 
 
-def core_busy_s(core: int) -> float:
-    """Seconds so far in which a core did not idle, whoever used it."""
-    times = psutil.cpu_times(percpu=True)[core]
-    idle = times.idle + getattr(times, "iowait", 0.0)
-    # On Linux guest time is already part of user time.
-    guest = getattr(times, "guest", 0.0) + getattr(times, "guest_nice", 0.0)
-    return float(sum(times) - idle - guest)
-
-
 def two_cores() -> tuple[int, int]:
     """Choose a core for the server and one for everything else; raises `NotRunError`."""
     allowed = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else []

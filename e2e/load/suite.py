@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from typing import Final
 
+from e2e.load.beside import crowded, recording
 from e2e.load.cluster.cost import room_cost
 from e2e.load.cluster.faults import faults
 from e2e.load.cluster.next_operator import next_operator, room_delay
-from e2e.load.crowded import crowded
 from e2e.load.fan_out import fan_out
 from e2e.load.memory import memory
-from e2e.load.page.presented import presented
-from e2e.load.page.work import work
-from e2e.load.recording import recording
+from e2e.load.page.work import presented, work
 from e2e.load.servers import JANUS, STOCK, WAX
 from e2e.measure.suite import FIRMWARE, PAGE, SERVER, Suite, measured
 

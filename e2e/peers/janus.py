@@ -17,7 +17,6 @@ import aiohttp
 from e2e.harness.wait import eventually
 from e2e.measure.errors import MeasureError, NotRunError
 from e2e.measure.suite import ROOT
-from e2e.peers.janus_feed import AUDIO_PT, VIDEO_PT
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -25,75 +24,54 @@ if TYPE_CHECKING:
 
 MOUNTPOINT: Final = 1
 _STARTS_WITHIN_S: Final = 10.0
-
-_GENERAL: Final = """
-general: {{
-  configs_folder = "{folder}"
+_FILES: Final = {
+    "janus.jcfg": """
+general: {
+  configs_folder = "@folder"
   debug_level = 3
   session_timeout = 0  # its viewers ask for nothing more
-  log_to_file = "{folder}/janus.log"
-}}
-certificates: {{ dtls_ciphers = "DEFAULT" }}
-media: {{ ipv6 = false  rtp_port_range = "20000-29999" }}
-nat: {{ ice_lite = true  ice_enforce_list = "127.0.0.1"  ignore_mdns = true  ice_ignore_list = "" }}
-plugins: {{ disable = "{others}" }}
-transports: {{ disable = "libjanus_websockets.so,libjanus_pfunix.so,libjanus_mqtt.so,\
-libjanus_nanomsg.so,libjanus_rabbitmq.so" }}
-"""
-_HTTP: Final = """
-general: {{
-  base_path = "/janus"
-  http = true
-  ip = "127.0.0.1"
-  port = {port}
-}}
-"""
-_STREAMING: Final = """
-card: {{
+  log_to_file = "@folder/janus.log"
+}
+certificates: { dtls_ciphers = "DEFAULT" }
+media: { ipv6 = false  rtp_port_range = "20000-29999" }
+nat: { ice_lite = true  ice_enforce_list = "127.0.0.1"  ignore_mdns = true  ice_ignore_list = "" }
+plugins: { disable = "libjanus_audiobridge.so,libjanus_duktape.so,libjanus_echotest.so,\
+libjanus_lua.so,libjanus_nosip.so,libjanus_recordplay.so,libjanus_sip.so,libjanus_textroom.so,\
+libjanus_videocall.so,libjanus_videoroom.so,libjanus_voicemail.so" }
+transports: { disable = "libjanus_websockets.so,libjanus_pfunix.so,libjanus_mqtt.so,\
+libjanus_nanomsg.so,libjanus_rabbitmq.so" }
+""",
+    "janus.transport.http.jcfg": """
+general: { base_path = "/janus"  http = true  ip = "127.0.0.1"  port = @api }
+""",
+    "janus.plugin.streaming.jcfg": """
+card: {
   type = "rtp"
-  id = {mountpoint}
+  id = 1
   media = (
-    {{ type = "audio"  mid = "a"  port = {audio}  pt = {audio_pt}  codec = "opus" }},
-    {{ type = "video"  mid = "v"  port = {video}  pt = {video_pt}  codec = "vp8"
-      bufferkf = true }}
+    { type = "audio"  mid = "a"  port = @audio  pt = 111  codec = "opus" },
+    { type = "video"  mid = "v"  port = @video  pt = 96  codec = "vp8"  bufferkf = true }
   )
-}}
-"""
-_OTHERS: Final = ",".join(
-    f"libjanus_{name}.so"
-    for name in (
-        *("audiobridge", "duktape", "echotest", "lua", "nosip", "recordplay", "sip", "textroom"),
-        *("videocall", "videoroom", "voicemail"),
-    )
-)
+}
+""",
+}
 
 
 @asynccontextmanager
 async def running(folder: Path, port: int) -> AsyncIterator[asyncio.subprocess.Process]:
     """Run Janus inside the block, on the core that its caller is on; its API is on `port`.
 
-    The feeder of its mountpoint listens to `port` + 1 and + 2, and is `feeding`'s. Raises
+    The feeder of its mountpoint sends to `port` + 1 and + 2, and is `feeding`'s. Raises
     `NotRunError` where there is no Janus, and `MeasureError` if it does not start.
     """
     program = shutil.which("janus")
     if program is None:
         raise NotRunError("Janus is not installed (Debian: sudo apt-get install -y janus)")
-    values = {
-        "folder": folder,
-        "others": _OTHERS,
-        "port": port,
-        "mountpoint": MOUNTPOINT,
-        "audio": port + 1,
-        "video": port + 2,
-        "audio_pt": AUDIO_PT,
-        "video_pt": VIDEO_PT,
-    }
-    for name, text in (
-        ("janus.jcfg", _GENERAL),
-        ("janus.transport.http.jcfg", _HTTP),
-        ("janus.plugin.streaming.jcfg", _STREAMING),
-    ):
-        (folder / name).write_text(text.format(**values), encoding="utf-8")
+    values = {"folder": folder, "api": port, "audio": port + 1, "video": port + 2}
+    for name, text in _FILES.items():
+        for key, value in values.items():
+            text = text.replace(f"@{key}", str(value))  # noqa: PLW2901  # bit by bit
+        (folder / name).write_text(text, encoding="utf-8")
     with (folder / "output.log").open("ab") as log:
         process = await asyncio.create_subprocess_exec(
             program, f"--configs-folder={folder}", "--disable-colors", stdout=log, stderr=log
@@ -122,11 +100,9 @@ async def feeding(port: int) -> AsyncIterator[None]:
 
 async def _answers(port: int, folder: Path) -> None:
     async def answers() -> bool:
+        url = f"http://127.0.0.1:{port}/janus/info"
         try:
-            async with (
-                aiohttp.ClientSession() as http,
-                http.get(f"http://127.0.0.1:{port}/janus/info") as response,
-            ):
+            async with aiohttp.ClientSession() as http, http.get(url) as response:
                 return response.status == 200
         except aiohttp.ClientError:
             return False

@@ -24,33 +24,29 @@ from wax.rtc.rtp import Packet
 if TYPE_CHECKING:
     from wax.capture.source import AudioSource, VideoSource
 
-AUDIO_PT: Final = 111
-VIDEO_PT: Final = 96
+_AUDIO_PT: Final = 111
+_VIDEO_PT: Final = 96
 _KEYFRAME_EVERY: Final = 60
 _PAYLOAD_BYTES: Final = 1200
-_UINT32: Final = 2**32
 
 
 class Stream:
     """One stream to a port on this machine."""
 
-    def __init__(self, port: int, payload_type: int, ssrc: int) -> None:
+    def __init__(self, port: int, payload_type: int) -> None:
         self._socket = socket.socket(type=socket.SOCK_DGRAM)
         self._socket.connect(("127.0.0.1", port))
         self._payload_type = payload_type
-        self._ssrc = ssrc
         self._number = 0
 
     def send(self, pts: int, payload: bytes, *, marker: bool) -> None:
-        packet = Packet(
-            self._payload_type, self._number, self._ssrc, pts % _UINT32, marker, payload
-        )
-        self._number = (self._number + 1) % 2**16
+        number, self._number = self._number, (self._number + 1) % 2**16
+        ssrc = self._payload_type
+        packet = Packet(self._payload_type, number, ssrc, pts % 2**32, marker, payload)
         self._socket.send(packet.to_bytes(b""))
 
 
-def feed_video(camera: VideoSource, port: int) -> None:
-    stream = Stream(port, VIDEO_PT, ssrc=1)
+def feed_video(camera: VideoSource, stream: Stream) -> None:
     rendition = RenditionSettings(width=640, height=480, fps=30, bitrate_bps=BITRATE_BPS)
     encoder = VideoEncoder(codec="vp8", rendition=rendition)
     packetizer = Vp8Packetizer(picture_id=0, tl0_picidx=0)
@@ -68,12 +64,11 @@ def feed_video(camera: VideoSource, port: int) -> None:
             keyframe=picture.keyframe,
             max_bytes=_PAYLOAD_BYTES,
         )
-        for index, (head, piece) in enumerate(payloads):
-            stream.send(picture.pts, head + piece, marker=index == len(payloads) - 1)
+        for index, (head, piece) in enumerate(payloads, 1):
+            stream.send(picture.pts, head + piece, marker=index == len(payloads))
 
 
-def feed_audio(microphone: AudioSource, port: int) -> None:
-    stream = Stream(port, AUDIO_PT, ssrc=2)
+def feed_audio(microphone: AudioSource, stream: Stream) -> None:
     clock, encoder = SampleClock(), SoundEncoder(SoundForm(20, 32_000))
     while True:
         block = microphone.read()
@@ -82,12 +77,11 @@ def feed_audio(microphone: AudioSource, port: int) -> None:
             stream.send(sound.pts, sound.data, marker=False)
 
 
-def main() -> None:
-    audio_port, video_port = map(int, sys.argv[1:])
-    with sources(None) as (camera, microphone):
-        threading.Thread(target=feed_audio, args=(microphone, audio_port), daemon=True).start()
-        feed_video(camera, video_port)
-
-
 if __name__ == "__main__":
-    main()
+    audio, video = (
+        Stream(int(port), kind)
+        for port, kind in zip(sys.argv[1:], (_AUDIO_PT, _VIDEO_PT), strict=True)
+    )
+    with sources(None) as (camera, microphone):
+        threading.Thread(target=feed_audio, args=(microphone, audio), daemon=True).start()
+        feed_video(camera, video)

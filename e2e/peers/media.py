@@ -10,7 +10,7 @@ import asyncio
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from fractions import Fraction
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import aiortc.codecs.vpx
 import numpy as np
@@ -64,41 +64,43 @@ def set_bitrate() -> None:
     aiortc.codecs.vpx.DEFAULT_BITRATE = BITRATE_BPS
 
 
-class CameraTrack(MediaStreamTrack):
-    """Reads a camera in a thread, as aiortc's `MediaPlayer` does."""
+class _Track(MediaStreamTrack):
+    """Reads a source in a thread, as aiortc's `MediaPlayer` does."""
 
-    kind = "video"
-
-    def __init__(self, source: VideoSource) -> None:
+    def __init__(self, source: Any) -> None:
         super().__init__()
         self._source = source
-        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="camera")
+        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix=self.kind)
+
+    async def _read(self) -> Any:
+        loop = asyncio.get_running_loop()
+        return await loop.run_in_executor(self._thread, self._source.read)
+
+
+class CameraTrack(_Track):
+    kind = "video"
 
     async def recv(self) -> VideoFrame:
-        loop = asyncio.get_running_loop()
-        picture = await loop.run_in_executor(self._thread, self._source.read)
+        picture = await self._read()
         frame = VideoFrame.from_ndarray(picture.i420, format="yuv420p")
         frame.pts = round(picture.captured_s * VIDEO_CLOCK_HZ)
         frame.time_base = Fraction(1, VIDEO_CLOCK_HZ)
         return frame
 
 
-class MicrophoneTrack(MediaStreamTrack):
-    """Reads a microphone in a thread and cuts its sound into pieces of 20 ms."""
+class MicrophoneTrack(_Track):
+    """Cuts the sound into pieces of 20 ms."""
 
     kind = "audio"
 
     def __init__(self, source: AudioSource) -> None:
-        super().__init__()
-        self._source = source
-        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="microphone")
+        super().__init__(source)
         self._samples = np.zeros(0, dtype=np.int16)
         self._position = 0
 
     async def recv(self) -> AudioFrame:
-        loop = asyncio.get_running_loop()
         while len(self._samples) < OPUS_FRAME_SAMPLES:
-            sound = await loop.run_in_executor(self._thread, self._source.read)
+            sound = await self._read()
             self._samples = np.concatenate([self._samples, sound.samples])
         piece = self._samples[:OPUS_FRAME_SAMPLES]
         self._samples = self._samples[OPUS_FRAME_SAMPLES:]

@@ -13,7 +13,7 @@ import argparse
 import asyncio
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from aiohttp import web
 from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription
@@ -25,38 +25,7 @@ from wax.errors import SourceError
 if TYPE_CHECKING:
     from wax.capture.source import AudioSource, VideoSource
 
-PAGE = """<!doctype html>
-<meta charset="utf-8">
-<title>stock aiortc</title>
-<video id="video" autoplay controls playsinline></video>
-<script>
-const peer = new RTCPeerConnection();
-peer.addTransceiver("video", { direction: "recvonly" });
-peer.addTransceiver("audio", { direction: "recvonly" });
-const video = document.getElementById("video");
-peer.addEventListener("track", ({ streams: [both] }) => {
-  if (video.srcObject !== both) video.srcObject = both;
-});
-const gathered = new Promise((resolve) => {
-  peer.addEventListener("icegatheringstatechange", () => {
-    if (peer.iceGatheringState === "complete") resolve();
-  });
-});
-async function negotiate() {
-  await peer.setLocalDescription(await peer.createOffer());
-  await gathered;
-  const { sdp, type } = peer.localDescription;
-  const response = await fetch("/offer", {
-    method: "POST",
-    headers: { "Content-Type": "application/json" },
-    body: JSON.stringify({ sdp, type }),
-  });
-  await peer.setRemoteDescription(await response.json());
-}
-negotiate();
-addEventListener("pagehide", () => peer.close());
-</script>
-"""
+PAGE: Final = Path(__file__).with_name("stock.html")
 
 
 class Room:
@@ -69,7 +38,7 @@ class Room:
         self._peers: set[RTCPeerConnection] = set()
 
     async def page(self, request: web.Request) -> web.Response:
-        return web.Response(text=PAGE, content_type="text/html")
+        return web.Response(text=PAGE.read_text(encoding="utf-8"), content_type="text/html")
 
     async def healthz(self, request: web.Request) -> web.Response:
         return web.Response(text="ok")

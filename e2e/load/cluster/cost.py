@@ -1,7 +1,7 @@
 """What an observer in a room costs the node of LiveKit, and the robot's own server.
 
-``python -m e2e.load.cluster.cost URL`` watches in a room, as often as each line of its standard
-input says, and says the number once they do; each gets the best picture and the sound.
+``python -m e2e.load.cluster.cost URL`` is `OBSERVERS` who watch in a room until its standard input
+ends; each gets the best picture and the sound.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ import time
 import uuid
 from asyncio.subprocess import PIPE
 from contextlib import asynccontextmanager
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import aiohttp
@@ -24,6 +23,7 @@ from e2e.load.cluster.engine import KEY, ROOMS
 from e2e.load.cluster.stage import staged
 from e2e.load.process import ProcessMeter
 from e2e.load.servers import WAX
+from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row, judged
 from e2e.measure.suite import ROOT
 from e2e.measure.summary import summarize
@@ -31,7 +31,6 @@ from e2e.peers.livekit.installation import find_server
 from e2e.peers.livekit.tokens import signed
 
 if TYPE_CHECKING:
-    from asyncio.subprocess import Process
     from collections.abc import AsyncIterator, Sequence
 
 OBSERVERS: Final = 16
@@ -44,28 +43,21 @@ _CPU_PERCENT: Final = 0.005
 _SETTLE_S: Final = 4.0
 _WINDOW_S: Final = 8.0
 _ENTER_S: Final = 30.0
-_STOP_S: Final = 5.0
 _NICENESS: Final = 10
 """What decodes here must not delay whoever publishes on this core."""
-
-
-@dataclass(frozen=True, slots=True)
-class Costs:
-    """Of one window, a second: processor time, and what the loopback interface carried."""
-
-    cpu: float
-    mbit: float
 
 
 async def room_cost(n: int) -> list[Row]:
     """Measure `n` pairs of windows: nobody in the room and `OBSERVERS`; and renewals of seats."""
     cpu, mbit, robots_cpu = [], [], []
-    async with staged("engine") as stage, _subscribers(stage.engine.url(0)) as subscribers:
+    async with staged("engine") as stage:
         nodes, server = _nodes(), ProcessMeter(stage.server.pid)
         for _ in range(n):
-            none, many = [await _window(subscribers, count, nodes) for count in (0, OBSERVERS)]
-            cpu.append((many.cpu - none.cpu) / OBSERVERS * 100)
-            mbit.append((many.mbit - none.mbit) / OBSERVERS)
+            none = await _window(nodes)
+            async with _observers(stage.engine.url(0)):
+                many = await _window(nodes)
+            cpu.append((many[0] - none[0]) / OBSERVERS * 100)
+            mbit.append((many[1] - none[1]) / OBSERVERS)
             robots_cpu.append(await _renewal_s(stage.server.url, server) / RENEW_S * 100)
 
     def row(
@@ -90,26 +82,19 @@ def _nodes() -> list[ProcessMeter]:
     return [ProcessMeter(one.pid) for one in children if one.exe() == program]
 
 
-async def _window(subscribers: Process, count: int, nodes: Sequence[ProcessMeter]) -> Costs:
-    assert subscribers.stdin is not None
-    assert subscribers.stdout is not None
-    subscribers.stdin.write(f"{count}\n".encode())
-    async with asyncio.timeout(_ENTER_S):
-        await subscribers.stdout.readline()
+async def _window(nodes: Sequence[ProcessMeter]) -> tuple[float, float]:
+    """Return their processor time, s, and what the loopback interface carried, Mbit, a second."""
     await asyncio.sleep(_SETTLE_S)
-    before_s, cpu_s, sent = time.monotonic(), _cpu_s(nodes), _loopback_bytes()
+    before_s, before = time.monotonic(), _used(nodes)
     await asyncio.sleep(_WINDOW_S)
     took_s = time.monotonic() - before_s
-    return Costs((_cpu_s(nodes) - cpu_s) / took_s, (_loopback_bytes() - sent) * 8e-6 / took_s)
+    cpu_s, sent = (new - old for old, new in zip(before, _used(nodes), strict=True))
+    return cpu_s / took_s, sent * 8e-6 / took_s
 
 
-def _cpu_s(nodes: Sequence[ProcessMeter]) -> float:
-    return sum(one.cpu_s() for one in nodes)
-
-
-def _loopback_bytes() -> int:
-    """Return what this machine has sent itself so far."""
-    return int(psutil.net_io_counters(pernic=True)["lo"].bytes_sent)
+def _used(nodes: Sequence[ProcessMeter]) -> tuple[float, float]:
+    sent = psutil.net_io_counters(pernic=True)["lo"].bytes_sent
+    return sum(one.cpu_s() for one in nodes), float(sent)
 
 
 async def _renewal_s(url: str, server: ProcessMeter) -> float:
@@ -142,31 +127,26 @@ async def _renewal_s(url: str, server: ProcessMeter) -> float:
 
 
 @asynccontextmanager
-async def _subscribers(url: str) -> AsyncIterator[Process]:
+async def _observers(url: str) -> AsyncIterator[None]:
+    """Have them inside the block."""
     process = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "e2e.load.cluster.cost", url), stdin=PIPE, stdout=PIPE, cwd=ROOT
     )
+    assert process.stdout is not None
     try:
-        yield process
+        async with asyncio.timeout(_ENTER_S):
+            if not await process.stdout.readline():
+                raise MeasureError("the observers did not get into the room")
+        yield
     finally:
-        assert process.stdin is not None
-        process.stdin.close()
-        try:
-            await asyncio.wait_for(process.wait(), _STOP_S)
-        except TimeoutError:
-            process.kill()
-            await process.wait()
+        process.kill()
+        await process.wait()
 
 
-async def _subscribe(url: str) -> None:
-    entered: list[rtc.Room] = []
-    while line := await asyncio.to_thread(sys.stdin.readline):
-        wanted = int(line)
-        while len(entered) < wanted:
-            entered.append(await _entered(url, f"subscriber {len(entered)}"))
-        while len(entered) > wanted:
-            await entered.pop().disconnect()
-        print(wanted, flush=True)
+async def _observe(url: str) -> None:
+    rooms = [await _entered(url, f"observer {number}") for number in range(OBSERVERS)]
+    print(len(rooms), flush=True)
+    await asyncio.to_thread(sys.stdin.read)
 
 
 async def _entered(url: str, name: str) -> rtc.Room:
@@ -182,4 +162,4 @@ async def _entered(url: str, name: str) -> rtc.Room:
 
 if __name__ == "__main__":
     os.nice(_NICENESS)
-    asyncio.run(_subscribe(sys.argv[1]))
+    asyncio.run(_observe(sys.argv[1]))

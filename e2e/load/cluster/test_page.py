@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import json
 import re
+from statistics import median
 from typing import TYPE_CHECKING, Any
 
 import jwt
 import pytest
 
+from e2e.harness import audio_probe
+from e2e.harness.bidi import firefox
+from e2e.harness.missing import needed
 from e2e.harness.robot import turn_by_key
+from e2e.harness.video_probe import LIVE_MS
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from e2e.load.cluster.engine import KEY
 from e2e.load.cluster.stage import published
+from e2e.test_firefox import PROBE, button, find_firefox
 from e2e.test_strangers import BLACK, LUMA, SILENT
 from wax.client.client import Client
 from wax.client.operator import Operator
@@ -26,6 +32,7 @@ if TYPE_CHECKING:
     from e2e.conftest import OpenViewer, Serve
     from e2e.harness.server import Server
     from e2e.load.cluster.engine import Engine
+    from e2e.measure.ear import Ear
 
 WATCHING = re.compile(r"\bwatch(es)?\.$")
 REFUSED = 3
@@ -173,3 +180,35 @@ async def test_blanked_there_is_nothing_to_see_in_a_room(
         await eventually(is_silent, "and there is no sound")
         host.say(type="blank", blanked=False)
         await eventually(is_bright, "the robot's picture is back")
+
+
+async def test_firefox_watches_in_a_room(serve: Serve, tmp_path: Path, ear: Ear | None) -> None:
+    """The card is read live, the sound is heard, and no place at the robot is taken."""
+    path = find_firefox()
+    profile = tmp_path / "profile"
+    profile.mkdir()
+    async with (
+        published(serve, tmp_path) as (_, server),
+        Operator(server.url),
+        firefox(path, profile, PROBE.read_text(encoding="utf-8"), needed(ear)) as window,
+    ):
+        await window.goto(server.url)
+        await eventually(
+            lambda: window.evaluate("waxProbe.playing()"), "the picture plays", within_s=30
+        )
+        await eventually(
+            lambda: window.evaluate(
+                "/(person watches|people watch)[.]/.test(document.body.innerText)"
+            ),
+            "it says how many watch",
+        )
+        cards = [card for card in await window.evaluate("waxProbe.cards(40)") if card["valid"]]
+        assert len(cards) >= 36
+        assert median(card["age_ms"] for card in cards) < LIVE_MS
+        tap = needed(ear).tap()
+        await window.evaluate(button("Turn sound on"))
+        assert await tap.hears(within_s=10)
+        tap.take()
+        await window.evaluate("waxProbe.cards(60)")
+        assert audio_probe.loudness(tap.take()) > 0.02
+        assert len((await server.status())["viewers"]) == 1, "only the operator has a place"

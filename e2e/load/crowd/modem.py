@@ -61,14 +61,12 @@ class Line:
     def _arm(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
-            self._timer = None
         next_s = self._model.next_s()
         if next_s < float("inf"):
             wait_s = max(0.0, next_s - time.monotonic())
             self._timer = asyncio.get_running_loop().call_later(wait_s, self._come)
 
     def _come(self) -> None:
-        self._timer = None
         for _, packet in self._model.due(time.monotonic()):
             (number,) = _HEADERS.unpack_from(packet)
             self._hand_on(packet[_HEADERS.size :], self._addresses[number])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from contextlib import AsyncExitStack, asynccontextmanager
+from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 from playwright.async_api import async_playwright
@@ -44,12 +44,10 @@ class Counters:
 @asynccontextmanager
 async def browsing(server_settings: dict[str, Any]) -> AsyncIterator[tuple[Browser, str]]:
     """Have a server and a browser; gives that and the page's address."""
-    async with AsyncExitStack() as leaving:
-        server = await leaving.enter_async_context(serving(WAX, **server_settings))
-        playwright = await leaving.enter_async_context(async_playwright())
+    async with serving(WAX, **server_settings) as server, async_playwright() as playwright:
         browser = await launch_chromium(playwright)
-        leaving.push_async_callback(browser.close)
         yield browser, server.url
+        await browser.close()
 
 
 async def drives(context: BrowserContext, url: str, script: str = "") -> Viewer:

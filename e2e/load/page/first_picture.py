@@ -20,31 +20,9 @@ if TYPE_CHECKING:
     from e2e.browsers import Browser
     from e2e.delay.cell import SystemName
 
-_WITHIN_S: Final = 90.0
 _PAUSE_S: Final = 3.0
 """The server lets the viewer go, and what was under way to them leaves the line."""
-_MOVING: Final = """
-(() => {
-  window.waxMovingMs = new Promise((resolve) => {
-    const watch = (video) => {
-      if (video.waxWatched) return;
-      video.waxWatched = true;
-      let first = null;
-      const onFrame = (_now, { rtpTimestamp, mediaTime }) => {
-        const picture = rtpTimestamp ?? mediaTime;
-        first ??= picture;
-        if (picture !== first) resolve(performance.now());
-        else video.requestVideoFrameCallback(onFrame);
-      };
-      video.requestVideoFrameCallback(onFrame);
-    };
-    const look = () => document.querySelectorAll("video").forEach(watch);
-    new MutationObserver(look).observe(document, { childList: true, subtree: true });
-    setTimeout(() => resolve(null), WITHIN_MS);
-  });
-})();
-""".replace("WITHIN_MS", str(round(_WITHIN_S * 1000)))
-"""Promises when a second, different picture is presented, ms since the navigation; else null."""
+_MOVING: Final = Path(__file__).with_name("moving.js").read_text(encoding="utf-8")
 
 
 async def first_picture(profile: str, goal_ms: float, peer: str | None, n: int) -> list[Row]:
@@ -63,18 +41,16 @@ async def first_picture(profile: str, goal_ms: float, peer: str | None, n: int) 
 async def _times(profile: str, system: SystemName, n: int) -> list[float | None]:
     cell = Cell(experiment="G", profile=profile, system=system)
     async with AsyncExitStack() as leaving:
-        folder = Path(leaving.enter_context(TemporaryDirectory(prefix="wax-page-")))
-        rooms = folder / "server", folder / "browser"
-        for room in rooms:
-            room.mkdir()
+        served, browsed = (
+            Path(leaving.enter_context(TemporaryDirectory(prefix="wax-load-"))) for _ in range(2)
+        )
         try:
             link = await leaving.enter_async_context(Link(profile))
         except UnavailableError as error:
             raise NotRunError(str(error)) from error
-        running = await leaving.enter_async_context(start(cell, link, rooms[0]))
-        browser = await leaving.enter_async_context(
-            open_browser(cell.browser, link, [origin(link)], rooms[1])
-        )
+        running = await leaving.enter_async_context(start(cell, link, served))
+        opening = open_browser(cell.browser, link, [origin(link)], browsed)
+        browser = await leaving.enter_async_context(opening)
         return [await _time(browser, running.url) for _ in range(n + 1)][1:]
 
 

@@ -21,7 +21,6 @@ from e2e.stop.record import Record
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from e2e.harness.page_clock import PageClock
     from e2e.load.page.ways import Way
     from e2e.load.strokes import Change
 
@@ -36,64 +35,60 @@ async def input_to_gate(way: Way, n: int) -> list[Row]:
 
     What is measured ends later than at the gate: with the whole frame on the serial line.
     """
-    with TemporaryDirectory(prefix="wax-page-") as folder:
+    with TemporaryDirectory(prefix="wax-load-") as folder:
         board = Board(Path(folder))
         await board.start()
         try:
-            noted, clock, clock_error_ms = await _noted(way, board, n)
+            robot = {"driver": "serial", "serial": {"url": str(board.path)}}
+            strokes, told_ms, error_ms = await _made(way, {"robot": robot}, n)
             record = Record(board.log_path)
             record.read()
         finally:
             await board.stop()
-    strokes = [
-        Stroke(one.down, clock.monotonic_s(one.made_ms) * 1000) for one in way.strokes(noted)
-    ]
-    found = rows(way, strokes, changes(record.frames), clock_error_ms)
-    return [*found, _told(way, noted)] if way.is_touched else found
+    found = rows(way, strokes, changes(record.frames), error_ms)
+    if way.is_touched:
+        values = summarize(told_ms).model_dump(include={"median", "p95", "p99", "max"})
+        what = "… of which until the browser tells the page, which no page can shorten"
+        key = f"input/{way.key}: told"
+        found.append(judged(key, what, "ms", values, n=len(told_ms), column="median"))
+    return found
 
 
 def rows(
     way: Way, strokes: Sequence[Stroke], moves: Sequence[Change], clock_error_ms: float
 ) -> list[Row]:
     """Sum up the presses; raises `MeasureError` where too many had no effect."""
-    presses = [stroke for stroke in strokes if stroke.down]
-    presses_ms = delays(list(strokes), list(moves), down=True)
-    if len(presses_ms) < ANSWERED * len(presses):
-        raise MeasureError(
-            f"{way.what}: of {len(presses)} presses {len(presses_ms)} moved the robot"
-        )
+    presses = sum(stroke.down for stroke in strokes)
+    presses_ms = delays(strokes, moves, down=True)
+    unanswered = presses - len(presses_ms)
+    if len(presses_ms) < ANSWERED * presses:
+        raise MeasureError(f"{way.what}: of {presses} presses {len(presses_ms)} moved the robot")
     what = f"{way.what} → the whole frame on the serial line, which is behind the gate"
-    row = summed(
-        f"input/{way.key}",
-        what,
-        "ms",
-        presses_ms,
-        GOAL_MS,
-        judged="p99",
-        unanswered=len(presses) - len(presses_ms),
-        clock_error_ms=clock_error_ms,
-    )
-    if not way.is_held:
-        return [row]
-    released_ms = delays(list(strokes), list(moves), down=False)
-    let_go = "… let go → the frame that stops"
-    key = f"input/{way.key}: release"
-    return [row, summed(key, let_go, "ms", released_ms, GOAL_MS, judged="p99")]
+    found = [
+        summed(
+            f"input/{way.key}",
+            what,
+            "ms",
+            presses_ms,
+            GOAL_MS,
+            judged="p99",
+            unanswered=unanswered,
+            clock_error_ms=clock_error_ms,
+        )
+    ]
+    if way.is_held:
+        released_ms = delays(strokes, moves, down=False)
+        key, what = f"input/{way.key}: release", "… let go → the frame that stops"
+        found.append(summed(key, what, "ms", released_ms, GOAL_MS, judged="p99"))
+    return found
 
 
-def _told(way: Way, noted: Sequence[Sequence[Any]]) -> Row:
-    """Sum up the browser's own share, which no page can shorten."""
-    told_ms = way.told_after_ms(noted)
-    values = summarize(told_ms).model_dump(include={"median", "p95", "p99", "max"})
-    what = "… of which until the browser tells the page"
-    return judged(f"input/{way.key}: told", what, "ms", values, n=len(told_ms), column="median")
-
-
-async def _noted(way: Way, board: Board, n: int) -> tuple[list[list[Any]], PageClock, float]:
-    """Drive by this way; gives what the browser said, and its clock with that one's error in ms."""
-    robot = {"driver": "serial", "serial": {"url": str(board.path)}}
+async def _made(
+    way: Way, settings: dict[str, Any], n: int
+) -> tuple[list[Stroke], list[float], float]:
+    """Drive by this way; gives strokes, how long the browser kept them, and its clock's error."""
     device = PHONE if way.is_touched else COMPUTER
-    async with browsing({"robot": robot}) as (browser, url):
+    async with browsing(settings) as (browser, url):
         viewer = await drives(await browser.new_context(**device.context), url, _SCRIPT)
         hand = await way.reaches(viewer)
         before = await page_clock(viewer.page.evaluate)
@@ -106,4 +101,8 @@ async def _noted(way: Way, board: Board, n: int) -> tuple[list[list[Any]], PageC
         after = await page_clock(viewer.page.evaluate)
         noted = await viewer.page.evaluate("waxInputs")
     clock, drift_s = min(before, after), abs(before.ahead_s - after.ahead_s)
-    return noted, clock, max(before.error_s, after.error_s, drift_s) * 1000
+    strokes = [
+        Stroke(one.down, clock.monotonic_s(one.made_ms) * 1000) for one in way.strokes(noted)
+    ]
+    error_ms = max(before.error_s, after.error_s, drift_s) * 1000
+    return strokes, way.told_after_ms(noted), error_ms

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from e2e.harness.gamepad import START, InjectedGamepad
 from e2e.harness.touch_screen import TouchPoints
@@ -30,8 +31,7 @@ _STEP_S: Final = 1.2
 """A step is over by then, whatever its length."""
 
 
-@dataclass(frozen=True, slots=True)
-class Hand:
+class Hand(NamedTuple):
     """Presses and lets go, on one page."""
 
     press: Callable[[], Awaitable[None]]
@@ -62,11 +62,8 @@ class Way:
 
     def told_after_ms(self, noted: Sequence[Sequence[Any]]) -> list[float]:
         """Return how long the browser took to tell the page of each press."""
-        return [
-            float(told_ms) - float(at_ms)
-            for kind, _, at_ms, told_ms in self._own(noted)
-            if kind == self.downs
-        ]
+        own = self._own(noted)
+        return [float(told - at) for kind, _, at, told in own if kind == self.downs]
 
     def _own(self, noted: Sequence[Sequence[Any]]) -> list[Sequence[Any]]:
         found: list[Sequence[Any]] = []
@@ -81,13 +78,12 @@ class Way:
 
 async def _key(viewer: Viewer) -> Hand:
     keyboard = viewer.page.keyboard
-    return Hand(lambda: keyboard.down(_KEY), lambda: keyboard.up(_KEY))
+    return Hand(partial(keyboard.down, _KEY), partial(keyboard.up, _KEY))
 
 
 async def _button(viewer: Viewer) -> Hand:
     await viewer.button("Forward").hover()
-    mouse = viewer.page.mouse
-    return Hand(mouse.down, mouse.up)
+    return Hand(viewer.page.mouse.down, viewer.page.mouse.up)
 
 
 async def _joystick(viewer: Viewer) -> Hand:
@@ -97,32 +93,23 @@ async def _joystick(viewer: Viewer) -> Hand:
     await stick.scroll_into_view_if_needed()
     box = await stick.bounding_box()
     assert box is not None, "there is no joystick"
+    ahead_px = -_PUSHED * box["height"] / 2
 
     async def push() -> None:
         await points.press(0, stick)
-        await points.slide(0, 0.0, -_PUSHED * box["height"] / 2)
+        await points.slide(0, 0.0, ahead_px)
 
-    async def lift() -> None:
-        await points.lift(0)
-
-    return Hand(push, lift)
+    return Hand(push, partial(points.lift, 0))
 
 
 async def _gamepad(viewer: Viewer) -> Hand:
     """Choose the gamepad by its Start; what is pushed ahead of that moves nothing."""
-    page = viewer.page
-    pad = await InjectedGamepad.plugged_in(page)
+    pad = await InjectedGamepad.plugged_in(viewer.page)
     await asyncio.sleep(_FOUND_S)
     await pad.tap(START)
     await asyncio.sleep(_FOUND_S)
-
-    async def ahead() -> None:
-        await page.evaluate(_PUSH, ["paddown", -1])
-
-    async def let_go() -> None:
-        await page.evaluate(_PUSH, ["padup", 0])
-
-    return Hand(ahead, let_go)
+    push = partial(viewer.page.evaluate, _PUSH)
+    return Hand(partial(push, ["paddown", -1]), partial(push, ["padup", 0]))
 
 
 async def _step(viewer: Viewer) -> Hand:
@@ -130,25 +117,12 @@ async def _step(viewer: Viewer) -> Hand:
     return await _key(viewer)
 
 
+_TOUCH: Final = ("pointermove", "pointerup")
+_REST_S: Final = (_STEP_S, _STEP_S + 0.2)
 WAYS: Final = (
     Way("key", "a key", "keydown", "keyup", _key),
     Way("button", "a button on the screen, by mouse", "pointerdown", "pointerup", _button),
-    Way(
-        "joystick",
-        "the joystick, by touch",
-        "pointermove",
-        "pointerup",
-        _joystick,
-        is_touched=True,
-    ),
+    Way("joystick", "the joystick, by touch", *_TOUCH, _joystick, is_touched=True),
     Way("gamepad", "an injected gamepad’s stick", "paddown", "padup", _gamepad),
-    Way(
-        "step",
-        "a step, by key",
-        "keydown",
-        "keyup",
-        _step,
-        is_held=False,
-        rest_s=(_STEP_S, _STEP_S + 0.2),
-    ),
+    Way("step", "a step, by key", "keydown", "keyup", _step, is_held=False, rest_s=_REST_S),
 )

@@ -1,9 +1,10 @@
-"""What the page takes while somebody drives: its main thread, long tasks, growth of its heap."""
+"""What the page takes while somebody drives: main thread, heap, and whether it costs pictures."""
 
 from __future__ import annotations
 
 import asyncio
 from dataclasses import dataclass
+from pathlib import Path
 from statistics import linear_regression, median
 from typing import TYPE_CHECKING, Final
 
@@ -14,11 +15,12 @@ from e2e.load.page.driven import Counters, browsing, drives
 from e2e.load.servers import STOCK, WAX, serving
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row, judged
+from e2e.measure.summary import summarize
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from playwright.async_api import Page
+    from playwright.async_api import Browser, Page, Route
 
 SECONDS: Final = 15.0
 GOAL_PERCENT: Final = 10.0
@@ -28,14 +30,13 @@ FEWEST: Final = 4
 _STOCK: Final = 2
 _HOLD_S: Final = 1.0
 _KEYS: Final = ("ArrowLeft", "ArrowRight")
-_WATCH: Final = """
-(() => {
-  window.waxLongTasks = [];
-  new PerformanceObserver((list) => {
-    for (const { duration } of list.getEntries()) window.waxLongTasks.push(duration);
-  }).observe({ type: "longtask" });
-})();
-"""
+_SCRIPT: Final = Path(__file__).with_name("work.js").read_text(encoding="utf-8")
+SHOWN_PERCENT: Final = 99.0
+BARE_FPS: Final = 25.0
+_BARE: Final = "/bare"
+_HTML: Final = Path(__file__).with_name("bare.html").read_text(encoding="utf-8")
+_SETTLE_S: Final = 3.0
+_LOOK_S: Final = 10.0
 _FRAMES: Final = "() => document.querySelector('video').getVideoPlaybackQuality().totalVideoFrames"
 
 
@@ -57,7 +58,7 @@ async def work(n: int) -> list[Row]:
     """Drive to and fro for `n` stretches; stock's page, a bare video, is looked at for two."""
     async with browsing({}) as (browser, url):
         context = await browser.new_context(locale="en-GB")
-        viewer = await drives(context, url, _WATCH)
+        viewer = await drives(context, url, _SCRIPT)
         driving = asyncio.create_task(_drive(viewer.page))
         ours = await _stretches(viewer.page, n)
         driving.cancel()
@@ -66,7 +67,7 @@ async def work(n: int) -> list[Row]:
     async with serving(STOCK) as server, async_playwright() as playwright:
         stock_browser = await launch_chromium(playwright)
         page = await stock_browser.new_page()
-        await page.add_init_script(_WATCH)
+        await page.add_init_script(_SCRIPT)
         await page.goto(server.url)
         await page.wait_for_function("document.querySelector('video').currentTime > 3")
         stock = await _stretches(page, _STOCK)
@@ -147,3 +148,68 @@ def seconds(before: Mapping[str, float], after: Mapping[str, float]) -> float:
 def share_percent(before: Mapping[str, float], after: Mapping[str, float]) -> float:
     """Return what all tasks between two readings took of that time."""
     return 100 * (after["TaskDuration"] - before["TaskDuration"]) / seconds(before, after)
+
+
+async def presented(n: int) -> list[Row]:
+    """Look `n` times at each in turn: the page while it drives, and a bare video.
+
+    The other page is closed meanwhile; both are served by the same server, with the same camera.
+    """
+    pairs = []
+    async with browsing({}) as (browser, url):
+        for number in range(n):
+            looks = (_driving, _bare) if number % 2 else (_bare, _driving)
+            found = {look: await look(browser, url) for look in looks}
+            pairs.append((found[_driving], found[_bare]))
+    return presented_rows(pairs)
+
+
+def presented_rows(pairs: Sequence[tuple[float, float]]) -> list[Row]:
+    """Compare pair by pair; raises `MeasureError` where too few came to either to say anything."""
+    slowest = min(bare for _, bare in pairs)
+    if slowest < BARE_FPS:
+        raise MeasureError(f"of a bare video {slowest:.1f} pictures a second are presented, not 30")
+    spread = summarize([100 * ours / bare for ours, bare in pairs])
+    return [
+        judged(
+            "page: presented",
+            "pictures presented while driving, of those of a bare video from the same server",
+            "%",
+            {WAX: spread.median},
+            SHOWN_PERCENT,
+            n=len(pairs),
+            at_least=True,
+            spread=spread,
+        )
+    ]
+
+
+async def _driving(browser: Browser, url: str) -> float:
+    context = await browser.new_context(locale="en-GB")
+    viewer = await drives(context, url, _SCRIPT)
+    await viewer.page.keyboard.down(_KEYS[0])
+    found = await _fps(viewer.page)
+    await viewer.page.keyboard.up(_KEYS[0])
+    await context.close()
+    return found
+
+
+async def _bare(browser: Browser, url: str) -> float:
+    context = await browser.new_context(locale="en-GB")
+    page = await context.new_page()
+    await page.add_init_script(_SCRIPT)
+
+    async def answer(route: Route) -> None:
+        await route.fulfill(body=_HTML, content_type="text/html")
+
+    await page.route(f"**{_BARE}", answer)
+    await page.goto(url + _BARE)
+    await page.wait_for_function("document.querySelector('video').currentTime > 1")
+    await asyncio.sleep(_SETTLE_S)
+    found = await _fps(page)
+    await context.close()
+    return found
+
+
+async def _fps(page: Page) -> float:
+    return float(await page.evaluate(f"waxPresented({_LOOK_S * 1000})"))

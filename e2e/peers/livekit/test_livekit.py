@@ -1,25 +1,39 @@
-"""LiveKit as a peer: its tokens, its configuration, and refusals as sentences."""
+"""LiveKit as a peer: its tokens and configuration, what a browser gets, and how it ends."""
 
 from __future__ import annotations
 
+import asyncio
+import signal
+import sys
+from asyncio.subprocess import PIPE
 from contextlib import asynccontextmanager
+from itertools import chain
 from typing import TYPE_CHECKING, Any, cast
 
 import jwt
+import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 import pytest
 from aiohttp import web
 
 from e2e.harness.server import free_port
+from e2e.harness.viewer import Viewer
+from e2e.harness.wait import eventually
+from e2e.measure.suite import ROOT
 from e2e.peers.livekit.by_whip import publish
 from e2e.peers.livekit.errors import LiveKitError
-from e2e.peers.livekit.installation import find_server
+from e2e.peers.livekit.installation import check_sdk, find_client, find_server
 from e2e.peers.livekit.page import Pages
 from e2e.peers.livekit.server import Ports, environment, settings
 from e2e.peers.livekit.tokens import Key, publisher_token, viewer_token
 
 if TYPE_CHECKING:
+    from asyncio.subprocess import Process
     from collections.abc import AsyncIterator
     from pathlib import Path
+
+    from playwright.async_api import Browser
+
+pytestmark = pytest.mark.timeout(90)
 
 KEY = Key.make()
 
@@ -64,34 +78,6 @@ def identity(page: str) -> str:
     return str(claims(token)["sub"])
 
 
-def test_a_wrong_path_of_the_server_is_named(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    """A variable that names no program is told by its name and value."""
-    monkeypatch.setenv("WAX_LIVEKIT", str(tmp_path))
-    with pytest.raises(LiveKitError, match=f"WAX_LIVEKIT names no program: {tmp_path}"):
-        find_server()
-
-
-@asynccontextmanager
-async def whip_server(status: int, text: str) -> AsyncIterator[str]:
-    """Answer every offer alike; gives the server's address."""
-
-    async def answer(request: web.Request) -> web.Response:
-        return web.Response(status=status, text=text, content_type="application/sdp")
-
-    app = web.Application()
-    app.router.add_post("/whip/v1", answer)
-    runner = web.AppRunner(app)
-    await runner.setup()
-    port = free_port()
-    await web.TCPSite(runner, "127.0.0.1", port).start()
-    try:
-        yield f"http://127.0.0.1:{port}"
-    finally:
-        await runner.cleanup()
-
-
 @pytest.mark.parametrize(
     ("status", "text", "said"),
     [
@@ -101,9 +87,126 @@ async def whip_server(status: int, text: str) -> AsyncIterator[str]:
 )
 async def test_a_refusal_is_a_sentence(status: int, text: str, said: str) -> None:
     """What is refused, and what is no answer, are told apart; nobody there is named."""
+
+    async def answer(request: web.Request) -> web.Response:
+        return web.Response(status=status, text=text, content_type="application/sdp")
+
+    app = web.Application()
+    app.router.add_post("/whip/v1", answer)
+    runner, port = web.AppRunner(app), free_port()
     source = cast("Any", None)  # nothing is read before there is an answer
-    async with whip_server(status, text) as url:
+    url = f"http://127.0.0.1:{port}"
+    await runner.setup()
+    try:
+        await web.TCPSite(runner, "127.0.0.1", port).start()
         with pytest.raises(LiveKitError, match=said):
             await publish(url, "token", source, source, lambda: None)
+    finally:
+        await runner.cleanup()
     with pytest.raises(LiveKitError, match=f"{url}/whip/v1 is not reached"):
         await publish(url, "token", source, source, lambda: None)
+
+
+# --- run as a whole -----------------------------------------------------------------------
+
+
+@asynccontextmanager
+async def started(how: str = "sdk") -> AsyncIterator[Process]:
+    """Start it on free ports; what is left of it at the end is killed."""
+    names = ("--port", "--signal-port", "--media-tcp-port", "--media-udp-port")
+    ports = chain.from_iterable((name, str(free_port())) for name in names)
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "e2e.peers.livekit", "--how", how, *ports),
+        cwd=ROOT,
+        stdout=PIPE,
+        stderr=PIPE,
+    )
+    try:
+        yield process
+    finally:
+        if process.returncode is None:
+            for child in psutil.Process(process.pid).children(recursive=True):
+                child.kill()
+            process.kill()
+            await process.wait()
+
+
+async def url_of(process: Process) -> str:
+    assert process.stdout is not None
+    line = await asyncio.wait_for(process.stdout.readline(), 40)
+    return line.decode().strip()
+
+
+async def refusal(process: Process) -> str:
+    """Wait until it has ended with status 1; return the sentence that says why."""
+    _, said = await asyncio.wait_for(process.communicate(), 40)
+    assert process.returncode == 1
+    return said.decode().splitlines()[-1]
+
+
+@pytest.fixture
+def _livekit() -> None:
+    """Say why where there is none: unlike a browser, it is not on every machine that tests."""
+    try:
+        find_server()
+        find_client()
+        check_sdk()
+    except LiveKitError as error:
+        pytest.skip(str(error))
+
+
+async def test_what_is_no_livekit_is_one_sentence(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A program that ends at once is told as that; a variable that names none, by its value."""
+    program = tmp_path / "livekit-server"
+    program.write_text("#!/bin/sh\nexit 3\n", encoding="utf-8")
+    program.chmod(0o755)
+    monkeypatch.setenv("WAX_LIVEKIT", str(program))
+    async with started() as process:
+        assert (await refusal(process)).startswith("LiveKit ended at its start with status 3")
+    monkeypatch.setenv("WAX_LIVEKIT", str(tmp_path))
+    with pytest.raises(LiveKitError, match=f"WAX_LIVEKIT names no program: {tmp_path}"):
+        find_server()
+
+
+@pytest.mark.usefixtures("_livekit")
+async def test_when_livekit_dies_the_rest_ends() -> None:
+    """A LiveKit that is killed is told in one sentence, and nothing of this peer stays."""
+    async with started() as process:
+        assert (await url_of(process)).startswith("http://127.0.0.1:")
+        family = psutil.Process(process.pid).children(recursive=True)
+        next(child for child in family if child.name() == find_server().name).kill()
+        assert (await refusal(process)).startswith("LiveKit ended with status -9")
+        assert not [child for child in family if child.is_running()]
+
+
+@pytest.mark.usefixtures("_livekit")
+@pytest.mark.parametrize("how", ["sdk", "whip"])
+async def test_a_browser_sees_and_hears_through_livekit(chromium: Browser, how: str) -> None:
+    """The test card comes whole, and packets of sound with it; Ctrl-C leaves no process."""
+    async with started(how) as process:
+        url = await url_of(process)
+        family = psutil.Process(process.pid).children(recursive=True)
+        assert len(family) == 1  # LiveKit; publisher and page are the parent's
+        context = await chromium.new_context()
+        try:
+            viewer = await Viewer.prepare(context, url)
+            await viewer.page.goto(url)
+            await viewer.sees_picture()
+            cards = await viewer.cards(20)
+            assert sum(card.valid for card in cards) >= 18
+            assert {(card.width, card.height) for card in cards} == {(640, 480)}
+            assert len({card.stamp_ms for card in cards}) >= 18
+
+            async def hears() -> bool:
+                return await viewer.packets("audio") > 50
+
+            await eventually(hears, "packets of sound arrive")
+            assert await viewer.says_connected()
+            assert viewer.errors == []
+        finally:
+            await context.close()
+        process.send_signal(signal.SIGINT)
+        assert await asyncio.wait_for(process.wait(), 10) == 0
+        assert not [child for child in family if child.is_running()]
