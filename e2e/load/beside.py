@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 from e2e.load.crowd import Crowd
-from e2e.load.fan_out import grown, received
+from e2e.load.fan_out import grown
 from e2e.load.process import all_received, two_cores
 from e2e.load.servers import WAX, serving_board
 from e2e.load.strokes import changes, delays, steer_at_random
@@ -41,8 +41,7 @@ _LOOK_S: Final = 0.02
 class Drive:
     """One drive: ms from stroke to byte, ms of the picture's age on arrival, and what it cost.
 
-    `cpu` is the server's share of a core, `missing` what observers with a good link did not get,
-    `left_out` what is not on the tape.
+    `cpu` is the server's share of a core, `left_out` what is not on the tape.
     """
 
     commands_ms: list[float]
@@ -50,7 +49,6 @@ class Drive:
     cpu: float = 0.0
     beat_p99_ms: float = 0.0
     beat_gap_ms: float = 0.0
-    missing: int = 0
     left_out: int = 0
 
 
@@ -68,7 +66,7 @@ async def crowded(n: int) -> list[Row]:
                 found = {}
                 for is_beside in (bool(number % 2), not number % 2):
                     await asyncio.to_thread(crowd.hold, OBSERVERS if is_beside else 0)
-                    found[is_beside] = await _drive(server, board, crowd, seconds=30.0)
+                    found[is_beside] = await _drive(server, board, seconds=30.0)
                 pairs.append((found[False], found[True]))
     return crowd_rows(pairs)
 
@@ -81,7 +79,6 @@ def crowd_rows(pairs: Pairs) -> list[Row]:
         for alone, beside in pairs
     ]
     beside = [one for _, one in pairs]
-    missing = float(sum(one.missing for one in beside))
     what = f"stroke → the byte on the line, p99, later beside {CROWD}"
     older = "… and the operator's picture on arrival, p50, older"
     beat = "… the control loop's beat, p99 of the last minute, worst"
@@ -91,7 +88,6 @@ def crowd_rows(pairs: Pairs) -> list[Row]:
     return [
         row("crowd: command", what, "ms", commands_ms, 5.0),
         row("crowd: picture", older, "ms", pictures_ms, 5.0),
-        row("crowd: missing", "… packets that any with a good link missed", "", [missing], 0.0),
         row("crowd: beat p99", beat, "ms", [worst_ms], 5.0),
         row("crowd: beat gap", "… the latest beat of all", "ms", [latest_ms], 40.0),
     ]
@@ -140,7 +136,7 @@ async def _taped(*, is_on: bool) -> Drive:
             with await asyncio.to_thread(Crowd, server.offering, others_core) as crowd:
                 await asyncio.to_thread(crowd.hold, 1)
                 await grown(crowd)
-                found = await _drive(server, board, crowd, seconds=20.0)
+                found = await _drive(server, board, seconds=20.0)
                 told = (await server.status())["tape"]
     if (told is not None) is not is_on or (told and told["problem"] is not None):
         raise MeasureError(f"the tape is not as it was to be: {told}")
@@ -148,7 +144,7 @@ async def _taped(*, is_on: bool) -> Drive:
     return found
 
 
-async def _drive(server: MeasuredServer, board: Board, crowd: Crowd, *, seconds: float) -> Drive:
+async def _drive(server: MeasuredServer, board: Board, *, seconds: float) -> Drive:
     """Drive; raises `MeasureError` where the robot does not move, or nothing is seen."""
     ages, pictures_ms = Ages(), list[float]()
     async with Operator(server.url, sees=True, on_message=ages.learn) as operator:
@@ -156,13 +152,11 @@ async def _drive(server: MeasuredServer, board: Board, crowd: Crowd, *, seconds:
         operator.let_go()
         await asyncio.sleep(_SETTLE_S)
         with all_received():
-            first = await asyncio.to_thread(crowd.count)
             looking = asyncio.create_task(_look(operator, ages, pictures_ms))
             began_s, began_cpu_s = time.monotonic(), server.meter.cpu_s()
             strokes = await steer_at_random(operator, seconds)
             cpu = (server.meter.cpu_s() - began_cpu_s) / (time.monotonic() - began_s)
             looking.cancel()
-            last = await asyncio.to_thread(crowd.count)
         counters: dict[str, Any] = (await server.status())["counters"]
         await operator.leave()
     record = Record(board.log_path)
@@ -176,8 +170,6 @@ async def _drive(server: MeasuredServer, board: Board, crowd: Crowd, *, seconds:
         cpu=cpu,
         beat_p99_ms=float(counters["control.jitter_p99_ms"]),
         beat_gap_ms=float(counters["control.latest_ms"]),
-        # A modem carries less than everything.
-        missing=received(first, last, SLOW)[1] if len(last.viewers) > SLOW else 0,
     )
 
 

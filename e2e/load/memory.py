@@ -101,22 +101,21 @@ async def is_empty(server: MeasuredServer) -> None:
 
 
 async def _rss_mib(server: MeasuredServer) -> float:
-    readings = []
-    for _ in range(5):
-        readings.append(server.meter.rss_mib())
+    readings = [server.meter.rss_mib()]
+    for _ in range(4):
         await asyncio.sleep(0.1)
+        readings.append(server.meter.rss_mib())
     return statistics.median(readings)
 
 
 async def handles(server: MeasuredServer) -> int:
     """Count the server's threads, descriptors and tasks: what stays, not what is just closing."""
-    return min([await _handles_now(server) for _ in range(_LOOKS)])
-
-
-async def _handles_now(server: MeasuredServer) -> int:
-    await asyncio.sleep(_LOOK_EVERY_S)
-    tasks = 0 if server.side == STOCK else int((await server.status())["tasks"])
-    return server.meter.handles() + tasks
+    found = []
+    for _ in range(_LOOKS):
+        await asyncio.sleep(_LOOK_EVERY_S)
+        tasks = 0 if server.side == STOCK else int((await server.status())["tasks"])
+        found.append(server.meter.handles() + tasks)
+    return min(found)
 
 
 def _slope(x: Sequence[int], y: Sequence[float]) -> float:

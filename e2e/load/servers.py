@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import sys
 from contextlib import asynccontextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
@@ -72,12 +73,12 @@ class MeasuredServer(Server):
         return sum(int(streams[kind]["dropped"]) for kind in ("video", "audio"))
 
 
+@dataclass(frozen=True, slots=True)
 class JanusServer:
     """Janus, kept on a core; what feeds it is not counted."""
 
-    def __init__(self, pid: int, url: str) -> None:
-        self.meter = ProcessMeter(pid)
-        self.offering = Offering(url=url, how="janus")
+    meter: ProcessMeter
+    offering: Offering
 
     async def dropped(self) -> int:
         """Return 0: it tells nobody."""
@@ -133,4 +134,5 @@ async def serving_janus(core: int, feeders_core: int) -> AsyncIterator[JanusServ
         async with janus.running(Path(folder), port) as process:
             with pinned(feeders_core):
                 async with janus.feeding(port):
-                    yield JanusServer(process.pid, f"http://127.0.0.1:{port}/janus")
+                    offering = Offering(url=f"http://127.0.0.1:{port}/janus", how="janus")
+                    yield JanusServer(ProcessMeter(process.pid), offering)

@@ -43,6 +43,7 @@ _CPU_PERCENT: Final = 0.005
 _SETTLE_S: Final = 4.0
 _WINDOW_S: Final = 8.0
 _ENTER_S: Final = 30.0
+_LEAVE_S: Final = 10.0
 _NICENESS: Final = 10
 """What decodes here must not delay whoever publishes on this core."""
 
@@ -139,14 +140,20 @@ async def _observers(url: str) -> AsyncIterator[None]:
                 raise MeasureError("the observers did not get into the room")
         yield
     finally:
-        process.kill()
-        await process.wait()
+        assert process.stdin is not None
+        process.stdin.close()  # who vanishes is sent to for a while
+        try:
+            await asyncio.wait_for(process.wait(), _LEAVE_S)
+        except TimeoutError:
+            process.kill()
+            await process.wait()
 
 
 async def _observe(url: str) -> None:
     rooms = [await _entered(url, f"observer {number}") for number in range(OBSERVERS)]
     print(len(rooms), flush=True)
     await asyncio.to_thread(sys.stdin.read)
+    await asyncio.gather(*(room.disconnect() for room in rooms))
 
 
 async def _entered(url: str, name: str) -> rtc.Room:

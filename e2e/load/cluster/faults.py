@@ -23,7 +23,6 @@ _UNHEARD: Final = "No answer"
 _ROWS: Final = {
     "killed": ("a node of LiveKit killed: the page without a new picture", 1500.0),
     "frozen": ("… a node hangs: the same", 1500.0),
-    "back": ("… the node is there again → published to again", 5000.0),
     "redis": (f"Redis killed: no news of the queue → the page says “{_UNHEARD}”", 3000.0),
     "nodes": (f"all nodes killed → the page says “{_FULL}”", 3000.0),
 }
@@ -68,7 +67,8 @@ async def _killed(stage: Stage, page: Page) -> dict[str, float | None]:
     gap_ms = await _given_up(stage, page, number, lost_ms)
     await _sleep_until(lost_ms)
     await stage.engine.nodes[number].start()
-    return {"killed": gap_ms, "back": await _back_ms(stage, number)}
+    await stage.is_live(number, live=True)
+    return {"killed": gap_ms}
 
 
 async def _frozen(stage: Stage, page: Page) -> dict[str, float | None]:
@@ -77,7 +77,8 @@ async def _frozen(stage: Stage, page: Page) -> dict[str, float | None]:
     gap_ms = await _given_up(stage, page, number, lost_ms)
     await asyncio.sleep(random.uniform(*_FROZEN_S))
     stage.engine.nodes[number].thaw()
-    return {"frozen": gap_ms, "back": await _back_ms(stage, number)}
+    await stage.is_live(number, live=True)
+    return {"frozen": gap_ms}
 
 
 async def _redis(stage: Stage, page: Page) -> dict[str, float | None]:
@@ -109,12 +110,6 @@ async def _given_up(stage: Stage, page: Page, number: int, lost_ms: float) -> fl
     noticed_ms = now_ms()
     await page.goes_on()
     return longest_gap_ms(await page.pictures_ms(), lost_ms, noticed_ms)
-
-
-async def _back_ms(stage: Stage, number: int) -> float:
-    there_ms = now_ms()
-    await stage.is_live(number, live=True)
-    return now_ms() - there_ms
 
 
 async def _sleep_until(lost_ms: float) -> None:

@@ -46,7 +46,7 @@ class Page:
     def __init__(self, viewer: Viewer) -> None:
         self.viewer = viewer
         self._sockets: list[WebSocket] = []
-        viewer.page.on("websocket", self._sockets.append)
+        viewer.page.on("websocket", self._enters)
 
     @property
     def room_url(self) -> str:
@@ -55,6 +55,9 @@ class Page:
         if not found:
             raise MeasureError("the page is in no room")
         return found[-1]
+
+    def _enters(self, socket: WebSocket) -> None:
+        self._sockets.append(socket)
 
     async def shows(self, place: Place) -> None:
         """Wait until it shows the picture of a room, or of the robot's own server."""

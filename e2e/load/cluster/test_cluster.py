@@ -212,19 +212,3 @@ async def test_any_whip_server_gets_the_best_picture_and_the_sound(
             told = await ada.post("/api/seat", {})
             assert (told["rooms"], told["links"]) == ([], [table["watch"]])
         assert await engine.people(0) == [], "it has said goodbye"
-
-
-async def test_fifty_who_join_and_leave_leave_nothing(serve: Serve, tmp_path: Path) -> None:
-    """Neither a viewer nor a task is left of people who waited elsewhere and went."""
-    async with published(serve, tmp_path) as (_, server):
-        before = await server.status()
-        for _number in range(50):
-            async with person(server) as ada:
-                line = await ada.post("/api/queue", {"wants": "join"})
-                assert line["place"] is not None
-                line = await ada.post("/api/queue", {"wants": "leave"})
-                assert line["place"] is None
-        after = await server.status()
-        assert after["viewers"] == before["viewers"] == []
-        assert after["turn"]["operator"] is None
-        assert after["tasks"] <= before["tasks"]

@@ -35,37 +35,28 @@ async def publish(
         known = RTCRtpSender.getCapabilities(track.kind).codecs
         wanted = [codec for codec in known if codec.mimeType in _CODECS[track.kind]]
         transceiver.setCodecPreferences(wanted)
+    endpoint = f"{url}/whip/v1"
     async with aiohttp.ClientSession(headers=headers) as http:
         try:
-            resource = await _offer(http, f"{url}/whip/v1", peer)
+            await peer.setLocalDescription(await peer.createOffer())
+            sdp, kind = peer.localDescription.sdp.encode(), {"Content-Type": "application/sdp"}
+            async with http.post(endpoint, data=sdp, headers=kind) as answer:
+                text = await answer.text()
+            if answer.status != 201:
+                raise LiveKitError(f"{endpoint} answered {answer.status}: {text.strip()[:200]}")
+            resource = urljoin(endpoint, answer.headers["Location"])
+            await peer.setRemoteDescription(RTCSessionDescription(text, "answer"))
             while peer.connectionState not in {"failed", "closed"}:
                 if peer.connectionState == "connected":
                     begun()
                 changed.clear()
                 await changed.wait()
             raise LiveKitError(f"the publisher's connection to LiveKit is {peer.connectionState}")
+        except aiohttp.ClientError as error:
+            raise LiveKitError(f"{endpoint} is not reached: {error}") from error
         finally:
             if resource is not None:
                 with suppress(aiohttp.ClientError, TimeoutError):
                     async with asyncio.timeout(_LEAVE_WITHIN_S):
                         await http.delete(resource)
             await peer.close()
-
-
-async def _offer(http: aiohttp.ClientSession, endpoint: str, peer: RTCPeerConnection) -> str | None:
-    """Offer, take the answer, return the address by which one leaves, if the server gave one."""
-    await peer.setLocalDescription(await peer.createOffer())
-    sdp, kind = peer.localDescription.sdp.encode(), {"Content-Type": "application/sdp"}
-    try:
-        async with http.post(endpoint, data=sdp, headers=kind) as answer:
-            text = await answer.text()
-            location = answer.headers.get("Location")
-    except aiohttp.ClientError as error:
-        raise LiveKitError(f"{endpoint} is not reached: {error}") from error
-    if answer.status != 201:
-        raise LiveKitError(f"{endpoint} answered {answer.status}: {text.strip()[:200]}")
-    try:
-        await peer.setRemoteDescription(RTCSessionDescription(text, "answer"))
-    except ValueError as error:
-        raise LiveKitError(f"{endpoint} gave an answer that cannot be used: {error}") from error
-    return urljoin(endpoint, location) if location else None

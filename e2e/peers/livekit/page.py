@@ -74,10 +74,8 @@ class Pages:
         return response
 
     async def _give_health(self, request: web.Request) -> web.Response:
-        return web.json_response(
-            {"published": self.published, "server": VERSION, "client": client_version()},
-            status=200 if self.published else 503,
-        )
+        told = {"published": self.published, "server": VERSION, "client": client_version()}
+        return web.json_response(told, status=200 if self.published else 503)
 
     async def _give_script(self, request: web.Request) -> web.Response:
         compressed = {"Content-Encoding": "gzip"}  # every browser takes it

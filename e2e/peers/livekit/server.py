@@ -18,7 +18,6 @@ from e2e.peers.livekit.errors import LiveKitError
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
-    from collections.abc import Mapping
     from pathlib import Path
 
     from e2e.peers.livekit.tokens import Key
@@ -63,11 +62,6 @@ def settings(
     return merged(tree, more)
 
 
-def environment(configuration: Mapping[str, Any]) -> dict[str, str]:
-    """Hand the configuration over where no list of processes shows its secret; JSON is YAML too."""
-    return {**os.environ, "LIVEKIT_CONFIG": json.dumps(configuration)}
-
-
 class LiveKit:
     """One server; it logs to `log`, else to standard error. `more` as for `settings`."""
 
@@ -84,9 +78,9 @@ class LiveKit:
     ) -> None:
         self.url = f"http://{address}:{ports.signal}"
         self._program = program
-        self._environment = environment(
-            settings(address, ports, key, is_by_default=is_by_default, **more)
-        )
+        # Where no list of processes shows its secret; JSON is YAML too.
+        told = settings(address, ports, key, is_by_default=is_by_default, **more)
+        self._environment = {**os.environ, "LIVEKIT_CONFIG": json.dumps(told)}
         self._log = log
         self._process: Process | None = None
 
