@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import statistics
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from e2e.load.cluster.page import longest_gap_ms, now_ms, pages
@@ -33,18 +32,6 @@ _SETTLE_S: Final = 12.0
 _CARDS: Final = 150
 
 
-@dataclass(frozen=True, slots=True)
-class Move:
-    """From a room to a turn and back; longest times without a new picture.
-
-    `lead_ms` is how long before the turn the server's picture came; None if it never did.
-    """
-
-    lead_ms: float | None
-    there_ms: float
-    back_ms: float
-
-
 async def next_operator(n: int) -> list[Row]:
     """Have pages take `n` turns, by turns with somebody who stays at the robot's own server."""
     async with (
@@ -57,14 +44,17 @@ async def next_operator(n: int) -> list[Row]:
         left = iter(range(n))
         found = await asyncio.gather(*(_moves(page, left) for page in opened))
     moves = [move for moved in found for move in moved]
-    late = sum(move.lead_ms is None or move.lead_ms < 0 for move in moves)
+    late = sum(is_late for is_late, _ in moves)
     what = "room → own turn → room: longest time without a new picture; none after a turn began"
-    gaps_ms = [max(one.there_ms, one.back_ms) for one in moves]
-    return [timed("next-operator", what, gaps_ms, _GAP_MS, wrong=late)]
+    return [timed("next-operator", what, [gap_ms for _, gap_ms in moves], _GAP_MS, wrong=late)]
 
 
-async def _moves(page: Page, left: Iterator[int]) -> list[Move]:
-    """Take turns until as many have been taken together as are wanted."""
+async def _moves(page: Page, left: Iterator[int]) -> list[tuple[bool, float]]:
+    """Take turns until as many have been taken together as are wanted.
+
+    Of each: whether the server's picture came after the turn began, and the longest time without a
+    new picture on the way there or back.
+    """
     moves = []
     await page.viewer.join()
     for _ in left:
@@ -80,13 +70,9 @@ async def _moves(page: Page, left: Iterator[int]) -> list[Move]:
         await asyncio.sleep(_AFTER_MS / 1000)
         shown_ms, places = await page.pictures_ms(), await page.places()
         came_ms = [at for at, place in places if place == "server" and at >= waits_ms]
-        moves.append(
-            Move(
-                begins_ms - came_ms[0] if came_ms else None,
-                longest_gap_ms(shown_ms, waits_ms, begins_ms + _AFTER_MS),
-                longest_gap_ms(shown_ms, ends_ms, back_ms),
-            )
-        )
+        there_ms = longest_gap_ms(shown_ms, waits_ms, begins_ms + _AFTER_MS)
+        home_ms = longest_gap_ms(shown_ms, ends_ms, back_ms)
+        moves.append((not came_ms or came_ms[0] > begins_ms, max(there_ms, home_ms)))
     return moves
 
 

@@ -85,7 +85,7 @@ async def test_a_room_has_both_renditions_and_the_sound(serve: Serve, tmp_path: 
                 await watcher.watches()
                 sizes = {max(sizes) for sizes in watcher.pictures.values()}
                 assert sizes == {(640, 480), (320, 240)}
-                told = await watcher.hears_news()
+                told = watcher.told[-1]
                 assert (told["type"], told["room"]["turn"]["operator"]) == ("told", None)
         for number in range(2):
             tracks = [one for robot in await engine.people(number) for one in robot["tracks"]]

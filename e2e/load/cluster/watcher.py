@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 from contextlib import asynccontextmanager
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 from livekit import rtc
 
@@ -16,39 +16,22 @@ if TYPE_CHECKING:
 
 
 class Watcher:
-    """Counts what comes: pictures by the robot's rendition, sound that is not silence."""
+    """Notes what comes: sizes of pictures by the robot's rendition, sound that is not silence."""
 
     def __init__(self) -> None:
         self.pictures: dict[str, set[tuple[int, int]]] = {}
+        self.told: list[dict[str, Any]] = []
         self.is_out = False
         self._loud = 0
-        self._told: list[dict[str, Any]] = []
-        self._room = rtc.Room()
         self._reading: list[asyncio.Task[None]] = []
 
-    async def connect(self, seat: Mapping[str, str]) -> Self:
-        """Enter the room of a seat; raises `rtc.ConnectError` where LiveKit refuses."""
-        self._room.on("track_subscribed", self._subscribed)
-        self._room.on("data_received", lambda packet: self._told.append(json.loads(packet.data)))
-        self._room.on("disconnected", self._left)
-        await self._room.connect(seat["url"], seat["token"])
-        return self
-
     async def watches(self) -> None:
-        """Wait until both renditions and the sound have come."""
+        """Wait until both renditions, the sound and the news have come."""
 
-        async def both() -> bool:
-            return len(self.pictures) == 2 and self._loud > 10
+        async def all_come() -> bool:
+            return len(self.pictures) == 2 and self._loud > 10 and len(self.told) > 1
 
-        await eventually(both, "two renditions and the sound come", within_s=15)
-
-    async def hears_news(self) -> dict[str, Any]:
-        """Wait for the second news of the robot's room."""
-
-        async def told() -> list[dict[str, Any]]:
-            return self._told[1:]
-
-        return (await eventually(told, "the state comes"))[-1]
+        await eventually(all_come, "two renditions, sound and news come", within_s=15)
 
     async def leaves(self) -> None:
         """Wait until it has been taken out."""
@@ -58,21 +41,23 @@ class Watcher:
 
         await eventually(is_out, "it is taken out of the room")
 
-    async def close(self) -> None:
-        for task in self._reading:
-            task.cancel()
-        await asyncio.gather(*self._reading, return_exceptions=True)
-        await self._room.disconnect()
-
-    def _subscribed(
+    def subscribed(
         self, track: Any, publication: rtc.RemoteTrackPublication, robot: rtc.RemoteParticipant
     ) -> None:
         is_video = publication.kind == rtc.TrackKind.KIND_VIDEO
         read = self._see(track, robot.identity) if is_video else self._hear(track)
         self._reading.append(asyncio.create_task(read))
 
-    def _left(self, reason: object) -> None:
+    def heard(self, packet: rtc.DataPacket) -> None:
+        self.told.append(json.loads(packet.data))
+
+    def left(self, _: object) -> None:
         self.is_out = True
+
+    async def close(self) -> None:
+        for task in self._reading:
+            task.cancel()
+        await asyncio.gather(*self._reading, return_exceptions=True)
 
     async def _see(self, track: rtc.Track, who: str) -> None:
         async for event in rtc.VideoStream(track):
@@ -86,9 +71,14 @@ class Watcher:
 
 @asynccontextmanager
 async def watching(seat: Mapping[str, str]) -> AsyncIterator[Watcher]:
-    """Watch inside the block."""
-    watcher = Watcher()
+    """Watch inside the block; raises `rtc.ConnectError` where LiveKit refuses the seat's token."""
+    watcher, room = Watcher(), rtc.Room()
+    room.on("track_subscribed", watcher.subscribed)
+    room.on("data_received", watcher.heard)
+    room.on("disconnected", watcher.left)
+    await room.connect(seat["url"], seat["token"])
     try:
-        yield await watcher.connect(seat)
+        yield watcher
     finally:
         await watcher.close()
+        await room.disconnect()

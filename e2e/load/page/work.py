@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from statistics import linear_regression, median
 from typing import TYPE_CHECKING, Final
@@ -89,22 +90,15 @@ def rows(ours: Sequence[Stretch], stock: Sequence[Stretch]) -> list[Row]:
     long_ms = [ms for one in ours for ms in one.long_ms]
     late, minutes = ours[len(ours) // 2 :], ours[-1].at_min
     slope = linear_regression([one.at_min for one in late], [one.heap_mib for one in late]).slope
-    growth_mib = slope * minutes
-    stock_percent = median(one.percent for one in stock)
-    found: tuple[tuple[str, str, str, dict[str, float | None], float], ...] = (
-        (
-            "main thread",
-            "the page's main thread while driving at 30 fps, worst (stock: a bare video, median)",
-            "% of a core",
-            {WAX: max(one.percent for one in ours), STOCK: stock_percent},
-            GOAL_PERCENT,
-        ),
-        ("long tasks", "… tasks of more than 50 ms", "", {WAX: float(len(long_ms))}, 0.0),
-        ("heap", f"… its heap grows in {minutes:.0f} min by", "MiB", {WAX: growth_mib}, GOAL_MIB),
-    )
+    worst, usual = max(one.percent for one in ours), median(one.percent for one in stock)
+    work = "the page's main thread while driving at 30 fps, worst (stock: a bare video, median)"
+    share: dict[str, float | None] = {WAX: worst, STOCK: usual}
+    longs, growth = {WAX: float(len(long_ms))}, {WAX: slope * minutes}
+    row = partial(judged, n=len(ours))
     return [
-        judged(f"page: {key}", what, unit, values, goal, n=len(ours))
-        for key, what, unit, values, goal in found
+        row("page: main thread", work, "% of a core", share, GOAL_PERCENT),
+        row("page: long tasks", "… tasks of more than 50 ms", "", longs, 0.0),
+        row("page: heap", f"… its heap grows in {minutes:.1f} min by", "MiB", growth, GOAL_MIB),
     ]
 
 
@@ -131,23 +125,10 @@ async def _stretch(page: Page, counters: Counters, begin: Mapping[str, float]) -
     long_ms = await page.evaluate("window.waxLongTasks")
     await counters.collect_garbage()
     heap_mib = (await counters.read())["JSHeapUsedSize"] / (1 << 20)
-    return Stretch(
-        seconds(begin, after) / 60,
-        share_percent(before, after),
-        long_ms,
-        shown / seconds(before, after),
-        heap_mib,
-    )
-
-
-def seconds(before: Mapping[str, float], after: Mapping[str, float]) -> float:
-    """Return the time between two readings, by the browser's own clock."""
-    return after["Timestamp"] - before["Timestamp"]
-
-
-def share_percent(before: Mapping[str, float], after: Mapping[str, float]) -> float:
-    """Return what all tasks between two readings took of that time."""
-    return 100 * (after["TaskDuration"] - before["TaskDuration"]) / seconds(before, after)
+    took_s = after["Timestamp"] - before["Timestamp"]  # by the browser's own clock
+    percent = 100 * (after["TaskDuration"] - before["TaskDuration"]) / took_s
+    at_min = (after["Timestamp"] - begin["Timestamp"]) / 60
+    return Stretch(at_min, percent, long_ms, shown / took_s, heap_mib)
 
 
 async def presented(n: int) -> list[Row]:
@@ -185,30 +166,24 @@ def presented_rows(pairs: Sequence[tuple[float, float]]) -> list[Row]:
 
 
 async def _driving(browser: Browser, url: str) -> float:
-    context = await browser.new_context(locale="en-GB")
-    viewer = await drives(context, url, _SCRIPT)
-    await viewer.page.keyboard.down(_KEYS[0])
-    found = await _fps(viewer.page)
-    await viewer.page.keyboard.up(_KEYS[0])
-    await context.close()
-    return found
+    async with await browser.new_context(locale="en-GB") as context:
+        viewer = await drives(context, url, _SCRIPT)
+        await viewer.page.keyboard.down(_KEYS[0])
+        return await _fps(viewer.page)
 
 
 async def _bare(browser: Browser, url: str) -> float:
-    context = await browser.new_context(locale="en-GB")
-    page = await context.new_page()
-    await page.add_init_script(_SCRIPT)
-
     async def answer(route: Route) -> None:
         await route.fulfill(body=_HTML, content_type="text/html")
 
-    await page.route(f"**{_BARE}", answer)
-    await page.goto(url + _BARE)
-    await page.wait_for_function("document.querySelector('video').currentTime > 1")
-    await asyncio.sleep(_SETTLE_S)
-    found = await _fps(page)
-    await context.close()
-    return found
+    async with await browser.new_context(locale="en-GB") as context:
+        page = await context.new_page()
+        await page.add_init_script(_SCRIPT)
+        await page.route(f"**{_BARE}", answer)
+        await page.goto(url + _BARE)
+        await page.wait_for_function("document.querySelector('video').currentTime > 1")
+        await asyncio.sleep(_SETTLE_S)
+        return await _fps(page)
 
 
 async def _fps(page: Page) -> float:
