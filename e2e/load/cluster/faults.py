@@ -20,77 +20,44 @@ ENGINES_OWN_S: Final = 5.5
 """So long LiveKit counts a dead node among the living; one that is started before gets no rooms."""
 _FULL: Final = "Watching is full"
 _UNHEARD: Final = "No answer"
-_ROWS: Final = {
-    "killed": ("a node of LiveKit killed: the page without a new picture", 1500.0),
-    "frozen": ("… a node hangs: the same", 1500.0),
-    "redis": (f"Redis killed: no news of the queue → the page says “{_UNHEARD}”", 3000.0),
-    "nodes": (f"all nodes killed → the page says “{_FULL}”", 3000.0),
-}
-"""What each row is about, and its goal in ms."""
 _STEADY_S: Final = 11.0
 """After so long in a room a page counts those that failed before as good again."""
-_SETTLE_S: Final = 2.0
 _SAYS_WITHIN_S: Final = 20.0
 _FROZEN_S: Final = (0.0, 3.0)
 """For so long a node stays frozen after it was given up."""
 _WITHOUT_REDIS_S: Final = 6.0
 
 
-async def faults(n: int) -> list[Row]:
-    """Break it `n` times in each way, by turns, at random phase."""
-    found_ms: dict[str, list[float | None]] = defaultdict(list)
-    async with staged() as stage, pages() as open_page, driving(stage) as operator:
-        page = await open_page(stage.server.url)
-        await page.shows("room")
-        for _ in range(n):
-            for fault, before_s in (
-                (_killed, _STEADY_S),
-                (_frozen, _STEADY_S),
-                (_redis, _SETTLE_S),
-                (_nodes, _SETTLE_S),
-            ):
-                await asyncio.sleep(before_s + random.uniform(0, 1))
-                async with operator.beside():
-                    found = await fault(stage, page)
-                await page.goes_on()
-                for key, ms in found.items():
-                    found_ms[key].append(ms)
-    rows = [
-        timed(f"room-lost: {key}", what, found_ms[key], ms) for key, (what, ms) in _ROWS.items()
-    ]
-    return [*rows, operator.row()]
-
-
-async def _killed(stage: Stage, page: Page) -> dict[str, float | None]:
+async def _killed(stage: Stage, page: Page) -> float | None:
     number, lost_ms = stage.watched(page), now_ms()
     await stage.engine.nodes[number].kill()
     gap_ms = await _given_up(stage, page, number, lost_ms)
     await _sleep_until(lost_ms)
     await stage.engine.nodes[number].start()
     await stage.is_live(number, live=True)
-    return {"killed": gap_ms}
+    return gap_ms
 
 
-async def _frozen(stage: Stage, page: Page) -> dict[str, float | None]:
+async def _frozen(stage: Stage, page: Page) -> float | None:
     number, lost_ms = stage.watched(page), now_ms()
     stage.engine.nodes[number].freeze()
     gap_ms = await _given_up(stage, page, number, lost_ms)
     await asyncio.sleep(random.uniform(*_FROZEN_S))
     stage.engine.nodes[number].thaw()
     await stage.is_live(number, live=True)
-    return {"frozen": gap_ms}
+    return gap_ms
 
 
-async def _redis(stage: Stage, page: Page) -> dict[str, float | None]:
+async def _redis(stage: Stage, page: Page) -> float | None:
     lost_ms = now_ms()
     await stage.engine.redis.kill()
     await asyncio.sleep(_WITHOUT_REDIS_S)
     said_ms = await page.says(_UNHEARD, lost_ms, _SAYS_WITHIN_S)
     await stage.engine.redis.start()
-    return {"redis": said_ms}
+    return said_ms
 
 
-async def _nodes(stage: Stage, page: Page) -> dict[str, float | None]:
+async def _nodes(stage: Stage, page: Page) -> float | None:
     lost_ms = now_ms()
     nodes = stage.engine.nodes
     await asyncio.gather(*(node.kill() for node in nodes))
@@ -98,10 +65,10 @@ async def _nodes(stage: Stage, page: Page) -> dict[str, float | None]:
     for number in range(len(nodes)):
         await stage.is_live(number, live=False)
     await _sleep_until(lost_ms)
-    for number, node in enumerate(nodes):
+    for node in nodes:
         await node.start()
-        await stage.is_live(number, live=True)
-    return {"nodes": said_ms}
+    await stage.are_live()
+    return said_ms
 
 
 async def _given_up(stage: Stage, page: Page, number: int, lost_ms: float) -> float:
@@ -114,3 +81,31 @@ async def _given_up(stage: Stage, page: Page, number: int, lost_ms: float) -> fl
 
 async def _sleep_until(lost_ms: float) -> None:
     await asyncio.sleep(max(0.0, (lost_ms - now_ms()) / 1000 + ENGINES_OWN_S))
+
+
+FAULTS: Final = (
+    ("killed", "a node of LiveKit killed: the page without a new picture", 1500.0, _killed),
+    ("frozen", "… a node hangs: the same", 1500.0, _frozen),
+    ("redis", f"Redis killed: no news of the queue → the page says “{_UNHEARD}”", 3000.0, _redis),
+    ("nodes", f"all nodes killed → the page says “{_FULL}”", 3000.0, _nodes),
+)
+"""Each with what its row is about, and its goal in ms."""
+
+
+async def faults(n: int) -> list[Row]:
+    """Break it `n` times in each way, by turns, at random phase."""
+    found_ms: dict[str, list[float | None]] = defaultdict(list)
+    async with staged() as stage, pages() as open_page, driving(stage) as operator:
+        page = await open_page(stage.server.url)
+        await page.shows("room")
+        for _round in range(n):
+            for key, _, _, fault in FAULTS:
+                await asyncio.sleep(_STEADY_S + random.uniform(0, 1))
+                async with operator.beside():
+                    found_ms[key].append(await fault(stage, page))
+                await stage.are_live()
+                await page.goes_on()
+    rows = [
+        timed(f"room-lost: {key}", what, found_ms[key], goal_ms) for key, what, goal_ms, _ in FAULTS
+    ]
+    return [*rows, operator.row()]

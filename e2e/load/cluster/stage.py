@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -77,6 +78,10 @@ class Stage:
         what = f"node {number} is {'published to' if live else 'given up'}"
         await eventually(is_so, what, within_s=_LIVE_WITHIN_S, every_s=_LOOK_S)
 
+    async def are_live(self) -> None:
+        """Wait until both rooms are published to."""
+        await asyncio.gather(*(self.is_live(at, live=True) for at in range(len(ROOMS))))
+
 
 @asynccontextmanager
 async def staged(
@@ -108,6 +113,5 @@ async def staged(
             leaving.push_async_callback(server.kill)
             await server.start()
         stage = Stage(folder, engine, server, board, robots_core)
-        for number in range(len(ROOMS)):
-            await stage.is_live(number, live=True)
+        await stage.are_live()
         yield stage

@@ -3,22 +3,32 @@
 from __future__ import annotations
 
 import asyncio
-from contextlib import asynccontextmanager
-from typing import TYPE_CHECKING, Any
+import os
+import re
+from contextlib import asynccontextmanager, suppress
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
 
+import aiohttp
 import pytest
 
 from e2e.harness import toml
+from e2e.harness.missing import missing
+from e2e.harness.server import free_port
 from e2e.harness.wait import eventually
-from e2e.load.cluster.engine import KEY, ROOMS, running
+from e2e.load.cluster.engine import KEY, ROOMS, Redis, call, running
 from e2e.load.cluster.stage import are_live, published
 from e2e.load.cluster.watcher import watching
+from e2e.measure.suite import ROOT
+from e2e.peers.livekit.errors import LiveKitError
+from e2e.peers.livekit.installation import find_server
 from e2e.peers.livekit.tokens import signed
 from wax.client.client import Client
 from wax.client.operator import Operator
 from wax.errors import SignallingError
 
 if TYPE_CHECKING:
+    from asyncio.subprocess import Process
     from collections.abc import AsyncIterator
     from pathlib import Path
 
@@ -207,8 +217,62 @@ async def test_any_whip_server_gets_the_best_picture_and_the_sound(
         toml_text = f"{toml.card_with(server='max_viewers = 1')}[[publish]]\n{toml.dumps(table)}"
         async with serve(tmp_path, toml_text) as server, person(server) as ada:
             await live(server, 1, within_s=10)
-            (robot,) = await engine.people(0)
-            assert sorted(track["type"] for track in robot["tracks"]) == ["AUDIO", "VIDEO"]
+
+            async def publishes() -> bool:
+                (robot,) = await engine.people(0)
+                return sorted(one["type"] for one in robot["tracks"]) == ["AUDIO", "VIDEO"]
+
+            await eventually(publishes, "picture and sound are there")
             told = await ada.post("/api/seat", {})
             assert (told["rooms"], told["links"]) == ([], [table["watch"]])
         assert await engine.people(0) == [], "it has said goodbye"
+
+
+# --- what config/deploy has of the cluster, taken by the programs themselves -----------------
+
+FOLDER: Final = ROOT / "config/deploy"
+_NODES: Final = re.compile(r"command: (--config .*)")
+_PORT: Final = re.compile(r"\b78[89]\d\b")
+
+
+def command_lines() -> list[str]:
+    """Return the nodes' arguments as compose.yaml has them, on ports that are free here."""
+    lines = _NODES.findall((FOLDER / "compose.yaml").read_text(encoding="utf-8"))
+    ports = {port: str(free_port()) for line in lines for port in _PORT.findall(line)}
+    assert len(ports) == 3 * len(lines), "each node has its own"
+    return [_PORT.sub(lambda found: ports[found.group()], line) for line in lines]
+
+
+async def test_two_nodes_share_the_rooms() -> None:
+    """LiveKit takes the file and the arguments; a room lives on the node that was asked for it."""
+    try:
+        program = find_server()
+    except LiveKitError as error:
+        missing(str(error))
+    redis = Redis()
+    nodes: list[Process] = []
+    secrets = {"LIVEKIT_KEYS": f"{KEY.name}: {KEY.secret}", "NODE_IP": "127.0.0.1"}
+    environment = {**os.environ, "REDIS_HOST": f"127.0.0.1:{redis.port}", **secrets}
+    try:
+        await redis.start()
+        urls = []
+        for line in command_lines():
+            arguments = line.replace("/etc/", f"{FOLDER}/").split()
+            nodes.append(await asyncio.create_subprocess_exec(program, *arguments, env=environment))
+            urls.append(f"http://127.0.0.1:{arguments[arguments.index('--port') + 1]}")
+            await eventually(partial(answers, urls[-1]), "the node answers", within_s=30)
+        for url, room in zip(urls, ROOMS, strict=True):
+            await call(url, "CreateRoom", {"name": room})
+        assert len(await redis.nodes()) == len(nodes) == 2
+        assert await redis.nodes_of_rooms() == await redis.nodes()
+    finally:
+        for node in nodes:
+            node.kill()
+            await node.wait()
+        await redis.kill()
+
+
+async def answers(url: str) -> bool:
+    with suppress(aiohttp.ClientError):
+        return "rooms" in await call(url, "ListRooms", {})
+    return False

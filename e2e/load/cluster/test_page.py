@@ -91,10 +91,7 @@ async def test_a_page_comes_for_its_turn_and_goes_back(
 ) -> None:
     """It queues elsewhere, drives here, and gives the place back when it leaves the queue."""
     turns = {"turns": "turn_s = 20.0"}
-    async with (
-        published(serve, tmp_path, **turns) as (_, server),
-        Operator(server.url) as operator,
-    ):
+    async with published(serve, tmp_path, **turns) as (_, server), Operator(server.url) as operator:
         await operator.join()
         viewer = await open_viewer(server)
         await watches_elsewhere(viewer)

@@ -16,8 +16,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from e2e.peers.livekit.errors import LiveKitError
-from e2e.peers.livekit.installation import check_sdk, find_client, find_server
+from e2e.peers.livekit.installation import find_client, find_server
 from e2e.peers.livekit.page import Pages
+from e2e.peers.livekit.publish import by_sdk, by_whip
 from e2e.peers.livekit.server import LiveKit, Ports
 from e2e.peers.livekit.tokens import Key, publisher_token
 from e2e.peers.media import set_bitrate, sources
@@ -47,11 +48,7 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
 async def run(asked: argparse.Namespace) -> None:
     """Run everything until it is cancelled. Raises `LiveKitError` or `SourceError`."""
     program, script, is_sdk = find_server(), find_client(), asked.how == "sdk"
-    if is_sdk:
-        check_sdk()
-        from e2e.peers.livekit.by_sdk import publish  # noqa: PLC0415  # WHIP works without it
-    else:
-        from e2e.peers.livekit.by_whip import publish  # noqa: PLC0415
+    publish = by_sdk if is_sdk else by_whip
     key, address = Key.make(), str(asked.host)
     ports = Ports(asked.signal_port, asked.media_tcp_port, asked.media_udp_port)
     livekit = LiveKit(program, address, ports, key, is_by_default=is_sdk)

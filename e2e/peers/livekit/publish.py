@@ -1,15 +1,19 @@
-"""Publish by LiveKit's Python SDK, as its quick start has it, with simulcast."""
+"""Publish the test card, or a film, to LiveKit: by its SDK or by WHIP, until that ends."""
 
 from __future__ import annotations
 
 import asyncio
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final
+from urllib.parse import urljoin
 
+import aiohttp
+from aiortc import RTCConfiguration, RTCPeerConnection, RTCRtpSender, RTCSessionDescription
 from livekit import rtc
 
 from e2e.peers.livekit.errors import LiveKitError
-from e2e.peers.media import BITRATE_BPS
+from e2e.peers.media import BITRATE_BPS, CameraTrack, MicrophoneTrack
 from wax.capture.source import SAMPLE_RATE_HZ
 
 if TYPE_CHECKING:
@@ -17,14 +21,16 @@ if TYPE_CHECKING:
 
     from wax.capture.source import AudioSource, VideoSource
 
+_LEAVE_WITHIN_S: Final = 1.0
+_CODECS: Final = {"video": ("video/VP8", "video/rtx"), "audio": ("audio/opus",)}
 FPS: Final = 30
 SIZE: Final = (640, 480)
 
 
-async def publish(
+async def by_sdk(
     url: str, token: str, camera: VideoSource, microphone: AudioSource, begun: Callable[[], None]
 ) -> None:
-    """Publish until that ends; raises `LiveKitError`, which says why."""
+    """Publish with simulcast, as LiveKit's quick start has it; raises `LiveKitError` at the end."""
     room = rtc.Room()
     over: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 
@@ -84,3 +90,43 @@ async def _sound(
         samples = (await loop.run_in_executor(threads, microphone.read)).samples
         frame = rtc.AudioFrame(samples.tobytes(), SAMPLE_RATE_HZ, 1, len(samples))
         await audio.capture_frame(frame)
+
+
+async def by_whip(
+    url: str, token: str, camera: VideoSource, microphone: AudioSource, begun: Callable[[], None]
+) -> None:
+    """Publish one layer, by WHIP (RFC 9725) from aiortc; raises `LiveKitError` at the end."""
+    peer = RTCPeerConnection(RTCConfiguration(iceServers=[]))
+    headers, resource = {"Authorization": f"Bearer {token}"}, None
+    changed = asyncio.Event()
+    peer.on("connectionstatechange", changed.set)
+    for track in (MicrophoneTrack(microphone), CameraTrack(camera)):
+        transceiver = peer.addTransceiver(track, direction="sendonly")
+        known = RTCRtpSender.getCapabilities(track.kind).codecs
+        wanted = [codec for codec in known if codec.mimeType in _CODECS[track.kind]]
+        transceiver.setCodecPreferences(wanted)
+    endpoint = f"{url}/whip/v1"
+    async with aiohttp.ClientSession(headers=headers) as http:
+        try:
+            await peer.setLocalDescription(await peer.createOffer())
+            sdp, kind = peer.localDescription.sdp.encode(), {"Content-Type": "application/sdp"}
+            async with http.post(endpoint, data=sdp, headers=kind) as answer:
+                text = await answer.text()
+            if answer.status != 201:
+                raise LiveKitError(f"{endpoint} answered {answer.status}: {text.strip()[:200]}")
+            resource = urljoin(endpoint, answer.headers["Location"])
+            await peer.setRemoteDescription(RTCSessionDescription(text, "answer"))
+            while peer.connectionState not in {"failed", "closed"}:
+                if peer.connectionState == "connected":
+                    begun()
+                changed.clear()
+                await changed.wait()
+            raise LiveKitError(f"the publisher's connection to LiveKit is {peer.connectionState}")
+        except aiohttp.ClientError as error:
+            raise LiveKitError(f"{endpoint} is not reached: {error}") from error
+        finally:
+            if resource is not None:
+                with suppress(aiohttp.ClientError, TimeoutError):
+                    async with asyncio.timeout(_LEAVE_WITHIN_S):
+                        await http.delete(resource)
+            await peer.close()
