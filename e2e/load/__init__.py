@@ -1,1 +1,1 @@
-"""Compares WAX with a stock aiortc server: same work, same machine, same run."""
+"""What viewers, a crowd, the tape, the page and rooms of LiveKit cost: same work, same machine."""

@@ -27,7 +27,6 @@ from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row, judged
 from e2e.measure.suite import ROOT
 from e2e.measure.summary import summarize
-from e2e.peers.livekit.installation import find_server
 from e2e.peers.livekit.tokens import signed
 
 if TYPE_CHECKING:
@@ -52,7 +51,8 @@ async def room_cost(n: int) -> list[Row]:
     """Measure `n` pairs of windows: nobody in the room and `OBSERVERS`; and renewals of seats."""
     cpu, mbit, robots_cpu = [], [], []
     async with staged("engine") as stage:
-        nodes, server = _nodes(), ProcessMeter(stage.server.pid)
+        nodes = [ProcessMeter(node.pid) for node in stage.engine.nodes]
+        server = ProcessMeter(stage.server.pid)
         for _ in range(n):
             none = await _window(nodes)
             async with _observers(stage.engine.url(0)):
@@ -76,15 +76,8 @@ async def room_cost(n: int) -> list[Row]:
     ]
 
 
-def _nodes() -> list[ProcessMeter]:
-    """Return the nodes that this process has started; that without observers costs the same."""
-    program = str(find_server().resolve())
-    children = psutil.Process().children()
-    return [ProcessMeter(one.pid) for one in children if one.exe() == program]
-
-
 async def _window(nodes: Sequence[ProcessMeter]) -> tuple[float, float]:
-    """Return their processor time, s, and what the loopback interface carried, Mbit, a second."""
+    """Return processor time, s, and what the loopback interface carried, Mbit, a second."""
     await asyncio.sleep(_SETTLE_S)
     before_s, before = time.monotonic(), _used(nodes)
     await asyncio.sleep(_WINDOW_S)

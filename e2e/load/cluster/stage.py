@@ -57,7 +57,6 @@ async def published(
 class Stage:
     """For a measurement; the server drives a board. `robots_core` is the robot's side's."""
 
-    folder: Path
     engine: Engine
     server: Server
     board: Board
@@ -112,6 +111,6 @@ async def staged(
             leaving.push_async_callback(board.stop)
             leaving.push_async_callback(server.kill)
             await server.start()
-        stage = Stage(folder, engine, server, board, robots_core)
+        stage = Stage(engine, server, board, robots_core)
         await stage.are_live()
         yield stage

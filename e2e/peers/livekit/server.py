@@ -128,6 +128,10 @@ class LiveKit:
         self._running.send_signal(signal.SIGCONT)
 
     @property
+    def pid(self) -> int:
+        return self._running.pid
+
+    @property
     def _running(self) -> Process:
         assert self._process is not None, "it was not started"
         return self._process
