@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 GAP_MS: Final = 100.0
 _AFTER_S: Final = 0.5
-"""What stands at the end has moved again by then, or the gap has no end."""
+"""By then a command has come that is newer than the block."""
 _PRESS_S: Final = 0.1
 _AGAIN_S: Final = 0.4
 _SWEEP: Final = 100
@@ -58,7 +58,7 @@ class Bystander:
         yield
         to_ms = now_ms()
         await asyncio.sleep(_AFTER_S)
-        self._record.read()
+        await eventually(self.moves, "the robot moves again")
         frames = self._record.frames
         self._gaps_ms.append(longest_gap_ms(speeds_ms(frames), from_ms, to_ms))
         stops_ms = [unix_ms(one.at_ms / 1000) for one in changes(frames) if not one.moving]
