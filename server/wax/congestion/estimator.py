@@ -363,7 +363,7 @@ class LinkEstimator:
             from_s, until_s = now_s - _CARRIED_FROM_S, now_s - _CARRIED_UNTIL_S
             carried_bytes = self._history.between(from_s, until_s)
             carried_bps = 8 * carried_bytes / (_CARRIED_FROM_S - _CARRIED_UNTIL_S)
-            self._set(max(self._rate_bps, _DECREASE_FACTOR * carried_bps))
+            self._set(max(self._rate_bps, carried_bps))
         if self._rate_bps >= ENOUGH_BPS:
             self._startup_until_s = min(self._startup_until_s, now_s)
 
