@@ -32,7 +32,7 @@ doubles each on 15 links with six seeds; its table is in `e2e/out/ablation`. Wit
   (`_PROBE_PACKETS`), half of the links are used half as much;
 * the allowance for jitter (`dispersion._COMPRESSED_NOISES`), poor LTE is used by 53, not 94 %;
 * the usual loss (`loss._USUAL_FACTOR`), a radio that loses 16 % by 15, not 100 %;
-* the smallest step's own share (`allocator._LAST_SHARE`), 28.8 kbit/s show no picture for 38 s;
+* the smallest step's own share (`allocator._LAST_SHARE`), thin links show far fewer pictures;
 * the hold after a fall (`estimator._HOLD_S`), a cell gains 8 points, but its sound is 20 ms older.
 
 `allocator.FIT_SHARE` and `_KEEP_SHARE` up to 0.15 higher change less than chance, and so does it to
