@@ -21,11 +21,11 @@ stage() {
     say "$name took $(($(date +%s) - began_s)) s"
 }
 
-# usage: python_tests FOLDER MARKERS ARGUMENTS…
+# usage: python_tests MARKERS ARGUMENTS…
 python_tests() {
-    folder=$1 markers=$2
-    shift 2
-    pytest -q "$folder" -m "$markers" --hypothesis-profile="$profile" "$@"
+    markers=$1
+    shift
+    pytest -q -m "$markers" --hypothesis-profile="$profile" --durations=10 "$@"
 }
 
 # Beside each other: neither keeps two cores busy. Python's are last, for their summary.
@@ -33,7 +33,7 @@ unit_tests() {
     npm run --silent --prefix web test >.cache/page-tests.log 2>&1 &
     page=$!
     failures=0
-    python_tests tests "not system$short" -n logical || failures=1
+    python_tests "not system$short" tests -n logical || failures=1
     wait $page || { cat .cache/page-tests.log && failures=1; }
     return $failures
 }
@@ -58,21 +58,26 @@ if [ "$what" != unit ]; then
     . .make/browsers.sh
     want_all
     sh .make/firmware.sh board >/dev/null
-    [ "$what" = test ] || { want_redis && want_webkit && want_fastdds && sh .make/livekit.sh && sh .make/lighthouse.sh; }
+    [ "$what" = test ] || { want_redis && want_fastdds && sh .make/livekit.sh; }
     stage "checks" sh .make/check.sh
 fi
 stage "the unit tests of both languages" unit_tests
 [ "$what" != unit ] || exit $status
+# The files that hold tests so marked: to collect all others takes longer than many of these tests.
+marked() { grep -rl "mark\.$1" tests --include='test_*.py' | sort; }
 # The soak waits more than it computes, so it does that beside the others.
 started() {
-    python_tests tests/soak "system$short" >.cache/soak-tests.log 2>&1 &
+    python_tests "system$short" tests/soak >.cache/soak-tests.log 2>&1 &
     soak=$!
-    python_tests tests "system and not alone$short" --ignore tests/soak -n 4 --dist worksteal ||
-        status=1
+    # shellcheck disable=SC2046  # words
+    python_tests "system and not alone$short" $(marked system | grep -v ^tests/soak/) \
+        -n 4 --dist worksteal || status=1
     wait $soak || { status=1 && cat .cache/soak-tests.log; }
 }
+# shellcheck disable=SC2046  # words
+deadlines() { python_tests "system and alone$short" $(marked alone); }
 stage "what starts processes" started
-stage "the deadlines of a line" python_tests tests "system and alone$short"
+stage "the deadlines of processes and lines" deadlines
 if [ "$what" = all ]; then
     stage "the branches" sh .make/suite.sh coverage
     stage "the quick lab" lab
@@ -80,6 +85,6 @@ else
     stage "one cell of the lab" lab --only E3/wireless-1m/operator
 fi
 [ $status = 0 ] || say "something failed, see above; the tests in browsers follow"
-python_tests e2e "not alone$short" -n 2 --dist worksteal || status=1
-python_tests e2e "alone$short" || status=1
+stage "browsers beside each other" python_tests "not alone$short" e2e -n 3 --dist worksteal
+stage "a browser alone" python_tests "alone$short" e2e
 exit $status

@@ -101,6 +101,7 @@ def sketch(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Sketch]:
     sketch.end()
 
 
+@pytest.mark.alone
 def test_it_drives_tells_and_stops(sketch: Sketch) -> None:
     """The wheels turn as fast as they are told, what the board knows comes back, and it stops."""
     sketch.drive()

@@ -170,6 +170,7 @@ def test_a_process_that_does_not_read_is_ended(robot: Driver, log: Log) -> None:
     until(lambda: not is_alive(frozen))
 
 
+@pytest.mark.alone
 def test_what_waited_in_the_pipe_moves_nothing(robot: Driver, log: Log) -> None:
     """A process that was frozen itself finds a backlog, old and fresh: none of it moves.
 

@@ -14,7 +14,7 @@ from tests.robot.process.conftest import Log, Server, is_alive, settings_for, un
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.alone]
 
 STOP_S = 0.2
 """A safety deadline: silence is 0.12 s here."""

@@ -261,6 +261,7 @@ def test_only_a_camera_takes_large_messages(bridge: Bridge) -> None:
 
 
 @pytest.mark.system
+@pytest.mark.alone
 def test_the_standby_speaks_for_a_killed_driver(bridge: Bridge) -> None:
     """By rosbridge, too, a second process says standstill when the driver's is killed."""
     driver = opened(make_robot(by_bridge(bridge), SystemClock()))
