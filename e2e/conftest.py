@@ -11,6 +11,7 @@ import pytest_asyncio
 from playwright.async_api import async_playwright
 from tests.examples import load_profiles
 
+from e2e.harness import toml
 from e2e.harness.board import Board
 from e2e.harness.chromium import launch_chromium
 from e2e.harness.server import Server
@@ -31,29 +32,25 @@ if TYPE_CHECKING:
 
 load_profiles()
 
-MEASURES = ("bench", "cluster", "lab", "page", "peers", "voice")
+MEASURES = ("browsers", "delay", "instrument", "link", "load", "peers")
 """Folders of what measures or needs another's server, whose tests `make test-all` runs."""
 
 BESIDE = (
     "gallery",
     "reach",
-    "test_eyes_closed.py",
     "test_first_load.py",
-    "test_host.py",
+    "test_init.py",
     "test_kiosk.py",
     "test_language.py",
-    "test_layout.py",
     "test_loopback_only.py",
-    "test_media_file.py",
-    "test_own_page.py",
     "test_page.py",
     "test_prove_stop.py",
     "test_queue.py",
     "test_records.py",
-    "test_release.py",
     "test_start_stop.py",
     "test_stats.py",
     "test_strangers.py",
+    "test_tape.py",
     "test_watching.py",
 )
 """Where a wait is long enough for a machine that does other things: another test runs beside it."""
@@ -131,6 +128,23 @@ def serve(pytestconfig: pytest.Config) -> Serve:
             pytestconfig.stash[SERVERS].remove(server)
 
     return serving
+
+
+@pytest_asyncio.fixture(scope="session", loop_scope="session")
+async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
+    """Serve the test card to all tests that change nothing for the next; some have their own."""
+    settings = toml.card_with(turns=toml.BRIEF_GRACE)
+    async with serve(tmp_path_factory.mktemp("card"), settings) as running:
+        yield running
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def driver(server: Server, open_viewer: OpenViewer) -> Viewer:
+    """Open a page whose viewer drives."""
+    viewer = await open_viewer(server)
+    await viewer.join()
+    await viewer.drives()
+    return viewer
 
 
 @pytest_asyncio.fixture(loop_scope="session")

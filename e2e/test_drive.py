@@ -4,39 +4,20 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import pytest
-import pytest_asyncio
 
-from e2e.harness import toml
 from e2e.harness.robot import moves, pose, stands_still, turn_by_key, undisturbed
 from e2e.harness.touch_screen import TouchPoints
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
-
-    from e2e.conftest import OpenViewer, Serve
+    from e2e.conftest import OpenViewer
     from e2e.harness.robot import Pose
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
 
-PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
-
-
-@pytest_asyncio.fixture(scope="module", loop_scope="session")
-async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
-    settings = f"[turns]\n{toml.BRIEF_GRACE}\n"
-    async with serve(tmp_path_factory.mktemp("drive"), settings) as running:
-        yield running
-
-
-@pytest_asyncio.fixture(loop_scope="session")
-async def driver(server: Server, open_viewer: OpenViewer) -> Viewer:
-    viewer = await open_viewer(server)
-    await viewer.join()
-    await viewer.drives()
-    return viewer
+PHONE: Final = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,51 +52,33 @@ async def drive_by_keys(server: Server, viewer: Viewer, *keys: str, seconds: flo
     return await undisturbed(server, attempt)
 
 
-@pytest.mark.timeout(90)
-@pytest.mark.parametrize("keys", ["Arrow", pytest.param("wasd", marks=pytest.mark.full)])
-async def test_keys_move_the_robot(server: Server, driver: Viewer, keys: str) -> None:
-    """Arrow keys and WASD drive ahead, back, left and right, and the release stops."""
-    ahead, left, back, right = (
-        "wasd" if keys == "wasd" else ["ArrowUp", "ArrowLeft", "ArrowDown", "ArrowRight"]
-    )
-    out = await drive_by_keys(server, driver, ahead)
+@pytest.mark.timeout(120)
+async def test_keys_move_the_robot(server: Server, driver: Viewer) -> None:
+    """Arrow keys and WASD drive where they say, two together a curve, Slow less far than Fast."""
+    out = await drive_by_keys(server, driver, "ArrowUp")
     assert out.distance_m > 0.05
     assert abs(out.turned_rad) < 0.05
-    home = await drive_by_keys(server, driver, back)
+    home = await drive_by_keys(server, driver, "s")
     assert home.distance_m > 0.05
     assert home.end.distance_m(out.start) < out.distance_m
-    assert (await drive_by_keys(server, driver, left)).turned_rad > 0.1
-    assert (await drive_by_keys(server, driver, right)).turned_rad < -0.1
-
-
-@pytest.mark.timeout(90)
-async def test_two_keys_at_once_make_a_curve(server: Server, driver: Viewer) -> None:
-    """Back and left held together move and turn at the same time."""
+    assert (await drive_by_keys(server, driver, "a")).turned_rad > 0.1
     curve = await drive_by_keys(server, driver, "ArrowDown", "ArrowLeft")
     assert curve.distance_m > 0.05
     assert abs(curve.turned_rad) > 0.1
-
-
-@pytest.mark.timeout(90)
-async def test_fine_is_slower_than_gross(server: Server, driver: Viewer) -> None:
-    """The same press turns the robot less far at slow speed than at fast speed."""
     turned: dict[str, float] = {}
     for speed, key in (("Slow", "ArrowLeft"), ("Fast", "ArrowRight")):
         await driver.speed(speed).click()
-        turned[speed] = abs((await drive_by_keys(server, driver, key)).turned_rad)
-    assert 0.05 < turned["Slow"] < 0.6 * turned["Fast"], turned
+        turned[speed] = (await drive_by_keys(server, driver, key)).turned_rad
+    assert 0.05 < turned["Slow"] < 0.6 * -turned["Fast"], turned
 
 
 @pytest.mark.timeout(90)
-@pytest.mark.parametrize(
-    ("name", "sign"), [("Left", 1), pytest.param("Right", -1, marks=pytest.mark.full)]
-)
-async def test_buttons_work_by_mouse(server: Server, driver: Viewer, name: str, sign: int) -> None:
+async def test_buttons_work_by_mouse(server: Server, driver: Viewer) -> None:
     """A button held with the mouse drives, let go it stops, also when let go elsewhere."""
 
     async def attempt() -> Drive:
         start = await pose(server)
-        await driver.button(name).hover()
+        await driver.button("Left").hover()
         await driver.page.mouse.down()
         await asyncio.sleep(0.7)
         await driver.page.mouse.move(2, 2)
@@ -123,7 +86,7 @@ async def test_buttons_work_by_mouse(server: Server, driver: Viewer, name: str, 
         assert await stands_still(server)
         return Drive(start, await pose(server))
 
-    assert (await undisturbed(server, attempt)).turned_rad * sign > 0.1
+    assert (await undisturbed(server, attempt)).turned_rad > 0.1
 
 
 @pytest.mark.timeout(90)
@@ -158,8 +121,10 @@ async def test_two_thumbs_drive_a_curve(server: Server, open_viewer: OpenViewer)
 
 
 @pytest.mark.timeout(90)
-async def test_stop_latches_until_it_is_released(server: Server, driver: Viewer) -> None:
-    """Stop ends the motion though a key is still down; neither that nor the release moves it."""
+async def test_stop_latches_until_it_is_released(
+    server: Server, driver: Viewer, open_viewer: OpenViewer
+) -> None:
+    """It ends the motion of a held key, whoever presses it; only a release and a press go on."""
     await turn_by_key(server, driver)
     await driver.button("Stop").click()
     assert await stands_still(server)
@@ -172,18 +137,9 @@ async def test_stop_latches_until_it_is_released(server: Server, driver: Viewer)
     await driver.release_stop()
     assert not await moves(server, during_s=0.8)
     await driver.page.keyboard.up("ArrowLeft")
-    await turn_by_key(server, driver)
-    await driver.page.keyboard.up("ArrowLeft")
 
-
-@pytest.mark.timeout(90)
-async def test_everybody_stops_the_robot(
-    server: Server, driver: Viewer, open_viewer: OpenViewer
-) -> None:
-    """An observer stops the robot, and every page shows who it was."""
     watching = await open_viewer(server)
-    await watching.name.fill("Wanda")
-    await watching.name.press("Enter")
+    await watching.call_oneself("Wanda")
     await turn_by_key(server, driver)
     await watching.button("Stop").click()
     assert await stands_still(server)
@@ -194,24 +150,17 @@ async def test_everybody_stops_the_robot(
 
 
 @pytest.mark.timeout(90)
-async def test_an_observers_keys_move_nothing(server: Server, open_viewer: OpenViewer) -> None:
-    """Keys of observers and waiting viewers do not reach the robot, whoever drives."""
+async def test_keys_that_are_nobodys_commands_move_nothing(
+    server: Server, driver: Viewer, open_viewer: OpenViewer
+) -> None:
+    """Neither an observer's nor those of who waits, nor letters of the operator's own name."""
     watching = await open_viewer(server)
     await watching.page.keyboard.down("ArrowLeft")
-    assert not await moves(server, during_s=0.8)
-    driving = await open_viewer(server)
-    await driving.join()
-    await driving.drives()
     assert not await moves(server, during_s=0.8)
     await watching.page.keyboard.up("ArrowLeft")
     await watching.join()
     await watching.page.keyboard.down("ArrowLeft")
     assert not await moves(server, during_s=0.8)
-
-
-@pytest.mark.timeout(90)
-async def test_letters_typed_into_the_name_do_not_drive(server: Server, driver: Viewer) -> None:
-    """A name with w, a, s and d in it is typed, not driven."""
     await driver.name.click()
     await driver.page.keyboard.down("a")
     assert not await moves(server, during_s=0.6)

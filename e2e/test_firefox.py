@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 PROBE = Path(__file__).parent / "harness" / "probe.js"
 ARROW_LEFT = "\ue012"
+FEEDBACK = "http://www.ietf.org/id/draft-holmer-rmcat-transport-wide-cc-extensions-01"
+LARGEST = "640x480 at 1000 kbit/s"
 
 
 def find_firefox() -> str:
@@ -69,9 +71,22 @@ async def test_firefox_shows_sounds_and_drives(
         assert valid[-1]["stamp_ms"] - valid[0]["stamp_ms"] > 1000
         assert median(card["age_ms"] for card in valid) < LIVE_MS
 
+        # Where the picture has it the server begins with little and goes by what it is told; the
+        # sound has it too since some version after 140.
+        sections = (await window.evaluate("waxProbe.answer()")).split("m=")[1:]
+        agreed = {one.split()[0] for one in sections if FEEDBACK in one}
+        assert "video" in agreed, "Firefox is served by what it loses"
         tap = needed(ear).tap()
         await window.evaluate(button("Turn sound on"))
         assert await tap.hears(within_s=10)
+
+        async def is_large() -> bool:
+            card = (await window.evaluate("waxProbe.cards(1)"))[0]
+            (viewer,) = (await server.status())["viewers"]
+            sent = viewer["streams"].get("rendition")
+            return (sent, card["width"], card["height"]) == (LARGEST, 640, 480)
+
+        await eventually(is_large, "the picture is as large as it gets", within_s=10)
         tap.take()
         await asyncio.sleep(2)
         assert audio_probe.loudness(tap.take()) > 0.02
@@ -135,73 +150,3 @@ async def reads(window: Firefox, sentence: str) -> None:
     """Wait until the page says this."""
     says = f"document.body.innerText.includes({json.dumps(sentence)})"
     await eventually(lambda: window.evaluate(says), f"the page says “{sentence}”")
-
-
-FEEDBACK = "http://www.ietf.org/id/draft-holmer-rmcat-transport-wide-cc-extensions-01"
-LARGEST = "640x480 at 1000 kbit/s"
-
-
-@pytest.mark.timeout(120)
-@pytest.mark.full
-async def test_firefox_gets_the_largest_picture(serve: Serve, tmp_path: Path) -> None:
-    """With Firefox's feedback on the picture's packets, the picture improves while sound plays."""
-    path = find_firefox()
-    profile = tmp_path / "profile"
-    profile.mkdir()
-    async with (
-        serve(tmp_path, toml.CARD) as server,
-        firefox(path, profile, PROBE.read_text(encoding="utf-8")) as window,
-    ):
-        await window.goto(server.url)
-        await eventually(
-            lambda: window.evaluate("waxProbe.playing()"), "the picture plays", within_s=20
-        )
-        # Where the picture has it the server begins with little and goes by what it is told; the
-        # sound has it too since some version after 140.
-        answer = await window.evaluate("waxProbe.answer()")
-        sections = answer.split("m=")[1:]
-        agreed = {one.split()[0] for one in sections if FEEDBACK in one}
-        assert "video" in agreed, "Firefox is served by what it loses"
-        await window.evaluate(button("Turn sound on"))
-
-        async def is_large() -> bool:
-            card = (await window.evaluate("waxProbe.cards(1)"))[0]
-            (viewer,) = (await server.status())["viewers"]
-            sent = viewer["streams"].get("rendition")
-            return (sent, card["width"], card["height"]) == (LARGEST, 640, 480)
-
-        await eventually(is_large, "the picture is as large as it gets", within_s=10)
-        cards = await window.evaluate("waxProbe.cards(20)")
-        assert sum(card["valid"] for card in cards) >= 18
-        assert {(card["width"], card["height"]) for card in cards} == {(640, 480)}
-
-
-@pytest.mark.timeout(120)
-@pytest.mark.full
-async def test_firefox_plays_by_our_own_player_if_told_to(
-    serve: Serve, tmp_path: Path, ear: Ear | None
-) -> None:
-    """The sound of the built-in player is heard, without a gap."""
-    path = find_firefox()
-    profile = tmp_path / "profile"
-    profile.mkdir()
-    settings = toml.card_with(sync__observer='player = "built-in"')
-    async with (
-        serve(tmp_path, settings) as server,
-        firefox(path, profile, PROBE.read_text(encoding="utf-8"), needed(ear)) as window,
-    ):
-        await window.goto(server.url)
-        tap = needed(ear).tap()
-        await window.evaluate(button("Turn sound on"))
-        await window.evaluate(button("Details"))
-        await eventually(
-            lambda: window.evaluate('document.body.textContent.includes("playerWAX\'s own")'),
-            "the built-in player plays",
-            within_s=15,
-        )
-        await asyncio.sleep(3)
-        tap.take()
-        await asyncio.sleep(3)
-        heard = tap.take()
-        assert audio_probe.loudness(heard) > 0.02
-        assert audio_probe.gaps_ms(heard) == []

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -17,11 +16,8 @@ from e2e.harness.wait import eventually
 from e2e.test_firefox import PROBE, button, find_firefox, reads
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
-
     from e2e.conftest import Serve
     from e2e.harness.bidi import Firefox
-    from e2e.harness.server import Server
 
 pytestmark = pytest.mark.timeout(120)
 
@@ -32,27 +28,6 @@ IN_FRONT: Final = "document.hasFocus = () => true"
 """A headless Firefox never has the focus, whatever its window is told or clicked."""
 HOLD_S: Final = 0.8
 """So long is watched whether the robot moves."""
-
-
-@asynccontextmanager
-async def _driving(
-    serve: Serve, folder: Path, **preferences: int
-) -> AsyncIterator[tuple[Server, Firefox]]:
-    path = find_firefox()
-    profile = folder / "profile"
-    profile.mkdir()
-    script = PROBE.read_text(encoding="utf-8")
-    async with (
-        serve(folder, toml.CARD) as server,
-        firefox(path, profile, script, preferences=preferences) as window,
-    ):
-        await window.goto(server.url)
-        await eventually(
-            lambda: window.evaluate("waxProbe.playing()"), "the picture plays", within_s=20
-        )
-        await window.evaluate(button("Join the queue"))
-        await reads(window, "You are driving")
-        yield server, window
 
 
 async def _middle(window: Firefox, selector: str) -> dict[str, Any]:
@@ -75,33 +50,23 @@ UP: Final = {"type": "pointerUp", "button": 0}
 
 
 @pytest.mark.full
-async def test_firefox_drives_by_a_button(serve: Serve, tmp_path: Path) -> None:
-    """Held with the mouse, the button turns the robot; let go, it stands."""
-    async with _driving(serve, tmp_path) as (server, window):
-        name = await window.evaluate("""(() => {
-            const all = [...document.querySelectorAll("button")];
-            const left = all.find((one) => (one.ariaLabel ?? one.innerText).trim() === "Left");
-            left.id ||= "left-button";
-            return left.id;
-        })()""")
+async def test_firefox_drives_by_joystick_and_gamepad(serve: Serve, tmp_path: Path) -> None:
+    """A finger's push moves the robot; a gamepad does once it was chosen by its Start."""
+    profile = tmp_path / "profile"
+    profile.mkdir()
+    script = PROBE.read_text(encoding="utf-8")
+    async with (
+        serve(tmp_path, toml.CARD) as server,
+        firefox(find_firefox(), profile, script, preferences=TOUCH_SCREEN) as window,
+    ):
+        await window.goto(server.url)
+        await eventually(
+            lambda: window.evaluate("waxProbe.playing()"), "the picture plays", within_s=20
+        )
+        await window.evaluate(button("Join the queue"))
+        await reads(window, "You are driving")
 
-        async def turns() -> bool:
-            box = await _middle(window, f"#{name}")
-            await window.pointer("mouse", _at(box["x"], box["y"]), DOWN)
-            moved = await moves(server, during_s=HOLD_S)
-            await window.pointer("mouse", UP)
-            assert await stands_still(server)
-            return moved
-
-        assert await undisturbed(server, turns)
-
-
-@pytest.mark.full
-async def test_firefox_drives_by_the_joystick(serve: Serve, tmp_path: Path) -> None:
-    """Pushed with a finger, it moves the robot; lifted, it stands."""
-    async with _driving(serve, tmp_path, **TOUCH_SCREEN) as (server, window):
-
-        async def pushes() -> bool:
+        async def touches() -> bool:
             box = await _middle(window, '[aria-label="Joystick"]')
             up = _at(box["x"], box["y"] - 0.8 * box["half"])
             await window.pointer("touch", _at(box["x"], box["y"]), DOWN, up)
@@ -110,13 +75,7 @@ async def test_firefox_drives_by_the_joystick(serve: Serve, tmp_path: Path) -> N
             assert await stands_still(server)
             return moved
 
-        assert await undisturbed(server, pushes)
-
-
-@pytest.mark.full
-async def test_firefox_drives_by_a_gamepad(serve: Serve, tmp_path: Path) -> None:
-    """Plugged in it moves nothing; chosen by its Start, its stick does."""
-    async with _driving(serve, tmp_path) as (server, window):
+        assert await undisturbed(server, touches)
         await window.evaluate(IN_FRONT)
         await window.evaluate(f"({gamepad.SCRIPT})()")
         await window.evaluate("waxPad.plug()")

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
 import pytest
-import pytest_asyncio
 from aiohttp import web
 from aiohttp.test_utils import TestServer
 
@@ -18,8 +17,6 @@ from e2e.harness.wait import eventually
 from e2e.measure.suite import ROOT
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
-
     from playwright.async_api import Browser
 
     from e2e.conftest import OpenViewer, Serve
@@ -49,13 +46,6 @@ NAMESPACES: Final = {"www.w3.org"}
 DIST: Final = ROOT / "server/wax/web/dist"
 
 
-@pytest_asyncio.fixture(scope="module", loop_scope="session")
-async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
-    settings = toml.card_with(turns=toml.BRIEF_GRACE)
-    async with serve(tmp_path_factory.mktemp("first-load"), settings) as running:
-        yield running
-
-
 async def _loaded(browser: Browser, server: Server) -> list[dict[str, Any]]:
     """Return what a browser without a past has fetched until a picture was shown."""
     context = await browser.new_context(locale="en-GB")
@@ -83,37 +73,32 @@ async def test_little_is_loaded_before_the_first_picture(chromium: Browser, serv
 
 
 @pytest.mark.timeout(60)
-async def test_the_worker_that_plays_comes_with_the_page(
+async def test_everything_loaded_is_the_servers_own_and_within_its_policy(
     server: Server, open_viewer: OpenViewer
 ) -> None:
-    """What is fetched ahead is what is started: another one would be fetched for nothing."""
-    page = (await open_viewer(server)).page
-    ahead: list[str] = await page.evaluate(
+    """Each request is to the page's server, nothing is refused, and one worker is fetched ahead."""
+    viewer = await open_viewer(server)
+    asked: list[str] = []
+    viewer.page.on("request", lambda request: asked.append(request.url))
+    await viewer.page.reload()
+    await viewer.listen()
+    await viewer.sees_picture()
+    assert asked
+    assert all(url.startswith((server.url, "blob:", "data:")) for url in asked), asked
+    said = ("Content Security Policy", "Permissions-Policy", "Permissions policy", "Opener-Policy")
+    assert not [line for line in viewer.console if any(name in line for name in said)]
+    assert not [line for line in viewer.console if line.startswith("error:")], viewer.console
+    ahead: list[str] = await viewer.page.evaluate(
         "Array.from(document.querySelectorAll('link[rel=modulepreload]'), (link) => link.href)"
     )
-    started = {worker.url for worker in page.workers}
+    started = {worker.url for worker in viewer.page.workers}
     assert started, "the page has started no worker"
     assert started <= set(ahead), ahead
     assert len([url for url in ahead if "orker" in url]) == 1, ahead
 
 
 @pytest.mark.timeout(60)
-async def test_everything_loaded_is_the_servers_own(
-    server: Server, open_viewer: OpenViewer
-) -> None:
-    """Whatever the page asks for in its first seconds, a request of any kind is to its server."""
-    viewer = await open_viewer(server)
-    asked: list[str] = []
-    viewer.page.on("request", lambda request: asked.append(request.url))
-    await viewer.page.reload()
-    await viewer.sees_picture()
-    await viewer.page.wait_for_timeout(2000)
-    assert asked
-    assert all(url.startswith((server.url, "blob:", "data:")) for url in asked), asked
-
-
-@pytest.mark.timeout(60)
-async def test_it_works_below_a_path(chromium: Browser, server: Server) -> None:
+async def test_it_works_below_a_path(chromium: Browser, serve: Serve, tmp_path: Path) -> None:
     """A proxy that takes a path away changes nothing: the page connects, shows the robot, stops."""
     asked: list[str] = []
 
@@ -134,6 +119,7 @@ async def test_it_works_below_a_path(chromium: Browser, server: Server) -> None:
     proxy = web.Application()
     proxy.router.add_route("*", "/{path:.*}", pass_on)
     async with (
+        serve(tmp_path, toml.CARD) as server,
         aiohttp.ClientSession(auto_decompress=False) as http,
         TestServer(proxy) as serving,
         await chromium.new_context(locale="en-GB") as context,

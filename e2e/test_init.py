@@ -7,8 +7,6 @@ import os
 import pty
 from typing import TYPE_CHECKING
 
-import pytest
-
 from e2e.harness.board import Board
 from e2e.harness.server import COMMAND, Server
 from e2e.harness.wait import eventually
@@ -65,19 +63,3 @@ async def test_what_init_writes_drives_a_board(tmp_path: Path) -> None:
         assert "is there already" in said
     finally:
         await board.stop()
-
-
-@pytest.mark.full
-async def test_a_serial_driver_alone_starts(tmp_path: Path) -> None:
-    """`driver = "serial"` and nothing else serves the page, which says what is missing."""
-    server = Server(tmp_path, f'[robot]\ndriver = "serial"\nserial.url = "{tmp_path}/none"\n')
-    await server.start()
-    try:
-
-        async def told() -> bool:
-            status = await server.status()
-            return "none" in str(status["robot"]["problem"])
-
-        await eventually(told, "the port's absence is said", within_s=10)
-    finally:
-        await server.stop()

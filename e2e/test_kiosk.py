@@ -7,17 +7,12 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 import pytest
-import pytest_asyncio
 from playwright.async_api import expect
 
-from e2e.harness import toml
-
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
-
     from playwright.async_api import Route
 
-    from e2e.conftest import OpenViewer, Serve
+    from e2e.conftest import OpenViewer
     from e2e.harness.server import Server
 
 HALL = {"viewport": {"width": 1280, "height": 720}}
@@ -25,18 +20,14 @@ NAME = "http://robot.example"
 """By this the page is opened here, as by visitors; its requests go to the server's own address."""
 
 
-@pytest_asyncio.fixture(scope="module", loop_scope="session")
-async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
-    settings = toml.card_with(turns=toml.BRIEF_GRACE)
-    async with serve(tmp_path_factory.mktemp("kiosk"), settings) as running:
-        yield running
-
-
 @pytest.mark.timeout(90)
 async def test_a_screen_shows_who_drives_and_takes_no_place(
     server: Server, open_viewer: OpenViewer
 ) -> None:
-    """It shows the picture, who drives and for how long; a place kept for its tab is given back."""
+    """It shows the picture, who drives and for how long; a place kept for its tab is given back.
+
+    Stop and the pointer are hidden until somebody moves; pressed, it stops the robot.
+    """
     screen = await open_viewer(server, **HALL)
     await screen.join()
     await screen.drives()
@@ -51,16 +42,10 @@ async def test_a_screen_shows_who_drives_and_takes_no_place(
     assert (await screen.timer.inner_text()).startswith(("0:", "1:"))
     video = await screen.page.locator("video").bounding_box()
     assert video == {"x": 0, "y": 0, **HALL["viewport"]}
+    # Where no phone could follow a code, it says by which address to open it.
+    await expect(screen.page.get_by_text("works on this computer only")).to_be_visible()
+    assert await screen.page.get_by_role("img").count() == 0
 
-
-@pytest.mark.timeout(60)
-async def test_stop_comes_with_the_pointer_and_goes_without_it(
-    server: Server, open_viewer: OpenViewer
-) -> None:
-    """Stop and the pointer are hidden until somebody moves; pressed, it stops the robot."""
-    screen = await open_viewer(server, **HALL)
-    await screen.page.goto(f"{server.url}/?view=stage")
-    await screen.sees_picture()
     main = screen.page.get_by_role("main")
     await expect(main).to_have_css("cursor", "none")
     await screen.page.mouse.move(300, 300)
@@ -68,6 +53,7 @@ async def test_stop_comes_with_the_pointer_and_goes_without_it(
     await expect(main).not_to_have_css("cursor", "none")
     await screen.button("Stop").click()
     await expect(screen.page.get_by_text("Stopped by")).to_be_visible()
+    await driver.release_stop()
     await expect(main).to_have_css("cursor", "none", timeout=8000)
 
 
@@ -91,14 +77,3 @@ async def test_the_code_leads_to_the_page(server: Server, open_viewer: OpenViewe
     assert read == f"{NAME}/"
     # What is under way when the page closes is nobody's any more.
     await screen.page.unroute_all(behavior="ignoreErrors")
-
-
-@pytest.mark.timeout(60)
-async def test_an_address_of_this_machine_alone_makes_no_code(
-    server: Server, open_viewer: OpenViewer
-) -> None:
-    """Where no phone could follow the code, the screen says by which address to open it."""
-    screen = await open_viewer(server, **HALL)
-    await screen.page.goto(f"{server.url}/?view=stage")
-    await expect(screen.page.get_by_text("works on this computer only")).to_be_visible()
-    assert await screen.page.get_by_role("img").count() == 0

@@ -1,41 +1,62 @@
-"""The page as a thing to be used: by name, by thumb, under its own security policy."""
+"""The page as a thing to be used: by name, by thumb, and with nothing in the way."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import pytest
-import pytest_asyncio
 from playwright.async_api import expect
 
-from e2e.harness import toml
 from e2e.harness.robot import turn_by_key
 from e2e.harness.wait import eventually
+from e2e.test_drive import PHONE
+from wax.client import Operator
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from playwright.async_api import FloatRect, Locator
 
-    from e2e.conftest import OpenViewer, Serve
+    from e2e.conftest import OpenViewer
     from e2e.harness.server import Server
+    from e2e.harness.viewer import Viewer
 
-PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
-THUMB_PX = 48
-DRIVE_BUTTONS = ("Forward", "Back", "Left", "Right")
+THUMB_PX: Final = 48
+DRIVE_BUTTONS: Final = ("Forward", "Back", "Left", "Right")
+LAYOUTS: Final = ((1280, 800), (900, 560), (390, 844), (844, 390))
+"""A large window, the smallest that counts as one, and a phone held upright and across."""
+PANELS: Final = ("People", "Settings", "Details", "Safety")
 
 
-@pytest_asyncio.fixture(scope="module", loop_scope="session")
-async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
-    settings = toml.card_with(turns=toml.BRIEF_GRACE)
-    async with serve(tmp_path_factory.mktemp("page"), settings) as running:
-        yield running
+async def _box(locator: Locator) -> FloatRect:
+    box = await locator.bounding_box()
+    assert box is not None, f"{locator} is not shown"
+    return box
+
+
+def _overlap(one: FloatRect, other: FloatRect) -> bool:
+    return (
+        one["x"] < other["x"] + other["width"]
+        and other["x"] < one["x"] + one["width"]
+        and one["y"] < other["y"] + other["height"]
+        and other["y"] < one["y"] + one["height"]
+    )
+
+
+def _is_within(box: FloatRect, width: int, height: int) -> bool:
+    return (
+        box["x"] >= 0
+        and box["y"] >= 0
+        and box["x"] + box["width"] <= width
+        and box["y"] + box["height"] <= height
+    )
 
 
 @pytest.mark.timeout(60)
-async def test_every_control_has_its_role_and_name(server: Server, open_viewer: OpenViewer) -> None:
-    """Whoever cannot see the page finds every control by role and name, each exactly once."""
+async def test_one_finds_all_by_role_and_name_and_drives_by_keyboard_alone(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """Whoever cannot see the page finds every control exactly once, and needs no pointer."""
     viewer = await open_viewer(server)
     await viewer.button("Turn sound on").wait_for(state="visible")
-    await viewer.button("Join the queue").wait_for(state="visible")
     assert await viewer.switch("Sound").count() == 1
     assert await viewer.name.count() == 1
     assert await viewer.queue.count() == 1
@@ -43,7 +64,10 @@ async def test_every_control_has_its_role_and_name(server: Server, open_viewer: 
     assert await viewer.switch("Picture").count() == 1
     assert await viewer.size.count() == 1
     assert await viewer.page.get_by_role("status").count() >= 1
-    await viewer.join()
+    join = viewer.button("Join the queue")
+    await expect(join).to_be_enabled()  # it takes no focus before the page is connected
+    await join.focus()
+    await viewer.page.keyboard.press("Enter")
     await viewer.drives()
     await viewer.button("End my turn").wait_for(state="visible")
     for name in (*DRIVE_BUTTONS, "Stop"):
@@ -51,82 +75,75 @@ async def test_every_control_has_its_role_and_name(server: Server, open_viewer: 
     for name in ("Slow", "Fast"):
         assert await viewer.speed(name).count() == 1, name
     assert await viewer.timer.count() >= 1
+    await turn_by_key(server, viewer)
+    await viewer.page.keyboard.up("ArrowLeft")
 
 
 @pytest.mark.timeout(60)
-async def test_the_page_keeps_its_own_security_policy(
-    server: Server, open_viewer: OpenViewer
-) -> None:
-    """Nothing of the page is refused by the policy that the server sends with it."""
-    viewer = await open_viewer(server)
-    await viewer.listen()
-    said = ("Content Security Policy", "Permissions-Policy", "Permissions policy", "Opener-Policy")
-    assert not [line for line in viewer.console if any(name in line for name in said)]
-    assert not [line for line in viewer.console if line.startswith("error:")], viewer.console
-
-
-@pytest.mark.timeout(60)
-async def test_nothing_is_fetched_from_elsewhere(server: Server, open_viewer: OpenViewer) -> None:
-    """The page asks no other host for anything."""
-    viewer = await open_viewer(server)
-    await viewer.page.reload()
-    names = await viewer.page.evaluate(
-        "() => performance.getEntriesByType('resource').map((entry) => entry.name)"
-    )
-    assert names, "the page has loaded nothing?"
-    assert all(name.startswith((server.url, "blob:", "data:")) for name in names), names
-
-
-@pytest.mark.timeout(60)
-@pytest.mark.parametrize("control", ["Joystick", "Buttons"])
 async def test_a_phone_has_everything_under_the_thumbs(
-    server: Server, open_viewer: OpenViewer, control: str
+    server: Server, open_viewer: OpenViewer
 ) -> None:
     """On a phone nothing scrolls sideways, and what one drives by is large and in view."""
     viewer = await open_viewer(server, **PHONE)
-    await viewer.drive_by(control)
     await viewer.join()
     await viewer.drives()
-    wide = await viewer.page.evaluate("() => document.documentElement.scrollWidth")
-    assert wide <= PHONE["viewport"]["width"]  # type: ignore[index]  # a mapping of its own
-    assert await viewer.page.evaluate("() => window.scrollY") == 0
-    stick = viewer.page.get_by_label("Joystick", exact=True)
-    drives = [stick] if control == "Joystick" else [viewer.button(name) for name in DRIVE_BUTTONS]
-    for name in (*drives, viewer.button("Stop")):
-        box = await name.bounding_box()
-        assert box is not None, f"{name} is not shown"
-        assert min(box["width"], box["height"]) >= THUMB_PX, (name, box)
-        assert box["x"] >= 0, (name, box)
-        assert box["x"] + box["width"] <= 390, (name, box)
-        assert box["y"] >= 0, (name, box)
-        assert box["y"] + box["height"] <= 844, (name, box)
+    for control in ("Joystick", "Buttons"):
+        await viewer.drive_by(control)
+        await viewer.closes("Settings")
+        assert await viewer.page.evaluate("() => document.documentElement.scrollWidth") <= 390
+        assert await viewer.page.evaluate("() => window.scrollY") == 0
+        stick = viewer.page.get_by_label("Joystick", exact=True)
+        is_stick = control == "Joystick"
+        drives = [stick] if is_stick else [viewer.button(name) for name in DRIVE_BUTTONS]
+        for name in (*drives, viewer.button("Stop")):
+            box = await _box(name)
+            assert min(box["width"], box["height"]) >= THUMB_PX, (name, box)
+            assert _is_within(box, 390, 844), (name, box)
 
 
 @pytest.mark.timeout(60)
-async def test_a_half_typed_name_stays(server: Server, open_viewer: OpenViewer) -> None:
-    """News of the room do not wipe what is being typed."""
+async def test_nothing_that_is_opened_hides_what_a_driver_must_see(driver: Viewer) -> None:
+    """Panels lie beside turn, drive buttons and Stop, in the window; the picture fills its box."""
+    page = driver.page
+    for width, height in LAYOUTS:
+        await page.set_viewport_size({"width": width, "height": height})
+        box = await _box(page.get_by_role("region", name="Picture", exact=True))
+        assert box["width"] / box["height"] == pytest.approx(640 / 480, rel=0.02), (width, height)
+        assert _is_within(box, width, height), (width, height)
+    for width, height in LAYOUTS:
+        await page.set_viewport_size({"width": width, "height": height})
+        for panel in PANELS:
+            await driver.open(panel)
+            opened = await _box(page.get_by_role("region", name=panel, exact=True))
+            assert not _overlap(opened, await _box(page.get_by_role("region", name="Turn")))
+            for name in (*DRIVE_BUTTONS, "Stop"):
+                where = (width, height, panel, name)
+                assert not _overlap(opened, await _box(driver.button(name))), where
+            assert _is_within(await _box(driver.button("Stop")), width, height), (width, panel)
+
+
+@pytest.mark.timeout(60)
+async def test_a_half_typed_name_stays_and_who_waits_can_read_why(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """News of the room do not wipe what is typed; the hint over the picture is light there."""
     viewer = await open_viewer(server)
     await viewer.name.click()
     await viewer.page.keyboard.type("Ad")
-    await (await open_viewer(server)).join()
-    await viewer.queue.get_by_text("driving").first.wait_for()
-    await viewer.page.keyboard.type("a")
-    await viewer.name.press("Enter")
+    async with Operator(server.url, name="Bob") as operator:
+        await operator.join()
+        await viewer.queue.get_by_text("driving").first.wait_for()
+        await viewer.page.keyboard.type("a")
+        await viewer.name.press("Enter")
 
-    async def named() -> bool:
-        return "Ada" in [line["name"] for line in (await server.status())["viewers"]]
+        async def named() -> bool:
+            return "Ada" in [line["name"] for line in (await server.status())["viewers"]]
 
-    await eventually(named, "the whole name is known", within_s=3)
-
-
-@pytest.mark.timeout(60)
-async def test_one_can_drive_by_keyboard_alone(server: Server, open_viewer: OpenViewer) -> None:
-    """With Tab, Enter and the arrow keys one joins and drives, without a pointer."""
-    viewer = await open_viewer(server)
-    join = viewer.button("Join the queue")
-    await expect(join).to_be_enabled()  # it takes no focus before the page is connected
-    await join.focus()
-    await viewer.page.keyboard.press("Enter")
-    await viewer.drives()
-    await turn_by_key(server, viewer)
-    await viewer.page.keyboard.up("ArrowLeft")
+        await eventually(named, "the whole name is known", within_s=3)
+        await viewer.page.set_viewport_size({"width": 844, "height": 390})
+        await viewer.join()
+        hint = viewer.page.get_by_text("You drive when it is your turn.", exact=True)
+        await hint.wait_for()
+        colour = "one => getComputedStyle(one).color"
+        assert await hint.evaluate(colour) == await viewer.button("Safety").evaluate(colour)
+        await viewer.leave()

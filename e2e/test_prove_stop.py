@@ -6,7 +6,6 @@ import asyncio
 import html
 import json
 import re
-import signal
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -85,12 +84,12 @@ async def sheets(chromium: Browser, record: str) -> int:
     return len(re.findall(rb"/Type\s*/Page\b", printed))
 
 
-@pytest.mark.timeout(180)
 @pytest.mark.full
-async def test_a_stop_that_is_in_time_is_proved(
+@pytest.mark.timeout(300)
+async def test_a_stop_is_proved_where_it_is_in_time(
     tmp_path: Path, board: Board, chromium: Browser
 ) -> None:
-    """As shipped, on the real firmware, each link is cut and each stop is in time.
+    """As shipped each link is cut and each stop is in time; with slow watchdogs those are late.
 
     The record is one page, on paper too.
     """
@@ -101,13 +100,6 @@ async def test_a_stop_that_is_in_time_is_proved(
     assert await sheets(chromium, record) == 1
     assert status == 0
 
-
-@pytest.mark.full
-@pytest.mark.timeout(180)
-async def test_a_stop_that_is_late_is_not_proved(
-    tmp_path: Path, board: Board, chromium: Browser
-) -> None:
-    """With slow watchdogs the proof fails where they must stop, and passes where a hand does."""
     status, record = await prove(tmp_path, board, SLOW_WATCHDOGS)
     late = {title for title, result in rows(record).items() if result == "FAILED"}
     assert late == {
@@ -122,24 +114,16 @@ async def test_a_stop_that_is_late_is_not_proved(
 
 
 @pytest.mark.timeout(120)
-@pytest.mark.parametrize(
-    "by", [pytest.param("a signal", marks=pytest.mark.full), "the end of its parent"]
-)
-async def test_broken_off_it_leaves_a_robot_that_stands(
-    tmp_path: Path, board: Board, by: str
-) -> None:
-    """Ended in the middle of driving it makes the robot stand and says that it proved nothing."""
+async def test_broken_off_it_leaves_a_robot_that_stands(tmp_path: Path, board: Board) -> None:
+    """Its parent's end makes the robot stand in the middle, and it says that it proved nothing."""
     process = await start_proof(tmp_path, board)
 
     async def moves() -> bool:
         return board.moves
 
     await eventually(moves, "the robot is driven", within_s=60, every_s=0.02)
-    if by == "a signal":
-        process.send_signal(signal.SIGINT)
-    else:
-        assert process.stdin is not None
-        process.stdin.close()
+    assert process.stdin is not None
+    process.stdin.close()
     _, complaint = await asyncio.wait_for(ended(process), 15)
     assert not complaint, complaint.decode()
     assert process.returncode == 1

@@ -30,19 +30,6 @@ async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> Asyn
         yield running
 
 
-@pytest_asyncio.fixture(autouse=True, loop_scope="session")
-async def _nobody_is_left(server: Server) -> None:
-    """Wait for those of the test before.
-
-    A page that was killed before it said goodbye keeps place and name for a while.
-    """
-
-    async def is_empty() -> bool:
-        return not (await server.status())["viewers"]
-
-    await eventually(is_empty, "those of the test before are gone", within_s=20)
-
-
 async def person(open_viewer: OpenViewer, server: Server, name: str) -> Viewer:
     viewer = await open_viewer(server)
     await viewer.call_oneself(name)
@@ -70,11 +57,15 @@ async def is_driven_by(server: Server, name: str, within_s: float) -> None:
 
 
 @pytest.mark.timeout(90)
-async def test_everyone_is_listed_with_their_place(server: Server, open_viewer: OpenViewer) -> None:
-    """The list shows who drives, who waits at which place and for how long, and who watches."""
+async def test_turns_pass_on_and_the_robot_stands_between_them(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """All are listed; the timer falls to the end of a turn, a held key ends with it, and the next
+    one drives, at once where somebody leaves.
+    """
     ada = await person(open_viewer, server, "Ada")
     bob = await person(open_viewer, server, "Bob")
-    await person(open_viewer, server, "Cleo")
+    await person(open_viewer, server, "<b>Cleo")
     await ada.join()
     await ada.drives()
     await bob.join()
@@ -84,112 +75,50 @@ async def test_everyone_is_listed_with_their_place(server: Server, open_viewer: 
         text = " | ".join(lines)
         return (
             len(lines) == 3
-            and all(name in text for name in ("Ada", "Bob", "Cleo"))
+            and all(name in text for name in ("Ada", "Bob", "<b>Cleo"))
             and re.search(r"watch", text, re.IGNORECASE) is not None
         )
 
     await eventually(complete, "all three are in the list", within_s=5)
-    assert {(await listed(server, "Cleo"))["role"]} == {"observer"}
-
-
-@pytest.mark.timeout(90)
-async def test_the_turn_passes_on_when_it_ends(server: Server, open_viewer: OpenViewer) -> None:
-    """After their turn the operator goes to the end of the queue; the next viewer drives."""
-    ada = await person(open_viewer, server, "Ada")
-    bob = await person(open_viewer, server, "Bob")
-    await ada.join()
-    await ada.drives()
-    await bob.join()
-    before = (await server.status())["turn"]["number"]
+    assert (await listed(server, "<b>Cleo"))["role"] == "observer"
     await bob.drives(within_s=TURN_S + 2)
-    assert await operator(server) == "Bob"
-    assert (await server.status())["turn"]["number"] > before
+    number = (await server.status())["turn"]["number"]
     waiting = await listed(server, "Ada")
     assert (waiting["role"], waiting["place"]) == ("queued", 1)
     await ada.page.get_by_text("You are driving").first.wait_for(state="hidden", timeout=1000)
+    seen = [await seconds_left(bob)]
+    await asyncio.sleep(1.1)
+    seen.append(await seconds_left(bob))
+    assert TURN_S >= seen[0] > seen[1], seen
+
     await ada.drives(within_s=TURN_S + 2)
-
-
-@pytest.mark.timeout(90)
-@pytest.mark.full
-async def test_the_timer_counts_down(server: Server, open_viewer: OpenViewer) -> None:
-    """The operator sees the turn's remaining seconds, falling and never above its length."""
-    ada = await person(open_viewer, server, "Ada")
-    bob = await person(open_viewer, server, "Bob")
-    await ada.join()
-    await ada.drives()
-    await bob.join()
-    await bob.drives(within_s=TURN_S + 2)
-    seen: list[int] = []
-    for _ in range(5):
-        number = re.search(r"\d+", await bob.timer.first.inner_text())
-        assert number is not None, "no number on the timer"
-        seen.append(int(number.group()))
-        await asyncio.sleep(0.5)
-    assert seen == sorted(seen, reverse=True), seen
-    assert max(seen) <= TURN_S
-    assert len(set(seen)) >= 2, seen
-
-
-@pytest.mark.timeout(90)
-async def test_the_robot_stops_when_the_operator_changes(
-    server: Server, open_viewer: OpenViewer
-) -> None:
-    """A key still held at the end of the turn moves nothing in the next one's turn."""
-    ada = await person(open_viewer, server, "Ada")
-    bob = await person(open_viewer, server, "Bob")
-    await ada.join()
-    await ada.drives()
-    await bob.join()
+    assert (await server.status())["turn"]["number"] > number
     await turn_by_key(server, ada)
     await is_driven_by(server, "Bob", within_s=TURN_S + 2)
     assert await stands_still(server, after_s=0.3)
+    await ada.page.keyboard.up("ArrowLeft")
 
-
-@pytest.mark.timeout(90)
-@pytest.mark.full
-async def test_alone_the_turn_renews_without_a_break(
-    server: Server, open_viewer: OpenViewer
-) -> None:
-    """Alone in the queue, a turn renews without a break in driving."""
-    ada = await person(open_viewer, server, "Ada")
-    await ada.join()
-    await ada.drives()
-
-    async def breaks() -> int:
-        await turn_by_key(server, ada)
-        moved = [await moves(server, during_s=0.4) for _ in range(int(TURN_S * 1.5 / 0.4))]
-        await ada.page.keyboard.up("ArrowLeft")
-        return moved.count(False)
-
-    assert await undisturbed(server, breaks) == 0
-
-
-@pytest.mark.timeout(90)
-async def test_leaving_hands_over_at_once(server: Server, open_viewer: OpenViewer) -> None:
-    """When the operator leaves the queue, the next one drives without waiting for the end."""
-    ada = await person(open_viewer, server, "Ada")
-    bob = await person(open_viewer, server, "Bob")
-    await ada.join()
-    await ada.drives()
-    await bob.join()
+    await ada.drives(within_s=TURN_S + 2)
     await ada.leave()
     await is_driven_by(server, "Bob", within_s=1)
     assert (await listed(server, "Ada"))["role"] == "observer"
 
 
+async def seconds_left(viewer: Viewer) -> int:
+    number = re.search(r"\d+", await viewer.timer.first.inner_text())
+    assert number is not None, "no number on the timer"
+    return int(number.group())
+
+
 @pytest.mark.timeout(90)
-async def test_a_name_is_text_and_bounded(server: Server, open_viewer: OpenViewer) -> None:
-    """A name with markup is shown as it was typed, trimmed and cut, and is not executed."""
-    ada = await person(open_viewer, server, "  <img src=x onerror=alert(1)>" + "x" * 60)
-    other = await open_viewer(server)
+@pytest.mark.full
+async def test_alone_the_turn_renews_without_a_break(server: Server, driver: Viewer) -> None:
+    """Alone in the queue, a turn renews without a break in driving."""
 
-    async def shown() -> bool:
-        text = await other.queue.inner_text()
-        return "<img src=x" in text
+    async def breaks() -> int:
+        await turn_by_key(server, driver)
+        moved = [await moves(server, during_s=0.4) for _ in range(int(TURN_S * 1.5 / 0.4))]
+        await driver.page.keyboard.up("ArrowLeft")
+        return moved.count(False)
 
-    await eventually(shown, "the name is listed", within_s=5)
-    assert await other.queue.locator("img").count() == 0
-    names = [line["name"] for line in (await server.status())["viewers"]]
-    assert all(len(name) <= 24 and name == name.strip() for name in names), names
-    assert await ada.queue.locator("img").count() == 0
+    assert await undisturbed(server, breaks) == 0

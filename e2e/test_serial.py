@@ -99,18 +99,23 @@ async def test_a_key_becomes_one_byte_and_its_release_another(
             await eventually(received(line, b"S"), "a stop comes down the line", within_s=2)
 
 
-@pytest.mark.timeout(90)
-async def test_a_key_becomes_frames_that_expire(
+@pytest.mark.timeout(120)
+async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
     serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
 ) -> None:
-    """While a key is held frames of this turn come steadily; its release brings a stop."""
+    """While it is held frames of this turn come steadily; after its release, a loose wire and a
+    pulled plug there are stops, and motion only by a new press.
+    """
+
+    async def drives() -> bool:
+        return board.moves
+
+    async def stopped_itself() -> bool:
+        return any(event["event"] == "ttl" for event in board.events())
+
     async with serve(tmp_path, settings(board.path, "frames")) as server:
         viewer = await take_the_wheel(open_viewer, server)
         turn = (await server.status())["turn"]["number"]
-
-        async def drives() -> bool:
-            return board.moves
-
         await hold(viewer, "ArrowUp", drives)
         await asyncio.sleep(0.3)
         begun_s = time.monotonic()
@@ -131,127 +136,46 @@ async def test_a_key_becomes_frames_that_expire(
         assert {frame["type"] for frame in released[-5:]} == {"stop"}
         assert not board.moves
 
-
-async def loses_its_line(
-    server: Server,
-    viewer: Viewer,
-    drives: Callable[[], Awaitable[bool]],
-    pull: Callable[[], Awaitable[object]],
-    plug: Callable[[], Awaitable[object]],
-) -> None:
-    """Pull the plug while a key is held, and put it back; the key is still held at the end."""
-    await hold(viewer, "ArrowUp", drives)
-    await pull()
-    await the_problem(server)
-    told = viewer.page.get_by_text(FOR_GUESTS)
-    await told.first.wait_for(state="visible", timeout=2000)
-    await plug()
-    await eventually(lambda: mended(server), "the line is opened again", within_s=5)
-    await told.first.wait_for(state="hidden", timeout=2000)
-    await asyncio.sleep(1)
-
-
-async def drives_again(viewer: Viewer, drives: Callable[[], Awaitable[bool]]) -> None:
-    """Release and press again."""
-    await viewer.page.keyboard.up("ArrowUp")
-    await asyncio.sleep(0.2)
-    await hold(viewer, "ArrowUp", drives)
-    await viewer.page.keyboard.up("ArrowUp")
-
-
-@pytest.mark.timeout(90)
-async def test_a_pulled_plug_is_told_and_nothing_moves_until_a_new_press(
-    serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
-) -> None:
-    """The page reports a lost line; it reconnects on its own, but motion needs a new press."""
-
-    async def drives() -> bool:
-        return board.moves
-
-    async with serve(tmp_path, settings(board.path, "frames")) as server:
-        viewer = await take_the_wheel(open_viewer, server)
-        await loses_its_line(server, viewer, drives, board.unplug, board.plug)
-        (plugged,) = [event for event in board.events() if event["event"] == "plugged"][-1:]
-        since = board.events(plugged["t_s"])
-        frames = {event["type"] for event in since if event["event"] == "frame"}
-        assert frames >= {"hello", "stop"}
-        assert "drive" not in frames, "it moved without a new press"
-        await drives_again(viewer, drives)
-
-
-@pytest.mark.timeout(90)
-async def test_a_board_that_hears_nothing_is_told(
-    serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
-) -> None:
-    """A line without a robot at its end counts as no robot; the host's page says what to check."""
-    async with serve(tmp_path, settings(board.path, "frames")) as server:
-        await eventually(lambda: mended(server), "the board answers", within_s=5)
-        viewer = await open_viewer(server)
-        await become_host(viewer, server)
-        board.deafen(on=True)
-        sentence = await the_problem(server)
-        await viewer.page.get_by_text(sentence).first.wait_for(state="visible", timeout=2000)
-        board.deafen(on=False)
-        await eventually(lambda: mended(server), "the board answers again", within_s=5)
-
-
-@pytest.mark.timeout(90)
-async def test_a_board_that_stopped_by_itself_waits_for_a_new_press(
-    serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
-) -> None:
-    """A line that fails for under half a second stops the robot until a new press."""
-
-    async def drives() -> bool:
-        return board.moves
-
-    async def stopped_itself() -> bool:
-        return any(event["event"] == "ttl" for event in board.events())
-
-    async with serve(tmp_path, settings(board.path, "frames")) as server:
-        viewer = await take_the_wheel(open_viewer, server)
+        # A line that fails for under half a second stops the robot by its own watchdog.
         await hold(viewer, "ArrowUp", drives)
         board.deafen(on=True)
         await eventually(stopped_itself, "the watchdog stops it", within_s=1, every_s=0.005)
         board.deafen(on=False)
         await asyncio.sleep(1.5)
         (stopped_s,) = (event["t_s"] for event in board.events() if event["event"] == "ttl")
-        since = [event for event in board.events(stopped_s) if event["event"] == "frame"]
-        taken = {event["type"] for event in since if event["verdict"] == "taken"}
-        assert taken == {"hello", "stop"}, "it moved without a new press"
+        assert taken(board, stopped_s) == {"hello", "stop"}, "it moved without a new press"
         assert await mended(server)
-        await drives_again(viewer, drives)
+        await viewer.page.keyboard.up("ArrowUp")
+
+        # The page reports a lost line, which is opened again while the key is still held.
+        await asyncio.sleep(0.2)
+        await hold(viewer, "ArrowUp", drives)
+        await board.unplug()
+        await the_problem(server)
+        told = viewer.page.get_by_text(FOR_GUESTS)
+        await told.first.wait_for(state="visible", timeout=2000)
+        plugged_s = await board.plug()
+        await eventually(lambda: mended(server), "the line is opened again", within_s=5)
+        await told.first.wait_for(state="hidden", timeout=2000)
+        await asyncio.sleep(1)
+        assert taken(board, plugged_s) == {"hello", "stop"}, "it moved without a new press"
+        await viewer.page.keyboard.up("ArrowUp")
+        await asyncio.sleep(0.2)
+        await hold(viewer, "ArrowUp", drives)
+        await viewer.page.keyboard.up("ArrowUp")
 
 
-@pytest.mark.full
-@pytest.mark.timeout(90)
-async def test_a_pulled_plug_of_a_board_of_2004(
-    serve: Serve, tmp_path: Path, line: SerialLine, open_viewer: OpenViewer
-) -> None:
-    """In single bytes, too: the page says so, the line comes back, motion needs a new press."""
-
-    async def drives() -> bool:
-        return any(octet in b"FBLRGIHJ" for octet in line.received)
-
-    async def pull() -> None:
-        line.unplug()
-
-    async def plug() -> None:
-        line.forget()
-        line.plug()
-
-    async with serve(tmp_path, settings(line.path, "bytes")) as server:
-        viewer = await take_the_wheel(open_viewer, server)
-        await loses_its_line(server, viewer, drives, pull, plug)
-        assert line.received, "nothing is said on the new line"
-        assert not await drives(), "it moved without a new press"
-        await drives_again(viewer, drives)
+def taken(board: Board, since_s: float) -> set[str]:
+    """Return the types of the frames that the board has taken."""
+    frames = [event for event in board.events(since_s) if event["event"] == "frame"]
+    return {frame["type"] for frame in frames if frame["verdict"] == "taken"}
 
 
 @pytest.mark.timeout(90)
-async def test_a_missing_port_does_not_keep_the_server_from_starting(
+async def test_a_robot_that_is_missing_or_deaf_is_told(
     serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
 ) -> None:
-    """With no robot plugged in the picture plays; the host reads what is missing, a guest not."""
+    """With none plugged in the picture plays; the host reads what to check, a guest does not."""
     await board.unplug()
     async with serve(tmp_path, settings(board.path, "frames")) as server:
         viewer = await open_viewer(server)
@@ -264,3 +188,8 @@ async def test_a_missing_port_does_not_keep_the_server_from_starting(
         await viewer.page.get_by_text(sentence).first.wait_for(timeout=3000)
         await board.plug()
         await eventually(lambda: mended(server), "the robot is found", within_s=5)
+        board.deafen(on=True)
+        sentence = await the_problem(server)
+        await viewer.page.get_by_text(sentence).first.wait_for(timeout=2000)
+        board.deafen(on=False)
+        await eventually(lambda: mended(server), "the board answers again", within_s=5)

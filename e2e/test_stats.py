@@ -6,19 +6,16 @@ import json
 from typing import TYPE_CHECKING
 
 import pytest
-import pytest_asyncio
 from playwright.async_api import expect
 
-from e2e.harness import toml
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
     from pathlib import Path
 
     from playwright.async_api import Route
 
-    from e2e.conftest import OpenViewer, Serve
+    from e2e.conftest import OpenViewer
     from e2e.harness.server import Server
 
 PLOTS = 7
@@ -31,13 +28,6 @@ INKED = """
 })
 """
 """Whether anything is drawn on each canvas."""
-
-
-@pytest_asyncio.fixture(scope="module", loop_scope="session")
-async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
-    settings = toml.card_with(turns=toml.BRIEF_GRACE)
-    async with serve(tmp_path_factory.mktemp("stats"), settings) as running:
-        yield running
 
 
 @pytest.mark.timeout(90)

@@ -8,41 +8,42 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 import pytest
-import pytest_asyncio
 from playwright.async_api import expect
 
-from e2e.harness import toml
+from e2e.harness.missing import needed
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
     from pathlib import Path
 
-    from e2e.conftest import OpenViewer, Serve
+    from e2e.conftest import OpenViewer
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
+    from e2e.measure.ear import Ear
 
 SILENT = 0.02
 """Of the loudness at full volume."""
-
-
-@pytest_asyncio.fixture(scope="module", loop_scope="session")
-async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
-    settings = toml.card_with(turns=toml.BRIEF_GRACE)
-    async with serve(tmp_path_factory.mktemp("watching"), settings) as running:
-        yield running
 
 
 @pytest.mark.timeout(60)
 async def test_a_photo_is_what_is_seen(
     server: Server, open_viewer: OpenViewer, tmp_path: Path
 ) -> None:
-    """A photo is the picture in its own size; without a picture there is none, but a reason."""
+    """It is the picture in its own size, and none without one; fullscreen begins and ends.
+
+    Who chooses “Immediate” is served the picture first.
+    """
     viewer = await open_viewer(server)
     # It begins small and grows, and photo and picture are to be of one size.
     is_grown = "document.querySelector('video').videoWidth === 640"
     await eventually(lambda: viewer.page.evaluate(is_grown), "the picture is as large as it gets")
     await viewer.open("Settings")
+    await viewer.button("Fullscreen").click()
+    leave = viewer.button("Leave fullscreen")
+    await expect(leave).to_be_visible()
+    assert await viewer.page.evaluate("document.fullscreenElement === document.documentElement")
+    await leave.click()
+    await expect(viewer.button("Fullscreen")).to_be_visible()
     async with viewer.page.expect_download() as saving:
         await viewer.button("Take a photo").click()
     photo = await saving.value
@@ -56,26 +57,6 @@ async def test_a_photo_is_what_is_seen(
     await viewer.switch("Picture").click()
     await viewer.button("Take a photo").click()
     await expect(viewer.page.get_by_text("switch it on to take a photo")).to_be_visible()
-
-
-@pytest.mark.timeout(60)
-async def test_fullscreen_begins_and_ends(server: Server, open_viewer: OpenViewer) -> None:
-    """The whole page goes to fullscreen and comes back, by the same button."""
-    viewer = await open_viewer(server)
-    await viewer.open("Settings")
-    await viewer.button("Fullscreen").click()
-    leave = viewer.button("Leave fullscreen")
-    await expect(leave).to_be_visible()
-    assert await viewer.page.evaluate("document.fullscreenElement === document.documentElement")
-    await leave.click()
-    await expect(viewer.button("Fullscreen")).to_be_visible()
-
-
-@pytest.mark.timeout(60)
-async def test_smooth_or_immediate(server: Server, open_viewer: OpenViewer) -> None:
-    """Who chooses “Immediate” is served the picture first."""
-    viewer = await open_viewer(server)
-    await viewer.open("Settings")
     await viewer.choose_timing("Immediate")
     await viewer.open("Details")
     details = viewer.page.get_by_role("region", name="Details", exact=True)
@@ -90,15 +71,17 @@ async def loudness(viewer: Viewer) -> float:
 
 
 @pytest.mark.timeout(90)
-@pytest.mark.parametrize("player", ["built-in", pytest.param("browser", marks=pytest.mark.full)])
 async def test_volume_and_mute_are_heard(
-    server: Server, open_viewer: OpenViewer, player: str
+    server: Server, open_viewer: OpenViewer, ear: Ear | None
 ) -> None:
-    """Softer is softer and muted is silent, by either player, and heard again at once."""
+    """Silent until Start; then softer is softer and muted is silent, and heard again at once.
+
+    Switched off no sound is sent nor encoded, while the picture goes on.
+    """
     viewer = await open_viewer(server)
+    tap = needed(ear).tap()
+    assert not await tap.hears(within_s=1.5)
     await viewer.listen()
-    await viewer.open("Details")
-    await viewer.page.get_by_role("combobox", name="Play sound by").select_option(player)
     await viewer.open("Settings")
     await asyncio.sleep(3)
     full = max([await loudness(viewer) for _ in range(4)])
@@ -118,3 +101,22 @@ async def test_volume_and_mute_are_heard(
         return await loudness(viewer) > 0.15 * full
 
     await eventually(is_heard, "it is heard again", within_s=5)
+
+    await viewer.switch("Sound").click()
+
+    async def rests() -> bool:
+        before = await viewer.packets("audio")
+        await asyncio.sleep(0.7)
+        streams = (await server.status())["streams"]
+        return await viewer.packets("audio") == before and not streams["audio"]["encoded_hz"]
+
+    await eventually(rests, "no sound is sent nor encoded that nobody wants", within_s=6)
+    seen = await viewer.packets("video")
+    await eventually(lambda: more(viewer, seen), "the picture goes on", within_s=2)
+    await viewer.switch("Sound").click()
+    await eventually(is_heard, "switched on it is heard again", within_s=8)
+
+
+async def more(viewer: Viewer, packets: int) -> bool:
+    """Return whether more of the picture's packets have come."""
+    return await viewer.packets("video") > packets

@@ -7,11 +7,14 @@ from typing import TYPE_CHECKING, Final
 
 from e2e.harness.robot import moves
 from e2e.harness.touch_screen import TouchPoints
-from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+
     from e2e.gallery.scene import Scene
     from e2e.harness.viewer import Viewer
+
+    _Act = Callable[[], Awaitable[None]]
 
 _BEGUN_S: Final = 1.0
 """A turn begins with nothing held; what is pressed before that moves nothing."""
@@ -31,30 +34,29 @@ async def driving(scene: Scene) -> None:
     if not scene.is_touched:
         await _holds_on(scene, viewer)
         return
-    await asyncio.sleep(_BEGUN_S)
-
-    async def turns() -> bool:
-        return await moves(scene.server, during_s=0.4)
-
     points = await TouchPoints.of(viewer)
-    await points.press(0, viewer.page.get_by_label("Joystick", exact=True))
-    await points.slide(0, -_PUSH_PX, 0)
-    await eventually(turns, "the robot turns")
+
+    async def pushes() -> None:
+        await points.press(0, viewer.page.get_by_label("Joystick", exact=True))
+        await points.slide(0, -_PUSH_PX, 0)
+
+    await _until_it_moves(scene, pushes, lambda: points.lift(0))
 
 
-async def _holds_a_key(viewer: Viewer) -> None:
-    await asyncio.sleep(_BEGUN_S)
-    await viewer.page.keyboard.down("ArrowLeft")
+async def _until_it_moves(scene: Scene, press: _Act, let_go: _Act) -> None:
+    """Hold on, and do as the page asks where the robot stands: let go, and press again."""
+    for _ in range(_TRIES):
+        await asyncio.sleep(_BEGUN_S)
+        await press()
+        if await moves(scene.server, during_s=_BEGUN_S):
+            return
+        await let_go()
+    raise AssertionError("the robot stands while it is driven")
 
 
 async def _holds_on(scene: Scene, viewer: Viewer) -> None:
-    """Hold a key, and do as the page asks where the robot stands: let go, and press it again."""
-    for _ in range(_TRIES):
-        await _holds_a_key(viewer)
-        if await moves(scene.server, during_s=_BEGUN_S):
-            return
-        await viewer.page.keyboard.up("ArrowLeft")
-    raise AssertionError("the robot stands while a key is held")
+    keys = viewer.page.keyboard
+    await _until_it_moves(scene, lambda: keys.down("ArrowLeft"), lambda: keys.up("ArrowLeft"))
 
 
 async def slow(scene: Scene) -> None:
@@ -76,7 +78,8 @@ async def paused(scene: Scene) -> None:
         environment=camera.environment, video={"source": _FROZEN}, audio={"source": "testcard"}
     )
     viewer = await scene.drives()
-    await _holds_a_key(viewer)
+    await asyncio.sleep(_BEGUN_S)
+    await viewer.page.keyboard.down("ArrowLeft")
     await camera.freeze()
 
 

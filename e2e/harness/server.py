@@ -18,7 +18,6 @@ import aiohttp
 
 from e2e.harness import toml as configurations
 from e2e.harness.wait import eventually
-from wax.access import host_link
 from wax.client.host import become_host
 from wax.errors import StateError
 
@@ -163,10 +162,6 @@ class Server:
             return response.status, await response.text()
 
     # --- the host ---------------------------------------------------------------------------
-
-    def host_url(self) -> str:
-        """Return the page's URL for a host, which works once; raises `StateError`."""
-        return host_link.ask(self.state_folder)[0]
 
     async def host_cookies(self) -> aiohttp.CookieJar:
         """Return the cookies of a new host; raises `StateError` or `aiohttp.ClientError`."""

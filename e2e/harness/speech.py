@@ -1,6 +1,4 @@
-"""A media file as people have them, H.264 and AAC in MP4: a voice, and pictures that tell their
-own place in the file.
-"""
+"""A voice, and how well what is heard is that voice."""
 
 from __future__ import annotations
 
@@ -8,8 +6,7 @@ import io
 import shutil
 import subprocess
 import wave
-from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import av
 import numpy as np
@@ -26,8 +23,6 @@ _SHORT = 2_000
 """Samples of 8 kHz: half a second, 40 ms, a quarter of a second."""
 _BLOCK = RATE_HZ // 100
 _SOUNDS = 0.01
-FPS = 25
-WIDTH, HEIGHT = 640, 480
 TEXT = (
     "Please drive ahead slowly. The door on your left is open, and somebody left a chair in the "
     "corridor. Mind the cable on the floor. Stop here, turn right, and go back to the window."
@@ -55,49 +50,11 @@ def read(path: Path) -> NDArray[np.int16]:
         return np.frombuffer(file.readframes(file.getnframes()), np.int16)
 
 
-def write_film(path: Path, sound: NDArray[np.int16] | None, seconds: float) -> None:
-    """Write the film; without sound where that is None."""
-    with av.open(str(path), "w") as container:
-        pictures: Any = container.add_stream("libx264", rate=FPS)
-        pictures.width, pictures.height, pictures.pix_fmt = WIDTH, HEIGHT, "yuv420p"
-        pictures.options = {"preset": "ultrafast", "crf": "23"}
-        talk: Any = None
-        if sound is not None:
-            talk = container.add_stream("aac", rate=RATE_HZ, layout="mono")
-        for number in range(int(seconds * FPS)):
-            frame = av.VideoFrame.from_ndarray(_picture(number * 1000 // FPS), format="yuv420p")
-            frame.pts, frame.time_base = number, Fraction(1, FPS)
-            container.mux(pictures.encode(frame))
-        container.mux(pictures.encode(None))
-        if sound is None:
-            return
-        for start in range(0, len(sound), 1024):
-            piece = av.AudioFrame.from_ndarray(sound[None, start : start + 1024], layout="mono")
-            piece.sample_rate, piece.pts = RATE_HZ, start
-            piece.time_base = Fraction(1, RATE_HZ)
-            container.mux(talk.encode(piece))
-        container.mux(talk.encode(None))
-
-
 def envelope(sound: NDArray[np.int16], block_ms: float = 10) -> NDArray[np.float64]:
     """Root mean square of each block, 0…1."""
     size = int(RATE_HZ * block_ms / 1000)
     blocks = sound[: len(sound) // size * size].reshape(-1, size).astype(np.float64) / 32768
     return np.asarray(np.sqrt((blocks**2).mean(axis=1)))
-
-
-def find_in_loop(heard: NDArray[np.float64], original: NDArray[np.float64]) -> tuple[int, float]:
-    """Find where in the looped `original` the piece `heard` began, and how well it fits (≤ 1)."""
-    looped = np.concatenate([original, np.resize(original, len(heard))])
-    best, place = -1.0, 0
-    centred = heard - heard.mean()
-    for start in range(len(original)):
-        piece = looped[start : start + len(heard)]
-        piece = piece - piece.mean()
-        fit = float(piece @ centred / (np.linalg.norm(piece) * np.linalg.norm(centred) + 1e-12))
-        if fit > best:
-            best, place = fit, start
-    return place, best
 
 
 def in_order(heard: NDArray[np.int16], original: NDArray[np.int16]) -> float:
@@ -178,24 +135,3 @@ def _vowels(samples: int) -> NDArray[np.int16]:
         )
         pieces += [syllable * np.hanning(length), np.zeros(int(RATE_HZ * random.uniform(0, 0.4)))]
     return np.asarray(np.concatenate(pieces)[:samples] * 6000, dtype=np.int16)
-
-
-def _picture(place_ms: int) -> NDArray[np.uint8]:
-    """Draw the cells of the test card, with the place in the film for a time."""
-    octets = place_ms.to_bytes(5, "big")
-    cells = np.unpackbits(np.frombuffer(octets + bytes([_crc8(octets)]), np.uint8)).reshape(3, 16)
-    i420 = np.full((HEIGHT * 3 // 2, WIDTH), 128, np.uint8)
-    wide, high = WIDTH // 16, HEIGHT // 15
-    i420[: 3 * high] = np.kron(cells * 219 + 16, np.ones((high, wide), np.uint8))
-    left = place_ms // 20 % (WIDTH - 60)
-    i420[240:300, left : left + 60] = 230
-    return i420
-
-
-def _crc8(octets: bytes) -> int:
-    crc = 0
-    for octet in octets:
-        crc ^= octet
-        for _ in range(8):
-            crc = (crc << 1) ^ 0x107 if crc & 0x80 else crc << 1
-    return crc
