@@ -65,18 +65,18 @@ want_firefox() {
     [ -z "${WAX_FIREFOX:-}" ] || export WAX_FIREFOX
 }
 
-# The lab joins server and browser by network namespaces, which only Linux has.
+# A link joins server and browser by network namespaces, which only Linux has.
 want_link() {
     [ "$(uname)" = Linux ] || return 0
     command -v ip >/dev/null || apt_install iproute2 ||
-        _missing "the lab's link cannot be tested; type: sudo apt-get install -y iproute2"
+        _missing "the emulated link cannot be tested; type: sudo apt-get install -y iproute2"
 }
 
-# The lab's film of a talking head needs a voice; without one its cells report that they did not run.
+# Speech is scored over a voice; without one those cases report that they did not run.
 want_voice() {
     [ "$(uname)" = Linux ] || return 0
     command -v espeak-ng >/dev/null || apt_install espeak-ng ||
-        _missing "the lab's film has no voice; install espeak-ng" \
+        _missing "speech has no voice; install espeak-ng" \
             "(Debian: sudo apt-get install -y espeak-ng)"
 }
 
@@ -117,7 +117,7 @@ want_redis() {
         _missing "the cluster cannot be tested; type: sudo apt-get install -y redis-server"
 }
 
-# Everything that tests and lab drive.
+# Everything that tests and measurements drive.
 want_all() {
     want_playwright
     want_chromium

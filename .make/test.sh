@@ -2,8 +2,8 @@
 # Every stage runs, one failure fails, and each says how long it took.
 # usage: test.sh unit | test | all
 #   unit   pure code: no browser, no other process
-#   test   the checks, unit, tests that start processes, one cell of the lab, the browsers
-#   all    the same at full length, branch coverage, the whole quick lab, the tests of the suites
+#   test   the checks, unit, tests that start processes, one link, the browsers
+#   all    the same at full length, branch coverage, each kind of link, the tests of the suites
 set -eu
 . .make/lib.sh
 what=$1
@@ -38,13 +38,14 @@ unit_tests() {
     return $failures
 }
 
-# If no link can be made, the lab says why and exits with 77; only CI treats that as a failure.
-lab() {
+# A goal that is missed (1) is no failure: here it is asked whether the suite works. If no link can be
+# made, it says why and exits with 77; only CI treats that as a failure.
+delay() {
     rm -rf e2e/out/quick
     code=0
     python -m e2e.delay --quick --out e2e/out/quick "$@" || code=$?
     [ $code != 130 ] || exit 130
-    [ $code = 0 ] || { [ $code = 77 ] && ! in_ci; }
+    [ $code -le 1 ] || { [ $code = 77 ] && ! in_ci; }
 }
 
 if [ "$what" = unit ]; then sh .make/install.sh check; else sh .make/install.sh test; fi
@@ -80,9 +81,10 @@ stage "what starts processes" started
 stage "the deadlines of processes and lines" deadlines
 if [ "$what" = all ]; then
     stage "the branches" sh .make/suite.sh coverage
-    stage "the quick lab" lab
+    stage "each kind of link, briefly" delay --only instrument "same-machine/*" wireless-1m/operator \
+        modem-56k/thesis step-down/operator first-picture/internet-5m input/key mute
 else
-    stage "one cell of the lab" lab --only E3/wireless-1m/operator
+    stage "one link" delay --only wireless-1m/operator
 fi
 [ $status = 0 ] || say "something failed, see above; the tests in browsers follow"
 stage "browsers beside each other" python_tests "not alone$short" e2e -n 3 --dist worksteal

@@ -20,7 +20,7 @@ from e2e.measure.suite import ROOT
 from e2e.peers import janus
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Mapping
+    from collections.abc import AsyncIterator
 
 WAX: Final = "WAX"
 STOCK: Final = "stock aiortc"
@@ -89,7 +89,6 @@ class JanusServer:
 async def serving(
     side: str,
     core: int | None = None,
-    environment: Mapping[str, str] | None = None,
     **settings: Any,
 ) -> AsyncIterator[MeasuredServer]:
     """Serve inside the block; raises `MeasureError` if it does not start.
@@ -98,7 +97,7 @@ async def serving(
     """
     with TemporaryDirectory(prefix="wax-load-") as folder:
         server = MeasuredServer(side, Path(folder), settings, core)
-        server.environment |= {"PYTHONPATH": str(ROOT)} | dict(environment or {})
+        server.environment |= {"PYTHONPATH": str(ROOT)}
         try:
             try:
                 await server.start()

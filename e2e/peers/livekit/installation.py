@@ -33,7 +33,7 @@ def find_server() -> Path:
             f"WAX_LIVEKIT names no program: {named}; set it to livekit-server's path"
         )
     raise LiveKitError(
-        f"LiveKit {VERSION} is not built; install Go and type sh .make/livekit.sh (make lab does), "
+        f"LiveKit {VERSION} is not built; install Go and type sh .make/livekit.sh, "
         "or set WAX_LIVEKIT to the path of livekit-server"
     )
 
