@@ -69,13 +69,13 @@ async def test_a_lost_operator_is_replaced_after_the_grace(
 ) -> None:
     """A viewer who stays away loses the turn when the grace time ends, not before."""
     ada, bob = await open_viewer(server), await open_viewer(server)
-    await bob.call_oneself("Bob")
+    await bob.call_oneself("Carol")
     await ada.join()
     await ada.drives()
     await bob.join()
     await ada.page.goto("about:blank")
     await asyncio.sleep(GRACE_S / 3)
-    roles = {line["role"] for line in (await server.status())["viewers"] if line["name"] == "Bob"}
+    roles = {line["role"] for line in (await server.status())["viewers"] if line["name"] == "Carol"}
     assert roles == {"queued"}
     await bob.drives(within_s=GRACE_S + 3)
 
