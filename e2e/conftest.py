@@ -38,7 +38,6 @@ MEASURES = ("browsers", "delay", "instrument", "link", "load", "peers")
 BESIDE = (
     "gallery",
     "reach",
-    "test_first_load.py",
     "test_init.py",
     "test_kiosk.py",
     "test_language.py",

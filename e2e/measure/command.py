@@ -180,9 +180,12 @@ def _status(found: Sequence[Result], rows: Sequence[Row]) -> int:
 def _end_with_the_runner() -> None:
     """Stop, as by Ctrl-C, once whoever started this is gone: its end of the pipe closes then."""
     sys.stdin.read()
-    os.kill(os.getpid(), signal.SIGINT)
+    # To the main thread: it may sleep, and a signal that another takes does not wake it.
+    signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
 
 
 if __name__ == "__main__":
+    # A shell ignores Ctrl-C for what it starts in the background, and children inherit that.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     threading.Thread(target=_end_with_the_runner, daemon=True).start()
     sys.exit(main(import_module(sys.argv[1]).SUITE, sys.argv[2:]))
