@@ -65,6 +65,14 @@ want_firefox() {
     [ -z "${WAX_FIREFOX:-}" ] || export WAX_FIREFOX
 }
 
+# Only `make test-all` looks at it. It needs a screen, which Xvfb has in memory.
+want_webkit() {
+    [ "$(uname)" = Linux ] || return 0
+    { command -v WebKitWebDriver && command -v Xvfb; } >/dev/null ||
+        apt_install webkit2gtk-driver xvfb ||
+        _missing "the test in WebKitGTK cannot run: sudo apt-get install -y webkit2gtk-driver xvfb"
+}
+
 # A link joins server and browser by network namespaces, which only Linux has.
 want_link() {
     [ "$(uname)" = Linux ] || return 0

@@ -1,0 +1,107 @@
+"""WebKitGTK, as Debian has it: without WebRTC, it says so; with a connection, it has the layout."""
+
+from __future__ import annotations
+
+import json
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import aiohttp
+import pytest
+from aiohttp import web
+
+from e2e.gallery.views import ACROSS, DESKTOP, UPRIGHT
+from e2e.harness import toml
+from e2e.harness.wait import eventually
+from e2e.harness.webkit import webkit
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from e2e.conftest import Serve
+    from e2e.harness.webkit import WebKit
+
+pytestmark = [pytest.mark.full, pytest.mark.timeout(120)]
+
+LAYOUT: Final = (Path(__file__).parent / "gallery/layout.js").read_text(encoding="utf-8")
+SIDEWAYS: Final = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
+WORDS: Final = json.loads(
+    (Path(__file__).parents[1] / "web/src/words/en/first.json").read_text(encoding="utf-8")
+)
+SILENT_PEER: Final = """
+class Never extends EventTarget {
+  connectionState = "new"; iceGatheringState = "new"; readyState = "connecting";
+  addTransceiver() { return { receiver: { track: null }, sender: {}, direction: "recvonly" }; }
+  createDataChannel() { return new Never(); }
+  createOffer() { return new Promise(() => {}); }
+  getStats() { return Promise.resolve(new Map()); }
+  close() {}
+}
+window.RTCPeerConnection ??= Never;
+"""
+"""A WebRTC that never connects: with it the browser is asked to lay out the page all the same."""
+
+
+async def _says(window: WebKit, sentence: str) -> None:
+    async def is_said() -> bool:
+        return sentence in str(await window.evaluate("document.body.innerText"))
+
+    await eventually(is_said, f"the page says “{sentence}”", within_s=15)
+
+
+async def test_what_is_missing_is_said(serve: Serve, tmp_path: Path) -> None:
+    """Where there is no WebRTC the page says so, and what to do, in windows of all sizes."""
+    async with serve(tmp_path, toml.CARD) as server, webkit(tmp_path) as window:
+        await window.goto(server.url)
+        assert not await window.evaluate("'RTCPeerConnection' in window"), "it has WebRTC now"
+        for name in ("cannot", "no_webrtc", "switched_off", "what_to_do"):
+            await _says(window, WORDS[f"support.{name}"])
+        for size in (UPRIGHT, ACROSS, DESKTOP):
+            await window.resize(size.width, size.height)
+            assert await window.evaluate(SIDEWAYS) <= 0, size.key
+
+
+async def test_the_layout_is_whole(serve: Serve, tmp_path: Path) -> None:
+    """The page of a browser that is still connecting runs out of none of the windows sideways."""
+    async with (
+        serve(tmp_path, toml.CARD) as server,
+        _with_a_peer(server.url) as url,
+        webkit(tmp_path) as window,
+    ):
+        await window.goto(url)
+        await _says(window, "Connecting")
+        for size in (UPRIGHT, ACROSS, DESKTOP):
+            await window.resize(size.width, size.height)
+            found = await window.evaluate(f"({LAYOUT})(null)")
+            assert found == [], size.key
+
+
+@asynccontextmanager
+async def _with_a_peer(url: str) -> AsyncIterator[str]:
+    """Pass the server's page on, with `SILENT_PEER` before its own script; gives the address."""
+    async with aiohttp.ClientSession() as http:
+
+        async def passed_on(request: web.Request) -> web.Response:
+            async with http.get(url + request.path) as response:
+                body: Any = await response.read()
+                kind = response.content_type
+            if request.path == "/":
+                script = b'<script src="/silent-peer.js"></script>'
+                body = body.replace(b"<head>", b"<head>" + script, 1)
+            return web.Response(body=body, content_type=kind)
+
+        async def peer(_request: web.Request) -> web.Response:
+            return web.Response(text=SILENT_PEER, content_type="text/javascript")
+
+        application = web.Application()
+        application.router.add_get("/silent-peer.js", peer)
+        application.router.add_get("/{path:.*}", passed_on)
+        runner = web.AppRunner(application)
+        await runner.setup()
+        try:
+            site = web.TCPSite(runner, "127.0.0.1", 0)
+            await site.start()
+            yield f"http://127.0.0.1:{runner.addresses[0][1]}/"
+        finally:
+            await runner.cleanup()
