@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from typing import TYPE_CHECKING
 
 import pytest
@@ -347,3 +348,15 @@ def test_lies_are_bounded(trace: list[tuple[str, object, float]]) -> None:
         assert estimate.burst >= 0
         assert math.isfinite(estimate.used_bps)
         assert estimate.round_trip_ms is None or 0 <= estimate.round_trip_ms <= 10_000
+
+
+def test_whoever_loses_everything_costs_no_memory() -> None:
+    """Feedback that nothing arrives, for ever, leaves as much behind after 200 s as after 100."""
+    estimator, sizes = LinkEstimator(), []
+    for number in range(20_000):
+        now_s = number / 100
+        estimator.sent(1000, now_s)
+        estimator.delivered([Delivery(now_s, None, 1000, "video", None)], now_s)
+        if number % 10_000 == 9_999:
+            sizes.append(len(pickle.dumps(estimator)))
+    assert sizes[1] <= 1.05 * sizes[0]

@@ -272,7 +272,7 @@ class LinkEstimator:
         sound = delivery.kind == "audio"
         if delivery.arrived_s is None:
             self._lost_bytes += delivery.size_bytes
-            self._gap.append(delivery)
+            self._lose(delivery)
         else:
             if self._gap:
                 self._count_gap(delivery.sent_s)
@@ -294,9 +294,17 @@ class LinkEstimator:
         for train in self._trains.add(delivery):
             self._judge_train(train)
 
+    def _lose(self, lost: Delivery) -> None:
+        """Keep what was lost until it is known whether it was an outage; of one, its begin."""
+        self._gap.append(lost)
+        if not self.sound_has_feedback:
+            self._count_gap(lost.sent_s)
+        elif lost.sent_s - self._gap[0].sent_s >= _OUTAGE_S:
+            del self._gap[1:]
+
     def _count_gap(self, until_s: float) -> None:
         """Count what was lost before a packet that was sent at `until_s` and arrived."""
-        is_outage = self.sound_has_feedback and until_s - self._gap[0].sent_s >= _OUTAGE_S
+        is_outage = until_s - self._gap[0].sent_s >= _OUTAGE_S
         for lost in () if is_outage else self._gap:
             sound = lost.kind == "audio"
             self._loss.add(lost.size_bytes, lost=True, sound=sound, now_s=self._now_s)
