@@ -87,6 +87,6 @@ else
     stage "one link" delay --only wireless-1m/operator
 fi
 [ $status = 0 ] || say "something failed, see above; the tests in browsers follow"
-stage "browsers beside each other" python_tests "not alone$short" e2e -n 3 --dist worksteal
+stage "browsers beside each other" python_tests "not alone$short" e2e -n 2 --dist worksteal
 stage "a browser alone" python_tests "alone$short" e2e
 exit $status

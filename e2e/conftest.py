@@ -49,7 +49,6 @@ BESIDE = (
     "test_start_stop.py",
     "test_stats.py",
     "test_strangers.py",
-    "test_tape.py",
     "test_watching.py",
 )
 """Where a wait is long enough for a machine that does other things: another test runs beside it."""

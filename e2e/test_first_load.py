@@ -81,8 +81,8 @@ async def test_everything_loaded_is_the_servers_own_and_within_its_policy(
     asked: list[str] = []
     viewer.page.on("request", lambda request: asked.append(request.url))
     await viewer.page.reload()
+    await viewer.sees_picture()  # before that nothing offers the sound
     await viewer.listen()
-    await viewer.sees_picture()
     assert asked
     assert all(url.startswith((server.url, "blob:", "data:")) for url in asked), asked
     said = ("Content Security Policy", "Permissions-Policy", "Permissions policy", "Opener-Policy")
