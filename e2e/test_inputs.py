@@ -12,7 +12,7 @@ import pytest_asyncio
 
 from e2e.harness import toml
 from e2e.harness.gamepad import LEFT_OF_CROSS, START, B, InjectedGamepad
-from e2e.harness.robot import moves, stands_still, undisturbed
+from e2e.harness.robot import moves, nothing_is_held, stands_still, undisturbed
 from e2e.harness.touch_screen import TouchPoints
 from e2e.harness.wait import eventually
 from e2e.test_drive import PHONE
@@ -187,7 +187,7 @@ async def test_a_joystick_out_of_hands_stops(
     await points.slide(0, 10, 10)
     assert await stands_still(server)
     await points.lift(0)
-    await asyncio.sleep(0.3)  # it says that nothing is held, without which no push counts
+    await nothing_is_held(server)
     await points.press(0, joystick(viewer))
     await points.slide(0, -await travel_px(viewer), 0)
     assert await moves(server)

@@ -40,7 +40,6 @@ async def test_a_page_out_of_hands_stops(server: Server, driver: Viewer) -> None
         assert await stands_still(server), name
         await driver.page.evaluate(SHOW)
         await driver.page.keyboard.up("ArrowLeft")
-        await asyncio.sleep(0.3)  # it says that nothing is held, without which no press counts
 
 
 @pytest.mark.timeout(90)

@@ -13,6 +13,7 @@ import pytest_asyncio
 from e2e.harness import toml
 from e2e.harness.host import become_host
 from e2e.harness.line import SerialLine
+from e2e.harness.robot import until_it_moves
 from e2e.harness.wait import eventually
 from wax.sentence import Sentence
 
@@ -63,16 +64,18 @@ async def take_the_wheel(open_viewer: OpenViewer, server: Server) -> Viewer:
     return viewer
 
 
-async def hold(viewer: Viewer, key: str, drives: Callable[[], Awaitable[bool]]) -> None:
-    """Hold a key until the robot moves; press again if a busy machine requires it."""
-    for _ in range(3):
-        await viewer.page.keyboard.down(key)
-        with contextlib.suppress(AssertionError):
-            await eventually(drives, "the robot moves", within_s=1.5, every_s=0.02)
-            return
-        await viewer.page.keyboard.up(key)
-        await asyncio.sleep(0.3)
-    raise AssertionError(f"the robot does not move for {key}")
+async def hold(
+    server: Server, viewer: Viewer, key: str, drives: Callable[[], Awaitable[bool]]
+) -> None:
+    """Hold a key until the robot moves."""
+    keys = viewer.page.keyboard
+
+    async def is_moving() -> bool:
+        with contextlib.suppress(AssertionError):  # then whoever asked says so
+            return await eventually(drives, "the robot moves", within_s=1.5, every_s=0.02)
+        return False
+
+    await until_it_moves(server, lambda: keys.down(key), lambda: keys.up(key), is_moving)
 
 
 def received(line: SerialLine, octet: bytes) -> Callable[[], Awaitable[bool]]:
@@ -92,7 +95,7 @@ async def test_a_key_becomes_one_byte_and_its_release_another(
         for key, octet in (("ArrowUp", b"F"), ("s", b"B"), ("ArrowLeft", b"L"), ("d", b"R")):
             await asyncio.sleep(0.3)
             line.forget()
-            await hold(viewer, key, received(line, octet))
+            await hold(server, viewer, key, received(line, octet))
             assert b"S" not in line.received[line.received.rindex(octet) :]
             line.forget()
             await viewer.page.keyboard.up(key)
@@ -116,7 +119,7 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
     async with serve(tmp_path, settings(board.path, "frames")) as server:
         viewer = await take_the_wheel(open_viewer, server)
         turn = (await server.status())["turn"]["number"]
-        await hold(viewer, "ArrowUp", drives)
+        await hold(server, viewer, "ArrowUp", drives)
         await asyncio.sleep(0.3)
         begun_s = time.monotonic()
         await asyncio.sleep(1)
@@ -137,7 +140,7 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
         assert not board.moves
 
         # A line that fails for under half a second stops the robot by its own watchdog.
-        await hold(viewer, "ArrowUp", drives)
+        await hold(server, viewer, "ArrowUp", drives)
         board.deafen(on=True)
         await eventually(stopped_itself, "the watchdog stops it", within_s=1, every_s=0.005)
         board.deafen(on=False)
@@ -149,7 +152,7 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
 
         # The page reports a lost line, which is opened again while the key is still held.
         await asyncio.sleep(0.2)
-        await hold(viewer, "ArrowUp", drives)
+        await hold(server, viewer, "ArrowUp", drives)
         await board.unplug()
         await the_problem(server)
         told = viewer.page.get_by_text(FOR_GUESTS)
@@ -161,7 +164,7 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
         assert taken(board, plugged_s) == {"hello", "stop"}, "it moved without a new press"
         await viewer.page.keyboard.up("ArrowUp")
         await asyncio.sleep(0.2)
-        await hold(viewer, "ArrowUp", drives)
+        await hold(server, viewer, "ArrowUp", drives)
         await viewer.page.keyboard.up("ArrowUp")
 
 

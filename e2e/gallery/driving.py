@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import TYPE_CHECKING, Final
 
-from e2e.harness.robot import moves
+from e2e.harness.robot import nothing_is_held, turn_by_key, until_it_moves
 from e2e.harness.touch_screen import TouchPoints
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
-
     from e2e.gallery.scene import Scene
-    from e2e.harness.viewer import Viewer
 
-    _Act = Callable[[], Awaitable[None]]
-
-_BEGUN_S: Final = 1.0
-"""A turn begins with nothing held; what is pressed before that moves nothing."""
-_TRIES: Final = 5
 _TOO_LATE_MS: Final = 3000
 """A host may have set this. As it is shipped, a busy machine's own delay makes late too late."""
 _PUSH_PX: Final = 50
@@ -32,7 +23,7 @@ async def driving(scene: Scene) -> None:
     await scene.comes("Bob")
     viewer = await scene.drives()
     if not scene.is_touched:
-        await _holds_on(scene, viewer)
+        await turn_by_key(scene.server, viewer)
         return
     points = await TouchPoints.of(viewer)
 
@@ -40,23 +31,7 @@ async def driving(scene: Scene) -> None:
         await points.press(0, viewer.page.get_by_label("Joystick", exact=True))
         await points.slide(0, -_PUSH_PX, 0)
 
-    await _until_it_moves(scene, pushes, lambda: points.lift(0))
-
-
-async def _until_it_moves(scene: Scene, press: _Act, let_go: _Act) -> None:
-    """Hold on, and do as the page asks where the robot stands: let go, and press again."""
-    for _ in range(_TRIES):
-        await asyncio.sleep(_BEGUN_S)
-        await press()
-        if await moves(scene.server, during_s=_BEGUN_S):
-            return
-        await let_go()
-    raise AssertionError("the robot stands while it is driven")
-
-
-async def _holds_on(scene: Scene, viewer: Viewer) -> None:
-    keys = viewer.page.keyboard
-    await _until_it_moves(scene, lambda: keys.down("ArrowLeft"), lambda: keys.up("ArrowLeft"))
+    await until_it_moves(scene.server, pushes, lambda: points.lift(0))
 
 
 async def slow(scene: Scene) -> None:
@@ -68,7 +43,7 @@ async def slow(scene: Scene) -> None:
     )
     viewer = await scene.drives()
     await viewer.speed("Fast").click()
-    await _holds_on(scene, viewer)
+    await turn_by_key(scene.server, viewer)
 
 
 async def paused(scene: Scene) -> None:
@@ -78,7 +53,7 @@ async def paused(scene: Scene) -> None:
         environment=camera.environment, video={"source": _FROZEN}, audio={"source": "testcard"}
     )
     viewer = await scene.drives()
-    await asyncio.sleep(_BEGUN_S)
+    await nothing_is_held(scene.server)
     await viewer.page.keyboard.down("ArrowLeft")
     await camera.freeze()
 

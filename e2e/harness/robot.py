@@ -7,6 +7,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
+from e2e.harness.wait import eventually
+
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
@@ -73,17 +75,43 @@ async def undisturbed(server: Server, attempt: Callable[[], Awaitable[T]]) -> T:
     return result
 
 
-async def turn_by_key(server: Server, viewer: Viewer, key: str = "ArrowLeft") -> None:
-    """Hold a key until the robot moves; press again if a busy machine requires it."""
+async def nothing_is_held(server: Server) -> None:
+    """Wait until the operator's page has said so, without which no press moves anything."""
+
+    async def accepted() -> int:
+        return int((await server.status())["counters"].get("commands.accepted", 0))
+
+    before = await accepted()
+
+    async def is_told() -> bool:
+        return await accepted() > before
+
+    await eventually(is_told, "the page says that nothing is held")
+
+
+async def until_it_moves(
+    server: Server,
+    press: Callable[[], Awaitable[None]],
+    let_go: Callable[[], Awaitable[None]],
+    is_moving: Callable[[], Awaitable[bool]] | None = None,
+) -> None:
+    """Hold on until the robot moves; press again if a busy machine requires it."""
     for _ in range(3):
+        await nothing_is_held(server)
         before = await lateness(server)
-        await viewer.page.keyboard.down(key)
-        if await moves(server):
+        await press()
+        if await (moves(server) if is_moving is None else is_moving()):
             return
-        await viewer.page.keyboard.up(key)
+        await let_go()
         if await lateness(server) == before:
             break
-    raise AssertionError(f"the robot does not move by {key}")
+    raise AssertionError("the robot stands while it is driven")
+
+
+async def turn_by_key(server: Server, viewer: Viewer, key: str = "ArrowLeft") -> None:
+    """Hold a key until the robot moves."""
+    keys = viewer.page.keyboard
+    await until_it_moves(server, lambda: keys.down(key), lambda: keys.up(key))
 
 
 async def stands_still(server: Server, after_s: float = 0.5) -> bool:
