@@ -133,7 +133,7 @@ async def _watch(
                 more = (await running.told()).get(FAIL_SAFE, 0.0)
                 values["fail_safe_s"] = max(0.0, float(more) - float(told[FAIL_SAFE]))
             if cell.viewers > 1:
-                values["crowd_least_per_s"] = await others.least_per_s()
+                values["crowd_least_per_s"] = await others()
         else:
             problem = f"there was no picture within {within_s:.0f} s"
         readings = await instrument.readings()

@@ -16,6 +16,8 @@ from e2e.measure.errors import MeasureError
 from e2e.measure.suite import ROOT
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from e2e.load.crowd.sample import Offering
 
 ANSWER_TIMEOUT_S: Final = 180.0
@@ -26,14 +28,23 @@ _NICE: Final = 10
 class Crowd:
     """`with Crowd(offering, core) as crowd: crowd.hold(8); crowd.count()`.
 
-    The first `slow` of them are behind a modem each. On its core the crowd yields to whoever
+    The first `slow` of them are behind a modem each. `through` makes its command line the one that
+    runs it elsewhere. On its core the crowd yields to whoever
     measures. Every request raises `MeasureError` if the crowd's process could not carry it out.
     """
 
-    def __init__(self, offering: Offering, core: int | None = None, *, slow: int = 0) -> None:
+    def __init__(
+        self,
+        offering: Offering,
+        core: int | None = None,
+        *,
+        slow: int = 0,
+        through: Callable[[list[str]], list[str]] = list,
+    ) -> None:
+        words = ["-m", "e2e.load.crowd", offering.url, offering.how, str(slow)]
         with pinned(core):
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "e2e.load.crowd", offering.url, offering.how, str(slow)],
+                through([sys.executable, *words]),
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 cwd=ROOT,
