@@ -105,3 +105,24 @@ async def test_bad_messages_are_counted_and_harmless(server: Server, driver: Vie
         await turn_by_key(server, driver)
         await driver.page.keyboard.up("ArrowLeft")
     assert "Traceback" not in server.log
+
+
+async def test_offers_that_multiply_work_do_not_delay_the_robot(server: Server) -> None:
+    """Five a second, each with 500 codecs and 700 feedbacks for all, leave the loop its time."""
+    codecs = "a=rtpmap:96 VP8/90000\r\n" * 500 + "a=rtcp-fb:* nack\r\n" * 700
+    sdp = (
+        "v=0\r\no=- 1 2 IN IP4 127.0.0.1\r\ns=-\r\nt=0 0\r\n"
+        "m=audio 9 UDP/TLS/RTP/SAVPF 111\r\nm=application 9 UDP/DTLS/SCTP webrtc-datachannel\r\n"
+        f"m=video 9 UDP/TLS/RTP/SAVPF 96\r\n{codecs}"
+    )
+    costly = json.dumps({"sdp": sdp, "client": "0a0a0a0a-0000-4000-8000-0a0a0a0a0a0a"}).encode()
+
+    async def late() -> int:
+        return int((await server.status())["counters"].get("control.late", 0))
+
+    before = await late()
+    for _ in range(10):
+        code, answer = await server.post("/api/offer", costly, "application/json")
+        assert 400 <= code < 500, answer
+        await asyncio.sleep(0.2)
+    assert await late() - before < 5, "one of two offers made the loop late"

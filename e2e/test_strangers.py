@@ -10,11 +10,12 @@ import asyncio
 from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING, Any, Final
 
+import aiohttp
 import pytest
 import pytest_asyncio
 
 from e2e.harness import toml
-from e2e.harness.host import become_host
+from e2e.harness.host import become_host, host_link
 from e2e.harness.robot import moves, stands_still
 from e2e.harness.wait import eventually
 from wax.access.admission import BANNED, LOCKED
@@ -83,6 +84,27 @@ async def test_what_is_the_hosts_is_refused_to_all_others(server: Server, come: 
     assert host.stopped == stop
     host.release(stop)
     assert await operator.until(lambda: operator.stopped is None)
+
+
+async def test_no_secret_is_in_the_log(server: Server, come: Come) -> None:
+    """What lets somebody in is nowhere in the log, at its most talkative, not even when refused."""
+    link = (await host_link(server)).partition("=")[2]
+    host, guest = await come(cookies=await server.host_cookies()), await come()
+    host.say(type="invite", purpose="queue", uses=1, valid_s=3600)
+    assert await host.until(lambda: "token" in host.newest("invitation"))
+    token = str(host.newest("invitation")["token"])
+    async with aiohttp.ClientSession(headers={"X-Forwarded-For": HERS}) as http:
+        for body in ({"token": token}, {"token": f"{token}x"}):
+            await (await http.post(f"{server.url}/api/enter", json=body)).read()
+        for _ in range(2):
+            await (await http.post(f"{server.url}/api/host", json={"secret": link})).read()
+        await (await http.get(f"{server.url}/?host={'x' * 300}")).read()
+    cookies = [one for client in (host, guest) for one in client.cookies]
+    assert sorted(one.key for one in cookies) == ["wax-host", "wax-id", "wax-id"]
+    assert "a host link was made" in server.log
+    for secret in (link, token, *(one.value for one in cookies)):
+        assert len(secret) >= 16
+        assert secret not in server.log
 
 
 async def test_a_host_blanks_the_picture_bans_a_troll_and_closes(

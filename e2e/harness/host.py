@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from e2e.harness.viewer import Viewer
 
 
-async def become_host(viewer: Viewer, server: Server) -> None:
-    """Open the host's link in a page that is open already, and wait until it is the host's."""
+async def host_link(server: Server) -> str:
+    """Return what of the link comes after the page's address."""
     process = await asyncio.create_subprocess_exec(
         *(str(COMMAND), "host-link", "--config", str(server.log_path.with_name("wax.toml"))),
         stdout=asyncio.subprocess.PIPE,
@@ -24,5 +24,10 @@ async def become_host(viewer: Viewer, server: Server) -> None:
     said, _ = await process.communicate()
     found = re.search(r"#host=\S+", said.decode())
     assert found, f"`wax host-link` prints no link: {said!r}"
-    await viewer.page.goto(f"{server.url}/{found.group()}")
+    return found.group()
+
+
+async def become_host(viewer: Viewer, server: Server) -> None:
+    """Open the host's link in a page that is open already, and wait until it is the host's."""
+    await viewer.page.goto(f"{server.url}/{await host_link(server)}")
     await viewer.page.get_by_role("button", name="Host", exact=True).wait_for()
