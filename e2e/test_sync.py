@@ -56,7 +56,7 @@ async def jitter_buffer(viewer: Viewer, kind: str, over_s: float = 1.0) -> Jitte
 
 @pytest.mark.timeout(120)
 @pytest.mark.full
-@pytest.mark.parametrize("delay_ms", [20, 500])
+@pytest.mark.parametrize("delay_ms", [20, 200, 500])
 async def test_a_chosen_delay_is_followed_by_both_streams(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer, delay_ms: int
 ) -> None:
