@@ -1,4 +1,4 @@
-"""What a browser is to the lab, whichever it is."""
+"""What a browser is to who measures, whichever it is."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The lab: WAX and its peers over shaped networks, read by one instrument."""
+"""Delay: WAX and its peers over emulated networks, read by one instrument."""

@@ -1,6 +1,6 @@
 """What the instrument reads on one page: raw series in columns, nothing summed up yet.
 
-All times are Unix milliseconds. Both ends of the lab's link are on one machine, so the server's
+All times are Unix milliseconds. Both ends of the link are on one machine, so the server's
 stamps and the browser's readings are on the same clock.
 """
 

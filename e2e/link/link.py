@@ -1,4 +1,4 @@
-"""The link as the lab uses it: two ends, and what lies between them."""
+"""The link: two ends, and what lies between them."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class End:
         return process
 
     async def spawn_python(self, arguments: Sequence[str], **options: Any) -> Process:
-        """Start this Python at this end, in the folder from which the lab's modules are found."""
+        """Start this Python at this end, in the folder from which our modules are found."""
         return await self.spawn([sys.executable, *arguments], cwd=_ROOT, **options)
 
     def launcher(self, path: Path, program: str) -> Path:

@@ -1,1 +1,1 @@
-"""What people use today, with the same work as WAX: the lab and the benchmarks compare."""
+"""What people use today, with the same work as WAX: delay and load compare."""

@@ -1,4 +1,4 @@
-"""Estimator, pacer and ladder together, over the links that the lab has."""
+"""Estimator, pacer and ladder together, over the emulated links."""
 
 from __future__ import annotations
 

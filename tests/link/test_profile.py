@@ -30,7 +30,7 @@ def problem(**down: Any) -> str:
 
 
 def test_every_promised_profile_is_shipped() -> None:
-    """Each network of the thesis and of today that the lab promises can be loaded."""
+    """Each network of the thesis and of today that we promise can be loaded."""
     assert set(" ".join(PROMISED).split()) <= set(names())
     for name in names():
         assert load(name).about

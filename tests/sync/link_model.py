@@ -1,4 +1,4 @@
-"""A viewer's link without a clock: the lab's model of a network between a sender and a browser.
+"""A viewer's link without a clock: the model of a network between a sender and a browser.
 
 The sender's congestion control, allocator and playout policy are those of the product; around them
 is what a test needs: sound at once, pictures in temporal layers that wait for the pacer, trains at
@@ -70,7 +70,7 @@ def default_sounds() -> list[SoundForm]:
 
 
 def profile(name: str, **down: Any) -> Profile:
-    """Return a profile of the lab, where asked with another way to the browser."""
+    """Return a profile, where asked with another way to the browser."""
     found = load(name)
     return found.model_copy(update={"down": found.down.model_copy(update=down)}) if down else found
 

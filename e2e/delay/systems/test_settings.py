@@ -20,7 +20,7 @@ def cell(system: SystemName, **keys: Any) -> Cell:
 
 
 def read(system: SystemName, media: str = "testcard", **keys: Any) -> config.Settings:
-    """Let WAX read what the lab writes."""
+    """Let WAX read what is written for it."""
     text = toml.dumps(settings(cell(system, **keys), media))
     return config.parse(tomllib.loads(text), "a test")
 

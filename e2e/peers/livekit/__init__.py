@@ -1,4 +1,4 @@
-"""LiveKit, which the lab compares with, in two ways that its own documentation has.
+"""LiveKit, a peer, in two ways that its own documentation has.
 
 `python -m e2e.peers.livekit` runs LiveKit's server, publishes to it, and serves a small page that
 plays what is published with livekit-client.

@@ -21,7 +21,7 @@ class Scene:
 
     name: str
     profile: str
-    """The lab's profile that stands for it, by which `e2e.delay.thesis` has its words."""
+    """The profile that stands for it, by which `e2e.delay.thesis` has its words."""
     users: tuple[str, ...]
     """Whose pauses the thesis tells there: the clients in `AUDIO`."""
     path: SyntheticPath
