@@ -18,6 +18,8 @@ from aioice import stun
 from tests.deploy import test_programs_beside as beside
 
 _PORTS = (8081, 8082)
+_TURN_PORT = 3478
+"""Not any: from those of relays the rule lets nothing else out, nor coturn's answers."""
 _ARRIVES_S = 1.0
 
 
@@ -56,7 +58,7 @@ async def main(folder: Path, wax: str) -> None:
     # In this namespace coturn runs as whoever runs the test.
     rule = beside.put(rule, '"turnserver"', str(os.getuid()))
     (folder / "turnserver.nft").write_text(rule)
-    async with beside.coturn(folder, wax) as (port, _):
+    async with beside.coturn(folder, wax, _TURN_PORT) as (port, _):
         for file in (None, folder / "turnserver.nft"):
             if file is not None:
                 _command("nft", "-f", str(file))

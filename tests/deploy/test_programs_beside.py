@@ -300,7 +300,9 @@ def _own_address() -> str:
 
 
 @asynccontextmanager
-async def coturn(folder: Path, wax: str) -> AsyncIterator[tuple[int, list[str]]]:
+async def coturn(
+    folder: Path, wax: str, port: int | None = None
+) -> AsyncIterator[tuple[int, list[str]]]:
     """Run it as configured, for a WAX at this address; yields its port and what it says."""
     turnserver = _program("turnserver")
     text = TURNSERVER.read_text(encoding="utf-8")
@@ -310,7 +312,7 @@ async def coturn(folder: Path, wax: str) -> AsyncIterator[tuple[int, list[str]]]
         text = put(text, "#allocation-default", "allocation-default")
     config = folder / "turnserver.conf"
     config.write_text(text)
-    port = free_port(socket.SOCK_DGRAM)
+    port = port or free_port(socket.SOCK_DGRAM)
     host = LOOPBACK[":" in wax]
     here = ("-L", host, "-E", wax, "-p", str(port), "--pidfile", str(folder / "pid"))
     command = (turnserver, "-c", str(config), *here, "-b", str(folder / "db"))
