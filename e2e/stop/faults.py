@@ -143,7 +143,7 @@ _HAND: Final = Fault(
 )
 _FLOOD: Final = Fault(
     "stop-in-flood",
-    "Stop pressed while a viewer floods 9,000 messages a second → stop frame",
+    "Stop pressed while a viewer offers 10,000 messages a second → stop frame",
     *(partial(press_stop, WAYS), release_stop),
     prop=flooded,
     settings=STOPS_AT_EACH_TRIAL,

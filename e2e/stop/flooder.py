@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from e2e.stop.fault import Scene
 
 RATE_HZ: Final = 10_000.0
-LEAST: Final = 0.9
-"""The share of it that must really have been sent."""
+"""What is offered; the viewer's budget holds back the rest."""
+LEAST_HZ: Final = 500.0
+"""What must really have been sent, ten times what a page sends."""
 WAYS: Final = ("operator, channel", "operator, HTTP", "observer, channel", "observer, HTTP")
 _TICK_S: Final = 0.005
 _MAX_WAITING_BYTES: Final = 256
@@ -48,7 +49,7 @@ class Flood:
 
 @asynccontextmanager
 async def flooded(scene: Scene, *, rate_hz: float = RATE_HZ) -> AsyncIterator[None]:
-    """Flood the server's command channel; raises `MeasureError` where it was less than stated."""
+    """Flood the server's command channel; raises `MeasureError` where that was no flood."""
     context = get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=_work, args=(scene.stage.server.url, rate_hz, theirs))
@@ -62,7 +63,7 @@ async def flooded(scene: Scene, *, rate_hz: float = RATE_HZ) -> AsyncIterator[No
         finally:
             process.kill()
             process.join()
-    if sent_hz < LEAST * rate_hz:
+    if sent_hz < LEAST_HZ:
         raise MeasureError(f"the flood was of {sent_hz:.0f} messages a second only")
 
 
