@@ -87,4 +87,13 @@ describe("ServerClock", () => {
     for (const backMs of [900, 12, 700, 11, 9, 8]) exchange(clock, 0, { backMs });
     expect(clock.slowestMs).toBe(710);
   });
+
+  it("tells how long the newest round trip queued beyond the shortest", () => {
+    const clock = new ServerClock();
+    expect(clock.queuedMs).toBe(0);
+    for (const backMs of [12, 700]) exchange(clock, 0, { backMs });
+    expect(clock.queuedMs).toBe(688);
+    exchange(clock, 0, { backMs: 12 });
+    expect(clock.queuedMs).toBe(0);
+  });
 });

@@ -67,6 +67,12 @@ export class ServerClock {
     return sorted[sorted.length >> 1] ?? null;
   }
 
+  /** By how much the newest round trip exceeds the shortest of 20 s, which is what it queued. */
+  get queuedMs(): number {
+    const newestMs = this.#recentMs.at(-1) ?? 0;
+    return newestMs - Math.min(newestMs, ...this.#bounds.map(({ halfMs }) => 2 * halfMs));
+  }
+
   /** The longest of the last few round trips; null before the first. */
   get slowestMs(): number | null {
     return this.#recentMs.length > 0 ? Math.max(...this.#recentMs) : null;

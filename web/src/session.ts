@@ -133,6 +133,7 @@ export function startSession(): Session {
     uplink: () => ({
       linkBps: state.served.peek()?.link_bps ?? null,
       waitingBytes: link.peer?.waitingBytes ?? 0,
+      queuedMs: link.clock.queuedMs,
     }),
     send: (drive, urgent) => link.sendDrive(drive, urgent),
     operate: (operate, urgent) => link.sendDrive(operate, urgent),

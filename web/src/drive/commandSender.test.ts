@@ -37,7 +37,7 @@ beforeEach(() => {
     serverMs: () => serverMs,
     beat: () => "x7-_2A",
     seenServerMs: () => 4900,
-    uplink: () => ({ linkBps: 5_000_000, waitingBytes: waitingBytes + saidBytes }),
+    uplink: () => ({ linkBps: 5_000_000, waitingBytes: waitingBytes + saidBytes, queuedMs: 0 }),
     hung,
     send: (drive, urgent) => {
       sent.push({ ...drive, urgent });

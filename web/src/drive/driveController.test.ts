@@ -42,7 +42,7 @@ beforeEach(() => {
     serverMs: () => 5000,
     beat: () => "x7-_2A",
     seenServerMs: () => null,
-    uplink: () => ({ linkBps: 5_000_000, waitingBytes: 0 }),
+    uplink: () => ({ linkBps: 5_000_000, waitingBytes: 0, queuedMs: 0 }),
     operate: () => {},
     refused: () => {},
     send: (drive, urgent) => sent.push({ ...drive, urgent }),
@@ -317,7 +317,7 @@ it("is asked for nothing before it listens", () => {
     serverMs: () => 5000,
     beat: () => "x7-_2A",
     seenServerMs: () => null,
-    uplink: () => ({ linkBps: null, waitingBytes: 0 }),
+    uplink: () => ({ linkBps: null, waitingBytes: 0, queuedMs: 0 }),
     operate: () => {},
     refused: () => {},
     send: () => {},
@@ -325,7 +325,7 @@ it("is asked for nothing before it listens", () => {
   another.useGamepad(0);
   another.scan("select");
   expect(state.pads.value.chosen).toBeNull();
-  expect(another.uplink()).toEqual({ linkBps: null, waitingBytes: 0 });
+  expect(another.uplink()).toEqual({ linkBps: null, waitingBytes: 0, queuedMs: 0 });
 });
 
 /** Presses a key and lets it go. */

@@ -1,7 +1,7 @@
 import { expect, it } from "vitest";
 import { Rate } from "./rate";
 
-const WIDE = { linkBps: 5_000_000, waitingBytes: 0 };
+const WIDE = { linkBps: 5_000_000, waitingBytes: 0, queuedMs: 0 };
 
 it("sends as often as the server allows where there is room", () => {
   expect(new Rate(50).next(WIDE, 0)).toBe(50);
@@ -15,7 +15,7 @@ it.each([
   [608_000, 40],
   [760_000, 50],
 ])("over a link of %s bit/s it is %d Hz", (linkBps, hz) => {
-  expect(new Rate(50).next({ linkBps, waitingBytes: 0 }, 0)).toBeCloseTo(hz);
+  expect(new Rate(50).next({ linkBps, waitingBytes: 0, queuedMs: 0 }, 0)).toBeCloseTo(hz);
 });
 
 it("falls at once when set-points wait, and climbs again by 5 Hz in a second", () => {
@@ -27,10 +27,18 @@ it("falls at once when set-points wait, and climbs again by 5 Hz in a second", (
   expect(rate.next(WIDE, 60_000)).toBe(50);
 });
 
-it("falls at once when the link is found to be thin", () => {
+it("falls at once when the link is found to be thin, and below 20 Hz while even those queue", () => {
   const rate = new Rate(50);
-  rate.next(WIDE, 0);
-  expect(rate.next({ linkBps: 50_000, waitingBytes: 0 }, 20)).toBe(20);
+  const thin = { ...WIDE, linkBps: 50_000 };
+  rate.next({ ...WIDE, queuedMs: 300 }, 0);
+  expect(rate.next(thin, 20)).toBe(20);
+  expect(rate.next({ ...thin, queuedMs: 300 }, 40)).toBe(10);
+  expect(rate.next(thin, 1040)).toBeCloseTo(15);
+  expect(rate.next(thin, 60_000)).toBe(20);
+});
+
+it("takes a stall of a wide link for none of its own making", () => {
+  expect(new Rate(50).next({ ...WIDE, queuedMs: 300 }, 0)).toBe(50);
 });
 
 it("takes what was sent a moment ago for no backlog", () => {
@@ -38,5 +46,5 @@ it("takes what was sent a moment ago for no backlog", () => {
 });
 
 it("never exceeds what the server allows, not even by the floor", () => {
-  expect(new Rate(10).next({ linkBps: null, waitingBytes: 0 }, 0)).toBe(10);
+  expect(new Rate(10).next({ linkBps: null, waitingBytes: 0, queuedMs: 0 }, 0)).toBe(10);
 });

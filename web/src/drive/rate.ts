@@ -4,6 +4,8 @@ export interface Uplink {
   linkBps: number | null;
   /** The bytes queued in the browser. */
   waitingBytes: number;
+  /** How long the newest ping and its answer queued on the way. */
+  queuedMs: number;
 }
 
 /** At a lower rate a single loss is noticeable; at this one a modem's uplink is full. */
@@ -14,11 +16,15 @@ const SET_POINT_BITS = 190 * 8;
 const UPLINK_SHARE = 0.1;
 /** More than a set-point and a ping: the uplink does not keep up. */
 const WAITING_BYTES = 200;
+/** More than a modem's jitter: a thin uplink carries less than even the floor. */
+const QUEUED_MS = 60;
+/** Then a loss stops the robot for a moment, but what arrives is no older than the link makes it. */
+const CONGESTED_HZ = 10;
 const CLIMB_HZ_PER_S = 5;
 
 /**
- * The rate of set-points: as high as the server allows, lower on a slow link, at least 20 a second.
- * It falls at once, because a backlog delays a stop, and rises slowly. Pure.
+ * The rate of set-points: as high as the server allows, lower on a slow link, at least 20 a second
+ * while they do not queue. It falls at once, because a backlog delays a stop, and rises slowly. Pure.
  */
 export class Rate {
   #last: { hz: number; atMs: number } | null = null;
@@ -26,13 +32,15 @@ export class Rate {
   constructor(private readonly maxHz: number) {}
 
   /** Returns the rate in Hz from now on. */
-  next({ linkBps, waitingBytes }: Uplink, nowMs: number): number {
-    const floorHz = Math.min(FLOOR_HZ, this.maxHz);
+  next({ linkBps, waitingBytes, queuedMs }: Uplink, nowMs: number): number {
     const carriedHz = ((linkBps ?? 0) * UPLINK_SHARE) / SET_POINT_BITS;
-    const wantedHz = waitingBytes > WAITING_BYTES ? 0 : Math.min(carriedHz, this.maxHz);
+    const isCongested = carriedHz < FLOOR_HZ && queuedMs > QUEUED_MS;
+    const leastHz = isCongested ? CONGESTED_HZ : FLOOR_HZ;
+    const isFull = isCongested || waitingBytes > WAITING_BYTES;
+    const wantedHz = isFull ? leastHz : Math.max(FLOOR_HZ, carriedHz);
     const last = this.#last ?? { hz: wantedHz, atMs: nowMs };
     const climbedHz = last.hz + (CLIMB_HZ_PER_S * (nowMs - last.atMs)) / 1000;
-    const hz = Math.max(floorHz, Math.min(wantedHz, climbedHz));
+    const hz = Math.min(wantedHz, climbedHz, this.maxHz);
     this.#last = { hz, atMs: nowMs };
     return hz;
   }

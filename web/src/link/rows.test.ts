@@ -17,7 +17,7 @@ it.each(VECTORS.to_page)("reads $row", ({ row, message }) => {
   expect(readRow(row)).toEqual(message);
 });
 
-it("writes times to 0.1 ms and all else to a thousandth", () => {
+it("writes the server's times to 1 ms, others to 0.1 and all else to a thousandth", () => {
   const drive: Drive = {
     type: "drive",
     seq: 1,
@@ -31,10 +31,10 @@ it("writes times to 0.1 ms and all else to a thousandth", () => {
     axes: {},
     beat: "x7-_2A",
   };
-  expect(writeRow(drive)).toBe('["drive",1,2,1234.6,0.333,-0.123,true,"slow",100,{},"x7-_2A"]');
+  expect(writeRow(drive)).toBe('["drive",1,2,1235,0.333,-0.123,true,"slow",100,{},"x7-_2A"]');
 });
 
 it("is written in the order of the message type, whatever order the message has", () => {
-  const ping = { pong_held_ms: null, id: 4, pong_id: 3, sent_page_ms: 5, type: "ping" } as const;
-  expect(writeRow(ping)).toBe('["ping",4,5,3,null]');
+  const ping = { pong_held_ms: null, id: 4, pong_id: 3, sent_page_ms: 5.06, type: "ping" } as const;
+  expect(writeRow(ping)).toBe('["ping",4,5.1,3,null]');
 });

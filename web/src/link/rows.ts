@@ -11,7 +11,7 @@ interface Columns {
 
 const COLUMNS: Readonly<Record<string, Columns>> = DRIVE_COLUMNS;
 
-/** Returns a message as a row: times to 0.1 ms, other numbers to a thousandth. */
+/** Returns a message as a row: the server's times to 1 ms, other times to 0.1, the rest to 0.001. */
 export function writeRow(message: DriveIn): string {
   return JSON.stringify(row(message, COLUMNS[message.type] ?? {}));
 }
@@ -26,8 +26,13 @@ function row(values: object, columns: Columns): unknown[] {
   return Object.entries(columns).map(([name, inner]) => {
     const value = Reflect.get(values, name);
     if (inner && value !== null) return row(value, inner);
-    return typeof value === "number" ? rounded(value, name.endsWith("_ms") ? 10 : 1000) : value;
+    return typeof value === "number" ? rounded(value, parts(name)) : value;
   });
+}
+
+function parts(name: string): number {
+  if (name.endsWith("_server_ms")) return 1;
+  return name.endsWith("_ms") ? 10 : 1000;
 }
 
 function rounded(value: number, parts: number): number {
