@@ -18,7 +18,7 @@ from wax.robot.simulated.hearing import SoundMixer
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from wax.congestion.allocation import SoundForm
+    from wax.congestion.allocation import SoundEncoding
     from wax.robot.simulated.simulation import Senses
     from wax.robot.simulated.world import World
 
@@ -26,12 +26,12 @@ if TYPE_CHECKING:
 class Listener:
     """Each block goes the server's way: capsules, blocks, encoder; then a viewer's decoder."""
 
-    def __init__(self, world: World, form: SoundForm, seed: int = 1) -> None:
+    def __init__(self, world: World, encoding: SoundEncoding, seed: int = 1) -> None:
         self._mixer = SoundMixer(world, seed)
         self._capsules = ChannelFaults(lambda _: None)
         self._blocks = Blocks()
         self._clock = SampleClock()
-        self._encoder = SoundEncoder(form)
+        self._encoder = SoundEncoder(encoding)
         decoder = av.CodecContext.create("libopus", "r")
         assert isinstance(decoder, av.AudioCodecContext)
         decoder.sample_rate, decoder.layout, decoder.format = SAMPLE_RATE_HZ, "stereo", "s16"

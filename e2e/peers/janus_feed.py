@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 
 from e2e.peers.media import BITRATE_BPS, sources
 from wax.config.settings import RenditionSettings
-from wax.congestion.allocation import SoundForm
+from wax.congestion.allocation import SoundEncoding
 from wax.encode.sample_clock import SampleClock
 from wax.encode.sound_encoder import SoundEncoder
 from wax.encode.video_encoder import VideoEncoder
@@ -69,7 +69,7 @@ def feed_video(camera: VideoSource, stream: Stream) -> None:
 
 
 def feed_audio(microphone: AudioSource, stream: Stream) -> None:
-    clock, encoder = SampleClock(), SoundEncoder(SoundForm(20, 32_000))
+    clock, encoder = SampleClock(), SoundEncoder(SoundEncoding(20, 32_000))
     while True:
         block = microphone.read()
         sound = encoder.encode(block, clock.stamp(block.captured_s))

@@ -240,6 +240,7 @@ def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
             "video.timestamp_overlay: got 1; allowed is true or false",
         ),
         ("[video]\nimprint = true", "video.imprint: is now called video.timestamp_overlay"),
+        ("[audio]\nforms = []", "audio.forms: is now called audio.encodings"),
         ("[drive]\nfine_fraction = 0.5", "drive.fine_fraction: is now called drive.slow_fraction"),
         (
             "[sync.observer]\nown_rendition = true",
@@ -401,22 +402,22 @@ def test_a_problem_is_one_sentence(text: str, problem: str, tmp_path: Path) -> N
             "put the one of the higher bit rate first",
         ),
         (
-            "[audio]\nforms = ["
+            "[audio]\nencodings = ["
             "{ mu_ms = 40, bitrate_bps = 24000 }, { mu_ms = 20, bitrate_bps = 16000 }]",
-            "audio.forms: the form of 20 ms follows that of 40 ms; "
+            "audio.encodings: the encoding of 20 ms follows that of 40 ms; "
             "media units must grow and bit rates fall from one to the next",
         ),
         (
-            "[audio]\nforms = ["
+            "[audio]\nencodings = ["
             "{ mu_ms = 20, bitrate_bps = 24000, stereo_bitrate_bps = 32000 },"
             "{ mu_ms = 40, bitrate_bps = 24000, stereo_bitrate_bps = 40000 }]",
-            "audio.forms: the form of 40 ms follows that of 20 ms; "
+            "audio.encodings: the encoding of 40 ms follows that of 20 ms; "
             "media units must grow and bit rates fall from one to the next",
         ),
         (
-            "[[audio.forms]]\nmu_ms = 20\nbitrate_bps = 32000\nstereo_bitrate_bps = 24000",
-            "audio.forms[0]: stereo_bitrate_bps of the form of 20 ms is below its bitrate_bps; two"
-            " channels take more than one, or 0 for none",
+            "[[audio.encodings]]\nmu_ms = 20\nbitrate_bps = 32000\nstereo_bitrate_bps = 24000",
+            "audio.encodings[0]: stereo_bitrate_bps of the encoding of 20 ms is below its"
+            " bitrate_bps; two channels take more than one, or 0 for none",
         ),
     ],
 )

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tests.examples import examples
 from tests.sync.link_model import default_sounds, default_steps
 
-from wax.congestion.allocation import Allocation, SoundForm, Step
+from wax.congestion.allocation import Allocation, SoundEncoding, Step
 from wax.congestion.allocator import Allocator
 from wax.congestion.delivery import LinkEstimate, LinkState
 from wax.congestion.wire_cost import picture_bps, sound_bps
@@ -30,7 +30,7 @@ class Viewer:
         self.now_s = 100.0
         self.size: str | None = "640x480"
         self.sound = True
-        self.form: SoundForm | None = None
+        self.encoding: SoundEncoding | None = None
         self.channels = 1
         self.takes_redundancy = True
 
@@ -39,7 +39,7 @@ class Viewer:
             estimate,
             size=self.size,
             sound=self.sound,
-            sound_forms=None if self.form is None else [self.form],
+            sound_encodings=None if self.encoding is None else [self.encoding],
             sound_channels=self.channels,
             other_bps=4000,
             now_s=self.now_s,
@@ -64,7 +64,7 @@ def _takes_bps(allocation: Allocation, rate_bps: float) -> float:
 
 
 def _worth(allocation: Allocation) -> tuple[int, int, int]:
-    """Order allocations: picture by step and layers; sound by form."""
+    """Order allocations: picture by step and layers; sound by encoding."""
     step = -1 if allocation.step is None else len(STEPS) - STEPS.index(allocation.step)
     assert allocation.sound is not None
     return step, allocation.top_layer if allocation.step else 0, -SOUNDS.index(allocation.sound)
@@ -240,7 +240,7 @@ def test_sound_outlives_the_picture() -> None:
     [(26e3, 120), (45e3, 60), (100e3, 60), (140e3, 40), (250e3, 20), (5e6, 20)],
 )
 def test_the_sound_leaves_two_thirds_to_the_picture(rate_bps: float, mu_ms: int) -> None:
-    """The best form that takes a third at most; units above 60 ms only where no picture fits."""
+    """The best that takes a third at most; units above 60 ms only where no picture fits."""
     allocation = Viewer().run(10, rate_bps)[-1]
     assert allocation.sound is not None
     assert allocation.sound.mu_ms == mu_ms
@@ -249,23 +249,24 @@ def test_the_sound_leaves_two_thirds_to_the_picture(rate_bps: float, mu_ms: int)
 @pytest.mark.parametrize(("rate_bps", "mu_ms"), [(60e3, 60), (250e3, 20), (5e6, 10)])
 def test_shorter_units_are_sent_where_they_may_be(rate_bps: float, mu_ms: int) -> None:
     """Whose role allows units of 10 ms has them over a link with room for twice the headers."""
-    allocation = Viewer(Allocator(STEPS, [SoundForm(10, 32_000), *SOUNDS])).run(10, rate_bps)[-1]
+    allocator = Allocator(STEPS, [SoundEncoding(10, 32_000), *SOUNDS])
+    allocation = Viewer(allocator).run(10, rate_bps)[-1]
     assert allocation.sound is not None
     assert allocation.sound.mu_ms == mu_ms
 
 
 @pytest.mark.parametrize(
-    ("rate_bps", "form"),
+    ("rate_bps", "encoding"),
     [(45e3, (60, 1)), (140e3, (40, 1)), (200e3, (40, 2)), (250e3, (20, 1)), (5e6, (20, 2))],
 )
-def test_a_link_with_room_carries_two_channels(rate_bps: float, form: tuple[int, int]) -> None:
+def test_a_link_with_room_carries_two_channels(rate_bps: float, encoding: tuple[int, int]) -> None:
     """Stereo where it fits, the shorter packets first, and mono on a thin link."""
-    stereo = [SoundForm(20, 56_000, 2), SOUNDS[0], SoundForm(40, 40_000, 2), *SOUNDS[1:]]
+    stereo = [SoundEncoding(20, 56_000, 2), SOUNDS[0], SoundEncoding(40, 40_000, 2), *SOUNDS[1:]]
     viewer = Viewer(Allocator(STEPS, stereo))
     viewer.channels = 2
     sound = viewer.run(10, rate_bps)[-1].sound
     assert sound is not None
-    assert (sound.mu_ms, sound.channels) == form
+    assert (sound.mu_ms, sound.channels) == encoding
     viewer.channels = 1
     sound = viewer.run(10, rate_bps)[-1].sound
     assert sound is not None
@@ -273,7 +274,7 @@ def test_a_link_with_room_carries_two_channels(rate_bps: float, form: tuple[int,
 
 
 def test_sound_alone_may_take_everything() -> None:
-    """Without a picture the best form that fits at all is sent."""
+    """Without a picture the best encoding that fits at all is sent."""
     viewer = Viewer()
     viewer.size = None
     allocation = viewer.run(10, 80e3)[-1]
@@ -282,10 +283,10 @@ def test_sound_alone_may_take_everything() -> None:
     assert allocation.reason == Sentence("sent.no_picture")
 
 
-def test_a_form_that_is_fixed_stays() -> None:
-    """The configuration's form is used on any link."""
+def test_a_encoding_that_is_fixed_stays() -> None:
+    """The configuration's encoding is used on any link."""
     viewer = Viewer()
-    viewer.form = SOUNDS[0]
+    viewer.encoding = SOUNDS[0]
     assert {allocation.sound for allocation in viewer.run(5, 45e3)} == {SOUNDS[0]}
 
 

@@ -12,7 +12,7 @@ from tests.link.model import Direction
 from tests.link.profile import Change, Jitter, Profile, load
 
 from wax.config.settings import Settings
-from wax.congestion.allocation import SoundForm, Step
+from wax.congestion.allocation import SoundEncoding, Step
 from wax.congestion.allocator import Allocator
 from wax.congestion.delivery import Delivery
 from wax.congestion.pacer import gap_s
@@ -40,8 +40,8 @@ class Viewer:
         self.control.negotiated(has_feedback=sound_has_feedback, kind="audio")
         settings = Settings()
         steps = [Step(o.name, o.size, o.fps, o.bitrate_bps, 0) for o in settings.video.renditions]
-        forms = [SoundForm(one.mu_ms, one.bitrate_bps) for one in settings.audio.forms]
-        self._allocator = Allocator(steps, forms)
+        encodings = [SoundEncoding(one.mu_ms, one.bitrate_bps) for one in settings.audio.encodings]
+        self._allocator = Allocator(steps, encodings)
         self._sound_has_feedback = sound_has_feedback
         self._link = Direction(network.down, seed=1, way="down", start_s=0.0)
         self._link.start_changes(0.0)
@@ -96,7 +96,7 @@ class Viewer:
             estimate,
             size=self.size,
             sound=True,
-            sound_forms=None,
+            sound_encodings=None,
             other_bps=self.control.other_bps,
             now_s=now_s,
         )
@@ -104,10 +104,10 @@ class Viewer:
     def _sound(self) -> None:
         assert self.allocation is not None
         assert self.allocation.sound is not None
-        form = self.allocation.sound
+        encoding = self.allocation.sound
         self._sounds[0] += 1
-        self._send(form.bitrate_bps * form.mu_ms // 8000 + HEADERS_BYTES, "audio", None)
-        self._at(self.now_s + form.mu_ms / 1000, self._sound)
+        self._send(encoding.bitrate_bps * encoding.mu_ms // 8000 + HEADERS_BYTES, "audio", None)
+        self._at(self.now_s + encoding.mu_ms / 1000, self._sound)
 
     def _picture(self) -> None:
         step = self.allocation.step if self.allocation else None
@@ -241,7 +241,7 @@ def test_sound_alone_is_not_blind() -> None:
 
 
 def test_sound_alone_falls_with_what_is_lost_of_it_and_rises_again() -> None:
-    """On 30 kbit/s it takes a smaller form because of its losses alone, and later the best."""
+    """On 30 kbit/s it takes a smaller encoding because of its losses alone, and later the best."""
     viewer = Viewer(network(500_000, (20, 30_000), (60, 500_000)), sound_has_feedback=False)
     viewer.run(10)
     best_bps = viewer.sound_bps

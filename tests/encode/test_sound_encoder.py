@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wax.capture.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ, Sound
-from wax.congestion.allocation import SoundForm
+from wax.congestion.allocation import SoundEncoding
 from wax.encode.sample_clock import SampleClock
 from wax.encode.sound_encoder import SoundEncoder
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 
 TIME_S = np.arange(SAMPLE_RATE_HZ * 3) / SAMPLE_RATE_HZ
 TONE = 0.05 * 32767 * np.sin(2 * np.pi * 300 * TIME_S)
-FORMS = [
-    SoundForm(10, 64_000),
-    SoundForm(20, 32_000),
-    SoundForm(40, 24_000),
-    SoundForm(20, 16_000),
-    SoundForm(60, 12_000),
-    SoundForm(120, 8_000),
+ENCODINGS = [
+    SoundEncoding(10, 64_000),
+    SoundEncoding(20, 32_000),
+    SoundEncoding(40, 24_000),
+    SoundEncoding(20, 16_000),
+    SoundEncoding(60, 12_000),
+    SoundEncoding(120, 8_000),
 ]
 
 
@@ -50,9 +50,9 @@ def _voice() -> NDArray[np.float64]:
 
 
 def _encode(
-    form: SoundForm, samples: NDArray[np.float64], first_pts: int = 0
+    encoding: SoundEncoding, samples: NDArray[np.float64], first_pts: int = 0
 ) -> list[EncodedSound]:
-    encoder = SoundEncoder(form)
+    encoder = SoundEncoder(encoding)
     found = []
     for begin in range(0, len(samples) - BLOCK_SAMPLES + 1, BLOCK_SAMPLES):
         block = samples[begin : begin + BLOCK_SAMPLES].astype(np.int16)
@@ -62,13 +62,13 @@ def _encode(
     return found
 
 
-@pytest.mark.parametrize("form", [SoundForm(20, 56_000, 2), SoundForm(40, 40_000, 2)])
-def test_two_channels_stay_apart(form: SoundForm) -> None:
+@pytest.mark.parametrize("encoding", [SoundEncoding(20, 56_000, 2), SoundEncoding(40, 40_000, 2)])
+def test_two_channels_stay_apart(encoding: SoundEncoding) -> None:
     """A tone on the left and another on the right come back on their sides, 20 dB apart."""
     left, right = (
         np.round(4000 * np.sin(2 * np.pi * hertz * TIME_S)).astype(np.int16) for hertz in (500, 700)
     )
-    encoder, sounds = SoundEncoder(form), []
+    encoder, sounds = SoundEncoder(encoding), []
     for begin in range(0, len(left), BLOCK_SAMPLES):
         part = slice(begin, begin + BLOCK_SAMPLES)
         block = Sound(np.column_stack((left[part], right[part])), begin / SAMPLE_RATE_HZ)
@@ -82,14 +82,14 @@ def test_two_channels_stay_apart(form: SoundForm) -> None:
     tones = np.abs(np.fft.rfft(heard * np.hanning(len(heard))[:, None], axis=0))
     assert tones[500, 0] > 10 * tones[500, 1]
     assert tones[700, 1] > 10 * tones[700, 0]
-    assert sum(len(one.data) for one in sounds) * 8 / 3 < 1.1 * form.bitrate_bps
+    assert sum(len(one.data) for one in sounds) * 8 / 3 < 1.1 * encoding.bitrate_bps
 
 
 @pytest.mark.parametrize("channels", [1, 2])
-def test_any_sound_fits_any_form(channels: int) -> None:
-    """Mono in a stereo form is in both ears, stereo in a mono one is mixed: equally loud."""
+def test_any_sound_fits_any_encoding(channels: int) -> None:
+    """Mono in a stereo encoding is in both ears, stereo in a mono one is mixed: equally loud."""
     mono = np.round(TONE[:SAMPLE_RATE_HZ]).astype(np.int16)
-    encoder, sounds = SoundEncoder(SoundForm(20, 56_000, channels)), []
+    encoder, sounds = SoundEncoder(SoundEncoding(20, 56_000, channels)), []
     for begin in range(0, len(mono), BLOCK_SAMPLES):
         block = Sound(mono[begin : begin + BLOCK_SAMPLES], 1.0).with_channels(3 - channels)
         if (one := encoder.encode(block, begin)) is not None:
@@ -121,52 +121,54 @@ def _bands(samples: NDArray[np.float64]) -> list[float]:
     ]
 
 
-@pytest.mark.parametrize("form", FORMS, ids=str)
-def test_one_packet_holds_one_media_unit(form: SoundForm) -> None:
+@pytest.mark.parametrize("encoding", ENCODINGS, ids=str)
+def test_one_packet_holds_one_media_unit(encoding: SoundEncoding) -> None:
     """The media unit is the length of a packet, each follows the last, and none is lost."""
-    found = _encode(form, TONE)
-    assert [one.pts for one in found] == [n * form.mu_ms * 48 for n in range(3000 // form.mu_ms)]
-    assert {one.duration_samples for one in found} == {form.mu_ms * 48}
+    found = _encode(encoding, TONE)
+    unit = encoding.mu_ms * 48
+    assert [one.pts for one in found] == list(range(0, len(found) * unit, unit))
+    assert len(found) == 3000 // encoding.mu_ms
+    assert {one.duration_samples for one in found} == {unit}
     assert len(_decode(found)) == len(TIME_S)
 
 
-@pytest.mark.parametrize("form", FORMS, ids=str)
-def test_a_tone_comes_out_as_loud_and_clean(form: SoundForm) -> None:
+@pytest.mark.parametrize("encoding", ENCODINGS, ids=str)
+def test_a_tone_comes_out_as_loud_and_clean(encoding: SoundEncoding) -> None:
     """A quiet tone of 300 Hz keeps its level within 0.5 dB, 24 dB over what is added to it."""
-    heard = _decode(_encode(form, TONE))[SAMPLE_RATE_HZ:]
+    heard = _decode(_encode(encoding, TONE))[SAMPLE_RATE_HZ:]
     assert _level_db(heard) == pytest.approx(_level_db(TONE), abs=0.5)
     power = np.abs(np.fft.rfft(heard * np.hanning(len(heard)))) ** 2
     tone = np.abs(np.fft.rfftfreq(len(heard), 1 / SAMPLE_RATE_HZ) - 300) < 15
     assert 10 * np.log10(power[tone].sum() / power[~tone].sum()) > 24
 
 
-@pytest.mark.parametrize("form", FORMS, ids=str)
-def test_a_voice_keeps_its_colour(form: SoundForm) -> None:
+@pytest.mark.parametrize("encoding", ENCODINGS, ids=str)
+def test_a_voice_keeps_its_colour(encoding: SoundEncoding) -> None:
     """The bands that make speech intelligible come out within 1.5 dB."""
     voice = _voice()
-    heard = _decode(_encode(form, voice))
+    heard = _decode(_encode(encoding, voice))
     expected = _bands(voice[SAMPLE_RATE_HZ:])
     assert _bands(heard[SAMPLE_RATE_HZ:]) == pytest.approx(expected, abs=1.5)
 
 
-@pytest.mark.parametrize("form", FORMS, ids=str)
+@pytest.mark.parametrize("encoding", ENCODINGS, ids=str)
 @pytest.mark.parametrize("samples", [TONE, _voice()], ids=["tone", "voice"])
-def test_the_rate_is_kept(form: SoundForm, samples: NDArray[np.float64]) -> None:
+def test_the_rate_is_kept(encoding: SoundEncoding, samples: NDArray[np.float64]) -> None:
     """Nothing costs more than what the ladder counts with; on a thin line no packet does."""
-    sizes = [len(one.data) for one in _encode(form, samples)]
-    whole = form.bitrate_bps * form.mu_ms // 8000
+    sizes = [len(one.data) for one in _encode(encoding, samples)]
+    whole = encoding.bitrate_bps * encoding.mu_ms // 8000
     assert np.mean(sizes) <= whole * 1.05
-    if form.bitrate_bps < 20_000:
+    if encoding.bitrate_bps < 20_000:
         assert max(sizes) <= whole
 
 
-@pytest.mark.parametrize("form", FORMS, ids=str)
-def test_what_is_heard_was_captured_when_it_says(form: SoundForm) -> None:
+@pytest.mark.parametrize("encoding", ENCODINGS, ids=str)
+def test_what_is_heard_was_captured_when_it_says(encoding: SoundEncoding) -> None:
     """A click comes out at the capture time that its packet tells, within half a millisecond."""
     samples = np.zeros(len(TIME_S))
     click = round(1.2345 * SAMPLE_RATE_HZ)
     samples[click : click + 24] = 20_000
-    found = _encode(form, samples)
+    found = _encode(encoding, samples)
     heard = int(np.argmax(np.abs(_decode(found)))) / SAMPLE_RATE_HZ
     assert found[0].captured_s + heard == pytest.approx(
         10 + (click + 12) / SAMPLE_RATE_HZ, abs=0.0005
@@ -176,7 +178,7 @@ def test_what_is_heard_was_captured_when_it_says(form: SoundForm) -> None:
 @given(first=st.integers(0, 10**9), lost=st.lists(st.integers(0, 199), max_size=5))
 def test_units_stay_on_the_grid_whatever_is_missing(first: int, lost: list[int]) -> None:
     """Every unit begins at a whole multiple of its length and holds sound without a gap."""
-    encoder = SoundEncoder(SoundForm(40, 24_000))
+    encoder = SoundEncoder(SoundEncoding(40, 24_000))
     silence = np.zeros(BLOCK_SAMPLES, np.int16)
     numbers = [first + n for n in range(200) if n not in lost]
     found = [

@@ -1,4 +1,4 @@
-"""The fan-out of the sound: encoded once a form, only while wanted, the past for who joins."""
+"""The fan-out of the sound: encoded once an encoding, only while wanted, the past for who joins."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.examples import examples
 from tests.open_boundary import OpenFence
 
 from wax.capture.source import BLOCK_SAMPLES, Sound
-from wax.congestion.allocation import SoundForm
+from wax.congestion.allocation import SoundEncoding
 from wax.encode.sound_encoder import SoundEncoder
 from wax.fanout.sound_hub import SoundHub
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 FIRST = 1200
 """The first block's number; a whole number of units of every length begins there."""
 
-FORMS = {mu_ms: SoundForm(mu_ms, 32_000) for mu_ms in (10, 20, 40, 60, 120)}
+ENCODINGS = {mu_ms: SoundEncoding(mu_ms, 32_000) for mu_ms in (10, 20, 40, 60, 120)}
 
 
 def _hub() -> SoundHub:
@@ -57,10 +57,10 @@ def _numbers(sounds: list[EncodedSound]) -> list[int]:
     ]
 
 
-async def _heard(hub: SoundHub, form: SoundForm, preroll_ms: float) -> list[int]:
+async def _heard(hub: SoundHub, encoding: SoundEncoding, preroll_ms: float) -> list[int]:
     """Return the numbers of the blocks that a fresh lane begins with."""
     lane = hub.add(OpenFence())
-    hub.choose(lane, form, preroll_ms)
+    hub.choose(lane, encoding, preroll_ms)
     return _numbers(_drain(lane))
 
 
@@ -70,22 +70,23 @@ async def test_who_joins_hears_the_past_at_once(others: int, preroll_ms: float) 
     """The pre-roll is exactly as long as asked, whether or not somebody listened before."""
     hub = _hub()
     for _ in range(others):
-        hub.choose(hub.add(OpenFence()), FORMS[20], 0)
+        hub.choose(hub.add(OpenFence()), ENCODINGS[20], 0)
     _speak(hub, 0, 120)
     await asyncio.sleep(0)
-    assert await _heard(hub, FORMS[20], preroll_ms) == list(range(120 - int(preroll_ms / 10), 120))
+    heard = await _heard(hub, ENCODINGS[20], preroll_ms)
+    assert heard == list(range(120 - int(preroll_ms / 10), 120))
 
 
 async def test_a_second_joiner_hears_of_the_past_what_is_encoded() -> None:
     """Nothing is encoded twice for whoever comes right after the first and asks for more."""
     hub = _hub()
     _speak(hub, 0, 60)
-    assert await _heard(hub, FORMS[20], 40) == [56, 57, 58, 59]
+    assert await _heard(hub, ENCODINGS[20], 40) == [56, 57, 58, 59]
     _speak(hub, 60, 2)
-    assert await _heard(hub, FORMS[20], 100) == [56, 57, 58, 59, 60, 61]
+    assert await _heard(hub, ENCODINGS[20], 100) == [56, 57, 58, 59, 60, 61]
 
 
-@pytest.mark.parametrize("mu_ms", FORMS)
+@pytest.mark.parametrize("mu_ms", ENCODINGS)
 @pytest.mark.parametrize("preroll_ms", [0, 1, 100, 500])
 async def test_the_first_listener_costs_no_more_than_their_preroll(
     monkeypatch: pytest.MonkeyPatch, mu_ms: int, preroll_ms: float
@@ -101,7 +102,7 @@ async def test_the_first_listener_costs_no_more_than_their_preroll(
     monkeypatch.setattr("wax.fanout.sound_hub.SoundEncoder", Counting)
     hub = _hub()
     _speak(hub, 0, 125)
-    heard = await _heard(hub, FORMS[mu_ms], preroll_ms)
+    heard = await _heard(hub, ENCODINGS[mu_ms], preroll_ms)
     unit = mu_ms // 10
     whole = 125 // unit * unit
     assert heard == list(range(whole - int(np.ceil(preroll_ms / mu_ms)) * unit, whole))
@@ -112,8 +113,8 @@ async def test_a_preroll_is_not_longer_than_what_was_captured() -> None:
     """Right after the start the past is what there is of it, in whole media units."""
     hub = _hub()
     _speak(hub, 0, 8)
-    assert await _heard(hub, FORMS[60], 500.0) == [0, 1, 2, 3, 4, 5]
-    assert await _heard(hub, FORMS[20], 500.0) == [0, 1, 2, 3, 4, 5, 6, 7]
+    assert await _heard(hub, ENCODINGS[60], 500.0) == [0, 1, 2, 3, 4, 5]
+    assert await _heard(hub, ENCODINGS[20], 500.0) == [0, 1, 2, 3, 4, 5, 6, 7]
 
 
 async def test_sound_goes_on_where_the_past_ended() -> None:
@@ -121,26 +122,26 @@ async def test_sound_goes_on_where_the_past_ended() -> None:
     hub = _hub()
     _speak(hub, 0, 31)
     lane = hub.add(OpenFence())
-    hub.choose(lane, FORMS[20], 60.0)
+    hub.choose(lane, ENCODINGS[20], 60.0)
     _speak(hub, 31, 5)
     await asyncio.sleep(0.01)
     assert _numbers(_drain(lane)) == list(range(24, 36))
 
 
-async def test_forms_are_encoded_while_wanted() -> None:
-    """Each form has its encoder while somebody hears it, and no longer."""
+async def test_encodings_are_encoded_while_wanted() -> None:
+    """Each encoding has its encoder while somebody hears it, and no longer."""
     hub = _hub()
     a, b = hub.add(OpenFence()), hub.add(OpenFence())
-    hub.choose(a, FORMS[20], 0)
-    hub.choose(b, FORMS[60], 0)
-    assert hub.wanted == [FORMS[20].name, FORMS[60].name]
+    hub.choose(a, ENCODINGS[20], 0)
+    hub.choose(b, ENCODINGS[60], 0)
+    assert hub.wanted == [ENCODINGS[20].name, ENCODINGS[60].name]
     _speak(hub, 0, 12)
     assert hub.counts() == {"captured": 12, "encoded": 8}
-    hub.choose(b, FORMS[20], 0)
-    assert hub.wanted == [FORMS[20].name, FORMS[60].name]
+    hub.choose(b, ENCODINGS[20], 0)
+    assert hub.wanted == [ENCODINGS[20].name, ENCODINGS[60].name]
     _speak(hub, 12, 18)
     await asyncio.sleep(0)
-    assert hub.wanted == [FORMS[20].name]
+    assert hub.wanted == [ENCODINGS[20].name]
     hub.choose(b, None, 0)
     hub.remove(a)
     assert hub.wanted == []
@@ -153,7 +154,7 @@ async def test_what_was_dropped_of_the_sound_stays_counted() -> None:
     """When a viewer without sound leaves, what their lane dropped is still in the sum."""
     hub = _hub()
     lane = hub.add(OpenFence())
-    hub.choose(lane, FORMS[20], 0)
+    hub.choose(lane, ENCODINGS[20], 0)
     _speak(hub, 0, 120)
     await asyncio.sleep(0)
     assert hub.dropped == lane.dropped == 10
@@ -165,7 +166,7 @@ async def test_what_was_dropped_of_the_sound_stays_counted() -> None:
 Act = tuple[str, int, int]
 
 _acts = st.lists(
-    st.tuples(st.just("choose"), st.integers(0, 2), st.sampled_from(list(FORMS)))
+    st.tuples(st.just("choose"), st.integers(0, 2), st.sampled_from(list(ENCODINGS)))
     | st.tuples(st.just("speak"), st.integers(1, 30), st.just(0))
     | st.tuples(st.just("deliver"), st.just(0), st.just(0))
     | st.tuples(st.just("leave"), st.integers(1, 2), st.just(0)),
@@ -177,13 +178,13 @@ _acts = st.lists(
 @given(
     phase=st.integers(0, 11),
     begun=st.integers(0, 20),
-    first=st.sampled_from(list(FORMS)),
+    first=st.sampled_from(list(ENCODINGS)),
     acts=_acts,
 )
 def test_every_sample_is_sent_once_whatever_the_changes(
     phase: int, begun: int, first: int, acts: list[Act]
 ) -> None:
-    """However forms change while listening, also for others, no sample is missed or sent twice."""
+    """However encodings change, also for others, no sample is missed or sent twice."""
 
     async def listen() -> tuple[list[EncodedSound], int]:
         hub = _hub()
@@ -191,11 +192,11 @@ def test_every_sample_is_sent_once_whatever_the_changes(
         now, waiting = phase, 0
         _speak(hub, now, begun)
         now += begun
-        hub.choose(lanes[0], FORMS[first], 40)
+        hub.choose(lanes[0], ENCODINGS[first], 40)
         heard = _drain(lanes[0])
         for act, one, two in acts:
             if act == "choose":
-                hub.choose(lanes[one], FORMS[two], 40)
+                hub.choose(lanes[one], ENCODINGS[two], 40)
             elif act == "leave":
                 hub.choose(lanes[one], None, 0)
             elif act == "speak":
@@ -220,16 +221,16 @@ def test_every_sample_is_sent_once_whatever_the_changes(
         assert one.captured_s == pytest.approx(one.pts / 48_000, abs=0.007)
 
 
-async def test_a_change_of_form_is_not_heard() -> None:
-    """While the form changes to and fro a tone goes on: softer for 0.1 s at most, never silent."""
-    forms = [SoundForm(20, 32_000), SoundForm(60, 12_000), SoundForm(40, 24_000)]
+async def test_a_change_of_encoding_is_not_heard() -> None:
+    """While encodings change, a tone goes on: softer for 0.1 s at most, never silent."""
+    encodings = [SoundEncoding(20, 32_000), SoundEncoding(60, 12_000), SoundEncoding(40, 24_000)]
     tone = (1600 * np.sin(np.arange(480 * 600) * 2 * np.pi * 300 / 48_000)).astype(np.int16)
     hub = _hub()
     lane = hub.add(OpenFence())
     sounds = []
     for number in range(600):
         if number % 57 == 0:
-            hub.choose(lane, forms[number // 57 % 3], 0)
+            hub.choose(lane, encodings[number // 57 % 3], 0)
         hub.push(Sound(tone[number * 480 : number * 480 + 480], (FIRST + number) / 100))
         await asyncio.sleep(0)
         sounds += _drain(lane)
@@ -248,13 +249,13 @@ async def test_a_change_of_form_is_not_heard() -> None:
     assert np.count_nonzero(shares < 0.8) <= 10 * changes
 
 
-async def test_after_a_real_gap_the_sound_goes_on_in_the_form_that_was_chosen() -> None:
+async def test_after_a_real_gap_the_sound_goes_on_in_the_encoding_that_was_chosen() -> None:
     """A microphone that was away in the middle of a change leaves no viewer without sound."""
     hub = _hub()
     lane = hub.add(OpenFence())
-    hub.choose(lane, FORMS[20], 0)
+    hub.choose(lane, ENCODINGS[20], 0)
     _speak(hub, 0, 3)
-    hub.choose(lane, FORMS[60], 0)
+    hub.choose(lane, ENCODINGS[60], 0)
     _speak(hub, 1004, 20)
     await asyncio.sleep(0)
     numbers = _numbers(_drain(lane))

@@ -7,17 +7,17 @@ from functools import partial
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.congestion.allocation import SoundForm
+from wax.congestion.allocation import SoundEncoding
 from wax.encode.encoded import EncodedSound
 from wax.fanout.sound_lane import BoundedSoundLane
 
-SHORT = SoundForm(20, 32_000)
-LONG = SoundForm(60, 12_000)
+SHORT = SoundEncoding(20, 32_000)
+LONG = SoundEncoding(60, 12_000)
 
 
-def _sound(number: int, form: SoundForm = SHORT) -> EncodedSound:
+def _sound(number: int, encoding: SoundEncoding = SHORT) -> EncodedSound:
     """Make the packet that begins `number` times 20 ms after the start."""
-    return EncodedSound(b"x", number * 960, number / 50, form.mu_ms * 48)
+    return EncodedSound(b"x", number * 960, number / 50, encoding.mu_ms * 48)
 
 
 def _earlier(lane: BoundedSoundLane, sound: EncodedSound, count: int) -> tuple[EncodedSound, ...]:
@@ -42,24 +42,24 @@ def test_sound_that_overlaps_is_sent_once() -> None:
     assert _numbers(_take(lane, 4)) == [1, 2, 3, 4]
 
 
-def test_the_new_form_follows_where_the_old_one_ends() -> None:
-    """Until the moment of the change the old form is taken, from then on the new one alone."""
+def test_the_new_encoding_follows_where_the_old_one_ends() -> None:
+    """Until the moment of the change the old encoding is taken, from then on the new one alone."""
     lane = BoundedSoundLane()
     lane.choose(SHORT)
     lane.put(SHORT, _sound(1))
     lane.choose(LONG, 3 * 960)
-    assert lane.form == LONG
-    assert lane.forms == (SHORT, LONG)
+    assert lane.encoding == LONG
+    assert lane.encodings == (SHORT, LONG)
     lane.put(LONG, _sound(0, LONG))
     for number in (2, 3, 4):
         lane.put(SHORT, _sound(number))
     lane.put(LONG, _sound(3, LONG))
-    assert len(lane.forms) == 1
+    assert len(lane.encodings) == 1
     assert _numbers(_take(lane, 3)) == [1, 2, 3]
 
 
 def test_a_change_that_is_taken_back_changes_nothing() -> None:
-    """A viewer who goes back to the form they still hear keeps hearing it."""
+    """A viewer who goes back to the encoding they still hear keeps hearing it."""
     lane = BoundedSoundLane()
     lane.choose(SHORT)
     lane.put(SHORT, _sound(1))
@@ -77,7 +77,7 @@ def test_no_sound_means_nothing_waits() -> None:
     lane.put(SHORT, _sound(1))
     lane.choose(None)
     lane.put(SHORT, _sound(2))
-    assert lane.form is None
+    assert lane.encoding is None
     lane.choose(LONG)
     lane.put(LONG, _sound(6, LONG))
     assert _numbers(_take(lane, 1)) == [6]
@@ -109,8 +109,8 @@ def test_what_is_sent_again_ends_where_the_packet_begins(lost: set[int], count: 
         assert 30 - len(again) in lost or 30 - len(again) < 0
 
 
-def test_what_is_sent_again_is_of_the_same_form() -> None:
-    """A packet of one form carries none of another, nor what its 14 bits of time cannot reach."""
+def test_what_is_sent_again_is_of_the_same_encoding() -> None:
+    """A packet carries none of another encoding, nor what its 14 bits of time cannot reach."""
     lane = BoundedSoundLane()
     lane.choose(SHORT)
     for number in (0, 1, 2):

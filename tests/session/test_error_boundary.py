@@ -19,7 +19,7 @@ from wax.capture.source import BLOCK_SAMPLES, Sound
 from wax.cluster.cluster import Cluster
 from wax.config.settings import VideoSettings
 from wax.config.thesis import ThesisSettings
-from wax.congestion.allocation import SoundForm
+from wax.congestion.allocation import SoundEncoding
 from wax.control.turns import Turns
 from wax.encode.encoded import EncodedPicture
 from wax.error_boundary import ErrorBoundary
@@ -283,12 +283,12 @@ async def test_a_lane_that_cannot_take_sound_keeps_none_from_others(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """So it is with sound."""
-    hub, form = SoundHub(), SoundForm(20, 32_000)
+    hub, encoding = SoundHub(), SoundEncoding(20, 32_000)
     hub.start()
     first, second = Ended(), Ended()
     broken, whole = hub.add(first.boundary), hub.add(second.boundary)
     for lane in (broken, whole):
-        hub.choose(lane, form, 0)
+        hub.choose(lane, encoding, 0)
     monkeypatch.setattr(broken, "_queue", None)
     for number in range(6):
         hub.push(Sound(np.zeros(BLOCK_SAMPLES, np.int16), 1.0 + number / 100))

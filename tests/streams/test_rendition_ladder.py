@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from wax.config.settings import (
     AudioSettings,
     RenditionSettings,
-    SoundFormSettings,
+    SoundEncodingSettings,
     VideoSettings,
 )
-from wax.congestion.allocation import SoundForm
+from wax.congestion.allocation import SoundEncoding
 from wax.streams.rendition_ladder import RenditionLadder, refined
 
 LADDER = RenditionLadder(VideoSettings(), AudioSettings())
@@ -60,23 +60,23 @@ def test_a_refined_ladder_falls_and_keeps_its_steps(rates: list[int]) -> None:
 )
 def test_a_role_may_have_only_longer_units(least: int, expected: list[int]) -> None:
     """Forms with shorter units are left out; where all would be, the longest stays."""
-    assert [form.mu_ms for form in LADDER.forms(least)] == expected
-    short = AudioSettings(forms=[SoundFormSettings(mu_ms=20, bitrate_bps=32_000)])
+    assert [encoding.mu_ms for encoding in LADDER.encodings(least)] == expected
+    short = AudioSettings(encodings=[SoundEncodingSettings(mu_ms=20, bitrate_bps=32_000)])
     ladder = RenditionLadder(VideoSettings(), short)
-    assert ladder.forms(120) == ladder.forms(10)
+    assert ladder.encodings(120) == ladder.encodings(10)
 
 
 def test_a_fixed_unit_has_the_rate_of_its_neighbour() -> None:
     """A media unit that the configuration fixes is encoded like the nearest on offer."""
-    assert LADDER.forms_of(40) == [SoundForm(40, 40_000, 2), SoundForm(40, 24_000)]
-    assert LADDER.forms_of(120) == [SoundForm(120, 8_000)]
+    assert LADDER.encodings_of(40) == [SoundEncoding(40, 40_000, 2), SoundEncoding(40, 24_000)]
+    assert LADDER.encodings_of(120) == [SoundEncoding(120, 8_000)]
 
 
-def test_one_channel_has_no_form_in_stereo() -> None:
+def test_one_channel_has_no_encoding_in_stereo() -> None:
     """With `channels = 1`, or without a rate for two, all is mono."""
     mono = RenditionLadder(VideoSettings(), AudioSettings(channels=1))
-    assert {form.channels for form in mono.forms(10)} == {1}
-    own = [SoundFormSettings(mu_ms=20, bitrate_bps=32_000)]
-    assert RenditionLadder(VideoSettings(), AudioSettings(forms=own)).forms(10) == [
-        SoundForm(20, 32_000)
+    assert {encoding.channels for encoding in mono.encodings(10)} == {1}
+    own = [SoundEncodingSettings(mu_ms=20, bitrate_bps=32_000)]
+    assert RenditionLadder(VideoSettings(), AudioSettings(encodings=own)).encodings(10) == [
+        SoundEncoding(20, 32_000)
     ]

@@ -20,7 +20,7 @@ from tests.link.profile import Profile, load
 from tests.sync.browser_model import Browser
 
 from wax.config.settings import Settings, SyncSettings
-from wax.congestion.allocation import Allocation, SoundForm, Step
+from wax.congestion.allocation import Allocation, SoundEncoding, Step
 from wax.congestion.allocator import Allocator
 from wax.congestion.delivery import Delivery, LinkEstimate
 from wax.congestion.pacer import gap_s
@@ -63,10 +63,15 @@ def default_steps() -> list[Step]:
     ]
 
 
-def default_sounds() -> list[SoundForm]:
-    """Return the forms of the default configuration that an observer's link chooses of."""
-    forms, least_mu_ms = Settings().audio.forms, Settings().sync.observer.least_audio_mu_ms
-    return [SoundForm(one.mu_ms, one.bitrate_bps) for one in forms if one.mu_ms >= least_mu_ms]
+def default_sounds() -> list[SoundEncoding]:
+    """Return the encodings of the default configuration that an observer's link chooses of."""
+    settings = Settings()
+    fitting = (
+        one
+        for one in settings.audio.encodings
+        if one.mu_ms >= settings.sync.observer.least_audio_mu_ms
+    )
+    return [SoundEncoding(one.mu_ms, one.bitrate_bps) for one in fitting]
 
 
 def profile(name: str, **down: Any) -> Profile:
@@ -252,7 +257,7 @@ class Loop:
             estimate,
             size=self._size,
             sound=True,
-            sound_forms=None,
+            sound_encodings=None,
             other_bps=self.control.other_bps,
             now_s=now_s,
         )
@@ -269,17 +274,17 @@ class Loop:
 
     def _sound(self) -> None:
         assert self.allocation is not None
-        form, redundancy = self.allocation.sound, self.allocation.redundancy
-        assert form is not None
-        unit = form.bitrate_bps * form.mu_ms // 8000
+        encoding, redundancy = self.allocation.sound, self.allocation.redundancy
+        assert encoding is not None
+        unit = encoding.bitrate_bps * encoding.mu_ms // 8000
         size = unit * (1 + redundancy) + HEADERS_BYTES
         self.record.sent_sounds += 1
         self._units += 1
-        self.browser.sound.sent(self._units, self.now_s, form.mu_ms / 1000)
+        self.browser.sound.sent(self._units, self.now_s, encoding.mu_ms / 1000)
         self._send(
             Packet(self.now_s, size, "audio", captured_s=self.now_s, number=self._units)
         ).redundancy = redundancy
-        self._at(self.now_s + form.mu_ms / 1000, self._sound)
+        self._at(self.now_s + encoding.mu_ms / 1000, self._sound)
 
     def _ping(self) -> None:
         self._send(Packet(self.now_s, 90, "ping"))

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tests.examples import examples
 
 from wax.config.settings import SyncSettings
-from wax.congestion.allocation import Allocation, SoundForm, Step
+from wax.congestion.allocation import Allocation, SoundEncoding, Step
 from wax.congestion.delivery import LinkEstimate
 from wax.sync.audio_master import AudioMaster
 from wax.sync.playout import PlayoutReport, StreamPlayout
@@ -38,7 +38,7 @@ allocations = st.none() | st.builds(
     Allocation,
     step=st.none() | st.just(Step("a", "640x480", 30.0, 1_000_000, 3)),
     top_layer=st.just(2),
-    sound=st.none() | st.just(SoundForm(60, 12_000)),
+    sound=st.none() | st.just(SoundEncoding(60, 12_000)),
     redundancy=st.integers(0, 3),
     reason=st.just(""),
 )

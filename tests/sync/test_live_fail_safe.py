@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wax.config.settings import SyncSettings
-from wax.congestion.allocation import Allocation, SoundForm, Step
+from wax.congestion.allocation import Allocation, SoundEncoding, Step
 from wax.congestion.delivery import LinkEstimate, LinkState
 from wax.sentence import says
 from wax.sync.fail_safe import FailSafe
@@ -23,7 +23,7 @@ def _estimate(state: LinkState) -> LinkEstimate:
 
 
 def _allocation(step: Step | None) -> Allocation:
-    return Allocation(step, 2, SoundForm(20, 32_000), 0, says(""))
+    return Allocation(step, 2, SoundEncoding(20, 32_000), 0, says(""))
 
 
 class Viewer:

@@ -8,7 +8,7 @@ import numpy as np
 
 from wax.capture.source import BLOCK_SAMPLES, Picture, Sound
 from wax.config.settings import RenditionSettings
-from wax.congestion.allocation import SoundForm
+from wax.congestion.allocation import SoundEncoding
 from wax.encode.sample_clock import SampleClock
 from wax.encode.sound_encoder import SoundEncoder
 from wax.encode.video_encoder import VideoEncoder
@@ -50,7 +50,7 @@ def pictures(
 
 def sounds(*, begin_s: float, seconds: float, drift_ppm: float = 0.0) -> list[EncodedSound]:
     """Return packets of 20 ms, loud during a flash, of a card that is too fast by `drift_ppm`."""
-    encoder, clock = SoundEncoder(SoundForm(20, 32_000)), SampleClock()
+    encoder, clock = SoundEncoder(SoundEncoding(20, 32_000)), SampleClock()
     made = []
     for number in range(round(seconds * 100)):
         at_s = begin_s + number / 100 / (1 + drift_ppm / 1e6)

@@ -20,7 +20,7 @@ from mcap.writer import Writer
 from tests.tape.packets import FPS, SIZE, in_order, pictures, sounds
 
 from wax.capture.source import Sound
-from wax.congestion.allocation import SoundForm
+from wax.congestion.allocation import SoundEncoding
 from wax.encode.encoded import EncodedPicture
 from wax.encode.sound_encoder import SoundEncoder
 from wax.errors import StateError
@@ -114,7 +114,7 @@ def test_two_channels_are_played_as_two(codec: Codec, tmp_path: Path) -> None:
         path, codec=codec, size=None, has_sound=True, origin_s=ORIGIN_S, sound_channels=2
     )
     tone = np.round(8000 * np.sin(np.arange(480) * (2 * np.pi * 1000 / 48_000))).astype(np.int16)
-    encoders = [SoundEncoder(SoundForm(20, 56_000, 2)), SoundEncoder(SoundForm(20, 32_000))]
+    encoders = [SoundEncoder(SoundEncoding(20, 56_000, 2)), SoundEncoder(SoundEncoding(20, 32_000))]
     for number in range(400):
         samples = np.column_stack((tone, 0 * tone)) if number < 200 else tone
         encoder = encoders[number // 200]

@@ -48,7 +48,7 @@ async def rig(tmp_path: Path) -> AsyncIterator[Rig]:
     made.video.stop()
 
 
-async def test_it_wants_the_best_picture_and_one_form_of_the_sound(rig: Rig) -> None:
+async def test_it_wants_the_best_picture_and_one_encoding_of_the_sound(rig: Rig) -> None:
     """As a viewer on a good link would; whatever is encoded for that is all that it costs."""
     assert rig.video.wanted == [rig.best]
     assert len(rig.audio.wanted) == 1
@@ -58,15 +58,15 @@ async def test_the_sound_is_recorded_with_the_channels_it_has(rig: Rig) -> None:
     """In stereo from when the microphone has two channels, in mono once it has one."""
     lane = rig.tape._sound_lane
     assert lane is not None
-    assert lane.form is not None
-    assert lane.form.channels == 1
+    assert lane.encoding is not None
+    assert lane.encoding.channels == 1
     heard: list[int] = []
     for channels in (2, 1, 2):
         for _ in range(30):
             moment_s = len(heard) / 100
             rig.audio.push(Sound(np.zeros(480, np.int16), moment_s).with_channels(channels))
             await asyncio.sleep(0)
-            heard.append(lane.form.channels)
+            heard.append(lane.encoding.channels)
         assert heard[-1] == channels
         assert len(rig.audio.wanted) == 1
 

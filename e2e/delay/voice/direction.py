@@ -19,12 +19,12 @@ from wax.robot.simulated.motion import RADIUS_M
 from wax.robot.simulated.placed_sound import reach
 from wax.robot.simulated.radio import LEVEL_RMS
 from wax.robot.simulated.simulation import Senses
-from wax.streams.rendition_ladder import sound_forms
+from wax.streams.rendition_ladder import sound_encodings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from wax.congestion.allocation import SoundForm
+    from wax.congestion.allocation import SoundEncoding
 
 LISTENS_S: Final = 2.0
 _SETTLES_S: Final = 0.2
@@ -33,19 +33,19 @@ WITHIN_DEG: Final = 20.0
 SHARE: Final = 0.9
 
 
-def stereo_forms() -> list[SoundForm]:
-    """Return the forms in stereo as shipped, the shortest packets first."""
+def stereo_encodings() -> list[SoundEncoding]:
+    """Return the encodings in stereo as shipped, the shortest packets first."""
     audio = AudioSettings()
-    forms = (form for one in audio.forms for form in sound_forms(one, audio.channels))
-    return [form for form in forms if form.channels > 1]
+    found = (sound_encodings(one, audio.channels) for one in audio.encodings)
+    return [one for encodings in found for one in encodings if one.channels > 1]
 
 
-def errors(form: SoundForm, n: int, seed: int = 2004) -> tuple[list[float], int]:
+def errors(encoding: SoundEncoding, n: int, seed: int = 2004) -> tuple[list[float], int]:
     """Return by how many degrees each direction is wrong, and how often the side is."""
     errors_deg: list[float] = []
     wrong = 0
     for number, (pose, lateral) in enumerate(_poses(n, seed)):
-        listener = Listener(furnished_flat(), form, seed=number)
+        listener = Listener(furnished_flat(), encoding, seed=number)
         # Whoever comes in hears the radio's tune from the beginning: not all at the same note.
         begin = number % 7 * round(1.3 / BLOCK_S)
         blocks = begin + round((_SETTLES_S + LISTENS_S) / BLOCK_S)

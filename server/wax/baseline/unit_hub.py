@@ -64,7 +64,7 @@ class UnitHub:
 
     @property
     def wanted(self) -> list[str]:
-        """The only form, while anybody listens."""
+        """The only encoding, while anybody listens."""
         return [f"{self._mu_ms} ms at {_BITRATE_BPS / 1000:g} kbit/s"] if self._takers else []
 
     def counts(self) -> dict[str, int]:

@@ -10,7 +10,7 @@ import structlog
 
 from wax.cluster.errors import RoomError
 from wax.cluster.silence import Silence
-from wax.congestion.allocation import SoundForm
+from wax.congestion.allocation import SoundEncoding
 from wax.error_boundary import ErrorBoundary
 from wax.errors import SignallingError
 from wax.rtc.publisher import Publisher
@@ -35,7 +35,7 @@ _LAST_RETRY_S: Final = 2.0
 """A server that is back is used again within five seconds."""
 _KEYFRAMES_APART_S: Final = 1.0
 """Somebody joins all the time, and a keyframe costs everybody; LiveKit asks until one comes."""
-_SOUND: Final = SoundForm(20, 32_000)
+_SOUND: Final = SoundEncoding(20, 32_000)
 
 
 class Publication:

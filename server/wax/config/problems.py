@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 _RENAMED: Final = {
     "video.imprint": "video.timestamp_overlay",
+    "audio.forms": "audio.encodings",
     "drive.fine_fraction": "drive.slow_fraction",
     "sync.operator.own_rendition": "sync.operator.finer_ladder",
     "sync.observer.own_rendition": "sync.observer.finer_ladder",

@@ -389,8 +389,8 @@ class CameraSettings(VideoSettings):
         return source
 
 
-class SoundFormSettings(_Section):
-    """One form of the sound, encoded once for all its listeners."""
+class SoundEncodingSettings(_Section):
+    """One encoding of the sound, made once for all its listeners."""
 
     mu_ms: Literal[10, 20, 40, 60, 120]
     bitrate_bps: Annotated[int, Field(ge=6_000, le=256_000)]
@@ -400,8 +400,8 @@ class SoundFormSettings(_Section):
     def _stereo_takes_more(self) -> Self:
         if 0 < self.stereo_bitrate_bps < self.bitrate_bps:
             raise ValueError(
-                f"stereo_bitrate_bps of the form of {self.mu_ms} ms is below its bitrate_bps; two"
-                " channels take more than one, or 0 for none"
+                f"stereo_bitrate_bps of the encoding of {self.mu_ms} ms is below its bitrate_bps;"
+                " two channels take more than one, or 0 for none"
             )
         return self
 
@@ -411,27 +411,27 @@ class AudioSettings(_Section):
 
     source: Annotated[str, Field(min_length=1)] = "auto"
     channels: Literal[1, 2] = 2
-    forms: Annotated[list[SoundFormSettings], Field(min_length=1, max_length=5)] = [
-        SoundFormSettings(mu_ms=10, bitrate_bps=32_000, stereo_bitrate_bps=56_000),
-        SoundFormSettings(mu_ms=20, bitrate_bps=32_000, stereo_bitrate_bps=56_000),
-        SoundFormSettings(mu_ms=40, bitrate_bps=24_000, stereo_bitrate_bps=40_000),
-        SoundFormSettings(mu_ms=60, bitrate_bps=12_000),
-        SoundFormSettings(mu_ms=120, bitrate_bps=8_000),
+    encodings: Annotated[list[SoundEncodingSettings], Field(min_length=1, max_length=5)] = [
+        SoundEncodingSettings(mu_ms=10, bitrate_bps=32_000, stereo_bitrate_bps=56_000),
+        SoundEncodingSettings(mu_ms=20, bitrate_bps=32_000, stereo_bitrate_bps=56_000),
+        SoundEncodingSettings(mu_ms=40, bitrate_bps=24_000, stereo_bitrate_bps=40_000),
+        SoundEncodingSettings(mu_ms=60, bitrate_bps=12_000),
+        SoundEncodingSettings(mu_ms=120, bitrate_bps=8_000),
     ]
     retry_s: Annotated[float, Field(ge=0.1, le=60)] = 1.0
 
-    @field_validator("forms")
+    @field_validator("encodings")
     @classmethod
-    def _in_order(cls, forms: list[SoundFormSettings]) -> list[SoundFormSettings]:
-        for above, below in pairwise(forms):
+    def _in_order(cls, encodings: list[SoundEncodingSettings]) -> list[SoundEncodingSettings]:
+        for above, below in pairwise(encodings):
             rises = below.bitrate_bps > above.bitrate_bps
             rises |= 0 < above.stereo_bitrate_bps < below.stereo_bitrate_bps
             if below.mu_ms <= above.mu_ms or rises:
                 raise ValueError(
-                    f"the form of {below.mu_ms} ms follows that of {above.mu_ms} ms; media"
+                    f"the encoding of {below.mu_ms} ms follows that of {above.mu_ms} ms; media"
                     " units must grow and bit rates fall from one to the next"
                 )
-        return forms
+        return encodings
 
 
 class VoiceSettings(_Section):

@@ -22,8 +22,8 @@ higher target); a settled link is only sampled (`feedback_sampling`); the base d
 half a minute, without draining the queue.
 
 `sender_side` joins all that with the pacer, behind `control`, the interface to a peer. `allocator`
-chooses the step of the rendition ladder; `sound_choice`, the sound's form and redundancy. `sync/`
-decides when it plays.
+chooses the step of the rendition ladder; `sound_choice`, the sound's encoding and redundancy.
+`sync/` decides when it plays.
 
 Each constant names its source; "ours" did best on simulated links. `make ablation` halves and
 doubles each on 15 links with six seeds; its table is in `e2e/out/ablation`. Without

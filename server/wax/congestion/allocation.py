@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class SoundForm:
+class SoundEncoding:
     """How the sound is encoded: one audio media unit a packet (thesis 3.2), 1 or 2 channels."""
 
     mu_ms: int
@@ -48,7 +48,7 @@ class Allocation:
 
     step: Step | None
     top_layer: int
-    sound: SoundForm | None
+    sound: SoundEncoding | None
     redundancy: int
     reason: Sentence
     tries: bool = False

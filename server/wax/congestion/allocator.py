@@ -18,7 +18,7 @@ from wax.sentence import Sentence
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from wax.congestion.allocation import SoundForm, Step
+    from wax.congestion.allocation import SoundEncoding, Step
     from wax.congestion.delivery import LinkEstimate
 
 FIT_SHARE: Final = 0.85
@@ -51,10 +51,10 @@ class Allocator:
     5 s; during startup it is immediate too.
     """
 
-    def __init__(self, steps: Sequence[Step], sounds: Sequence[SoundForm]) -> None:
+    def __init__(self, steps: Sequence[Step], sounds: Sequence[SoundEncoding]) -> None:
         """Raise ValueError if there is no step, no sound, or an invalid size."""
         if not steps or not sounds:
-            raise ValueError("a ladder needs at least one step and one form of the sound")
+            raise ValueError("a ladder needs at least one step and one encoding of the sound")
         self._steps = tuple(sorted(steps, key=lambda step: -step.bitrate_bps))
         self._areas = tuple(area(step.size) for step in self._steps)
         self._sound = SoundChoice(sounds)
@@ -76,7 +76,7 @@ class Allocator:
         *,
         size: str | None,
         sound: bool,
-        sound_forms: Sequence[SoundForm] | None,
+        sound_encodings: Sequence[SoundEncoding] | None,
         other_bps: float,
         now_s: float,
         sound_channels: int = 1,
@@ -84,7 +84,7 @@ class Allocator:
     ) -> Allocation:
         """Decide what is sent from now on.
 
-        `size` is the largest picture wanted ("640x480"), None for none; `sound_forms` are the
+        `size` is the largest picture wanted ("640x480"), None for none; `sound_encodings` are the
         configured ones, None to choose among all, and `sound_channels` is how many there are to
         hear. `other_bps` is the rate of data channels and
         acknowledgements. Without `takes_redundancy` no sound is repeated: the browser does not
@@ -95,12 +95,12 @@ class Allocator:
         quick = estimate.state == "starting"
         budget = SoundBudget(estimate.rate_bps, FIT_SHARE, other_bps)
         allowed = [] if size is None else self._allowed(size)
-        form, redundancy = None, 0
+        encoding, redundancy = None, 0
         if sound:
             least = self._steps[allowed[-1]] if allowed else None
-            form, redundancy = self._sound.choose(
+            encoding, redundancy = self._sound.choose(
                 budget,
-                sound_forms,
+                sound_encodings,
                 channels=sound_channels,
                 picture_bps=0.0 if least is None else _least_bps(least, estimate.rate_bps),
                 lost=estimate.lost,
@@ -112,16 +112,16 @@ class Allocator:
             self._sound.none()
         if not allowed:
             self._at, self._gone_s = None, None
-            return Allocation(None, 0, form, redundancy, Sentence("sent.no_picture"))
+            return Allocation(None, 0, encoding, redundancy, Sentence("sent.no_picture"))
         self._follow(estimate, budget, allowed, quick=quick)
         reason = self._reason(estimate, allowed)
         if self._at is None:
-            return Allocation(None, 0, form, redundancy, reason)
+            return Allocation(None, 0, encoding, redundancy, reason)
         step = self._steps[self._at]
         left_bps, kept_bps = self._left(estimate, budget, allowed)
         tries = self._now_s < self._try_until_s
         return Allocation(
-            step, step.layers - self._cut, form, redundancy, reason, tries, left_bps, kept_bps
+            step, step.layers - self._cut, encoding, redundancy, reason, tries, left_bps, kept_bps
         )
 
     def _left(

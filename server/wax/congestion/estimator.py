@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from wax.congestion.delivery import Delivery, LinkState
 
 _MIN_RATE_BPS: Final = 8_000.0
-"""Lowest rate; the smallest form of the sound takes 13 kbit/s. Ours."""
+"""Lowest rate; the smallest encoding of the sound takes 13 kbit/s. Ours."""
 _MAX_RATE_BPS: Final = 50_000_000.0
 """Highest rate, against invalid feedback."""
 _DECREASE_FACTOR: Final = 0.9

@@ -1,4 +1,4 @@
-"""Chooses the sound's form and redundancy, and what that leaves to the picture."""
+"""Chooses the sound's encoding and redundancy, and what that leaves to the picture."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from wax.congestion.wire_cost import sound_bps
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from wax.congestion.allocation import SoundForm
+    from wax.congestion.allocation import SoundEncoding
 
 _PARTS: Final = 3
-"""Sound takes at most one part in this many; its smallest form is always sent. Ours."""
+"""Sound takes at most one part in this many; its smallest encoding is always sent. Ours."""
 _USUAL_MU_MS: Final = 60
 """Longer units delay the sound by themselves: only where otherwise no picture would fit. Ours."""
 _RISE_HOLD_S: Final = 5.0
-"""A better form must have fitted for this long. Ours."""
+"""A better encoding must have fitted for this long. Ours."""
 _REDUNDANCY_LOSS_SHARE: Final = 0.005
 """Redundancy (RFC 2198) starts here: one packet lost in 200, 20 ms every 4 s, is audible. Ours."""
 _REDUNDANCY_OVER_SHARE: Final = 0.0025
@@ -45,20 +45,20 @@ class SoundBudget:
 class SoundChoice:
     """Chooses one viewer's sound at every decision; `now_s` never falls."""
 
-    def __init__(self, forms: Sequence[SoundForm]) -> None:
-        self._forms = tuple(forms)
-        self._form: SoundForm | None = None
+    def __init__(self, encodings: Sequence[SoundEncoding]) -> None:
+        self._encodings = tuple(encodings)
+        self._encoding: SoundEncoding | None = None
         self._better = Since()
         self._redundancy = 0
         self._fewer = Since()
         self._picture_bps = 0.0
-        self._aim: tuple[SoundForm, int] | None = None
-        self._considered: tuple[SoundForm, ...] = ()
+        self._aim: tuple[SoundEncoding, int] | None = None
+        self._considered: tuple[SoundEncoding, ...] = ()
 
     def choose(
         self,
         budget: SoundBudget,
-        fixed: Sequence[SoundForm] | None,
+        fixed: Sequence[SoundEncoding] | None,
         *,
         channels: int,
         picture_bps: float,
@@ -66,28 +66,28 @@ class SoundChoice:
         burst: int,
         quick: bool,
         now_s: float,
-    ) -> tuple[SoundForm, int]:
-        """Return the form, and the number of earlier units in each packet.
+    ) -> tuple[SoundEncoding, int]:
+        """Return the encoding, and the number of earlier units in each packet.
 
-        Down is immediate; up only if `quick`, otherwise after the better form has fitted for 5 s.
-        `picture_bps` is the least that a picture takes beside it; with none, the sound may take
-        everything. `channels` is how many the sound has; no form of more is chosen unless there is
-        no other.
+        Down is immediate; up only if `quick`, otherwise after the better encoding has fitted for
+        5 s. `picture_bps` is the least that a picture takes beside it; with none, the sound may
+        take everything. `channels` is how many the sound has; no encoding of more is chosen unless
+        there is no other.
         """
-        offered = self._forms if fixed is None else tuple(fixed)
-        forms = tuple(form for form in offered if form.channels <= channels) or offered
-        self._considered = forms
+        offered = self._encodings if fixed is None else tuple(fixed)
+        encodings = tuple(one for one in offered if one.channels <= channels) or offered
+        self._considered = encodings
         self._follow_loss(lost, burst, now_s)
         self._picture_bps = picture_bps
         third_bps = budget.bps / _PARTS if picture_bps else budget.bps
-        usual = _usual(forms)
-        best = next((form for form in usual if sound_bps(form, 0) <= third_bps), usual[-1])
+        usual = _usual(encodings)
+        best = next((one for one in usual if sound_bps(one, 0) <= third_bps), usual[-1])
         if sound_bps(best, 0) > max(third_bps, budget.bps - picture_bps):
-            best = forms[-1]
-        form = self._held(forms, best, quick=quick, now_s=now_s)
-        self._form = form
+            best = encodings[-1]
+        encoding = self._held(encodings, best, quick=quick, now_s=now_s)
+        self._encoding = encoding
         self._aim = (best, self._affordable(best, third_bps))
-        return form, self._affordable(form, third_bps)
+        return encoding, self._affordable(encoding, third_bps)
 
     def left_bps(self, chosen_by: SoundBudget, share: float) -> float:
         """Return what a `share` of the rate leaves to the picture, after `choose`.
@@ -100,11 +100,11 @@ class SoundChoice:
         left_bps = SoundBudget(chosen_by.rate_bps, share, chosen_by.other_bps).bps - sound_bps(
             *self._aim
         )
-        for form in self._considered:
+        for encoding in self._considered:
             for redundancy in range(self._redundancy + 1):
-                takes_bps = sound_bps(form, redundancy)
+                takes_bps = sound_bps(encoding, redundancy)
                 least_bps = takes_bps * _PARTS
-                if redundancy == 0 and form == _usual(self._considered)[-1]:
+                if redundancy == 0 and encoding == _usual(self._considered)[-1]:
                     least_bps = min(least_bps, takes_bps + self._picture_bps)
                 if least_bps > chosen_by.bps:
                     from_bps = (least_bps + chosen_by.other_bps) / chosen_by.share
@@ -115,13 +115,18 @@ class SoundChoice:
     def none(self) -> None:
         """Choose no sound."""
         self._aim = None
-        self._form = None
+        self._encoding = None
 
     def _held(
-        self, forms: tuple[SoundForm, ...], best: SoundForm, *, quick: bool, now_s: float
-    ) -> SoundForm:
-        known = None if self._form not in forms or quick else self._form
-        rises = known is not None and forms.index(best) < forms.index(known)
+        self,
+        encodings: tuple[SoundEncoding, ...],
+        best: SoundEncoding,
+        *,
+        quick: bool,
+        now_s: float,
+    ) -> SoundEncoding:
+        known = None if self._encoding not in encodings or quick else self._encoding
+        rises = known is not None and encodings.index(best) < encodings.index(known)
         if known is None or not rises or self._better.lasts(rises, _RISE_HOLD_S, now_s):
             self._better = Since()
             return best
@@ -134,10 +139,10 @@ class SoundChoice:
         if self._fewer.lasts(fewer, _REDUNDANCY_HOLD_S, now_s) or not fewer:
             self._redundancy, self._fewer = wanted, Since()
 
-    def _affordable(self, form: SoundForm, third_bps: float) -> int:
+    def _affordable(self, encoding: SoundEncoding, third_bps: float) -> int:
         counts = range(self._redundancy, 0, -1)
-        return next((count for count in counts if sound_bps(form, count) <= third_bps), 0)
+        return next((count for count in counts if sound_bps(encoding, count) <= third_bps), 0)
 
 
-def _usual(forms: tuple[SoundForm, ...]) -> tuple[SoundForm, ...]:
-    return tuple(form for form in forms if form.mu_ms <= _USUAL_MU_MS) or forms
+def _usual(encodings: tuple[SoundEncoding, ...]) -> tuple[SoundEncoding, ...]:
+    return tuple(one for one in encodings if one.mu_ms <= _USUAL_MU_MS) or encodings

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from wax.capture.source import Sound
-    from wax.congestion.allocation import SoundForm
+    from wax.congestion.allocation import SoundEncoding
 
 _TIME_BASE: Final = Fraction(1, SAMPLE_RATE_HZ)
 
@@ -30,19 +30,19 @@ _THIN_BPS: Final = 20_000
 
 
 class SoundEncoder:
-    """Encodes 48 kHz sound with Opus, one media unit per packet, in the form's channels.
+    """Encodes 48 kHz sound with Opus, one media unit per packet, in the encoding's channels.
 
     Every unit begins at a whole multiple of its length, so that units of two lengths regularly end
     together, where a listener can change between them without losing a sample.
     """
 
-    def __init__(self, form: SoundForm) -> None:
-        self.unit_samples = SAMPLE_RATE_HZ * form.mu_ms // 1000
-        self._channels = form.channels
-        self._layout = _layout(form)
+    def __init__(self, encoding: SoundEncoding) -> None:
+        self.unit_samples = SAMPLE_RATE_HZ * encoding.mu_ms // 1000
+        self._channels = encoding.channels
+        self._layout = _layout(encoding)
         self._pending: list[Sound] = []
         self._pts = 0
-        self._context = _opus(form)
+        self._context = _opus(encoding)
 
     def encode(self, block: Sound, pts: int) -> EncodedSound | None:
         """Add the block that begins at `pts`; return a packet when a media unit is full, else None.
@@ -82,26 +82,26 @@ class SoundEncoder:
         )
 
 
-def _layout(form: SoundForm) -> str:
-    return "mono" if form.channels == 1 else "stereo"
+def _layout(encoding: SoundEncoding) -> str:
+    return "mono" if encoding.channels == 1 else "stereo"
 
 
-def _opus(form: SoundForm) -> av.AudioCodecContext:
-    """Make a libopus encoder for one form.
+def _opus(encoding: SoundEncoding) -> av.AudioCodecContext:
+    """Make a libopus encoder.
 
     On a slow link a packet's size is its delay, so all have the same size there. Elsewhere sizes
     vary around the rate ("constrained"): "vbr" exceeds it by a third at 20 ms.
     """
-    thin = form.bitrate_bps < _THIN_BPS
+    thin = encoding.bitrate_bps < _THIN_BPS
     context = av.CodecContext.create("libopus", "w")
     assert isinstance(context, av.AudioCodecContext)
     context.sample_rate = SAMPLE_RATE_HZ
-    context.layout = _layout(form)
+    context.layout = _layout(encoding)
     context.format = "s16"
-    context.bit_rate = form.bitrate_bps
+    context.bit_rate = encoding.bitrate_bps
     context.options = {
         "application": "audio" if thin else "lowdelay",
-        "frame_duration": str(form.mu_ms),
+        "frame_duration": str(encoding.mu_ms),
         "vbr": "off" if thin else "constrained",
     }
     return context

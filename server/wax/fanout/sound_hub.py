@@ -1,4 +1,4 @@
-"""The fan-out of the sound: blocks in, one Opus encoder per form, packets to the lanes."""
+"""The fan-out of the sound: blocks in, one Opus encoder per encoding, packets to the lanes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from wax.capture.source import Sound
-    from wax.congestion.allocation import SoundForm
+    from wax.congestion.allocation import SoundEncoding
     from wax.encode.encoded import EncodedSound
     from wax.error_boundary import ErrorBoundary
 
@@ -29,16 +29,16 @@ the current unit."""
 
 _WARM_MS: Final = 480
 """A new encoder begins with silence, and the speech codec needs this long until a listener coming
-from another form decodes it well."""
+from another encoding decodes it well."""
 
 
 class _Stream:
-    """One form: its encoder, and recent packets for pre-rolls."""
+    """One encoding: its encoder, and recent packets for pre-rolls."""
 
-    def __init__(self, form: SoundForm) -> None:
-        self._encoder = SoundEncoder(form)
+    def __init__(self, encoding: SoundEncoding) -> None:
+        self._encoder = SoundEncoder(encoding)
         self.unit_samples = self._encoder.unit_samples
-        self.past: deque[EncodedSound] = deque(maxlen=_PAST_MS // form.mu_ms)
+        self.past: deque[EncodedSound] = deque(maxlen=_PAST_MS // encoding.mu_ms)
 
     def encode(self, block: Sound, pts: int) -> EncodedSound | None:
         sound = self._encoder.encode(block, pts)
@@ -48,7 +48,7 @@ class _Stream:
 
 
 class SoundHub:
-    """Encodes the sound once for each form in use.
+    """Makes each encoding in use once.
 
     `push` is called from the capture thread, the rest from the event loop. Encoding 10 ms takes a
     fraction of a millisecond, so one lock covers everything.
@@ -58,8 +58,8 @@ class SoundHub:
         self._lock = threading.Lock()
         self._clock = SampleClock()
         self._past: deque[tuple[Sound, int]] = deque(maxlen=_PAST_MS // BLOCK_MS)
-        self._streams: dict[SoundForm, _Stream] = {}
-        self._lanes: dict[BoundedSoundLane, Callable[[SoundForm, EncodedSound], None]] = {}
+        self._streams: dict[SoundEncoding, _Stream] = {}
+        self._lanes: dict[BoundedSoundLane, Callable[[SoundEncoding, EncodedSound], None]] = {}
         self._dropped_by_gone = 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._captured = 0
@@ -77,11 +77,11 @@ class SoundHub:
             self.channels = block.channels
             pts = self._clock.stamp(block.captured_s)
             self._past.append((block, pts))
-            for form, stream in self._streams.items():
+            for encoding, stream in self._streams.items():
                 sound = stream.encode(block, pts)
                 if sound is not None:
                     self._encoded += 1
-                    self._from_thread(form, sound)
+                    self._from_thread(encoding, sound)
 
     def add(self, boundary: ErrorBoundary) -> BoundedSoundLane:
         """Make a lane, called inside `boundary`; nothing is sent to it until `choose`."""
@@ -101,42 +101,44 @@ class SoundHub:
             self._dropped_by_gone += lane.dropped
         self._forget_unwanted()
 
-    def choose(self, lane: BoundedSoundLane, form: SoundForm | None, preroll_ms: float) -> None:
-        """Send sound in this form, beginning `preroll_ms` in the past, or none.
+    def choose(
+        self, lane: BoundedSoundLane, encoding: SoundEncoding | None, preroll_ms: float
+    ) -> None:
+        """Send sound in this encoding, beginning `preroll_ms` in the past, or none.
 
         The pre-roll, in whole media units, fills the browser's buffer at once, instead of at the 75
-        ms a second at which a browser stretches sound. The first listener of a form gets as much of
-        the past as requested; one who follows within half a second gets what there is.
+        ms a second at which a browser stretches sound. The first listener of an encoding gets as
+        much of the past as requested; one who follows within half a second gets what there is.
 
-        A listener of another form gets no pre-roll: the new form starts where units of both forms
-        end together, at most 120 ms from now.
+        A listener of another encoding gets no pre-roll: the new one starts where units of both end
+        together, at most 120 ms from now.
         """
-        if form == lane.form:
+        if encoding == lane.encoding:
             return
-        old = lane.forms[0] if lane.forms else None
-        if form is None:
+        old = lane.encodings[0] if lane.encodings else None
+        if encoding is None:
             lane.choose(None)
         elif old is None:
-            lane.choose(form)
-            units = ceil(preroll_ms / form.mu_ms)
+            lane.choose(encoding)
+            units = ceil(preroll_ms / encoding.mu_ms)
             with self._lock:
-                stream = self._stream(form, units)
+                stream = self._stream(encoding, units)
                 past = list(stream.past)[-units:] if units else []
             for sound in past:
-                lane.put(form, sound)
+                lane.put(encoding, sound)
         else:
             with self._lock:
-                self._stream(form, _WARM_MS // form.mu_ms)
-                meet = lcm(old.mu_ms, form.mu_ms) * SAMPLE_RATE_HZ // 1000
+                self._stream(encoding, _WARM_MS // encoding.mu_ms)
+                meet = lcm(old.mu_ms, encoding.mu_ms) * SAMPLE_RATE_HZ // 1000
                 change_pts = -(-self._clock.next_pts // meet) * meet
-            lane.choose(form, change_pts)
+            lane.choose(encoding, change_pts)
         self._forget_unwanted()
 
     @property
     def wanted(self) -> list[str]:
-        """The forms in use, the shortest first; no other is encoded."""
-        forms = sorted(self._streams, key=lambda form: (form.mu_ms, form.bitrate_bps))
-        return [form.name for form in forms]
+        """The encodings in use, the shortest first; no other is encoded."""
+        encodings = sorted(self._streams, key=lambda one: (one.mu_ms, one.bitrate_bps))
+        return [one.name for one in encodings]
 
     @property
     def dropped(self) -> int:
@@ -147,11 +149,11 @@ class SoundHub:
         """Count blocks captured and packets encoded since the start."""
         return {"captured": self._captured, "encoded": self._encoded}
 
-    def _stream(self, form: SoundForm, units: int) -> _Stream:
-        """Return this form's stream; a new one starts with the last `units` units."""
-        stream = self._streams.get(form)
+    def _stream(self, encoding: SoundEncoding, units: int) -> _Stream:
+        """Return this encoding's stream; a new one starts with the last `units` units."""
+        stream = self._streams.get(encoding)
         if stream is None:
-            stream = self._streams[form] = _Stream(form)
+            stream = self._streams[encoding] = _Stream(encoding)
             unit = stream.unit_samples
             begin_pts = (self._clock.next_pts // unit - units) * unit
             for block, pts in self._past:
@@ -160,16 +162,16 @@ class SoundHub:
         return stream
 
     def _forget_unwanted(self) -> None:
-        wanted = {form for lane in self._lanes for form in lane.forms}
+        wanted = {encoding for lane in self._lanes for encoding in lane.encodings}
         with self._lock:
             self._streams = {f: stream for f, stream in self._streams.items() if f in wanted}
 
-    def _from_thread(self, form: SoundForm, sound: EncodedSound) -> None:
+    def _from_thread(self, encoding: SoundEncoding, sound: EncodedSound) -> None:
         if self._loop is not None and not self._loop.is_closed():
-            self._loop.call_soon_threadsafe(self._fan_out, form, sound)
+            self._loop.call_soon_threadsafe(self._fan_out, encoding, sound)
 
-    def _fan_out(self, form: SoundForm, sound: EncodedSound) -> None:
-        takers = [put for lane, put in self._lanes.items() if form in lane.forms]
-        in_batches([partial(put, form, sound) for put in takers])
+    def _fan_out(self, encoding: SoundEncoding, sound: EncodedSound) -> None:
+        takers = [put for lane, put in self._lanes.items() if encoding in lane.encodings]
+        in_batches([partial(put, encoding, sound) for put in takers])
         if not takers:
             self._forget_unwanted()

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from wax.clock import Clock
     from wax.config.settings import AudioSettings, SyncSettings, VideoSettings
-    from wax.congestion.allocation import Allocation, SoundForm, Step
+    from wax.congestion.allocation import Allocation, SoundEncoding, Step
     from wax.congestion.delivery import LinkEstimate
     from wax.fanout.camera import Camera
     from wax.fanout.sound_hub import SoundHub
@@ -96,7 +96,8 @@ class LiveStreams:
     def _make_allocator(self) -> Allocator:
         is_finer = self._sync.finer_ladder and self._video.has_room
         return Allocator(
-            self._ladder.steps(is_finer=is_finer), self._ladder.forms(self._sync.least_audio_mu_ms)
+            self._ladder.steps(is_finer=is_finer),
+            self._ladder.encodings(self._sync.least_audio_mu_ms),
         )
 
     # --- the peer's life -------------------------------------------------------------------
@@ -216,7 +217,7 @@ class LiveStreams:
             allowed,
             size=self._size,
             sound=self._sound_wanted,
-            sound_forms=self._fixed_forms(),
+            sound_encodings=self._fixed_encodings(),
             sound_channels=self._audio.channels,
             other_bps=self._congestion.other_bps,
             now_s=now_s,
@@ -285,9 +286,9 @@ class LiveStreams:
         lane.redundancy = allocation.redundancy
         self._audio.choose(lane, allocation.sound, self._playout.preroll_ms)
 
-    def _fixed_forms(self) -> Sequence[SoundForm] | None:
+    def _fixed_encodings(self) -> Sequence[SoundEncoding] | None:
         mu_ms = self._sync.audio_mu_ms
-        return None if mu_ms == "auto" else self._ladder.forms_of(mu_ms)
+        return None if mu_ms == "auto" else self._ladder.encodings_of(mu_ms)
 
 
 class LiveService:

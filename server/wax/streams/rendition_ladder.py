@@ -1,4 +1,4 @@
-"""What there is to choose from: the ladder of renditions and the forms of the sound. Pure."""
+"""What there is to choose from: the ladder of renditions and the encodings of the sound. Pure."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from itertools import pairwise
 from math import sqrt
 from typing import TYPE_CHECKING, Final, Literal
 
-from wax.congestion.allocation import SoundForm, Step, area
+from wax.congestion.allocation import SoundEncoding, Step, area
 from wax.congestion.allocator import FIT_SHARE
 from wax.congestion.wire_cost import picture_bps, sound_bps
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from wax.config.settings import (
         AudioSettings,
         RenditionSettings,
-        SoundFormSettings,
+        SoundEncodingSettings,
         VideoSettings,
     )
 
@@ -35,7 +35,8 @@ class RenditionLadder:
         self._settings = {one.name: one for one in finer}
         self._shared = [step_of(one, video.codec) for one in video.renditions]
         self._finer = [step_of(one, video.codec) for one in finer]
-        self._forms = [form for one in audio.forms for form in sound_forms(one, audio.channels)]
+        found = (sound_encodings(one, audio.channels) for one in audio.encodings)
+        self._encodings = [one for encodings in found for one in encodings]
 
     def most_bps(self, size: str | None) -> float:
         """Return the rate of a link on which pictures of at most `size` could not be better.
@@ -44,13 +45,13 @@ class RenditionLadder:
         """
         fitting = (one for one in self._shared if size is not None and area(one.size) <= area(size))
         picture = max((picture_bps(one, 0, one.bitrate_bps) for one in fitting), default=0.0)
-        return (picture + sound_bps(self._forms[0], 0)) / FIT_SHARE
+        return (picture + sound_bps(self._encodings[0], 0)) / FIT_SHARE
 
     @property
     def least_bps(self) -> float:
         """The rate on the wire of the smallest picture with the sound that goes with it."""
-        step, form = self._shared[-1], self._forms[-1]
-        return picture_bps(step, 0, step.bitrate_bps) + sound_bps(form, 0)
+        step, encoding = self._shared[-1], self._encodings[-1]
+        return picture_bps(step, 0, step.bitrate_bps) + sound_bps(encoding, 0)
 
     def steps(self, *, is_finer: bool) -> Sequence[Step]:
         """Return the shared renditions, or the finer ladder of a viewer with their own encoder.
@@ -63,23 +64,23 @@ class RenditionLadder:
         """Return what a step's rendition is made of."""
         return self._settings[name]
 
-    def forms(self, least_mu_ms: int) -> Sequence[SoundForm]:
-        """Return the forms whose media units are no shorter; the longest where all are."""
-        found = [form for form in self._forms if form.mu_ms >= least_mu_ms]
-        return found or self._forms[-1:]
+    def encodings(self, least_mu_ms: int) -> Sequence[SoundEncoding]:
+        """Return the encodings whose media units are no shorter; the longest where all are."""
+        found = [one for one in self._encodings if one.mu_ms >= least_mu_ms]
+        return found or self._encodings[-1:]
 
-    def forms_of(self, mu_ms: int) -> Sequence[SoundForm]:
-        """Return the forms of this media unit, at the rates of the nearest on offer."""
-        nearest_ms = min((form.mu_ms for form in self._forms), key=lambda ms: abs(ms - mu_ms))
-        return [replace(form, mu_ms=mu_ms) for form in self._forms if form.mu_ms == nearest_ms]
+    def encodings_of(self, mu_ms: int) -> Sequence[SoundEncoding]:
+        """Return the encodings of this media unit, at the rates of the nearest on offer."""
+        nearest_ms = min((one.mu_ms for one in self._encodings), key=lambda ms: abs(ms - mu_ms))
+        return [replace(one, mu_ms=mu_ms) for one in self._encodings if one.mu_ms == nearest_ms]
 
 
-def sound_forms(settings: SoundFormSettings, channels: int) -> list[SoundForm]:
-    """Return one of `[audio] forms`: in stereo, where that is configured, and in mono."""
-    mono = SoundForm(settings.mu_ms, settings.bitrate_bps)
+def sound_encodings(settings: SoundEncodingSettings, channels: int) -> list[SoundEncoding]:
+    """Return one of `[audio] encodings`: in stereo, where that is configured, and in mono."""
+    mono = SoundEncoding(settings.mu_ms, settings.bitrate_bps)
     if channels == 1 or not settings.stereo_bitrate_bps:
         return [mono]
-    return [SoundForm(settings.mu_ms, settings.stereo_bitrate_bps, channels), mono]
+    return [SoundEncoding(settings.mu_ms, settings.stereo_bitrate_bps, channels), mono]
 
 
 def refined(renditions: Iterable[RenditionSettings]) -> list[RenditionSettings]:

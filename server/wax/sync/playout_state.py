@@ -44,11 +44,11 @@ class PlayoutState:
         """Update from a report and the state of the link at that time."""
         self.now_s = max(now_s, self.now_s) if isfinite(now_s) else self.now_s
         heard = report.sound or StreamPlayout()
-        form = None if allocation is None else allocation.sound
+        encoding = None if allocation is None else allocation.sound
         self.sound.decide(
             jitter_ms=0.0 if estimate is None else estimate.jitter_ms,
-            mu_ms=_USUAL_MU_MS if form is None else form.mu_ms,
-            redundancy=0 if allocation is None or form is None else allocation.redundancy,
+            mu_ms=_USUAL_MU_MS if encoding is None else encoding.mu_ms,
+            redundancy=0 if allocation is None or encoding is None else allocation.redundancy,
             concealed_ms=heard.concealed_ms,
             played_ms=heard.played_ms,
             output_ms=heard.output_ms,

@@ -31,7 +31,7 @@ _USELESS_MS: Final = 100.0
 """More than this at the longest delay: waiting is of no use. Ours."""
 
 _GRACE_S: Final = 1.0
-"""So long after the sound began, or its form changed, what is concealed says nothing of the link.
+"""So long after the sound or its encoding began, what is concealed says nothing of the link.
 Ours."""
 
 _NEW_SHARE: Final = 0.25
@@ -76,7 +76,7 @@ class SoundDelay:
         self._bound_ms = bound_ms
         self._level_ms = 0.0
         self._heard = _Heard()
-        self._form: tuple[int, int] | None = None
+        self._encoding: tuple[int, int] | None = None
         self._now_s = float("-inf")
         self._calm_since_s = float("-inf")
         self._patience_s = _PATIENCE_S[0]
@@ -132,8 +132,8 @@ class SoundDelay:
         """
         self._device.update(output_ms)
         self._now_s = now_s = max(now_s, self._now_s) if isfinite(now_s) else self._now_s
-        if (mu_ms, redundancy) != self._form or is_congested:
-            self._form = (mu_ms, redundancy)
+        if (mu_ms, redundancy) != self._encoding or is_congested:
+            self._encoding = (mu_ms, redundancy)
             self._heard.ignore(now_s + _GRACE_S)
         self._heard.count(concealed_ms, played_ms, now_s)
         if self.fixed_ms is not None or is_congested or not learns:

@@ -66,11 +66,11 @@ class CameraFiles:
                 closing.callback(file.close)
 
     def _begin(self, camera: int, origin_s: float) -> TapeFile:
-        form = self._cameras[camera - 1]
+        camera_format = self._cameras[camera - 1]
         return TapeFile(
-            self._shelf.path(self._name, beside(camera, ENDINGS[form.codec])),
-            codec=form.codec,
-            size=form.size,
+            self._shelf.path(self._name, beside(camera, ENDINGS[camera_format.codec])),
+            codec=camera_format.codec,
+            size=camera_format.size,
             has_sound=False,
             origin_s=origin_s,
         )

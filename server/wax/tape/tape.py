@@ -8,7 +8,7 @@ import structlog
 
 from wax.error_boundary import ErrorBoundary
 from wax.sentence import Sentence
-from wax.streams.rendition_ladder import sound_forms
+from wax.streams.rendition_ladder import sound_encodings
 from wax.tape.camera_track import CameraTrack, format_of
 from wax.tape.recorder import Format, Recorder
 from wax.tape.shelf import Shelf, where
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from wax.clock import Clock
     from wax.config.settings import Settings
-    from wax.congestion.allocation import SoundForm
+    from wax.congestion.allocation import SoundEncoding
     from wax.fanout.camera import Camera
     from wax.fanout.sound_hub import SoundHub
     from wax.fanout.sound_lane import BoundedSoundLane
@@ -30,7 +30,7 @@ _LOG = structlog.get_logger(__name__)
 
 _FAILED: Final = Sentence("tape.given_up")
 _SOUND_MS: Final = 20
-"""The packets that observers on good links get; the form next to it is recorded."""
+"""The packets that observers on good links get; the encoding next to it is recorded."""
 
 
 class TapeFeed:
@@ -52,7 +52,7 @@ class TapeFeed:
     ) -> None:
         best = settings.video.renditions[0]
         self._rendition = best.name
-        self._forms = _forms(settings)
+        self._encodings = _encodings(settings)
         self._video = video
         self._audio = audio if settings.recording.sound else None
         self._boundary = ErrorBoundary(viewer=0, counters=counters, end=self._detach)
@@ -66,7 +66,7 @@ class TapeFeed:
                 codec=settings.video.codec,
                 size=None if video is None else (best.width, best.height),
                 has_sound=self.has_sound,
-                sound_channels=self._forms[0].channels,
+                sound_channels=self._encodings[0].channels,
                 keyframe_interval_s=settings.video.keyframe_interval_s,
                 cameras=tuple(format_of(one.settings) for one in recorded),
             ),
@@ -97,7 +97,7 @@ class TapeFeed:
         if self._audio is not None:
             self._sound_lane = self._audio.add(self._boundary)
             self._sound_lane.listen(self._take_sounds)
-            self._choose_form(self._audio, self._sound_lane)
+            self._choose_encoding(self._audio, self._sound_lane)
         for track in self._tracks:
             track.start()
 
@@ -116,12 +116,12 @@ class TapeFeed:
         while self._sound_lane is not None and (sound := self._sound_lane.take()):
             self.recorder.sound(sound)
         if self._audio is not None and self._sound_lane is not None:
-            self._choose_form(self._audio, self._sound_lane)
+            self._choose_encoding(self._audio, self._sound_lane)
 
-    def _choose_form(self, audio: SoundHub, lane: BoundedSoundLane) -> None:
+    def _choose_encoding(self, audio: SoundHub, lane: BoundedSoundLane) -> None:
         """Take stereo while the microphone has two channels that are good, else mono."""
-        fitting = (form for form in self._forms if form.channels <= audio.channels)
-        audio.choose(lane, next(fitting, self._forms[-1]), 0)
+        fitting = (encoding for encoding in self._encodings if encoding.channels <= audio.channels)
+        audio.choose(lane, next(fitting, self._encodings[-1]), 0)
 
     def _detach(self) -> None:
         """Leave the fan-out after an error in it: a tape without it must not harm anybody."""
@@ -136,7 +136,7 @@ class TapeFeed:
             track.leave()
 
 
-def _forms(settings: Settings) -> list[SoundForm]:
-    """Return the form to record, in stereo before mono."""
-    nearest = min(settings.audio.forms, key=lambda one: abs(one.mu_ms - _SOUND_MS))
-    return sound_forms(nearest, settings.audio.channels)
+def _encodings(settings: Settings) -> list[SoundEncoding]:
+    """Return the encoding to record, in stereo before mono."""
+    nearest = min(settings.audio.encodings, key=lambda one: abs(one.mu_ms - _SOUND_MS))
+    return sound_encodings(nearest, settings.audio.channels)

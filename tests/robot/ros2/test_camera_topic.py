@@ -119,7 +119,7 @@ def test_compressed_pictures_are_decoded() -> None:
         (SimpleNamespace(format=["png"], data=b"no png"), "no picture"),
     ],
 )
-def test_what_is_no_picture_says_its_form(message: Any, what: str) -> None:
+def test_what_is_no_picture_says_its_encoding(message: Any, what: str) -> None:
     """What cannot be shown is refused with what it is."""
     with pytest.raises(ValueError, match=what):
         to_bgr(message)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MAX_PIXELS: Final = 4096 * 4096
-_FORMS: Final = {
+_ENCODINGS: Final = {
     "bgr8": (3, None),
     "rgb8": (3, cv2.COLOR_RGB2BGR),
     "bgra8": (4, cv2.COLOR_BGRA2BGR),
@@ -42,7 +42,7 @@ _MAX_WORDS: Final = 40
 
 
 def to_bgr(message: Any) -> NDArray[np.uint8]:
-    """Return the picture of an Image or CompressedImage; raises `ValueError` with its form."""
+    """Return the picture of an Image or CompressedImage; raises `ValueError` with its encoding."""
     try:
         data = _octets(message.data)
         if hasattr(message, "encoding"):
@@ -60,27 +60,27 @@ def _octets(data: Any) -> NDArray[np.uint8]:
 
 
 def _raw(message: Any, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    form = members.text(message.encoding)[:_MAX_WORDS]
+    encoding = members.text(message.encoding)[:_MAX_WORDS]
     height, width = members.whole(message.height), members.whole(message.width)
-    if form not in _FORMS:
-        raise ValueError(form)
-    size, conversion = _FORMS[form]
+    if encoding not in _ENCODINGS:
+        raise ValueError(encoding)
+    size, conversion = _ENCODINGS[encoding]
     # Some leave it 0: rows without a gap, if they fill the picture.
     is_tight = not getattr(message, "step", None) and data.size == height * width * size
     step = width * size if is_tight else members.whole(message.step)
     is_whole = 0 < width * size <= step and height > 0 and data.size >= height * step
     if not is_whole or width * height > MAX_PIXELS or step > MAX_PIXELS:
-        raise ValueError(f"{form}, {width}×{height}, {data.size} octets")
+        raise ValueError(f"{encoding}, {width}×{height}, {data.size} octets")
     rows = data[: height * step].reshape(height, step)[:, : width * size]
     pixels = np.ascontiguousarray(rows).reshape(height, width, size)
-    if form in _DEEP:  # the octet of more weight
+    if encoding in _DEEP:  # the octet of more weight
         pixels = np.ascontiguousarray(pixels[:, :, 0 if message.is_bigendian else 1])
     return pixels if conversion is None else np.asarray(cv2.cvtColor(pixels, conversion), np.uint8)
 
 
-def _compressed(form: object, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Read what the octets themselves say that it is; `form` is only for the words."""
+def _compressed(stated: object, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Read what the octets themselves say that it is; `stated` is only for the words."""
     bgr = cv2.imdecode(data, cv2.IMREAD_COLOR) if data.size else None
     if bgr is None:
-        raise ValueError((form if isinstance(form, str) else "")[:_MAX_WORDS] or "no picture")
+        raise ValueError((stated if isinstance(stated, str) else "")[:_MAX_WORDS] or "no picture")
     return np.asarray(bgr, np.uint8)
