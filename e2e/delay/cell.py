@@ -32,7 +32,7 @@ class Cell(BaseModel):
     """Only for ``thesis``; 500 where it is None."""
     content: Literal["testcard", "speech"] = "testcard"
     browser: Literal["chromium", "firefox"] = "chromium"
-    player: Literal["auto", "browser", "own"] = "auto"
+    player: Literal["auto", "browser", "built-in"] = "auto"
     """Who plays WAX's sound on the page."""
     viewers: int = 1
     """All but the first only count what they get."""

@@ -55,12 +55,12 @@ class Counters(_Columns):
     sent_bytes: list[float | None] = []
 
 
-class OwnSound(_Columns):
-    """One row for each report of WAX's own player, all since it began to play a peer."""
+class PlayerSound(_Columns):
+    """One row for each report of the page's built-in player, all since it began to play a peer."""
 
     at_ms: list[float] = []
     played_ms: list[float] = []
-    made_up_ms: list[float] = []
+    concealed_ms: list[float] = []
     stretched_ms: list[float] = []
 
 
@@ -97,7 +97,7 @@ class Readings(BaseModel):
     pictures: Pictures = Pictures()
     sound: Sound = Sound()
     counters: Counters = Counters()
-    own_sound: OwnSound = OwnSound()
+    player_sound: PlayerSound = PlayerSound()
     commands: Commands = Commands()
     set_points: SetPoints = SetPoints()
     connections: Connections = Connections()
@@ -106,5 +106,5 @@ class Readings(BaseModel):
 
     @property
     def heard_counters(self) -> Counters:
-        """The counters of what is heard; where WAX's own player plays, the browser has none."""
-        return Counters() if self.own_sound.at_ms else self.counters
+        """The counters of what is heard; where the built-in player plays, the browser has none."""
+        return Counters() if self.player_sound.at_ms else self.counters

@@ -52,7 +52,8 @@ async def own_error(link: Link, browser: Browser, folder: Path) -> list[Row]:
     The goal is that two instruments on the page agree within 5 ms, and that 100 ms by which the
     source's clock is behind at times are read as 100 ± 5, for picture and sound. On a busy
     machine, whose unrest spreads the readings, it goes on for up to 45 s, until they tell. Raises
-    `MeasureError` when server or browser do not work.
+    `MeasureError` when server or browser do not work, or where the instrument does not count
+    what the page's built-in player plays.
     """
     config = folder / "wax.toml"
     config.write_text(toml.dumps(_CONFIG), encoding="utf-8")
@@ -69,7 +70,10 @@ async def own_error(link: Link, browser: Browser, folder: Path) -> list[Row]:
         began_s = time.monotonic()
         await asyncio.sleep(_SETTLE_S + _LEAST_S)
         while True:
-            found, is_certain = judged(await one.readings(), await two.readings())
+            first = await one.readings()
+            found, is_certain = judged(first, await two.readings())
+            if not first.player_sound.at_ms:
+                raise MeasureError("the instrument's own error: nothing is counted of the player")
             if is_certain or time.monotonic() - began_s - _SETTLE_S >= _MOST_S:
                 return found
             await asyncio.sleep(_MORE_S)

@@ -9,8 +9,8 @@ from e2e.delay.readings import (
     Commands,
     Connections,
     Counters,
-    OwnSound,
     Pictures,
+    PlayerSound,
     Readings,
     SetPoints,
     Sound,
@@ -105,7 +105,7 @@ class Instrument:
             known.first_picture_ms = taken["first_picture_ms"]
         _extend(known.pictures, _pictures(taken["pictures"]))
         _extend(known.counters, Counters(**taken["counters"]))
-        _extend(known.own_sound, OwnSound(**taken["own_sound"]))
+        _extend(known.player_sound, PlayerSound(**taken["player_sound"]))
         _extend(known.commands, Commands(**taken["commands"]))
         _extend(known.set_points, SetPoints(**taken["set_points"]))
         _extend(known.connections, Connections(**taken["connections"]))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeVar
 
 import numpy as np
 
-from e2e.delay.readings import Counters, OwnSound
+from e2e.delay.readings import Counters, PlayerSound
 from e2e.instrument.bursts import Burst, bursts, skews_ms
 from e2e.instrument.pauses import concealed_pauses, tone_pauses
 from e2e.measure.summary import summarize
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from e2e.delay.readings import Pictures, Readings
 
-C = TypeVar("C", Counters, OwnSound)
+C = TypeVar("C", Counters, PlayerSound)
 Series = list[tuple[float, float]]
 """(Unix ms, value), in the order of the times."""
 
@@ -151,11 +151,11 @@ def share(
     readings: Readings, what: Literal["concealed", "stretched"], from_ms: float, to_ms: float
 ) -> float | None:
     """Return how much of what was played was so, by the count of whichever player played."""
-    own = _within(readings.own_sound, from_ms, to_ms)
+    player = _within(readings.player_sound, from_ms, to_ms)
     counters = _within(readings.counters, from_ms, to_ms)
-    if own.at_ms:
-        played = _risen(own.played_ms)
-        found = _risen(own.made_up_ms if what == "concealed" else own.stretched_ms)
+    if player.at_ms:
+        played = _risen(player.played_ms)
+        found = _risen(getattr(player, f"{what}_ms"))
         return found / played if played else None
     all_per_s = _per_s(counters.at_ms, counters.played_samples)
     per_s = _per_s(counters.at_ms, getattr(counters, f"{what}_samples"))

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from e2e.delay.readings import Connections, OwnSound, Pictures, Readings, SetPoints
+from e2e.delay.readings import Connections, Pictures, PlayerSound, Readings, SetPoints
 from e2e.instrument.instrument import Instrument, InstrumentError, whole_ms
 from e2e.instrument.pauses import Pauses, concealed_pauses, tone_pauses
 from e2e.instrument.sums import drift_per_min, figures, window
@@ -223,14 +223,14 @@ def test_concealment_counts_from_the_first_sound() -> None:
     assert "concealed_percent" not in summed(silent, to_ms=END_MS)
 
 
-def test_our_own_players_counts_come_before_the_browsers() -> None:
+def test_the_built_in_players_counts_come_before_the_browsers() -> None:
     """Where the page plays by itself the browser counts nothing of what is heard."""
     page = readings(20)
     seconds = [*range(12), *range(8)]  # it was begun again once, and counts anew
-    page.own_sound = OwnSound(
+    page.player_sound = PlayerSound(
         at_ms=[OPENED_MS + 1000.0 * second for second in range(20)],
         played_ms=[1000.0 * second for second in seconds],
-        made_up_ms=[20.0 * second for second in seconds],
+        concealed_ms=[20.0 * second for second in seconds],
         stretched_ms=[5.0 * second for second in seconds],
     )
     found = summed(page)

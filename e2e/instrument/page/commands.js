@@ -1,14 +1,14 @@
 // Times the pings that WAX's page sends on the channel "drive", as the page itself sees them: from
 // its call of `send` to the event that brings the answer. Set-points, which nobody answers, share
 // the channel with them; of each it is kept when it was handed over. So do reports, whose counts of
-// the sound are kept where WAX's own player made them: the browser has none of it.
+// the sound are kept where the page's built-in player made them: the browser has none of it.
 //
 // A message is an object with a `type` or, as newer versions have it, a list whose first member
 // says what it is; the number of a ping is then the second.
 const makeCommands = (clock, hooks) => {
   const table = makeTable(["at_ms", "round_trip_ms"], 6000);
   const setPoints = makeTable(["at_ms"], 40_000);
-  const ownSound = makeTable(["at_ms", "played_ms", "made_up_ms", "stretched_ms"], 6000);
+  const playerSound = makeTable(["at_ms", "played_ms", "concealed_ms", "stretched_ms"], 6000);
   const watched = new WeakSet();
   const open = new Map(); // of each id, when it was sent
 
@@ -31,9 +31,12 @@ const makeCommands = (clock, hooks) => {
     if (said?.type === "drive") {
       setPoints.add(rounded(clock.now(), 1));
     }
-    if (said?.type === "report" && said.sound?.[6] === "own") {
-      const [, , , made_up_ms, played_ms, stretched_ms] = said.sound;
-      ownSound.add(rounded(clock.now(), 1), played_ms, made_up_ms, stretched_ms);
+    if (said?.type === "report" && said.sound) {
+      const sound = Object.fromEntries(SOUND_REPORT.map((name, at) => [name, said.sound[at]]));
+      if (sound.player !== "browser") {
+        const { played_ms, concealed_ms, stretched_ms } = sound;
+        playerSound.add(rounded(clock.now(), 1), played_ms, concealed_ms, stretched_ms);
+      }
     }
     if (said?.type !== "ping") return;
     if (!watched.has(channel)) {
@@ -51,5 +54,5 @@ const makeCommands = (clock, hooks) => {
     open.set(said.id, performance.now());
     if (open.size > 1000) open.delete(open.keys().next().value);
   });
-  return { table, setPoints, ownSound };
+  return { table, setPoints, playerSound };
 };

@@ -34,7 +34,7 @@ if (window === window.top && !(NAME in window)) {
         first_picture_ms: video.first_ms(),
         cost: video.cost,
         pictures: video.table.take(),
-        own_sound: commands.ownSound.take(),
+        player_sound: commands.playerSound.take(),
         counters: counts.table.take(),
         commands: commands.table.take(),
         set_points: commands.setPoints.take(),
