@@ -127,7 +127,7 @@ def run(command: list[str], env: dict[str, str], *, limit_s: float | None = None
         raise PageError(f"`{said}` failed, see above")
 
 
-def insist(
+def retry(
     command: list[str], env: dict[str, str], *, limit_s: float = 1800, tries: int = 3
 ) -> None:
     """Run a command that uses a mirror, which may fail or hang; raises the last `PageError`."""
@@ -158,7 +158,7 @@ def install_tools(env: dict[str, str]) -> None:
     lock, stamp = WEB / "package-lock.json", WEB / "node_modules/.wax"
     if not is_current(stamp, iter([lock])):
         print("wax: installing the page's packages", file=sys.stderr)
-        insist(["npm", "ci", "--loglevel", "error"], env)
+        retry(["npm", "ci", "--loglevel", "error"], env)
         stamp.write_text(fingerprint(iter([lock])))
 
 
@@ -196,7 +196,7 @@ def main(kind: str) -> None:
     if not has_node(env["PATH"]):
         print("wax: installing Node into .venv", file=sys.stderr)
         pip = [sys.executable, "-m", "pip", "install", "-q", "--timeout", "30", "--retries", "3"]
-        insist([*pip, "--require-hashes", "-r", str(ROOT / ".make/node.lock")], env)
+        retry([*pip, "--require-hashes", "-r", str(ROOT / ".make/node.lock")], env)
         importlib.invalidate_caches()
         link_node(scripts)
     if kind == "check" or is_built():

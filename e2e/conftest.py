@@ -38,8 +38,8 @@ MEASURES = ("browsers", "delay", "instrument", "link", "load", "peers")
 BESIDE = (
     "gallery",
     "reach",
+    "test_big_screen.py",
     "test_init.py",
-    "test_kiosk.py",
     "test_language.py",
     "test_loopback_only.py",
     "test_page.py",

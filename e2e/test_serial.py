@@ -53,7 +53,7 @@ async def the_problem(server: Server) -> str:
     return await eventually(problem, "the server knows of the loss", within_s=3)
 
 
-async def mended(server: Server) -> bool:
+async def is_connected(server: Server) -> bool:
     return bool((await server.status())["robot"]["connected"])
 
 
@@ -147,7 +147,7 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
         await asyncio.sleep(1.5)
         (stopped_s,) = (event["t_s"] for event in board.events() if event["event"] == "ttl")
         assert taken(board, stopped_s) == {"hello", "stop"}, "it moved without a new press"
-        assert await mended(server)
+        assert await is_connected(server)
         await viewer.page.keyboard.up("ArrowUp")
 
         # The page reports a lost line, which is opened again while the key is still held.
@@ -158,7 +158,7 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
         told = viewer.page.get_by_text(FOR_GUESTS)
         await told.first.wait_for(state="visible", timeout=2000)
         plugged_s = await board.plug()
-        await eventually(lambda: mended(server), "the line is opened again", within_s=5)
+        await eventually(lambda: is_connected(server), "the line is opened again", within_s=5)
         await told.first.wait_for(state="hidden", timeout=2000)
         await asyncio.sleep(1)
         assert taken(board, plugged_s) == {"hello", "stop"}, "it moved without a new press"
@@ -182,7 +182,7 @@ async def test_a_robot_that_is_missing_or_deaf_is_told(
     await board.unplug()
     async with serve(tmp_path, settings(board.path, "frames")) as server:
         viewer = await open_viewer(server)
-        assert not await mended(server)
+        assert not await is_connected(server)
         sentence = await the_problem(server)
         assert str(board.path) in sentence
         await viewer.page.get_by_text(FOR_GUESTS).first.wait_for(timeout=3000)
@@ -190,9 +190,9 @@ async def test_a_robot_that_is_missing_or_deaf_is_told(
         await become_host(viewer, server)
         await viewer.page.get_by_text(sentence).first.wait_for(timeout=3000)
         await board.plug()
-        await eventually(lambda: mended(server), "the robot is found", within_s=5)
+        await eventually(lambda: is_connected(server), "the robot is found", within_s=5)
         board.deafen(on=True)
         sentence = await the_problem(server)
         await viewer.page.get_by_text(sentence).first.wait_for(timeout=2000)
         board.deafen(on=False)
-        await eventually(lambda: mended(server), "the board answers again", within_s=5)
+        await eventually(lambda: is_connected(server), "the board answers again", within_s=5)

@@ -116,9 +116,9 @@ STATES: Final = (
     State("details", "The details", panels.details, _any("picture age")),
     State("rules", "What happens if something fails", panels.rules, _any("no page can change")),
     State(
-        "stage",
-        "On a screen in a hall (?view=stage)",
-        watching.stage,
+        "big-screen",
+        "On a big screen (?view=big-screen)",
+        watching.big_screen,
         _any("scan to drive"),
         shows=lambda page: page.get_by_role("img", name=re.compile("^QR code")),
         has_stop=False,

@@ -113,7 +113,7 @@ async def closed(scene: Scene) -> None:
     host.say(type="close", closed=True)
 
 
-async def stage(scene: Scene) -> None:
+async def big_screen(scene: Scene) -> None:
     """Show it on a screen in a hall, while somebody drives."""
     server = await scene.serves()
     await scene.somebody_drives()
@@ -125,5 +125,5 @@ async def stage(scene: Scene) -> None:
         await route.fulfill(response=await route.fetch(url=url, headers=headers))
 
     await viewer.page.route(f"{_NAME}/**", through)
-    await viewer.page.goto(f"{_NAME}/?view=stage")
+    await viewer.page.goto(f"{_NAME}/?view=big-screen")
     await viewer.sees_picture()

@@ -28,7 +28,7 @@ class Listener:
 
     def __init__(self, world: World, encoding: SoundEncoding, seed: int = 1) -> None:
         self._mixer = SoundMixer(world, seed)
-        self._capsules = ChannelFaults(lambda _: None)
+        self._channel_faults = ChannelFaults(lambda _: None)
         self._blocks = Blocks()
         self._clock = SampleClock()
         self._encoder = SoundEncoder(encoding)
@@ -40,7 +40,7 @@ class Listener:
     def hear(self, senses: Senses) -> NDArray[np.int16]:
         """Return what comes out of the decoder for the next 10 ms, as ``(n, 2)``; n may be 0."""
         heard: list[NDArray[np.int16]] = [np.zeros((0, 2), np.int16)]
-        sound = self._capsules.push(Sound(self._mixer.block(senses), senses.at_s))
+        sound = self._channel_faults.push(Sound(self._mixer.block(senses), senses.at_s))
         for block in self._blocks.push(sound):
             packet = self._encoder.encode(block, self._clock.stamp(block.captured_s))
             if packet is not None:

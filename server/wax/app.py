@@ -119,8 +119,8 @@ class App:
             claim=_claim(settings),
             controls=settings.controls,
         )
-        self._house = HostDecisions()
-        self._blanking = Blanking(lambda: self._house.is_blanked)
+        self._decisions = HostDecisions()
+        self._blanking = Blanking(lambda: self._decisions.is_blanked)
         encoders = _encoders(settings)
         self._cameras = [
             Camera(
@@ -180,7 +180,7 @@ class App:
                 taken=[one.source for one in settings.camera],
             )
         )
-        self._channel_faults = ChannelFaults(_tell_of_capsule, most=settings.audio.channels)
+        self._channel_faults = ChannelFaults(_log_channel_fault, most=settings.audio.channels)
         self._blocks = Blocks()
         ice = IceServers(settings.network, settings.relay)
         turnstile = Turnstile(clock)
@@ -191,7 +191,7 @@ class App:
             sync=settings.sync,
             turns=turns,
             has_camera="video" in self._captures,
-            house=self._house,
+            decisions=self._decisions,
         )
         self._speaker = _speaker_thread(settings.voice, clock, self._driver)
         self._voices = self._make_voices(counters, viewers)
@@ -216,7 +216,7 @@ class App:
             sees=viewers.sees,
             camera_fails=self._camera_fails,
             picture_clock=lambda: self._picture_clock,
-            on_hold=lambda: self._house.on_hold,
+            on_hold=lambda: self._decisions.on_hold,
             max_fraction=viewers.max_fraction,
             on_events=each(
                 viewers.turn_events,
@@ -249,13 +249,13 @@ class App:
                 captures=self._captures,
                 picture_clock=lambda: self._picture_clock,
                 access=self._access,
-                house=self._house,
+                decisions=self._decisions,
                 voices=self._voices,
                 tape=lambda: None if tape is None else tape.status(),
                 cameras=self._cameras,
             ),
             access=self._access,
-            house=self._house,
+            decisions=self._decisions,
             records=self._records,
             keeper=self._keeper,
             network=self._network,
@@ -480,7 +480,7 @@ class App:
             speaker=self._speaker,
             clock=self._clock,
             counters=counters,
-            house=self._house,
+            decisions=self._decisions,
             role=self._role_of,
             changed=viewers.changed,
         )
@@ -546,7 +546,7 @@ def _encoders(settings: Settings) -> list[Encoders]:
     return choose([settings.video, *settings.camera])
 
 
-def _tell_of_capsule(problem: str | None) -> None:
+def _log_channel_fault(problem: str | None) -> None:
     if problem is None:
         _LOG.info("both channels of the microphone are back")
     else:

@@ -36,14 +36,14 @@ class Listening:
 
     def __init__(self, most: int = 2) -> None:
         self.told: list[str | None] = []
-        self.capsules = ChannelFaults(self.told.append, most=most)
+        self.faults = ChannelFaults(self.told.append, most=most)
 
     def hears(self, seconds: float, left: object, right: object) -> Sound:
         """Push so much sound; `left` and `right` make a block each."""
         assert callable(left)
         assert callable(right)
         for _ in range(round(seconds * 100)):
-            sound = self.capsules.push(both(left(), right()))
+            sound = self.faults.push(both(left(), right()))
         return sound
 
 
@@ -72,17 +72,17 @@ def test_one_that_fails_is_left_out(how: str, side: int) -> None:
     parts = (bad, good) if side == 0 else (good, bad)
     assert listening.hears(1.0, good, good).channels == 2
     assert listening.hears(1.9, *parts).channels == 2
-    capsules = listening.capsules
+    faults = listening.faults
     listening.hears(0.2, *parts)
     block = both(parts[0](), parts[1]())
-    assert np.array_equal(capsules.push(block).samples, block.samples[:, 1 - side])
+    assert np.array_equal(faults.push(block).samples, block.samples[:, 1 - side])
     assert len(listening.told) == 1
     assert ("left", "right")[side] in str(listening.told[0])
-    assert capsules.problem == listening.told[0]
+    assert faults.problem == listening.told[0]
     listening.hears(0.9, good, good)
-    assert capsules.problem is not None
+    assert faults.problem is not None
     assert listening.hears(0.2, good, good).channels == 2
-    assert capsules.problem is None
+    assert faults.problem is None
     assert listening.told[1:] == [None]
 
 
@@ -104,7 +104,7 @@ def test_words_with_pauses_are_added_up() -> None:
     for _ in range(11):
         listening.hears(0.2, good, lambda: constant(0))
         listening.hears(0.3, quiet, lambda: constant(0))
-    assert listening.capsules.problem is not None
+    assert listening.faults.problem is not None
 
 
 @given(share=st.floats(0.02, 1.0), first=st.booleans())
@@ -132,17 +132,17 @@ def test_an_empty_piece_says_nothing() -> None:
     """Some devices begin with one; two channels stay two."""
     listening = Listening()
     listening.hears(0.5, good, good)
-    listening.capsules.push(Sound(np.zeros((0, 2), np.int16), 1.0))
+    listening.faults.push(Sound(np.zeros((0, 2), np.int16), 1.0))
     assert listening.hears(0.02, good, good).channels == 2
     same = good()
-    assert listening.capsules.push(both(same, same)).channels == 2
+    assert listening.faults.push(both(same, same)).channels == 2
 
 
 @pytest.mark.parametrize("shape", [(480,), (480, 1)])
 def test_one_channel_passes(shape: tuple[int, ...]) -> None:
     """A driver's mono microphone is heard as it is."""
     samples = good()
-    sound = Listening().capsules.push(Sound(samples.reshape(shape), 3.0))
+    sound = Listening().faults.push(Sound(samples.reshape(shape), 3.0))
     assert np.array_equal(sound.samples, samples)
     assert sound.captured_s == 3.0
 
@@ -152,10 +152,10 @@ def test_mono_is_the_mean_of_two() -> None:
     listening = Listening(most=1)
     loud, soft = constant(32000), constant(31000)
     loud[0], soft[0] = 0, 10
-    assert listening.capsules.push(both(loud, soft)).samples.tolist() == [5, *[31500] * 479]
+    assert listening.faults.push(both(loud, soft)).samples.tolist() == [5, *[31500] * 479]
     assert listening.hears(2.1, good, lambda: constant(0)).channels == 1
     block = both(good(), constant(0))
-    assert np.array_equal(listening.capsules.push(block).samples, block.samples[:, 0])
+    assert np.array_equal(listening.faults.push(block).samples, block.samples[:, 0])
 
 
 @pytest.mark.parametrize(
@@ -167,4 +167,4 @@ def test_another_shape_is_a_sentence(
 ) -> None:
     """A class of the host's own that delivers something else is told what is wanted."""
     with pytest.raises(SourceError, match=r"must be int16 of the shape \(n,\) for one channel"):
-        Listening().capsules.push(Sound(samples, 1.0))
+        Listening().faults.push(Sound(samples, 1.0))

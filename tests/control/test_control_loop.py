@@ -1198,7 +1198,7 @@ def live(
     )
 
 
-def test_a_witness_hears_of_all_once_the_robot_has_it() -> None:
+def test_a_listener_hears_of_all_once_the_robot_has_it() -> None:
     """Each command with its fate, each set-point with what the robot was given; but afterwards."""
     bench = Bench()
     bench.enter(A, B)

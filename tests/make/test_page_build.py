@@ -122,7 +122,7 @@ def test_a_mirror_that_hangs_is_given_up(tmp_path: Path, env: dict[str, str]) ->
     """Each try ends with its limit, the last with a sentence."""
     began_s = time.monotonic()
     with pytest.raises(page.PageError, match="was not done after 0 s"):
-        page.insist(_trying(tmp_path, "exec sleep 30"), env, limit_s=0.2, tries=2)
+        page.retry(_trying(tmp_path, "exec sleep 30"), env, limit_s=0.2, tries=2)
     assert time.monotonic() - began_s < 10
     assert _tried(tmp_path) == 2
 
@@ -131,7 +131,7 @@ def test_a_mirror_that_fails_is_asked_again(
     tmp_path: Path, env: dict[str, str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The second try may succeed; a person is told why it takes longer."""
-    page.insist(_trying(tmp_path, f"test $(wc -c <{tmp_path}/tried) = 2"), env)
+    page.retry(_trying(tmp_path, f"test $(wc -c <{tmp_path}/tried) = 2"), env)
     assert _tried(tmp_path) == 2
     assert "failed, see above; trying again" in capsys.readouterr().err
 
@@ -139,12 +139,12 @@ def test_a_mirror_that_fails_is_asked_again(
 def test_after_the_last_try_it_has_failed(tmp_path: Path, env: dict[str, str]) -> None:
     """A mirror that never answers well is an error."""
     with pytest.raises(page.PageError, match="failed"):
-        page.insist(_trying(tmp_path, "exit 7"), env, tries=3)
+        page.retry(_trying(tmp_path, "exit 7"), env, tries=3)
     assert _tried(tmp_path) == 3
 
 
 def test_who_interrupts_is_obeyed(tmp_path: Path, env: dict[str, str]) -> None:
     """After Ctrl-C nothing is tried again."""
     with pytest.raises(KeyboardInterrupt):
-        page.insist(_trying(tmp_path, "exit 130"), env)  # as a shell reports it
+        page.retry(_trying(tmp_path, "exit 130"), env)  # as a shell reports it
     assert _tried(tmp_path) == 1

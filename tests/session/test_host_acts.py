@@ -43,7 +43,7 @@ async def test_held_the_queue_waits(rig: Rig, host: FakePeer) -> None:
     bob = await rig.enter("bob-1111")
     bob.says(type="join")
     rig.wait(0.3, host, bob)
-    assert bob.last("room")["house"]["held"]
+    assert bob.last("room")["host_settings"]["held"]
     assert bob.last("room")["turn"]["operator"] is None
     host.says(type="hold_queue", held=False)
     rig.wait(0.3, host, bob)
@@ -97,7 +97,7 @@ async def test_one_press_locks(rig: Rig, host: FakePeer) -> None:
     host.says(type="lock", locked=True)
     assert rig.names() == ["Guest 1", "Guest 3"]
     rig.wait(0.3, host, friend)
-    assert friend.last("room")["house"]["locked"]
+    assert friend.last("room")["host_settings"]["locked"]
     with pytest.raises(NotAdmittedError, match=str(LOCKED)):
         await rig.room.answer(visitor("new-1111"), TAB, OFFER)
 
@@ -123,7 +123,7 @@ async def test_while_blanked_nobody_drives(rig: Rig, host: FakePeer) -> None:
         rig.drive(bob, seq, linear=linear)
         rig.wait(0.1, host, bob)
     rig.wait(0.4, host, bob)
-    assert bob.last("room")["house"]["blanked"]
+    assert bob.last("room")["host_settings"]["blanked"]
     assert bob.last("drive_status") | {"type": ""} == {
         "type": "",
         "moving": False,
@@ -144,7 +144,7 @@ async def test_an_announcement_is_one_bounded_line(rig: Rig, host: FakePeer) -> 
     """Everybody reads it, without marks that turn the writing."""
     host.says(type="announce", text="  Hello \u202e all ")
     rig.wait(0.3, host)
-    assert host.last("room")["house"]["message"] == "Hello \\u202e all"
+    assert host.last("room")["host_settings"]["message"] == "Hello \\u202e all"
 
 
 async def test_an_invitation_reaches_the_host_alone(rig: Rig, host: FakePeer) -> None:
@@ -235,4 +235,4 @@ async def test_guests_do_none_of_it(rig: Rig, host: FakePeer) -> None:
         bob.says(**act)
         assert bob.last("notice")["text"] == {"code": "may.host"}
     assert rig.names() == ["Guest 1", "Guest 2"]
-    assert not rig.house.is_blanked
+    assert not rig.decisions.is_blanked

@@ -187,11 +187,13 @@ class Rig:
             audio=SoundHub(),
             upload_bps=settings.network.upload_bps,
         )
-        self.house = HostDecisions()
+        self.decisions = HostDecisions()
         self.picture_clock = VOUCHED
         self.records = Records(self.clock)
         self.access = make_access(self.records, self.clock, settings.access)
-        self.viewers = Viewers(sync=settings.sync, turns=turns, has_camera=True, house=self.house)
+        self.viewers = Viewers(
+            sync=settings.sync, turns=turns, has_camera=True, decisions=self.decisions
+        )
         self.keeper = RecordKeeper(
             records=self.records,
             clock=self.clock,
@@ -208,7 +210,7 @@ class Rig:
             sees=self.viewers.sees,
             camera_fails=lambda: False,
             picture_clock=lambda: self.picture_clock,
-            on_hold=lambda: self.house.on_hold,
+            on_hold=lambda: self.decisions.on_hold,
             max_fraction=self.viewers.max_fraction,
             on_events=self.viewers.turn_events,
             on_status=self.viewers.drive_status,
@@ -231,10 +233,10 @@ class Rig:
                 captures={"video": cast("SourceThread[Picture]", self.camera)},
                 picture_clock=lambda: self.picture_clock,
                 access=self.access,
-                house=self.house,
+                decisions=self.decisions,
             ),
             access=self.access,
-            house=self.house,
+            decisions=self.decisions,
             records=self.records,
             keeper=self.keeper,
             network=network(),

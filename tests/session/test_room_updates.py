@@ -48,7 +48,7 @@ def room(*viewers: messages.ViewerInfo, **more: Any) -> messages.RoomState:
             connected=True, problem=None, bumpers=0, battery_v=7.4, battery_fraction=None
         ),
         "call": None,
-        "house": messages.House(
+        "host_settings": messages.HostSettings(
             held=False, locked=False, blanked=False, message="", max_fraction=1.0
         ),
         "video": messages.ViewStatus(problem=None),

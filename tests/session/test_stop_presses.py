@@ -69,7 +69,7 @@ def stops(
     operator: int | None = 1,
     *,
     clock: TurnedClock | None = None,
-    house: HostDecisions | None = None,
+    decisions: HostDecisions | None = None,
     records: Records | None = None,
     since_s: Mapping[str, float] | None = None,
 ) -> StopPresses:
@@ -78,7 +78,7 @@ def stops(
     return StopPresses(
         settings=StopSettings(by=by, max_per_minute=3, max_per_minute_per_address=5),
         clock=clock,
-        house=house or HostDecisions(),
+        decisions=decisions or HostDecisions(),
         turns=turns,
         control=cast("ControlLoop", control),
         keeper=RecordKeeper(
@@ -125,10 +125,10 @@ def test_unknown_people_stop_nothing(control: Control) -> None:
 
 def test_who_is_muted_stops_nothing(control: Control) -> None:
     """Until they drive: the operator's own Stop always works."""
-    house = HostDecisions(muted={"ada", "bob"})
+    decisions = HostDecisions(muted={"ada", "bob"})
     with pytest.raises(ForbiddenError, match=str(MUTED)):
-        stops(control, house=house).press(BOB, is_host=False)
-    assert stops(control, house=house).press(ADA, is_host=False) == 7
+        stops(control, decisions=decisions).press(BOB, is_host=False)
+    assert stops(control, decisions=decisions).press(ADA, is_host=False) == 7
 
 
 def test_a_person_has_a_budget(control: Control) -> None:
@@ -205,8 +205,8 @@ def test_presses_in_vain_cost_neighbours_nothing(control: Control) -> None:
 
 def test_the_host_is_told_who_presses_and_ignores_an_address(control: Control) -> None:
     """Whatever new browsers come from it; its operator's Stop counts all the same."""
-    clock, house = TurnedClock(), HostDecisions()
-    presses = stops(control, clock=clock, house=house)
+    clock, decisions = TurnedClock(), HostDecisions()
+    presses = stops(control, clock=clock, decisions=decisions)
     presses.press(ADA, is_host=False)
     assert presses.pressers() == []
     pressed(presses, "eve", "eva")

@@ -49,7 +49,7 @@ class Scene:
             speaker=self.output,
             clock=rig.clock,
             counters=rig.counters,
-            house=rig.house,
+            decisions=rig.decisions,
             role=rig.room.viewer_role,
             changed=rig.viewers.changed,
         )

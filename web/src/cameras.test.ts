@@ -117,10 +117,10 @@ it("a page that nobody sees shows nothing, which says nothing of the camera", ()
 it.each([
   ["the host lets nobody see", { blanked: true }, true],
   ["the picture is off", {}, false],
-])("says nothing of a camera while %s", (_, house, picture) => {
+])("says nothing of a camera while %s", (_, settings, picture) => {
   cameras.choose(0);
   const told = room({});
-  state.room.value = { ...told, house: { ...told.house, ...house } };
+  state.room.value = { ...told, host_settings: { ...told.host_settings, ...settings } };
   state.preferences.value = { ...state.preferences.value, picture };
   pass(5000, []);
   expect(state.large.value).toBe(0);

@@ -263,7 +263,7 @@ export function createState(kept: Preferences): State {
     mayRelease: isInCharge,
     mayKeepTape: isInCharge,
     isHost: computed(() => hello.value?.is_host === true),
-    isBlanked: computed(() => room.value?.house.blanked === true),
+    isBlanked: computed(() => room.value?.host_settings.blanked === true),
     callSecondsLeft: computed(() => {
       const call = room.value?.call;
       const isMine = call && isConnected.value && call.viewer === hello.value?.viewer;

@@ -36,7 +36,7 @@ def rooms(engine: Engine) -> list[dict[str, Any]]:
 
 
 async def are_live(server: Server, count: int) -> bool:
-    told: list[dict[str, Any]] = (await server.status())["elsewhere"]
+    told: list[dict[str, Any]] = (await server.status())["rooms"]
     return [room["is_live"] for room in told].count(True) == count
 
 
@@ -71,7 +71,7 @@ class Stage:
         """Wait until the server publishes into the room of a node, or knows that it does not."""
 
         async def is_so() -> bool:
-            told = (await self.server.status())["elsewhere"]
+            told = (await self.server.status())["rooms"]
             return bool(told[number]["is_live"]) is live
 
         what = f"node {number} is {'published to' if live else 'given up'}"

@@ -108,7 +108,7 @@ async def test_a_full_server_sends_observers_elsewhere(serve: Serve, tmp_path: P
     async with published(serve, tmp_path) as (engine, server), Client(server.url):
         async with person(server) as ada:
             answer = await answered(ada)
-            assert (answer["type"], len(answer["rooms"])) == ("elsewhere", 2)
+            assert (answer["type"], len(answer["rooms"])) == ("sent_to_room", 2)
             assert answer["hello"]["viewer"] == 0
         await engine.stop()
         await live(server, 0, within_s=10)

@@ -636,7 +636,7 @@ class StopInfo(_Outgoing):
     viewer: int | None
 
 
-class House(_Outgoing):
+class HostSettings(_Outgoing):
     """What the host has decided for everybody.
 
     `held`: no turn begins. `locked`: only invited people may stay. `blanked`: a card instead of
@@ -671,7 +671,7 @@ class RoomState(_Outgoing):
     turn: TurnInfo
     call: CallInfo | None
     stop: StopInfo | None
-    house: House
+    host_settings: HostSettings
     robot: RobotStatus
     video: ViewStatus
     audio: SourceStatus
@@ -695,7 +695,7 @@ class RoomChange(_Outgoing):
     turn: TurnInfo = _ABSENT
     call: CallInfo | None = _ABSENT
     stop: StopInfo | None = _ABSENT
-    house: House = _ABSENT
+    host_settings: HostSettings = _ABSENT
     robot: RobotStatus = _ABSENT
     video: ViewStatus = _ABSENT
     audio: SourceStatus = _ABSENT
@@ -888,7 +888,7 @@ class SentToRoom(_Outgoing):
     was written, by the clock that the pictures' capture times are of.
     """
 
-    type: Literal["elsewhere"] = "elsewhere"
+    type: Literal["sent_to_room"] = "sent_to_room"
     wall_ms: int
     rooms: list[Seat]
     links: list[str]

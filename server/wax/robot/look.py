@@ -13,7 +13,7 @@ from wax.clock import SystemClock
 from wax.errors import ConfigError, PluginError
 from wax.robot.build_driver import make_driver
 from wax.robot.known import Known, LookResult
-from wax.robot.process.child_start import first_line, log_as, own_pipes
+from wax.robot.process.child_start import claim_pipes, first_line, log_as
 from wax.robot.process.pipe_messages import decode_begin
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 def main() -> None:
     """Look at one driver."""
-    reader, writer = own_pipes()
+    reader, writer = claim_pipes()
     line = first_line(reader)
     if line is None:
         return

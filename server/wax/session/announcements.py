@@ -60,7 +60,7 @@ class Announcements:
         captures: Mapping[str, SourceThread[Picture] | SourceThread[Sound]],
         picture_clock: Callable[[], PictureClock],
         access: Access,
-        house: HostDecisions,
+        decisions: HostDecisions,
         voices: Voices | None = None,
         tape: Callable[[], messages.Tape | None] = _no_tape,
         cameras: Sequence[Camera] = (),
@@ -77,7 +77,7 @@ class Announcements:
         self._captures = captures
         self._picture_clock = picture_clock
         self._access = access
-        self._house = house
+        self._decisions = decisions
         self._voices = voices
 
     def hello(
@@ -136,12 +136,12 @@ class Announcements:
             stop=None
             if stop is None
             else messages.StopInfo(number=stop.number, by=stop.by, viewer=stop.viewer),
-            house=messages.House(
+            host_settings=messages.HostSettings(
                 held=self._turns.is_held,
                 locked=self._access.admission.is_locked,
-                blanked=self._house.is_blanked,
-                message=self._house.message,
-                max_fraction=self._house.max_fraction,
+                blanked=self._decisions.is_blanked,
+                message=self._decisions.message,
+                max_fraction=self._decisions.max_fraction,
             ),
             robot=messages.RobotStatus(
                 connected=state.connected,
@@ -194,7 +194,7 @@ class Announcements:
                     address=shortened(one.address),
                     by=one.by,
                     presses=one.presses,
-                    muted=one.address in self._house.muted_addresses,
+                    muted=one.address in self._decisions.muted_addresses,
                 )
                 for one in pressers
             ],
@@ -209,7 +209,7 @@ class Announcements:
             id=viewer.number,
             address=shortened(viewer.visitor.address),
             invited=viewer.visitor.invited_to is not None,
-            muted=viewer.visitor.identity in self._house.muted,
+            muted=viewer.visitor.identity in self._decisions.muted,
             round_trip_ms=None if one_way_s is None else round(one_way_s * 2000),
             picture_ms=None if picture is None else picture.age_ms,
             rendition=rendition if isinstance(rendition, str) else None,

@@ -18,9 +18,7 @@ if TYPE_CHECKING:
 
 _Message = TypeVar("_Message", bound="BaseModel")
 
-_AREAS: Final = frozenset(
-    {"aboard", "control", "drive", "gauge", "hold", "house", "limit", "stop", "voice"}
-)
+_AREAS: Final = frozenset({"aboard", "control", "drive", "gauge", "hold", "limit", "stop", "voice"})
 """What the rules of driving say is for everybody."""
 
 _CODES: Final = frozenset(

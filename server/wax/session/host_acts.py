@@ -51,7 +51,7 @@ class HostActs:
         self,
         *,
         access: Access,
-        house: HostDecisions,
+        decisions: HostDecisions,
         turns: Turns,
         control: ControlLoop,
         viewers: Viewers,
@@ -61,7 +61,7 @@ class HostActs:
         public_url: str = "",
     ) -> None:
         self._access = access
-        self._house = house
+        self._decisions = decisions
         self._turns = turns
         self._control = control
         self._viewers = viewers
@@ -74,14 +74,14 @@ class HostActs:
         """Carry out an act, and keep it."""
         about = self._about(act)
         if not self._at_the_door(host, act):
-            self._in_the_house(act)
+            self._decide(act)
         self._viewers.changed()
         detail = act.model_dump_json(exclude={"type", "viewer"})
         _LOG.info("host's act", host=host.number, act=act.type, about=about, detail=detail)
         person = RecordedPerson(host.visitor.identity, host.name)
         self._records.host_act(person, act.type, about=about, detail=detail)
 
-    def _in_the_house(self, act: messages.HostIn) -> None:
+    def _decide(self, act: messages.HostIn) -> None:
         match act:
             case messages.HoldQueue():
                 self._control.hold_queue(act.held)
@@ -93,13 +93,13 @@ class HostActs:
             case messages.MuteAddress():
                 self._stops.mute(act.presser, act.muted)
             case messages.MuteVoices():
-                self._house.are_voices_muted = act.muted
+                self._decisions.are_voices_muted = act.muted
             case messages.Blank():
-                self._house.is_blanked = act.blanked
+                self._decisions.is_blanked = act.blanked
             case messages.LimitSpeed():
-                self._house.max_fraction = act.fraction
+                self._decisions.max_fraction = act.fraction
             case messages.Announce():
-                self._house.message = printable(act.text.strip(), _MAX_MESSAGE_CHARS)
+                self._decisions.message = printable(act.text.strip(), _MAX_MESSAGE_CHARS)
 
     def _at_the_door(self, host: Viewer, act: messages.HostIn) -> bool:
         """Carry out what is about who may be here; False if the act is not."""
@@ -150,9 +150,9 @@ class HostActs:
         if viewer is None:
             return
         if act.muted:
-            self._house.muted.add(viewer.visitor.identity)
+            self._decisions.muted.add(viewer.visitor.identity)
         else:
-            self._house.muted.discard(viewer.visitor.identity)
+            self._decisions.muted.discard(viewer.visitor.identity)
 
     def _invite(self, host: Viewer, act: messages.Invite) -> None:
         token, ends_s = self._access.invite(act.purpose, uses=act.uses, valid_s=act.valid_s)

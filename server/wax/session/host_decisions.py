@@ -7,7 +7,7 @@ from typing import Final
 
 from wax.sentence import Sentence
 
-BLANKED: Final = Sentence("house.blanked")
+BLANKED: Final = Sentence("drive.blanked")
 
 
 @dataclass(slots=True)

@@ -85,7 +85,7 @@ class Room:
         keeper: RecordKeeper,
         network: Network,
         access: Access,
-        house: HostDecisions,
+        decisions: HostDecisions,
         records: Records,
         cluster: Cluster,
         voices: Voices | None = None,
@@ -105,7 +105,7 @@ class Room:
         self._stops = StopPresses(
             settings=settings.stop,
             clock=clock,
-            house=house,
+            decisions=decisions,
             turns=turns,
             control=control,
             keeper=keeper,
@@ -113,7 +113,7 @@ class Room:
         )
         self._host_acts = HostActs(
             access=access,
-            house=house,
+            decisions=decisions,
             turns=turns,
             control=control,
             viewers=viewers,

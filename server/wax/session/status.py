@@ -128,7 +128,7 @@ class Status:
                     "wanted": self._audio.wanted,
                     "dropped": self._audio.dropped,
                     "channels": self._audio.channels,
-                    "capsule": self._channel_faults.problem,
+                    "channel_fault": self._channel_faults.problem,
                     "filled_ms": self._blocks.filled_ms,
                     "cut_ms": self._blocks.dropped_ms,
                 },
@@ -138,7 +138,7 @@ class Status:
                 for number, camera in enumerate(self._cameras, 1)
             ],
             **self._voice(),
-            "elsewhere": self._cluster.status(),
+            "rooms": self._cluster.status(),
             "tape": _tape(self._tape),
             "counters": self._counters.snapshot() | self._control.counts(),
             "tasks": len(asyncio.all_tasks()),

@@ -70,7 +70,7 @@ class StopPresses:
         *,
         settings: StopSettings,
         clock: Clock,
-        house: HostDecisions,
+        decisions: HostDecisions,
         turns: Turns,
         control: ControlLoop,
         keeper: RecordKeeper,
@@ -78,7 +78,7 @@ class StopPresses:
     ) -> None:
         self._settings = settings
         self._clock = clock
-        self._house = house
+        self._decisions = decisions
         self._turns = turns
         self._control = control
         self._keeper = keeper
@@ -121,7 +121,7 @@ class StopPresses:
 
         Without the operator's and the host's own presses.
         """
-        since_s, muted = self._clock.now_s() - _TOLD_S, self._house.muted_addresses
+        since_s, muted = self._clock.now_s() - _TOLD_S, self._decisions.muted_addresses
         told = [one for one in self._pressers.values() if one.newest_s >= since_s]
         told += [one for one in self._pressers.values() if one.address in muted and one not in told]
         return told[::-1]
@@ -131,9 +131,9 @@ class StopPresses:
         for one in self._pressers.values():
             if one.number == number:
                 if is_muted:
-                    self._house.muted_addresses.add(one.address)
+                    self._decisions.muted_addresses.add(one.address)
                 else:
-                    self._house.muted_addresses.discard(one.address)
+                    self._decisions.muted_addresses.discard(one.address)
 
     def _press(self, viewer: Viewer | None, by: Sentence, *, is_host: bool) -> int:
         number = self._control.press_stop(
@@ -147,8 +147,8 @@ class StopPresses:
             raise ForbiddenError(ONLY_THE_OPERATOR_STOPS)
         now_s = self._clock.now_s()
         self._note(visitor.address, by, now_s)
-        house = self._house
-        if visitor.identity in house.muted or visitor.address in house.muted_addresses:
+        decisions = self._decisions
+        if visitor.identity in decisions.muted or visitor.address in decisions.muted_addresses:
             raise ForbiddenError(MUTED)
         if not self._has_budget(visitor, now_s):
             raise ForbiddenError(TOO_OFTEN)
@@ -181,7 +181,7 @@ class StopPresses:
         one.by, one.presses, one.newest_s = by, one.presses + 1, now_s
         self._pressers[address] = one
         if len(self._pressers) > _MOST_TOLD:
-            muted = self._house.muted_addresses
+            muted = self._decisions.muted_addresses
             oldest = next((each for each in self._pressers if each not in muted), None)
             if oldest is not None:
                 del self._pressers[oldest]

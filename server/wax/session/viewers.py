@@ -32,12 +32,12 @@ class Viewers:
     """The viewers in order of arrival; viewers may leave during an iteration."""
 
     def __init__(
-        self, *, sync: RoleSyncSettings, turns: Turns, has_camera: bool, house: HostDecisions
+        self, *, sync: RoleSyncSettings, turns: Turns, has_camera: bool, decisions: HostDecisions
     ) -> None:
         self._sync = sync
         self._turns = turns
         self._has_camera = has_camera
-        self._house = house
+        self._decisions = decisions
         self._viewers: dict[int, Viewer] = {}
         self._next_number = 1
         self._is_changed = False
@@ -125,4 +125,5 @@ class Viewers:
     def max_fraction(self, number: int) -> float:
         """Return how much of the robot's speed a viewer may use: the host's limit is for guests."""
         viewer = self._viewers.get(number)
-        return 1.0 if viewer is not None and viewer.visitor.is_host else self._house.max_fraction
+        is_host = viewer is not None and viewer.visitor.is_host
+        return 1.0 if is_host else self._decisions.max_fraction

@@ -71,14 +71,14 @@ class Voices:
         speaker: Output,
         clock: Clock,
         counters: Counters,
-        house: HostDecisions,
+        decisions: HostDecisions,
         role: Callable[[Viewer], Role],
         changed: Callable[[], None],
     ) -> None:
         self._speaker = speaker
         self._clock = clock
         self._counters = counters
-        self._house = house
+        self._decisions = decisions
         self._role = role
         self._changed = changed
         self._floor = Floor()
@@ -89,7 +89,7 @@ class Voices:
         """Return what everybody sees of the voices."""
         return messages.VoiceInfo(
             speaker=self._floor.holder(self._clock.now_s()),
-            muted=self._house.are_voices_muted,
+            muted=self._decisions.are_voices_muted,
             problem=self._speaker.problem,
         )
 
@@ -161,7 +161,7 @@ class Voices:
 
     @property
     def _is_muted(self) -> bool:
-        return self._house.are_voices_muted or self._house.is_blanked
+        return self._decisions.are_voices_muted or self._decisions.is_blanked
 
     def _news(self, one: _Speaking, now_s: float) -> messages.Heard:
         match one.verdict:

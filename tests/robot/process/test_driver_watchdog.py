@@ -368,7 +368,7 @@ WORDS = st.lists(
 )
 
 
-class Witness:
+class Model:
     """Knows by rules of its own what may move the robot, and holds the warden to it."""
 
     def __init__(self) -> None:
@@ -466,31 +466,31 @@ class Witness:
 @given(WORDS)
 def test_nothing_moves_that_must_not(words: list[Word]) -> None:
     """In no order of words does anything move in silence, of an old turn, or before neutral."""
-    witness = Witness()
+    model = Model()
     for word in words:
-        witness.meet(word)
+        model.meet(word)
 
 
 @given(WORDS)
 def test_who_begins_anew_drives(words: list[Word]) -> None:
     """Whatever came before, standstill for a beat and then motion of the newest turn moves it."""
-    witness = Witness()
+    model = Model()
     for word in words:
-        witness.meet(word)
-    warden, now_s = witness.warden, witness.now_s
+        model.meet(word)
+    warden, now_s = model.warden, model.now_s
     for number, linear in enumerate((0.0, 0.0, 0.5)):
         now_s += 0.02
         calls = warden.hear(
             Move(
-                sequence=witness.sequence + 1 + number,
+                sequence=model.sequence + 1 + number,
                 sent_s=now_s,
-                turn=witness.turn,
+                turn=model.turn,
                 linear_mps=linear,
                 angular_rps=0.0,
             ),
             now_s,
         )
-    assert calls == (ahead(witness.turn),)
+    assert calls == (ahead(model.turn),)
     assert warden.problem is None
 
 

@@ -98,7 +98,7 @@ function Driver() {
       <p class="big-screen-who">
         {operator.value
           ? t("big_screen.driving", { name: named(operator.value.name) })
-          : t(now.house.held ? "big_screen.closed" : "big_screen.free")}
+          : t(now.host_settings.held ? "big_screen.closed" : "big_screen.free")}
       </p>
       {secondsLeft.value !== null && (
         <p

@@ -276,7 +276,7 @@ describe("sending", () => {
 });
 
 it("ends where the server has no place, and says who has", async () => {
-  const where = { type: "elsewhere", rooms: [], links: ["https://watch.example.org"] };
+  const where = { type: "sent_to_room", rooms: [], links: ["https://watch.example.org"] };
   const bodies = { "api/ice": { iceServers: [] }, "api/offer": where };
   vi.stubGlobal("fetch", async (url: keyof typeof bodies) => {
     return new Response(JSON.stringify(bodies[url]));

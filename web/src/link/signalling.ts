@@ -55,7 +55,7 @@ export async function postOffer(
 ): Promise<Answered | Sent> {
   const answer = await timed(ask("api/offer", { ...request, signal }));
   if (typeof answer.sdp === "string") return { sdp: answer.sdp, isForHost: answer.host === true };
-  if (answer.type === "elsewhere") return answer as unknown as Sent;
+  if (answer.type === "sent_to_room") return answer as unknown as Sent;
   throw new RequestError(ours("link.no_description"), true);
 }
 

@@ -12,7 +12,7 @@ export function commanded(state: State): Twist {
   if (!robot || !state.mayMove.peek()) return STANDSTILL;
   const { linear, angular } = state.motion.peek();
   const pace = paceOf(state, robot.slow_fraction);
-  const most = state.isHost.peek() ? 1 : (state.room.peek()?.house.max_fraction ?? 1);
+  const most = state.isHost.peek() ? 1 : (state.room.peek()?.host_settings.max_fraction ?? 1);
   const largest = pace * Math.max(Math.abs(linear), Math.abs(angular));
   // The host's limit is in the server's share, too.
   const allowed = largest > most ? most / largest : 1;

@@ -196,7 +196,7 @@ describe("what is commanded", () => {
     expect(commanded(state).linearMps).toBeCloseTo(0.6 * 0.3);
     prefer({ speed: "fast" });
     const now = room({ operator: 1 });
-    state.room.value = { ...now, house: { ...now.house, max_fraction: 0.5 } };
+    state.room.value = { ...now, host_settings: { ...now.host_settings, max_fraction: 0.5 } };
     expect(commanded(state).linearMps).toBeCloseTo(0.3);
     prefer({ speed: "slow" });
     expect(commanded(state).linearMps).toBeCloseTo(0.6 * 0.3);
@@ -220,7 +220,7 @@ describe("what is commanded", () => {
     state.driveShare.value = 0.25;
     expect(commanded(state).linearMps).toBeCloseTo(0.15);
     const now = room({ operator: 1 });
-    state.room.value = { ...now, house: { ...now.house, max_fraction: 0.5 } };
+    state.room.value = { ...now, host_settings: { ...now.host_settings, max_fraction: 0.5 } };
     state.driveShare.value = 0.5;
     expect(commanded(state).linearMps).toBeCloseTo(0.3);
     state.driveShare.value = 0;
@@ -250,5 +250,5 @@ function know(camera: typeof CAMERA | null): void {
 
 function blank(): void {
   const now = room({ operator: 1 });
-  state.room.value = { ...now, house: { ...now.house, blanked: true } };
+  state.room.value = { ...now, host_settings: { ...now.host_settings, blanked: true } };
 }

@@ -116,7 +116,7 @@ export function seat(name: string, more: Partial<Seat> = {}): Seat {
 
 export function sentToRoom(more: Partial<Sent> = {}): Sent {
   return {
-    type: "elsewhere",
+    type: "sent_to_room",
     wall_ms: 0,
     sentMs: 0,
     receivedMs: 0,
@@ -184,7 +184,7 @@ export function room(options: RoomOptions): RoomState {
     },
     call: null,
     stop,
-    house: { held: false, locked: false, blanked: false, message: "", max_fraction: 1 },
+    host_settings: { held: false, locked: false, blanked: false, message: "", max_fraction: 1 },
     robot: {
       connected: true,
       problem: null,

@@ -6,7 +6,7 @@ import { useState } from "./context";
 /** Above the picture: who is aboard, the host's words to all, and a link that does not work. */
 export function Banners() {
   const { room, entryProblem } = useState();
-  const message = room.value?.house.message;
+  const message = room.value?.host_settings.message;
   const dismiss = () => {
     entryProblem.value = null;
   };

@@ -153,7 +153,7 @@ describe("the host's panel", () => {
     showHost();
     act(() => {
       const now = room({ watching: [1] });
-      now.house.locked = true;
+      now.host_settings.locked = true;
       state.room.value = now;
       tells({ closed: true });
     });
@@ -205,7 +205,7 @@ describe("the host's panel", () => {
     act(() => within("Show").click());
     act(() => {
       const now = room({ watching: [1] });
-      now.house.message = "Tea!";
+      now.host_settings.message = "Tea!";
       state.room.value = now;
     });
     act(() => within("Take it away").click());

@@ -161,7 +161,7 @@ describe("in another language", () => {
       if (now) {
         now.turn = { ...now.turn, operator: 1 };
         now.robot = { ...now.robot, connected: false, bumpers: 1, battery_v: 7 };
-        now.house = { ...now.house, message: "1" };
+        now.host_settings = { ...now.host_settings, message: "1" };
         now.viewers = now.viewers.map((one) => (one.id === 1 ? { ...one, role: "operator" } : one));
       }
       state.room.value = now && { ...now };

@@ -192,7 +192,7 @@ describe("who may not stay, hear or drive", () => {
     show({ watching: [1] });
     act(() => {
       const now = room({ watching: [1] });
-      now.house.blanked = true;
+      now.host_settings.blanked = true;
       state.room.value = now;
     });
     expect(getByText(body, blanked())).toBeTruthy();

@@ -57,7 +57,7 @@ const told = () => queryByRole(body, "alert")?.textContent ?? "";
 function blank(): void {
   act(() => {
     const now = room({ watching: [1] });
-    session.state.room.value = { ...now, house: { ...now.house, blanked: true } };
+    session.state.room.value = { ...now, host_settings: { ...now.host_settings, blanked: true } };
   });
 }
 

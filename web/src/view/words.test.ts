@@ -196,11 +196,13 @@ describe("the turn's clock", () => {
   });
 
   it("stands still for a reason that is told", () => {
-    const { house, robot } = room({});
+    const { host_settings, robot } = room({});
     expect(stands({ stop: { number: 1, by: says("Eve"), viewer: null } })).toContain(
       "while the robot is stopped.",
     );
-    expect(stands({ house: { ...house, blanked: true } })).toContain("picture and sound off");
+    expect(stands({ host_settings: { ...host_settings, blanked: true } })).toContain(
+      "picture and sound off",
+    );
     expect(stands({ robot: { ...robot, connected: false } })).toContain("does not answer");
     expect(stands({ aboard: aboard({ mode: "hand" }) })).toContain(
       "the person aboard has the robot.",
@@ -220,7 +222,7 @@ it("tells who missed their call what became of their place", () => {
 
 it("tells that the queue is paused, to whoever waits or watches", () => {
   const now = room({ operator: 2, waiting: [1], watching: [3] });
-  now.house.held = true;
+  now.host_settings.held = true;
   for (const id of [1, 3]) {
     const me = now.viewers.find((one) => one.id === id) ?? null;
     expect(turnWords(now, me).next).toContain("The queue is paused");

@@ -121,7 +121,7 @@ export function isUndated(room: RoomState | null): boolean {
 /** Why the clock of a turn stands still; null while it runs. */
 export function standingWords(room: RoomState | null): string | null {
   if (!room || room.turn.stands_left_ms === null) return null;
-  if (room.house.blanked) return t("turn.stands_blanked");
+  if (room.host_settings.blanked) return t("turn.stands_blanked");
   if (room.stop) return t("turn.stands_stopped");
   if (hasHand(room)) return t("turn.stands_aboard");
   if (room.robot.problem !== null || !room.robot.connected) return t("turn.stands_robot");
@@ -186,7 +186,7 @@ export function turnWords(room: RoomState | null, me: ViewerInfo | null): TurnWo
       next: first ? t("turn.then", { name: named(first.name) }) : t("turn.nobody_else"),
     };
   }
-  const held = room.house.held;
+  const held = room.host_settings.held;
   const name = operator ? named(operator.name) : "";
   if (me.role === "queued") {
     const driving = operator ? t("turn.while_drives", { name }) : t("turn.while_nobody");

@@ -26,10 +26,10 @@ from wax.robot.media.outlets import CameraOutlet, MicrophoneOutlet, SpeakerOutle
 from wax.robot.media.picture_memory import PictureMemory
 from wax.robot.process.child_start import (
     READ_BYTES,
+    claim_pipes,
     first_line,
     log_as,
     outlive_signals,
-    own_pipes,
     run,
 )
 from wax.sentence import Sentence
@@ -52,7 +52,7 @@ def main() -> int:
     # Where memory is short, the system shall end this process before the server and the driver.
     with contextlib.suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text("500", encoding="ascii")
-    reader, writer = own_pipes()
+    reader, writer = claim_pipes()
     line = first_line(reader)
     if line is None:
         return 0

@@ -17,7 +17,7 @@ from wax.clock import SystemClock
 from wax.errors import ConfigError
 from wax.robot.build_driver import make_driver
 from wax.robot.process.child_loop import ChildLoop
-from wax.robot.process.child_start import first_line, log_as, outlive_signals, own_pipes, run
+from wax.robot.process.child_start import claim_pipes, first_line, log_as, outlive_signals, run
 from wax.robot.process.driver_watchdog import DriverWatchdog
 from wax.robot.process.passenger import make_passenger
 from wax.robot.process.pipe_messages import NotBuilt, decode_begin, encode
@@ -35,7 +35,7 @@ def main() -> int:
     # not raise the priority; then the robot's own watchdog covers an overloaded machine.
     with contextlib.suppress(OSError):
         os.setpriority(os.PRIO_PROCESS, 0, NICENESS)
-    reader, writer = own_pipes()
+    reader, writer = claim_pipes()
     line = first_line(reader)
     if line is None:
         return 0

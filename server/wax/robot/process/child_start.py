@@ -30,7 +30,7 @@ def outlive_signals() -> None:
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
 
 
-def own_pipes() -> tuple[int, int]:
+def claim_pipes() -> tuple[int, int]:
     """Keep both pipes to ourselves: other output goes to the log, other input is empty."""
     reader, writer = os.dup(0), os.dup(1)
     nothing = os.open(os.devnull, os.O_RDONLY)

@@ -105,7 +105,7 @@ function partName({ kind, at }: PadPart, layout: PadLayout): string {
 function actionsOf(layout: PadLayout): string {
   if (layout === "bare") return t("ways.pad_no_stop");
   const button = (at: number) => partName({ kind: "button", at }, layout);
-  return t("ways.pad_deeds", { stop: button(1), speed: button(0) });
+  return t("ways.pad_actions", { stop: button(1), speed: button(0) });
 }
 
 function PadFields() {

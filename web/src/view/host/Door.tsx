@@ -8,7 +8,7 @@ import { whenWords } from "../words";
 export function Door() {
   const { room, console } = useState();
   const { actAsHost } = useActions();
-  const house = room.value?.house;
+  const settings = room.value?.host_settings;
   const isClosed = console.value?.closed === true;
   const opensMs = console.value?.opens_wall_ms ?? null;
   return (
@@ -16,11 +16,11 @@ export function Door() {
       <h3 id="door-title">{t("door.title")}</h3>
       <Switch
         name={t("door.blank")}
-        isOn={house?.blanked === true}
+        isOn={settings?.blanked === true}
         onSwitch={(blanked) => actAsHost({ type: "blank", blanked })}
       />
       <div class="host-row">
-        {house?.locked ? (
+        {settings?.locked ? (
           <button
             type="button"
             class="plain-button"

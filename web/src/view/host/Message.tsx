@@ -9,7 +9,7 @@ export function Message() {
   const { room } = useState();
   const { actAsHost } = useActions();
   const draft = useSignal("");
-  const shown = room.value?.house.message ?? "";
+  const shown = room.value?.host_settings.message ?? "";
   const announce = (text: string) => {
     actAsHost({ type: "announce", text });
     draft.value = "";

@@ -10,14 +10,14 @@ const FRACTIONS = [1, 0.75, 0.5, 0.25] as const;
 export function Turns() {
   const { room, operator } = useState();
   const { actAsHost } = useActions();
-  const { house, turn, voice } = room.value ?? {};
+  const { host_settings: settings, turn, voice } = room.value ?? {};
   return (
     <section class="host-section" aria-labelledby="turns-title">
       <h3 id="turns-title">{t("host.turns")}</h3>
       <div class="host-row">
         <Switch
           name={t("host.pause")}
-          isOn={house?.held === true}
+          isOn={settings?.held === true}
           onSwitch={(held) => actAsHost({ type: "hold_queue", held })}
         />
         {voice && (
@@ -41,7 +41,7 @@ export function Turns() {
       <label class="field">
         <span>{t("host.limit")}</span>
         <select
-          value={house?.max_fraction ?? 1}
+          value={settings?.max_fraction ?? 1}
           onChange={(event) => {
             const fraction = Number(event.currentTarget.value);
             actAsHost({ type: "limit_speed", fraction });

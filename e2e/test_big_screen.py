@@ -1,4 +1,4 @@
-"""A screen in a hall: `?view=stage`."""
+"""A screen in a hall: `?view=big-screen`."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ async def test_a_screen_shows_who_drives_and_takes_no_place(
     screen = await open_viewer(server, **HALL)
     await screen.join()
     await screen.drives()
-    await screen.page.goto(f"{server.url}/?view=stage")
+    await screen.page.goto(f"{server.url}/?view=big-screen")
     await screen.sees_picture()
     await expect(screen.page.get_by_text("Nobody is driving: the robot is free")).to_be_visible()
     driver = await open_viewer(server)
@@ -68,7 +68,7 @@ async def test_the_code_leads_to_the_page(server: Server, open_viewer: OpenViewe
         await route.fulfill(response=await route.fetch(url=url, headers=headers))
 
     await screen.page.route(f"{NAME}/**", through)
-    await screen.page.goto(f"{NAME}/?view=stage")
+    await screen.page.goto(f"{NAME}/?view=big-screen")
     code = screen.page.get_by_role("img", name=f"QR code with the address {NAME}/", exact=True)
     picture = np.frombuffer(await code.screenshot(), np.uint8)
     seen = cv2.imdecode(picture, cv2.IMREAD_COLOR)
