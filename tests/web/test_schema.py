@@ -36,6 +36,12 @@ def test_what_the_server_writes_is_all_required() -> None:
         assert set(definition["required"]) == set(definition["properties"]) - absent, name
 
 
+def test_what_is_said_of_a_field_comes_along() -> None:
+    """The page's types say of a field what the server's models do."""
+    held = schema()["$defs"]["Drive"]["properties"]["held"]
+    assert held["description"].startswith("The dead-man")
+
+
 def test_what_is_on_a_tape_is_described() -> None:
     """The page of `wax replay` reads the very models that were written."""
     definitions = schema()["$defs"]

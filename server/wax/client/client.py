@@ -58,14 +58,7 @@ class Route(Protocol):
 
 
 class Client:
-    """One peer from `connect` to `close`; an async context manager does both.
-
-    The server recognises a reloaded page by its browser's `cookies` and, among that browser's tabs,
-    by its `client_id`; without cookies it is a browser of its own. `headers` go with each request,
-    as a proxy adds them.
-    `sound`, `picture` and `size` are its first wishes; for a size that the server lacks, it is sent
-    the largest. `on_message` gets each message of the state channel; for `on_socket` see `Media`.
-    """
+    """One peer from `connect` to `close`; an async context manager does both."""
 
     is_keen = False
     """Whether it sends several heartbeats a second, as a page that drives or waits to drive."""
@@ -74,15 +67,21 @@ class Client:
         self,
         url: str,
         *,
+        # Tells a reloaded page from that browser's other tabs.
         client_id: str | None = None,
         name: str | None = None,
+        # The browser that the server recognises; without them it is one of its own.
         cookies: aiohttp.CookieJar | None = None,
+        # Go with each request, as a proxy adds them.
         headers: Mapping[str, str] | None = None,
         route: Route | None = None,
+        # Its first wishes; for a size that the server lacks, it is sent the largest.
         sound: bool = True,
         picture: bool = True,
         size: str | None = None,
+        # Gets each message of the state channel.
         on_message: Callable[[dict[str, Any]], None] | None = None,
+        # As in `Media`.
         on_socket: Callable[[Any], None] | None = None,
     ) -> None:
         self.client_id = client_id or str(uuid.uuid4())

@@ -41,23 +41,23 @@ class Train:
 
 @dataclass(frozen=True, slots=True)
 class LinkEstimate:
-    """The state of the link to one browser.
-
-    `rate_bps` is the highest rate shown to get through, headers included; `used_bps` is the rate
-    of the last second. `queue_ms` is the queuing delay now; `jitter_ms` is the delay variation of
-    the sound (99th percentile). `lost` is the share of packets lost lately, and `burst` the number
-    lost in a row (95th percentile), both of the sound if it is sent. `assumed`: no picture has come
-    through yet, so the rate is a guess. `limit` is what limits the rate: the link, or what the
-    robot has left to send over it.
-    """
+    """The state of the link to one browser."""
 
     state: LinkState
     rate_bps: float
+    """The highest rate shown to get through, headers included."""
     used_bps: float
+    """The rate of the last second."""
     queue_ms: float
+    """The queuing delay now."""
     jitter_ms: float
+    """The delay variation of the sound (99th percentile)."""
     lost: float
+    """The share of packets lost lately, of the sound if it is sent."""
     burst: int
+    """The number lost in a row (95th percentile), of the sound if it is sent."""
     round_trip_ms: float | None
     assumed: bool = False
+    """No picture has come through yet, so the rate is a guess."""
     limit: Literal["link", "upload"] = "link"
+    """What limits the rate: the link, or what the robot has left to send over it."""

@@ -12,25 +12,25 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A complete set-point from the operator's input.
-
-    `linear` and `angular` are fractions of the limits in -1…1 (ahead and left are positive), `held`
-    is the dead-man switch, `axes` the positions in -1…1 of the axes being held. `sent_s` and
-    `seen_s` (the capture time of the newest picture on screen, None if there is none) are on the
-    server's clock, as the page claims; `heard_s` is known: when the newest beat was sent that the
-    page had heard, minus infinity if it had heard none.
-    """
+    """A complete set-point from the operator's input."""
 
     seq: int
     turn: int
     sent_s: float
+    """On the server's clock, as the page claims."""
     linear: float
+    """A fraction of the limit in -1…1; ahead is positive."""
     angular: float
+    """A fraction of the limit in -1…1; left is positive."""
     held: bool
+    """The dead-man switch."""
     speed: Literal["slow", "fast"]
     seen_s: float | None = None
+    """Capture time of the newest picture on screen, as the page claims; None if there is none."""
     axes: Mapping[str, float] = field(default_factory=dict)
+    """Positions in -1…1 of the axes being held."""
     heard_s: float = -math.inf
+    """Known: when the newest beat was sent that the page had heard; minus infinity if none."""
 
     @property
     def asks_for_motion(self) -> bool:

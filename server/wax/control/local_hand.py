@@ -75,20 +75,19 @@ class HandRules:
 
 @dataclass(frozen=True, slots=True)
 class HandState:
-    """What is remembered of the control.
-
-    `reading` is the newest, None while the control is lost. `since_s` is when the mode began, or
-    when the control was last touched in the pause. `is_armed` is whether it was seen at rest since
-    it last lost that right, `is_stopped` whether the person's Stop is latched, `shares` whether an
-    operator could be heard with whom they share. `asked` and `asks` are as in `Aboard`.
-    """
+    """What is remembered of the control; `asked` and `asks` are as in `Aboard`."""
 
     mode: HandMode = "lost"
     reading: HandReading | None = None
+    """The newest, None while the control is lost."""
     since_s: float = -math.inf
+    """When the mode began, or when the control was last touched in the pause."""
     is_armed: bool = False
+    """Whether the control was seen at rest since it last lost that right."""
     is_stopped: bool = False
+    """Whether the person's Stop is latched."""
     shares: bool = False
+    """Whether an operator could be heard with whom they share."""
     asked: Ask | None = None
     asks: int = 0
 

@@ -49,19 +49,7 @@ MIN_GAP_S: Final = 0.005
 
 
 class ControlLoop:
-    """Connects turns, gate and robot.
-
-    `link_delay_s` returns the operator's one-way delay; it is called until somebody can drive with
-    it, and again when the turn renews or the operator reconnects. `sees` returns whether a viewer
-    wants the picture: False if it is switched off or the robot has no camera. `camera_fails`
-    returns whether nobody gets a picture to drive by, `picture_clock` whose word its age is,
-    `on_hold` why nobody may drive by the host's wish, `max_fraction` how much of the robot's speed
-    the host lets a viewer use.
-    `on_events` gets every change of the turns. `on_status` gets the operator, whether the robot
-    moves, a sentence if it is held or slowed, and what part of the speed asked for is left to it,
-    whenever one of them changes. `listener` hears of every command and set-point. `controls` are
-    what the robot has besides wheels, `gauges` the numbers that it tells; some may stop it.
-    """
+    """Connects turns, gate and robot."""
 
     def __init__(
         self,
@@ -71,16 +59,29 @@ class ControlLoop:
         driver: Driver,
         settings: DriveSettings,
         robot: RobotSettings,
+        # The operator's one-way delay: asked until somebody can drive with it, and again when the
+        # turn renews or the operator reconnects.
         link_delay_s: Callable[[int], float | None],
+        # Whether a viewer wants the picture: not if it is off or the robot has no camera.
         sees: Callable[[int], bool],
+        # Whether nobody gets a picture to drive by.
         camera_fails: Callable[[], bool],
+        # Whose word the picture's age is.
         picture_clock: Callable[[], PictureClock],
+        # Why nobody may drive by the host's wish.
         on_hold: Callable[[], Sentence | None],
+        # How much of the robot's speed the host lets a viewer use.
         max_fraction: Callable[[int], float],
+        # Gets every change of the turns.
         on_events: Callable[[tuple[TurnEvent, ...]], None],
+        # Gets, when one changes: the operator, whether the robot moves, a sentence if it is held or
+        # slowed, and what part of the speed asked for is left to it.
         on_status: Callable[[int, bool, Sentence | None, float], None],
+        # Hears of every command and set-point.
         listener: Listener | None = None,
+        # What the robot has besides wheels.
         controls: Sequence[ControlSettings] = (),
+        # The numbers that the robot tells; some may stop it.
         gauges: Sequence[GaugeSettings] = (),
     ) -> None:
         self._clock = clock

@@ -94,31 +94,31 @@ class Aboard:
 
 @dataclass(frozen=True, slots=True)
 class RobotState:
-    """The robot's state, as far as it reports one.
-
-    `problem` is a sentence for people while the robot cannot be driven, else None. Text is shown
-    as it is; a `Sentence` is one of WAX's own, which each page says in its language.
-    `epoch` rises with every (re)connection: a set-point from before is never applied after.
-    `moving` is whether the robot reports that a wheel turns, None if it does not report.
-    `bumpers` has a bit for each pressed bumper. `battery_fraction` is 0 to 1. `aboard` is None for
-    a robot without a hand control aboard. `gauges` are numbers by the names that `[[gauges]]` may
-    have. `ttl_s` is after how long without a set-point the robot itself has told that it stops, 0
-    if it never does, None where it does not tell: then that in `Limits` counts. `extra` is shown
-    only on the status page.
-    """
+    """The robot's state, as far as it reports one."""
 
     connected: bool
     problem: Sentence | str | None = None
+    """A sentence for people while the robot cannot be driven, else None. Text is shown as it is; a
+    `Sentence` is one of WAX's own, which each page says in its language."""
     epoch: int = 0
+    """Rises with every (re)connection: a set-point from before is never applied after."""
     moving: bool | None = None
+    """Whether the robot reports that a wheel turns, None if it does not report."""
     pose: Pose | None = None
     bumpers: int = 0
+    """A bit for each pressed bumper."""
     battery_v: float | None = None
     battery_fraction: float | None = None
+    """0 to 1."""
     aboard: Aboard | None = None
+    """None for a robot without a hand control aboard."""
     gauges: Mapping[str, float] = field(default_factory=dict)
+    """Numbers by the names that `[[gauges]]` may have."""
     ttl_s: float | None = None
+    """After how long without a set-point the robot itself has told that it stops, 0 if it never
+    does, None where it does not tell: then that in `Limits` counts."""
     extra: dict[str, float] = field(default_factory=dict)
+    """Shown only on the status page."""
 
     @property
     def said(self) -> Sentence | None:

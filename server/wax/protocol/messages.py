@@ -48,25 +48,25 @@ _ABSENT: Final[Any] = None
 
 
 class Drive(_Incoming):
-    """A complete set-point from the operator's input.
-
-    `linear` and `angular` are fractions of the robot's limits (ahead and left are positive). `held`
-    is the dead-man: some control is held down. Without it nothing moves, whatever the fractions.
-    `axes` are the positions of the axes being held; the others keep theirs. `seen_server_ms` is the
-    capture time of the newest picture on screen, null if unknown. `beat` proves `sent_server_ms`.
-    """
+    """A complete set-point from the operator's input."""
 
     type: Literal["drive"]
     seq: Counter
     turn: Counter
     sent_server_ms: Ms
     linear: Unit
+    """A fraction of the robot's limit; ahead is positive."""
     angular: Unit
+    """A fraction of the robot's limit; left is positive."""
     held: bool
+    """The dead-man: some control is held down. Without it nothing moves."""
     speed: Speed
     seen_server_ms: Ms | None
+    """Capture time of the newest picture on screen, null if unknown."""
     axes: Annotated[dict[Annotated[str, Field(max_length=16)], Unit], Field(max_length=4)] = {}
+    """Positions of the axes being held; the others keep theirs."""
     beat: HeardBeat
+    """Proves `sent_server_ms`."""
 
 
 ControlName = Annotated[str, Field(max_length=16)]
@@ -105,22 +105,21 @@ class Ping(_Incoming):
 
 
 class SoundReport(_Incoming):
-    """How the sound plays; null where the browser does not report it.
-
-    `age_ms` is from capture to the ear, `delay_ms` the part of it in the jitter buffer and
-    `output_ms` the part in the device (webrtc-stats, `media-playout`; large for Bluetooth).
-    `concealed_ms`, `played_ms` and `stretched_ms` (sound that was played slowly, to wait for more)
-    are totals since the start of this peer. `player` is whose all these are: the browser's, or the
-    page's built-in one, which sets its delay by itself.
-    """
+    """How the sound plays; null where the browser does not report it."""
 
     age_ms: Ms | None
+    """From capture to the ear."""
     delay_ms: Ms | None
+    """The part of the age in the jitter buffer."""
     output_ms: Ms | None
+    """The part of the age in the device (webrtc-stats, `media-playout`; large for Bluetooth)."""
     concealed_ms: Ms | None
+    """A total since the start of this peer, as are the next two."""
     played_ms: Ms | None
     stretched_ms: Ms | None
+    """Sound that was played slowly, to wait for more."""
     player: Literal["browser", "built-in"]
+    """Whose figures these are; the page's built-in player sets its delay by itself."""
 
 
 class PictureReport(_Incoming):
@@ -423,28 +422,28 @@ class PageInfo(_Outgoing):
 
 
 class LossRules(_Outgoing):
-    """What the robot does when something fails: sent at connect, not negotiable.
-
-    A command counts for `max_age_ms` plus the link's own delay, together at most
-    `max_command_age_ms`. A picture older than `slow_picture_age_ms` or `stop_picture_age_ms`, each
-    plus the link's own delay, slows or stops the robot. After an interruption of either for less
-    than `resume_within_ms`, a control still held drives on.
-    An operator who is silent for `lost_after_ms` is lost; their turn is kept for `Hello.grace_s`.
-    The driver process stops the robot after `silence_ms` without the server, null if the server
-    itself runs the driver; the robot itself stops after `robot_ttl_ms`, null if it has no known
-    watchdog. With `soft_braking`, motion that is released or interrupted ends at the braking rate.
-    """
+    """What the robot does when something fails: sent at connect, not negotiable."""
 
     max_age_ms: float
+    """A command counts for so long, plus the link's own delay."""
     max_command_age_ms: float
+    """Both together at most."""
     slow_picture_age_ms: float
+    """A picture older than this, plus the link's own delay, slows the robot."""
     stop_picture_age_ms: float
+    """The same, for stopping it."""
     resume_within_ms: float
+    """After a shorter interruption of commands or picture, a control still held drives on."""
     lost_after_ms: float
+    """An operator silent for so long is lost; their turn is kept for `Hello.grace_s`."""
     max_stop_distance_m: float
     silence_ms: float | None
+    """The driver process stops the robot after so long without the server, which runs the driver
+    itself where this is null."""
     robot_ttl_ms: float | None
+    """After so long the robot itself stops, null if it has no known watchdog."""
     soft_braking: bool
+    """Motion that is released or interrupted ends at the braking rate."""
     stop_by: Literal["everybody", "operator"]
 
 
@@ -465,11 +464,7 @@ class CameraInfo(_Outgoing):
 
 
 class ControlInfo(_Outgoing):
-    """Something that the robot has besides wheels, for those in these `roles`.
-
-    `min`, `max` and `step` are a slider's, `choices` a choice's. What `moves` counts as driving.
-    `key` is the key that presses it, by its place on the keyboard, empty for none.
-    """
+    """Something that the robot has besides wheels; `min`, `max` and `step` are a slider's."""
 
     name: str
     label: str
@@ -479,8 +474,11 @@ class ControlInfo(_Outgoing):
     step: float
     choices: list[str]
     key: str
+    """The key that presses it, by its place on the keyboard, empty for none."""
     moves: bool
+    """Whether using it counts as driving."""
     roles: list[Literal["operator", "host", "observer"]]
+    """Who may use it."""
 
 
 class GaugeInfo(_Outgoing):
@@ -495,14 +493,7 @@ class GaugeInfo(_Outgoing):
 
 
 class Hello(_Outgoing):
-    """The first message on the state channel; `acknowledge` asks the page for `Received`.
-
-    `is_host` means that this page has shown the host's secret. `may_hear` and `may_queue` are false
-    for strangers where the host lets only invited people do that. `has_microphone` is false where
-    nobody hears anything, because the host wants it so. `voice` is null where nobody can speak
-    through the robot. `cameras` are those beside the driving view. With `click_to_move` a page may
-    hold a direction for its operator, for at most two seconds from each click.
-    """
+    """The first message on the state channel."""
 
     type: Literal["hello"] = "hello"
     version: str
@@ -514,14 +505,22 @@ class Hello(_Outgoing):
     grace_s: float
     command_rate_hz: float
     click_to_move: bool
+    """Whether the page may hold a direction for its operator, for two seconds from each click."""
     on_loss: LossRules
     is_host: bool
+    """Whether this page has shown the host's secret."""
     has_microphone: bool
+    """False where nobody hears anything, because the host wants it so."""
     may_hear: bool
+    """False for strangers where the host lets only invited people hear."""
     may_queue: bool
+    """False for strangers where the host lets only invited people drive."""
     acknowledge: bool
+    """Asks the page for `Received`."""
     voice: VoiceRules | None = None
+    """Null where nobody can speak through the robot."""
     cameras: list[CameraInfo] = []
+    """Those beside the driving view."""
     controls: list[ControlInfo] = []
     gauges: list[GaugeInfo] = []
 
@@ -659,12 +658,7 @@ class Tape(_Outgoing):
 
 
 class RoomState(_Outgoing):
-    """What everybody sees, sent once; then come changes.
-
-    `stop` and `call` may be null; so are `voice` where nobody can speak through the robot, `tape`
-    where the host does not record, and `aboard` where nobody sits in the robot. `cameras` are those
-    of `Hello`, `controls` the values of those of them that were set, as `Operate` has them.
-    """
+    """What everybody sees, sent once; then come changes."""
 
     type: Literal["room"] = "room"
     viewers: list[ViewerInfo]
@@ -676,10 +670,15 @@ class RoomState(_Outgoing):
     video: ViewStatus
     audio: SourceStatus
     voice: VoiceInfo | None = None
+    """Null where nobody can speak through the robot."""
     tape: Tape | None
+    """Null where the host does not record."""
     aboard: AboardInfo | None = None
+    """Null where nobody sits in the robot."""
     cameras: list[SourceStatus] = []
+    """As in `Hello`."""
     controls: dict[str, float] = {}
+    """The values of those that were set, as `Operate` has them."""
 
 
 class RoomChange(_Outgoing):
@@ -723,31 +722,33 @@ class Playout(_Outgoing):
 
 
 class Served(_Outgoing):
-    """What this viewer is sent now, and the estimate of their link; sent when it changes.
-
-    `rendition` null is no picture, `sound_mu_ms` null no sound. `picture_hz` is the picture rate
-    with the layers sent. `redundancy` counts earlier units in each packet of sound. `layers` are
-    the temporal layers sent, `layers_made` those encoded. `reason` is a sentence for people: why
-    they do not get more. `in_step` false means that the link cannot carry both in sync, and each
-    plays as soon as it can. `cameras` are the renditions of those beside the driving view, null for
-    one that is not sent: nobody looks at it here, or the driving view leaves nothing for it.
-    """
+    """What this viewer is sent now, and the estimate of their link; sent when it changes."""
 
     type: Literal["served"] = "served"
     rendition: str | None
+    """Null is no picture."""
     picture_hz: float
+    """The picture rate with the layers sent."""
     sound_mu_ms: int | None
+    """Null is no sound."""
     sound_bps: int
     sound_channels: int
     redundancy: int
+    """Earlier units in each packet of sound."""
     link_bps: int
     used_bps: int
     queue_ms: float
     in_step: bool
+    """False where the link cannot carry both in sync: each plays as soon as it can."""
     reason: Sentence
+    """Why they do not get more."""
     layers: int | None = None
+    """Temporal layers sent."""
     layers_made: int | None = None
+    """Temporal layers encoded."""
     cameras: list[str | None] = []
+    """The renditions of those beside the driving view, null for one that is not sent: nobody looks
+    at it here, or the driving view leaves nothing for it."""
 
 
 class RtpClock(_Outgoing):

@@ -108,28 +108,26 @@ class SoundDelay:
     def decide(
         self,
         *,
+        # 99.x % of the packets of sound arrive within this of the fastest.
         jitter_ms: float,
         mu_ms: int,
+        # A lost unit is repeated in so many of the next; helps only if the buffer waits for them.
         redundancy: int,
+        # The page's counters; they may restart, and None is unknown.
         concealed_ms: float | None,
         played_ms: float | None,
         now_s: float,
+        # The fraction of concealed sound that no delay can restore, and how many packets in a row.
         lost: float = 0.0,
         burst: int = 0,
+        # The link's queue does not count as jitter, for congestion control drains it: no rise.
         is_congested: bool = False,
+        # Without it the delay does not rise either.
         learns: bool = True,
+        # How much of the delay is in the device.
         output_ms: float | None = None,
     ) -> float | None:
-        """Return the target after a report.
-
-        99.x % of the packets of sound arrive within `jitter_ms` of the fastest. A lost unit is
-        repeated in the next `redundancy` ones, which helps only if the buffer waits for them.
-        `concealed_ms` and `played_ms` are the page's counters; they may restart, and None is
-        unknown. No delay can restore the `lost` fraction of concealed sound, at most `burst`
-        packets in a row. While the link `is_congested` its queue does not count as jitter:
-        congestion control drains it, and the delay does not rise, nor does it without `learns`.
-        `output_ms` of the delay are in the device.
-        """
+        """Return the target after a report."""
         self._device.update(output_ms)
         self._now_s = now_s = max(now_s, self._now_s) if isfinite(now_s) else self._now_s
         if (mu_ms, redundancy) != self._encoding or is_congested:

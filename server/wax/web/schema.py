@@ -5,8 +5,11 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 import json
 import sys
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import TypeAdapter
@@ -63,6 +66,7 @@ def schema() -> dict[str, Any]:
     change["required"] = [name for name in change["required"] if name not in room_change.PARTS]
     for name in room_change.PARTS:
         change["properties"][name].pop("default", None)
+    _describe(shared["$defs"])
     return {
         "title": "Messages",
         "description": "The messages on the data channels, by channel and direction.",
@@ -73,6 +77,22 @@ def schema() -> dict[str, Any]:
         "constants": {name: getattr(messages, name) for name in _CONSTANTS},
         "sentences": CATALOGUE,
     }
+
+
+def _describe(definitions: dict[str, Any]) -> None:
+    """Tell what is said of fields; the server itself need not read its source for that."""
+    for module in (messages, tape_events):
+        for model in ast.parse(inspect.getsource(module)).body:
+            if not isinstance(model, ast.ClassDef) or model.name not in definitions:
+                continue
+            fields = definitions[model.name].get("properties", {})
+            for field, said in pairwise(model.body):
+                match field, said:
+                    case (
+                        ast.AnnAssign(target=ast.Name(id=name)),
+                        ast.Expr(value=ast.Constant(value=str(text))),
+                    ) if "$ref" not in fields[name]:
+                        fields[name]["description"] = inspect.cleandoc(text)
 
 
 if __name__ == "__main__":
