@@ -6,16 +6,8 @@ from typing import Final, Literal
 
 from pydantic import BaseModel, ConfigDict
 
-from e2e.delay.names import shown
+from e2e.delay.names import SystemName, shown
 
-SystemName = Literal[
-    "thesis", "audio-master", "operator", "video-first", "stock", "livekit", "livekit-whip"
-]
-"""``audio-master`` is the observer's default, ``operator`` what a driver gets, on the page too.
-
-``livekit`` is published by its Python SDK as its quick start has it, ``livekit-whip`` by WHIP with
-one layer.
-"""
 GOALS: Final = "G"
 
 

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final, Literal
 
 from e2e.link import Profile, load
 
-if TYPE_CHECKING:
-    from e2e.delay.cell import SystemName
+SystemName = Literal[
+    "thesis", "audio-master", "operator", "video-first", "stock", "livekit", "livekit-whip"
+]
+"""``audio-master`` is the observer's default, ``operator`` what a driver gets, on the page too.
 
+``livekit`` is published by its Python SDK as its quick start has it, ``livekit-whip`` by WHIP with
+one layer.
+"""
 SYSTEMS: Final[dict[SystemName, str]] = {
     "operator": "operator",
     "audio-master": "observer",

@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from e2e.delay.cell import Cell
 from e2e.delay.judging import SPOKEN
-from e2e.delay.names import LINKS, NARROW, PEERS, SYSTEMS, WIRED, profile
+from e2e.delay.names import LINKS, NARROW, PEERS, SYSTEMS, WIRED, SystemName, profile
 from e2e.link import DRIVE
 from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from e2e.delay.cell import SystemName
 
 REPEATS: Final = 3
 MATRIX_S: Final = 30.0

@@ -19,7 +19,7 @@ from e2e.measure.row import judged as beside
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from e2e.delay.cell import SystemName
+    from e2e.delay.names import SystemName
 
 P50 = "picture_age_p50_ms"
 

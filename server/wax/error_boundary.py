@@ -1,4 +1,4 @@
-"""Contains one viewer's errors: around every call into a viewer from code that serves all."""
+"""Contains errors: one viewer's, around every call from code that serves all, and others'."""
 
 from __future__ import annotations
 
@@ -18,27 +18,16 @@ _LOG = structlog.get_logger(__name__)
 _P = ParamSpec("_P")
 
 
-class ErrorBoundary:
-    """A reusable context manager; `around` wraps a callback in it.
+class FirstErrorLogged:
+    """A reusable context manager: exceptions inside are suppressed, the first one is logged.
 
-    Exceptions inside are suppressed and counted, the first one is logged, and `end` is called,
-    which closes this viewer's peer and may itself raise.
+    `event` is what the log says of it, with `about`.
     """
 
-    def __init__(self, *, viewer: int, counters: Counters, end: Callable[[], None]) -> None:
-        self._viewer = viewer
-        self._counters = counters
-        self._end = end
+    def __init__(self, event: str, **about: object) -> None:
+        self._event = event
+        self._about = about
         self._is_logged = False
-
-    def around(self, call: Callable[_P, object]) -> Callable[_P, None]:
-        """Return `call` wrapped in this boundary, for use as a callback."""
-
-        def guarded(*args: _P.args, **kwargs: _P.kwargs) -> None:
-            with self:
-                call(*args, **kwargs)
-
-        return guarded
 
     def __enter__(self) -> None: ...
 
@@ -50,10 +39,42 @@ class ErrorBoundary:
     ) -> bool:
         if not isinstance(error, Exception):
             return False
-        self._counters.add("viewer faults")
         if not self._is_logged:
             self._is_logged = True
-            _LOG.error("error in one viewer; closing the peer", viewer=self._viewer, exc_info=error)
+            _LOG.error(self._event, exc_info=error, **self._about)
+        return True
+
+
+class ErrorBoundary(FirstErrorLogged):
+    """A viewer's; `around` wraps a callback in it.
+
+    Each exception is also counted, and `end` is called, which closes this viewer's peer and may
+    itself raise.
+    """
+
+    def __init__(self, *, viewer: int, counters: Counters, end: Callable[[], None]) -> None:
+        super().__init__("error in one viewer; closing the peer", viewer=viewer)
+        self._counters = counters
+        self._end = end
+
+    def around(self, call: Callable[_P, object]) -> Callable[_P, None]:
+        """Return `call` wrapped in this boundary, for use as a callback."""
+
+        def guarded(*args: _P.args, **kwargs: _P.kwargs) -> None:
+            with self:
+                call(*args, **kwargs)
+
+        return guarded
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> bool:
+        if not super().__exit__(kind, error, trace):
+            return False
+        self._counters.add("viewer faults")
         with suppress(Exception):  # a peer that cannot be closed must not harm the others
             self._end()
         return True

@@ -161,7 +161,7 @@ def test_the_same_problem_is_told_once() -> None:
         rig.source.open_error = None
         assert rig.source.reading.wait(WAIT_S)
         rig.stop()
-    assert [log["event"] for log in logs] == ["source has a problem"]
+    assert [log["event"] for log in logs] == ["device has a problem"]
     assert rig.capture.failures == rig.source.opened - 1 >= 4
 
 

@@ -13,7 +13,6 @@ from tests.speaker.spoken import packets, tone
 from wax.clock import SystemClock
 from wax.errors import SpeakerError
 from wax.sentence import Sentence, says
-from wax.speaker import speaker_thread
 from wax.speaker.speaker_thread import SpeakerThread
 from wax.voice.packet import RATE_HZ
 
@@ -110,7 +109,7 @@ def test_a_device_that_hangs_is_said(
     thread: SpeakerThread, box: Box, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """`push`, `hush` and `problem` return at once all the while; it is heard again after."""
-    monkeypatch.setattr(speaker_thread, "_HANGS_S", 0.05)
+    monkeypatch.setattr(thread, "_hangs_after_s", 0.05)
     until(lambda: thread.problem is None)
     box.free.clear()
     speak(thread)

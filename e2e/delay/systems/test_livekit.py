@@ -16,7 +16,7 @@ from e2e.peers.livekit import installation
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from e2e.delay.cell import SystemName
+    from e2e.delay.names import SystemName
 
 
 def cell(system: SystemName) -> Cell:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import tomllib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from e2e.delay.cell import Cell, SystemName
+from e2e.delay.cell import Cell
 from e2e.delay.systems.settings import THESIS, settings
 from e2e.delay.systems.wax import flat
 from e2e.harness import toml
 from e2e.measure.errors import MeasureError
 from wax.config import settings as config
+
+if TYPE_CHECKING:
+    from e2e.delay.names import SystemName
 
 
 def cell(system: SystemName, **keys: Any) -> Cell:

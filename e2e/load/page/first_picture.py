@@ -18,7 +18,7 @@ from e2e.measure.summary import summarize
 
 if TYPE_CHECKING:
     from e2e.browsers import Browser
-    from e2e.delay.cell import SystemName
+    from e2e.delay.names import SystemName
 
 _PAUSE_S: Final = 3.0
 """The server lets the viewer go, and what was under way to them leaves the line."""

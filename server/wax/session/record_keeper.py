@@ -6,27 +6,23 @@ import asyncio
 import math
 import re
 from collections import Counter
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, ParamSpec
 
-import structlog
-
 from wax.control.reasons import NOBODY_DRIVES, NOT_HELD, Hold, Limit, Refusal
 from wax.control.turns import TurnEnded, TurnStarted
+from wax.error_boundary import FirstErrorLogged
 from wax.records.entries import NOBODY, RecordedPerson
 from wax.session.link_statistics import LinkStatistics
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from wax.clock import Clock
     from wax.control.turns import TurnEvent
     from wax.records.records import Records
     from wax.sentence import Sentence
     from wax.session.viewer import Viewer
-
-_LOG = structlog.get_logger(__name__)
 
 _P = ParamSpec("_P")
 
@@ -89,7 +85,8 @@ class RecordKeeper:
         self._drive_status: DriveStatus | None = None
         self._stop_told_s = -math.inf
         self._updated_s = clock.now_s()
-        self._is_logged = False
+        self._contained = FirstErrorLogged("the records are incomplete")
+        """Around all that is done here: records are never worth a stop."""
         self.stops: Counter[str] = Counter()
         """Stops by reason, since the start."""
 
@@ -101,7 +98,7 @@ class RecordKeeper:
 
     def look(self) -> None:
         """Notice who came and went, and how their links are."""
-        with self._contained():
+        with self._contained:
             present = {viewer.number: viewer for viewer in self._viewers if viewer.was_ready}
             for number in self._visits.keys() - present.keys():
                 self._went(number)
@@ -115,7 +112,7 @@ class RecordKeeper:
 
     def close(self) -> None:
         """End what goes on, because the server does."""
-        with self._contained():
+        with self._contained:
             for turn in list(self._turns):
                 self._records.turn_ended(self._turns.pop(turn), "server stopped")
             for number in list(self._visits):
@@ -125,7 +122,7 @@ class RecordKeeper:
     # --- turns and stops ---------------------------------------------------------------------
 
     def turn_events(self, events: tuple[TurnEvent, ...]) -> None:
-        with self._contained():
+        with self._contained:
             for event in events:
                 if isinstance(event, TurnStarted):
                     person = self._person(event.operator)
@@ -135,14 +132,14 @@ class RecordKeeper:
 
     def stop_pressed(self, viewer: Viewer | None, name: str, stop: int) -> None:
         """Record that the stop was pressed; `viewer` is None for somebody without a page."""
-        with self._contained():
+        with self._contained:
             self.stops[PRESSED] += 1
             if self._stop is None:
                 person = RecordedPerson("", name) if viewer is None else _person_of(viewer)
                 self._stop = self._records.stop_pressed(stop, person, PRESSED)
 
     def stop_released(self, name: str) -> None:
-        with self._contained():
+        with self._contained:
             if self._stop is not None:
                 self._records.stop_released(self._stop, name)
                 self._stop = None
@@ -151,7 +148,7 @@ class RecordKeeper:
         self, number: int, moving: bool, reason: Sentence | None, _share: float
     ) -> None:
         """Follow whether the robot moves, and what keeps it; see `ControlLoop`."""
-        with self._contained():
+        with self._contained:
             before, self._drive_status = self._drive_status, (number, moving, reason)
             why = why_stopped(before, self._drive_status)
             if why is None or self._stop is not None:
@@ -197,16 +194,6 @@ class RecordKeeper:
     def _person(self, number: int) -> RecordedPerson:
         viewer = next((one for one in self._viewers if one.number == number), None)
         return NOBODY if viewer is None else _person_of(viewer)
-
-    @contextmanager
-    def _contained(self) -> Iterator[None]:
-        """Log the first error: records are never worth a stop."""
-        try:
-            yield
-        except Exception:
-            if not self._is_logged:
-                self._is_logged = True
-                _LOG.exception("the records are incomplete")
 
 
 def why_stopped(before: DriveStatus | None, now: DriveStatus) -> str | None:

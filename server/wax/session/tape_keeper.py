@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import math
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
-import structlog
-
 from wax.control.turns import TurnEnded, TurnStarted
+from wax.error_boundary import FirstErrorLogged
 from wax.protocol import messages
 from wax.protocol import tape_events as told
 from wax.sentence import Sentence
 from wax.session.record_keeper import name_of, why_stopped
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable
 
     from wax.access.permissions import Role
     from wax.clock import Clock
@@ -31,8 +29,6 @@ if TYPE_CHECKING:
     from wax.session.viewer import Viewer
     from wax.tape.recorder import Recorder
     from wax.tape.retention import Keeper
-
-_LOG = structlog.get_logger(__name__)
 
 KEPT_S: Final = 120.0
 _LOOK_S: Final = 1.0
@@ -78,7 +74,8 @@ class TapeKeeper:
         self._newest: dict[str, tuple[told.TapeEvent, float]] = {}
         self._names: dict[int, str] = {}
         self._kept_s = {"host": float("-inf"), "operator": float("-inf"), "fault": float("-inf")}
-        self._is_logged = False
+        self._contained = FirstErrorLogged("the tape is incomplete")
+        """Around all that is done here: a tape is never worth a stop."""
 
     async def run(self) -> None:
         """Look until cancelled."""
@@ -102,7 +99,7 @@ class TapeKeeper:
     # --- the control loop's ------------------------------------------------------------------
 
     def offered(self, viewer: int, command: Command, refusal: Refusal | None, now_s: float) -> None:
-        with self._contained():
+        with self._contained:
             seen_s = command.seen_s
             self._recorder.event(
                 told.Commanded(
@@ -122,7 +119,7 @@ class TapeKeeper:
             )
 
     def steered(self, wanted: Setpoint, sent: Twist, turn: int, now_s: float) -> None:
-        with self._contained():
+        with self._contained:
             self._follow_stop(self._latched(), now_s)
             reason = None
             if wanted.reason is not None:
@@ -142,7 +139,7 @@ class TapeKeeper:
             self._report(self._robot(), now_s)
 
     def turn_events(self, events: tuple[TurnEvent, ...]) -> None:
-        with self._contained():
+        with self._contained:
             now_s = self._clock.now_s()
             for event in events:
                 if isinstance(event, TurnStarted):
@@ -159,7 +156,7 @@ class TapeKeeper:
         self, number: int, moving: bool, reason: Sentence | None, _share: float
     ) -> None:
         """Keep the last two minutes when the robot was stopped by a fault."""
-        with self._contained():
+        with self._contained:
             before, self._drive_status = self._drive_status, (number, moving, reason)
             why = why_stopped(before, self._drive_status)
             if why is None or self._latched() is not None:
@@ -171,7 +168,7 @@ class TapeKeeper:
 
     def look(self) -> None:
         """Write down how everybody has it."""
-        with self._contained():
+        with self._contained:
             now_s = self._clock.now_s()
             for viewer in self._viewers:
                 with viewer.boundary:
@@ -259,16 +256,6 @@ class TapeKeeper:
         if now_s - self._kept_s[by] >= _KEEP_GAP_S:
             self._kept_s[by] = now_s
             self._recorder.keep(now_s - KEPT_S, by)
-
-    @contextmanager
-    def _contained(self) -> Iterator[None]:
-        """Log the first error: a tape is never worth a stop."""
-        try:
-            yield
-        except Exception:
-            if not self._is_logged:
-                self._is_logged = True
-                _LOG.exception("the tape is incomplete")
 
 
 def _sentence(settings: RecordingSettings, *, has_sound: bool, has_cameras: bool) -> Sentence:
