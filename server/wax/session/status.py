@@ -190,7 +190,7 @@ class Status:
             "report": None if report is None else report.model_dump(exclude={"type"}),
             "skew_ms": None if report is None else _skew_ms(report),
             "last_minute": {
-                "made_up_ms": round(viewer.made_up_ms.sum, 1),
+                "concealed_ms": round(viewer.concealed_ms.sum, 1),
                 "frozen_ms": round(viewer.frozen_ms.sum, 1),
             },
             "streams": viewer.streams.status(),

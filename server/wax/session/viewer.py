@@ -123,7 +123,7 @@ class Viewer:
         self.link = LinkMonitor(clock.now_s())
         self._beats = Beats()
         self.report: messages.Report | None = None
-        self.made_up_ms = LastMinute()
+        self.concealed_ms = LastMinute()
         self.frozen_ms = LastMinute()
         self.is_ready = False
         self.was_ready = False
@@ -371,7 +371,7 @@ class Viewer:
             case messages.Report():
                 self.report = message
                 sound, picture = message.sound, message.picture
-                self.made_up_ms.count(None if sound is None else sound.concealed_ms, now_s)
+                self.concealed_ms.count(None if sound is None else sound.concealed_ms, now_s)
                 self.frozen_ms.count(None if picture is None else picture.frozen_ms, now_s)
                 self.streams.reported(_playout(message))
 
