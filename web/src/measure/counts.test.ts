@@ -13,7 +13,7 @@ function looked(
 
 const samples = (ms: number, clockHz = 48_000) => (ms * clockHz) / 1000;
 
-it.each([48_000, 8000])("tells how much sound was made up and played, at %s Hz", (clockHz) => {
+it.each([48_000, 8000])("tells how much sound was concealed and played, at %s Hz", (clockHz) => {
   const counts = new SoundCounts();
   const at = (packetsReceived: number, concealedMs: number, playedMs: number) =>
     looked(
@@ -33,7 +33,7 @@ it.each([48_000, 8000])("tells how much sound was made up and played, at %s Hz",
   expect(counts.pauses.take(300)).toEqual({ count: 1, longestMs: 120 });
 });
 
-it("counts silence that was made up as made up", () => {
+it("counts silence that conceals as concealed", () => {
   const counts = new SoundCounts();
   const at = (packetsReceived: number, concealedMs: number) => ({
     packetsReceived,
@@ -49,7 +49,7 @@ it("counts silence that was made up as made up", () => {
 it("tells of the built-in player what that counts", () => {
   const counts = new SoundCounts();
   const heard = { rtp: 0, atMs: 0, delayMs: 30, outputMs: 9, playedMs: 500, stretchedMs: 7 };
-  expect(counts.builtIn({ ...heard, madeUpMs: 40 }, 500)).toEqual({
+  expect(counts.builtIn({ ...heard, concealedMs: 40 }, 500)).toEqual({
     delay_ms: 30,
     output_ms: 9,
     concealed_ms: 40,

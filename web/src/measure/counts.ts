@@ -18,7 +18,7 @@ export class SoundCounts {
   readonly #buffer = new DelayMeter();
   readonly #output = new DelayMeter();
   readonly #tally = new Tally("concealed", "events", "played", "stretched");
-  #madeUpMs = 0;
+  #concealedMs = 0;
 
   /** The sound is off. */
   rest(): void {
@@ -55,16 +55,16 @@ export class SoundCounts {
 
   /** The same of the built-in player. */
   builtIn(
-    { delayMs, outputMs, madeUpMs, playedMs, stretchedMs }: Heard,
+    { delayMs, outputMs, concealedMs, playedMs, stretchedMs }: Heard,
     nowMs: number,
   ): SoundFigures {
-    const riseMs = madeUpMs - this.#madeUpMs;
+    const riseMs = concealedMs - this.#concealedMs;
     if (riseMs > 0) this.pauses.add(nowMs, 1, riseMs);
-    this.#madeUpMs = madeUpMs;
+    this.#concealedMs = concealedMs;
     return {
       delay_ms: delayMs,
       output_ms: outputMs,
-      concealed_ms: madeUpMs,
+      concealed_ms: concealedMs,
       played_ms: playedMs,
       stretched_ms: stretchedMs,
     };

@@ -120,7 +120,14 @@ it("reports often until it has settled, and to a slow link once a second from th
 });
 
 it("tells within 100 ms that what the built-in player sounds has moved, but no slow link", async () => {
-  const times = { atMs: 1000, delayMs: 40, outputMs: 30, madeUpMs: 0, playedMs: 0, stretchedMs: 0 };
+  const times = {
+    atMs: 1000,
+    delayMs: 40,
+    outputMs: 30,
+    concealedMs: 0,
+    playedMs: 0,
+    stretchedMs: 0,
+  };
   const hears = (ageMs: number) => {
     own = { ...times, rtp: (times.atMs - ageMs) * 48 };
   };

@@ -57,7 +57,7 @@ const TOLD = {
   rtp: 7,
   aheadMs: 20,
   played: 960,
-  madeUp: 96,
+  concealed: 96,
   stretched: 48,
   dropped: 0,
   levels: [0.5, 0.25],
@@ -115,7 +115,7 @@ it("tells what is heard when, by the device's own time", async () => {
   expect(heard?.rtp).toBe(7);
   expect(heard?.atMs).toBeCloseTo(5030);
   expect(heard?.outputMs).toBeCloseTo(30);
-  expect([heard?.playedMs, heard?.madeUpMs, heard?.stretchedMs]).toEqual([20, 2, 1]);
+  expect([heard?.playedMs, heard?.concealedMs, heard?.stretchedMs]).toEqual([20, 2, 1]);
 });
 
 it.each([

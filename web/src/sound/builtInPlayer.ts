@@ -5,14 +5,14 @@ import workletUrl from "./worklet.ts?worker&url";
 
 /** What the built-in player is to the page; times on the page's clock. */
 export interface Heard {
-  /** The sample with this RTP time is heard at `atMs`; null while nothing is, or it is made up. */
+  /** The sample with this RTP time is heard at `atMs`; null while nothing is, or it is concealed. */
   rtp: number | null;
   atMs: number;
   /** How much sound waits in the player. */
   delayMs: number;
   /** How long after the player it is heard. */
   outputMs: number;
-  madeUpMs: number;
+  concealedMs: number;
   playedMs: number;
   stretchedMs: number;
 }
@@ -185,7 +185,7 @@ export class BuiltInPlayer {
   heard(nowMs: number): Heard | null {
     const [context, newest] = [this.#context, this.#newest];
     if (!context || !newest || !this.#isHeard) return null;
-    const { frame, rtp, aheadMs, madeUp, played, stretched } = newest;
+    const { frame, rtp, aheadMs, concealed, played, stretched } = newest;
     const { contextTime = 0, performanceTime = 0 } = outputTime(context, nowMs);
     const atMs = performanceTime + (frame / SAMPLES_PER_MS - contextTime * 1000);
     return {
@@ -193,7 +193,7 @@ export class BuiltInPlayer {
       atMs,
       delayMs: aheadMs,
       outputMs: Math.max(0, (context.currentTime - contextTime) * 1000 - (nowMs - performanceTime)),
-      madeUpMs: madeUp / SAMPLES_PER_MS,
+      concealedMs: concealed / SAMPLES_PER_MS,
       playedMs: played / SAMPLES_PER_MS,
       stretchedMs: stretched / SAMPLES_PER_MS,
     };

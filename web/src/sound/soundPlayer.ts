@@ -6,8 +6,8 @@ import { Ring, type Side } from "./ring";
 /** What was played since the beginning, in samples. */
 export interface Played {
   played: number;
-  /** What had not come, and was made up of what came before. */
-  madeUp: number;
+  /** What had not come, and was concealed by what came before. */
+  concealed: number;
   /** Periods that were played twice, to wait for what is overdue. */
   stretched: number;
   /** Periods that were left out, to catch up. */
@@ -34,7 +34,7 @@ const LOST_BEHIND = 400 * MS;
 const MOST_WAIT = 60 * MS;
 /** Of the newest judgement in the mean. */
 const NEW_SHARE = 1 / 8;
-/** What is made up is as loud as what was before it for so long, then it fades. */
+/** What is concealed is as loud as what was before it for so long, then it fades. */
 const LOUD = 20 * MS;
 const SILENT = 80 * MS;
 /** After so long without sound, what comes is played, however late it is. */
@@ -52,7 +52,7 @@ const ANEW = 2 * OPUS_HZ;
  * twice or out of order, other than the periods that `Played` counts. Pure.
  */
 export class SoundPlayer {
-  readonly counts: Played = { played: 0, madeUp: 0, stretched: 0, dropped: 0 };
+  readonly counts: Played = { played: 0, concealed: 0, stretched: 0, dropped: 0 };
   readonly #ring = new Ring();
   readonly #target = new DelayTarget();
   readonly #repeated = [new Float32Array(LONGEST), new Float32Array(LONGEST)] as const;
@@ -67,9 +67,9 @@ export class SoundPlayer {
   /** What fades away, in the ring's time, while `#fading` samples are left of it. */
   #leaving = 0;
   #fading = 0;
-  #isMadeUp = false;
-  #madeUp = 0;
-  /** Where what was made up began, in the ring's time; nothing after it has been played. */
+  #isConcealing = false;
+  #concealed = 0;
+  /** Where what was concealed began, in the ring's time; nothing after it has been played. */
   #heardEnd = 0;
   #period = 1;
   #waited = 0;
@@ -117,15 +117,15 @@ export class SoundPlayer {
     this.#rtpOrigin = null;
     this.#position = null;
     this.#fading = 0;
-    this.#isMadeUp = false;
+    this.#isConcealing = false;
     this.#waited = 0;
     this.#dry = null;
     this.#late = 1;
   }
 
-  /** The RTP time of the next sample; null while nothing plays, or what plays is made up. */
+  /** The RTP time of the next sample; null while nothing plays, or what plays is concealed. */
   get rtp(): number | null {
-    if (this.#position === null || this.#rtpOrigin === null || this.#isMadeUp) return null;
+    if (this.#position === null || this.#rtpOrigin === null || this.#isConcealing) return null;
     return (this.#rtpOrigin + Math.round(this.#position) - ORIGIN) >>> 0;
   }
 
@@ -159,7 +159,7 @@ export class SoundPlayer {
 
   /** Nothing in time has come for longer than a stall lasts. */
   get #isSilent(): boolean {
-    return this.#isMadeUp && this.#madeUp >= GIVEN_UP;
+    return this.#isConcealing && this.#concealed >= GIVEN_UP;
   }
 
   #delay(frame: number): number {
@@ -179,13 +179,13 @@ export class SoundPlayer {
   #next(rate: number): void {
     const position = this.#position ?? 0;
     if (this.#ring.has(position, position + REACH)) {
-      if (this.#isMadeUp) this.#resume();
+      if (this.#isConcealing) this.#resume();
       this.#waited = 0;
       this.#position = position + rate;
       this.#draw(position, rate);
       return;
     }
-    if (!this.#isMadeUp) this.#makeUp(position);
+    if (!this.#isConcealing) this.#conceal(position);
     const isHole = this.#ring.end > position + REACH;
     if (isHole && this.#skip(position)) {
       this.#next(rate);
@@ -193,14 +193,14 @@ export class SoundPlayer {
     }
     if (isHole || this.#waited >= MOST_WAIT || this.#late < 0.5) {
       this.#position = position + rate;
-      this.counts.madeUp++;
+      this.counts.concealed++;
     } else {
       // Time stands still, so that what comes is played whole.
       this.#waited++;
       this.counts.stretched++;
     }
     for (const side of SIDES) this.#pair[side] = this.#invented(side);
-    this.#madeUp++;
+    this.#concealed++;
   }
 
   /** Learns of the sound that ran out, once more has come, whether it was late or lost. */
@@ -211,10 +211,10 @@ export class SoundPlayer {
     this.#dry = null;
   }
 
-  #makeUp(position: number): void {
+  #conceal(position: number): void {
     if (this.#ring.end <= position + REACH) this.#dry = position;
-    this.#isMadeUp = true;
-    this.#madeUp = 0;
+    this.#isConcealing = true;
+    this.#concealed = 0;
     this.#heardEnd = position;
     const end = Math.floor(position);
     this.#period = periodBefore(this.#sum, end);
@@ -227,8 +227,8 @@ export class SoundPlayer {
   }
 
   #invented(side: Side): number {
-    const gain = Math.min(1, Math.max(0, (SILENT - this.#madeUp) / (SILENT - LOUD)));
-    return gain * (this.#repeated[side][this.#madeUp % this.#period] ?? 0);
+    const gain = Math.min(1, Math.max(0, (SILENT - this.#concealed) / (SILENT - LOUD)));
+    return gain * (this.#repeated[side][this.#concealed % this.#period] ?? 0);
   }
 
   /** Leaves out what is missing, rather than make it up, where that only catches up. */
@@ -241,9 +241,9 @@ export class SoundPlayer {
     return true;
   }
 
-  /** What was missing has come: what was made up fades into it. */
+  /** What was missing has come: what was concealed fades into it. */
   #resume(): void {
-    this.#isMadeUp = false;
+    this.#isConcealing = false;
     this.#fading = FADE;
     this.#leaving = Number.NaN;
   }
@@ -253,12 +253,12 @@ export class SoundPlayer {
     for (const side of SIDES) this.#pair[side] = this.#ring.between(position, side);
     if (this.#fading === 0) return;
     const share = this.#fading-- / FADE;
-    const isMadeUp = Number.isNaN(this.#leaving);
+    const isConcealing = Number.isNaN(this.#leaving);
     for (const side of SIDES) {
-      const leaving = isMadeUp ? this.#invented(side) : this.#ring.between(this.#leaving, side);
+      const leaving = isConcealing ? this.#invented(side) : this.#ring.between(this.#leaving, side);
       this.#pair[side] = leaving * share + this.#pair[side] * (1 - share);
     }
-    if (isMadeUp) this.#madeUp++;
+    if (isConcealing) this.#concealed++;
     else this.#leaving += rate;
   }
 
@@ -266,7 +266,7 @@ export class SoundPlayer {
   #cut(frame: number): void {
     const position = this.#position ?? 0;
     const everyFrames = CUT_EVERY * (FAR_BEHIND / this.#behind);
-    if (this.#fading > 0 || this.#isMadeUp || frame - this.#cutAt < everyFrames) return;
+    if (this.#fading > 0 || this.#isConcealing || frame - this.#cutAt < everyFrames) return;
     const from = Math.floor(position);
     const period = periodBefore(this.#sum, from + LONGEST + COMPARED);
     if (!this.#ring.has(position, position + LONGEST + COMPARED)) return;
@@ -284,6 +284,6 @@ export class SoundPlayer {
     this.#leaving = position;
     this.#fading = FADE;
     this.#position = due;
-    this.#isMadeUp = false;
+    this.#isConcealing = false;
   }
 }

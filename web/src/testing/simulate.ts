@@ -8,9 +8,9 @@ export interface Arrival {
 }
 
 export interface Heard {
-  /** From the sending of a sample to its playing, of each 10 ms that were not made up. */
+  /** From the sending of a sample to its playing, of each 10 ms that were not concealed. */
   agesMs: number[];
-  madeUpShare: number;
+  concealedShare: number;
   stretchedShare: number;
   droppedShare: number;
 }
@@ -55,11 +55,11 @@ export function simulate(
     }
   }
   const { counts } = player;
-  const share = (of: "madeUp" | "stretched" | "dropped") =>
+  const share = (of: "concealed" | "stretched" | "dropped") =>
     (counts[of] - before[of]) / Math.max(1, counts.played - before.played);
   return {
     agesMs,
-    madeUpShare: share("madeUp"),
+    concealedShare: share("concealed"),
     stretchedShare: share("stretched"),
     droppedShare: share("dropped"),
   };
