@@ -9,7 +9,7 @@ from wax.congestion.hysteresis import Since
 from wax.congestion.wire_cost import sound_bps
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from wax.congestion.allocation import SoundEncoding
 
@@ -51,9 +51,9 @@ class SoundChoice:
         self._better = Since()
         self._redundancy = 0
         self._fewer = Since()
-        self._picture_bps = 0.0
-        self._aim: tuple[SoundEncoding, int] | None = None
-        self._considered: tuple[SoundEncoding, ...] = ()
+        self._aim_bps: float | None = None
+        self._limits_bps: list[tuple[float, float]] = []
+        """From which budget on each sound may be chosen, and what it takes."""
 
     def choose(
         self,
@@ -69,24 +69,27 @@ class SoundChoice:
     ) -> tuple[SoundEncoding, int]:
         """Return the encoding, and the number of earlier units in each packet.
 
-        Down is immediate; up only if `quick`, otherwise after the better encoding has fitted for
-        5 s. `picture_bps` is the least that a picture takes beside it; with none, the sound may
-        take everything. `channels` is how many the sound has; no encoding of more is chosen unless
-        there is no other.
+        Down is immediate; up only if `quick`, otherwise after the better encoding has fitted for 5 s.
+        `picture_bps` is the least that a picture takes beside it; with none, the sound may take
+        everything. `channels` is how many the sound has; no encoding of more is chosen unless there is
+        no other.
         """
         offered = self._encodings if fixed is None else tuple(fixed)
-        encodings = tuple(one for one in offered if one.channels <= channels) or offered
-        self._considered = encodings
+        encodings = (
+            tuple(encoding for encoding in offered if encoding.channels <= channels) or offered
+        )
         self._follow_loss(lost, burst, now_s)
-        self._picture_bps = picture_bps
         third_bps = budget.bps / _PARTS if picture_bps else budget.bps
         usual = _usual(encodings)
-        best = next((one for one in usual if sound_bps(one, 0) <= third_bps), usual[-1])
+        best = next(
+            (encoding for encoding in usual if sound_bps(encoding, 0) <= third_bps), usual[-1]
+        )
         if sound_bps(best, 0) > max(third_bps, budget.bps - picture_bps):
             best = encodings[-1]
         encoding = self._held(encodings, best, quick=quick, now_s=now_s)
         self._encoding = encoding
-        self._aim = (best, self._affordable(best, third_bps))
+        self._aim_bps = sound_bps(best, self._affordable(best, third_bps))
+        self._limits_bps = list(self._limits(encodings, usual[-1], picture_bps))
         return encoding, self._affordable(encoding, third_bps)
 
     def left_bps(self, chosen_by: SoundBudget, share: float) -> float:
@@ -95,26 +98,20 @@ class SoundChoice:
         A faster link never leaves less: shortly before the next better sound fits, the picture
         gets no more than it will keep afterwards.
         """
-        if self._aim is None:
-            return SoundBudget(chosen_by.rate_bps, share, chosen_by.other_bps).bps
-        left_bps = SoundBudget(chosen_by.rate_bps, share, chosen_by.other_bps).bps - sound_bps(
-            *self._aim
-        )
-        for encoding in self._considered:
-            for redundancy in range(self._redundancy + 1):
-                takes_bps = sound_bps(encoding, redundancy)
-                least_bps = takes_bps * _PARTS
-                if redundancy == 0 and encoding == _usual(self._considered)[-1]:
-                    least_bps = min(least_bps, takes_bps + self._picture_bps)
-                if least_bps > chosen_by.bps:
-                    from_bps = (least_bps + chosen_by.other_bps) / chosen_by.share
-                    then = SoundBudget(from_bps, share, chosen_by.other_bps)
-                    left_bps = min(left_bps, then.bps - takes_bps)
+        other_bps, chosen_bps = chosen_by.other_bps, chosen_by.bps
+        left_bps = share * chosen_by.rate_bps - other_bps
+        if self._aim_bps is None:
+            return left_bps
+        left_bps -= self._aim_bps
+        for least_bps, takes_bps in self._limits_bps:
+            if least_bps > chosen_bps:
+                then_bps = share * (least_bps + other_bps) / chosen_by.share - other_bps
+                left_bps = min(left_bps, then_bps - takes_bps)
         return left_bps
 
     def none(self) -> None:
         """Choose no sound."""
-        self._aim = None
+        self._aim_bps = None
         self._encoding = None
 
     def _held(
@@ -139,10 +136,21 @@ class SoundChoice:
         if self._fewer.lasts(fewer, _REDUNDANCY_HOLD_S, now_s) or not fewer:
             self._redundancy, self._fewer = wanted, Since()
 
+    def _limits(
+        self, encodings: tuple[SoundEncoding, ...], least: SoundEncoding, picture_bps: float
+    ) -> Iterator[tuple[float, float]]:
+        for encoding in encodings:
+            for redundancy in range(self._redundancy + 1):
+                takes_bps = sound_bps(encoding, redundancy)
+                least_bps = takes_bps * _PARTS
+                if encoding == least and not redundancy:
+                    least_bps = min(least_bps, takes_bps + picture_bps)
+                yield least_bps, takes_bps
+
     def _affordable(self, encoding: SoundEncoding, third_bps: float) -> int:
         counts = range(self._redundancy, 0, -1)
         return next((count for count in counts if sound_bps(encoding, count) <= third_bps), 0)
 
 
 def _usual(encodings: tuple[SoundEncoding, ...]) -> tuple[SoundEncoding, ...]:
-    return tuple(one for one in encodings if one.mu_ms <= _USUAL_MU_MS) or encodings
+    return tuple(encoding for encoding in encodings if encoding.mu_ms <= _USUAL_MU_MS) or encodings
