@@ -7,6 +7,7 @@ there at full size and at halves of it, so that what is far away does not flicke
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -44,6 +45,7 @@ class Atlas:
     faces: NDArray[np.float32]
 
 
+@cache
 def bake(world: World) -> Atlas:
     """Paint and pack everything; takes some tens of milliseconds."""
     packer = _Packer()

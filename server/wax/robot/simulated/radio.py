@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -43,6 +44,7 @@ class Radio:
         return self._clear[places].astype(np.float64), self._muffled[places].astype(np.float64)
 
 
+@cache
 def tune() -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Compose the loop: clear, and as heard through a wall; both end where they begin."""
     beats = sum(length for _, length in _MELODY)

@@ -6,6 +6,7 @@ Pure, but for reading their words, which are in `answers`.
 from __future__ import annotations
 
 import math
+from functools import cache
 from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -40,7 +41,7 @@ class Resident:
     def __init__(self, dweller: Dweller, world: World) -> None:
         self.place = dweller.x, dweller.y
         self._world = world
-        self._answers = cycle([(said, muffled(said)) for said in answers(dweller.name)])
+        self._answers = cycle(answers(dweller.name))
         self._gate = SilenceGate()
         self._heard = self._quiet = 0
         self._left = (np.zeros(0), np.zeros(0))
@@ -75,12 +76,14 @@ class Resident:
         return self._world.walls_between(pose.x_m, pose.y_m, x, y) == 0
 
 
-def answers(name: str) -> list[NDArray[np.float64]]:
-    """Read all that somebody can say, as it is at one metre."""
+@cache
+def answers(name: str) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Read all that somebody can say: as it is at one metre, and as heard through a wall."""
     found = []
     for path in sorted(_FOLDER.glob(f"{name}_*.opus")):
         with av.open(str(path)) as file:
             frames = [frame.to_ndarray().reshape(-1) for frame in file.decode(audio=0)]
         sound = np.concatenate(frames).astype(np.float64)
-        found.append(sound * (ANSWER_RMS / np.sqrt(np.mean(sound**2))))
+        sound *= ANSWER_RMS / np.sqrt(np.mean(sound**2))
+        found.append((sound, muffled(sound)))
     return found
