@@ -54,15 +54,15 @@ CELLS: dict[permissions.Act, str] = {
 
 
 @pytest.mark.parametrize("role", ROLES)
-@pytest.mark.parametrize("act", CELLS, ids=str)
-def test_every_cell(act: permissions.Act, role: Role) -> None:
+def test_every_cell(role: Role) -> None:
     """Each role may do what its cell says, and is otherwise told who may."""
-    may = role in CELLS[act].split()
-    assert permissions.may(role, act) is may
-    if may:
-        permissions.check(role, act)
-    else:
-        drives_otherwise = role == "adviser" and "operator" in CELLS[act].split()
+    for act, cell in CELLS.items():
+        may = role in cell.split()
+        assert permissions.may(role, act) is may
+        if may:
+            permissions.check(role, act)
+            continue
+        drives_otherwise = role == "adviser" and "operator" in cell.split()
         sentence = r"^Only the person aboard" if drives_otherwise else r"^Only .* can do that\.$"
         with pytest.raises(ForbiddenError, match=sentence):
             permissions.check(role, act)

@@ -100,21 +100,21 @@ def test_a_key_alone_leaves_the_others_as_they_are(table: str, tmp_path: Path) -
             assert config.load(file) == config.Settings()
 
 
-@pytest.mark.parametrize("path", list(_keys()), ids=lambda path: ".".join(str(p) for p in path))
-def test_manual_explains_every_key(path: tuple[str | int, ...]) -> None:
+def test_manual_explains_every_key() -> None:
     """Above each key stands why one would change it, its unit, and the words of the check."""
-    comment = _documented(path)
-    _, schema = allowed.find(SCHEMA, path)
-    assert schema is not None
-    reason, _, range_ = comment.rpartition("Allowed: ")
-    assert range_ == allowed.words(schema)
-    assert len(reason.split()) >= 2
-    name = str(path[-1])
-    unit = next((unit for suffix, unit in UNITS.items() if name.endswith(suffix)), "")
-    assert unit in reason.lower()
-    _, items = allowed.find(SCHEMA, (*path, 0))
-    if schema.get("type") == "array" and items and items.get("type") != "object":
-        assert f"Each is {allowed.words(items)}." in reason
+    for path in _keys():
+        comment = _documented(path)
+        _, schema = allowed.find(SCHEMA, path)
+        assert schema is not None, path
+        reason, _, range_ = comment.rpartition("Allowed: ")
+        assert range_ == allowed.words(schema), path
+        assert len(reason.split()) >= 2, path
+        name = str(path[-1])
+        unit = next((unit for suffix, unit in UNITS.items() if name.endswith(suffix)), "")
+        assert unit in reason.lower(), path
+        _, items = allowed.find(SCHEMA, (*path, 0))
+        if schema.get("type") == "array" and items and items.get("type") != "object":
+            assert f"Each is {allowed.words(items)}." in reason, path
 
 
 @pytest.mark.parametrize(
