@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
+import pytest
 from hypothesis import settings
 
 _FULL: Final = 100
@@ -33,3 +34,9 @@ def share_of(full: int) -> int:
 def examples(full: int, **more: Any) -> settings:
     """Try a property with the loaded profile's share of `full` examples."""
     return settings(max_examples=share_of(full), **more)
+
+
+def at_length(*cases: Any) -> list[Any]:
+    """Mark these cases of a parametrised test for `make test-all` alone."""
+    several = [case if isinstance(case, tuple) else (case,) for case in cases]
+    return [pytest.param(*values, marks=pytest.mark.full) for values in several]

@@ -57,14 +57,14 @@ def test_times_are_much_evener_than_the_device(jitter: list[float]) -> None:
     assert np.abs(np.diff(times) - 0.01).max() <= 0.00005 + 1e-9
 
 
-@pytest.mark.parametrize("ppm", [-300, -50, 50, 300])
+@pytest.mark.parametrize("ppm", [-300, 300])
 def test_a_drifting_sound_card_is_followed(ppm: int) -> None:
     """After ten minutes on a card that is 300 ppm off, block times are within 5 ms of the truth."""
     blocks = Blocks()
-    last, truth_s = None, 0.0
+    samples, last, truth_s = sound(960, 0.0).samples, None, 0.0
     for index in range(30_000):
         truth_s = 10 + index * 0.02 * (1 + ppm / 1e6)
-        for block in blocks.push(sound(960, truth_s)):
+        for block in blocks.push(Sound(samples, truth_s)):
             last = block
     assert last is not None
     assert last.captured_s + 0.01 == pytest.approx(truth_s + 0.02, abs=0.005)

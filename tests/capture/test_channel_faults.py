@@ -90,11 +90,11 @@ def test_a_quiet_room_says_nothing_about_a_capsule() -> None:
     """While nothing sounds no channel fails, whatever it delivers, and none comes back."""
     listening = Listening()
     listening.hears(1.0, good, good)
-    listening.hears(30.0, quiet, lambda: constant(0))
+    listening.hears(10.0, quiet, lambda: constant(0))
     assert listening.told == []
     listening.hears(3.0, good, lambda: constant(0))
     assert len(listening.told) == 1
-    listening.hears(30.0, quiet, quiet)
+    listening.hears(10.0, quiet, quiet)
     assert len(listening.told) == 1
 
 

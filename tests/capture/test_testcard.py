@@ -79,7 +79,7 @@ def test_cells_lie_where_the_design_says() -> None:
 @pytest.mark.parametrize("size", [(640, 480), (320, 240), (160, 120)])
 def test_a_plane_and_an_array_are_told_apart(size: tuple[int, int]) -> None:
     """A luma plane and a whole I420 array read the same, without saying which it is."""
-    for step in range(40):
+    for step in range(5):
         wall_ms = NOW_MS + step * 33_333
         picture = card(*size, wall_ms)
         assert read_stamp(picture.i420) == wall_ms % STAMP_MODULUS
@@ -94,6 +94,7 @@ def test_stamp_survives_a_modem_line() -> None:
     assert isinstance(decoder, av.VideoCodecContext)
     encoder.width, encoder.height, encoder.pix_fmt = 160, 120, "yuv420p"
     encoder.framerate, encoder.bit_rate = 5, 20_000  # type: ignore[assignment]  # takes a number
+    encoder.thread_count = 1
     encoder.options = {"deadline": "realtime", "cpu-used": "8", "lag-in-frames": "0"}
     read, sizes = [], []
     for index in range(20):
@@ -111,15 +112,15 @@ def test_stamp_survives_a_modem_line() -> None:
     assert read == [(NOW_MS + 200 * index) % STAMP_MODULUS for index in range(20)]
 
 
-@given(cell=st.integers(0, 47))
-@examples(48)
-def test_a_wrong_cell_is_noticed(cell: int) -> None:
+def test_a_wrong_cell_is_noticed() -> None:
     """A stamp with one cell turned over is no stamp."""
-    i420 = card(640, 480, NOW_MS).i420.copy()
-    row, column = divmod(cell, 16)
-    place = i420[row * 32 : row * 32 + 32, column * 40 : column * 40 + 40]
-    place[...] = 251 - place
-    assert read_stamp(Picture(i420, 0.0)) is None
+    right = card(640, 480, NOW_MS).i420
+    for cell in range(48):
+        i420 = right.copy()
+        row, column = divmod(cell, 16)
+        place = i420[row * 32 : row * 32 + 32, column * 40 : column * 40 + 40]
+        place[...] = 251 - place
+        assert read_stamp(Picture(i420, 0.0)) is None
 
 
 @pytest.mark.parametrize("grey", [0, 16, 126, 235, 255])
@@ -196,7 +197,7 @@ def test_bursts_start_at_whole_seconds(now_s: float, wall_s: float) -> None:
     assert full
     for start in full:
         burst = np.sin(2 * np.pi * 1000 * np.arange(4799) / 48000) * 0.4
-        assert bursts[start - 1 : start + 4798] == pytest.approx(burst, abs=0.001)
+        assert np.abs(bursts[start - 1 : start + 4798] - burst).max() < 0.001
         assert np.abs(bursts[start + 4800 : start + 9600]).max() < 0.001
 
 

@@ -6,11 +6,11 @@ import pytest
 from tests.ablation.links import beside_download, beside_viewer, carried_bps, cellular, network
 from tests.ablation.traffic import rate_bps, starved_s
 from tests.congestion.bottleneck import Port, TcpDownload, bottleneck, run
+from tests.examples import at_length
 from tests.link.profile import load
 from tests.sync.link_model import Loop, default_steps
 
 LADDER = [*default_steps(), None]
-FULL = pytest.mark.full
 
 
 def test_two_downloads_fill_a_bottleneck_and_share_it() -> None:
@@ -19,28 +19,26 @@ def test_two_downloads_fill_a_bottleneck_and_share_it() -> None:
     pipe = bottleneck(link, seed=1, start_s=100.0)
     first = TcpDownload(Port(pipe), back_s=0.02, begin_s=100.0)
     second = TcpDownload(Port(pipe), back_s=0.02, begin_s=105.0)
-    run([first, second], 140.0)
+    run([first, second], 125.0)
     assert first.rate_bps(101, 105) >= 0.95 * 5e6
-    shares = [one.rate_bps(115, 140) for one in (first, second)]
+    shares = [one.rate_bps(110, 125) for one in (first, second)]
     assert sum(shares) >= 0.95 * 5e6
     assert min(shares) >= sum(shares) / 3
 
 
-@pytest.mark.parametrize("link_bps", [400_000, 800_000])
-def test_a_second_viewer_gets_as_much(link_bps: int) -> None:
-    """Of a thin bottleneck the one who comes later has the same share, and neither starves."""
-    first, second = beside_viewer(1, rate_bps=link_bps, begin_s=10.0, run_s=40.0)
-    shares = [rate_bps(first, 20.0, 40.0), rate_bps(second, 10.0, 30.0)]
-    assert min(shares) >= 0.8 * max(shares)
-
-
-@pytest.mark.parametrize("seed", [1, 2, 3, *(pytest.param(n, marks=FULL) for n in (4, 5, 6))])
-@pytest.mark.parametrize("link_bps", [400_000, 800_000, 2_000_000])
+@pytest.mark.parametrize("seed", [1, *at_length(*range(2, 7))])
+@pytest.mark.parametrize("link_bps", [400_000, 2_000_000, *at_length(800_000)])
 def test_two_viewers_are_at_most_a_step_apart(link_bps: int, seed: int) -> None:
-    """Whoever comes later ends at the same step of the ladder or the next, and neither starves."""
+    """Whoever comes later ends at the same step of the ladder or the next, and neither starves.
+
+    Of a thin bottleneck both have the same share.
+    """
     first, second = beside_viewer(seed, rate_bps=link_bps, begin_s=10.0, run_s=40.0)
     steps = [LADDER.index(one.record.changes()[-1][1]) for one in (first, second)]
     assert abs(steps[0] - steps[1]) <= 1
+    if link_bps < 1_000_000:
+        shares = [rate_bps(first, 20.0, 40.0), rate_bps(second, 10.0, 30.0)]
+        assert min(shares) >= 0.8 * max(shares)
     assert starved_s(first, 20.0, 40.0) == 0
     assert starved_s(second, 10.0, 30.0) == 0
     assert first.record.sound_ms(20.0, 40.0, 0.95) <= 120
@@ -57,7 +55,7 @@ def test_a_download_never_silences_a_viewer(link_bps: int) -> None:
     assert download.rate_bps(110.0, 120.0) >= 0.9 * link_bps
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3, *(pytest.param(n, marks=FULL) for n in (4, 5, 6))])
+@pytest.mark.parametrize("seed", [1, *at_length(*range(2, 7))])
 def test_a_picture_returns_after_a_download_on_a_modem_line(seed: int) -> None:
     """It leaves the estimate at what the sound takes, which nothing but a try can raise."""
     modem = load("modem-56k")
@@ -74,11 +72,11 @@ def test_tries_delay_no_sound_for_long(link_bps: int) -> None:
     """Where the link carries the sound and no more, a picture is tried, seldom and briefly."""
     link = network("thin", rate_bps=link_bps, queue_ms=1500.0, delay_ms=60.0)
     loop = Loop(link, feedback_s=0.05)
-    loop.run(120)
-    assert loop.record.sound_ms(20.0, 120.0, 0.9) <= 60 + 200
+    loop.run(60)
+    assert loop.record.sound_ms(20.0, 60.0, 0.9) <= 60 + 200
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, *at_length(2, 3)])
 def test_a_cell_is_followed(seed: int) -> None:
     """While the rate walks between 0.15 and 6 Mbit/s pictures go on, soon, and most is used."""
     cell = cellular(seed=seed, seconds=30)

@@ -18,6 +18,7 @@ from typing import Final
 
 import pytest
 from tests.control.rules import VOUCHED
+from tests.examples import share_of
 from tests.turned_clock import TurnedClock
 
 from wax.config.settings import DriveSettings, RobotSettings, TurnSettings
@@ -368,7 +369,7 @@ def run(steps: int, seed: int) -> Counter[str]:
 @pytest.mark.timeout(3600)
 def test_no_motion_of_an_old_turn() -> None:
     """Never is there a motion of an old turn after the switch, and always a stop between two."""
-    steps = int(os.environ.get("WAX_STEPS", "5000"))
+    steps = int(os.environ.get("WAX_STEPS", share_of(5000)))
     happened = run(steps, seed=5)
     assert happened["motions"] >= steps // 5
     assert happened["turns"] >= steps // 50

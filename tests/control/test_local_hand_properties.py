@@ -34,16 +34,16 @@ RULES = (DRIVES, replace(DRIVES, shares=True))
 class Word:
     """What the control says, how often, how long after one another, and how late it comes."""
 
-    what: str
     times: int
-    gap_s: float
-    late_s: float
     linear: float
-    angular: float
-    is_held: bool
-    stop: bool
     ask: Ask | None
     is_operator_heard: bool
+    what: str = "say"
+    gap_s: float = 0.02
+    late_s: float = 0.0
+    angular: float = 0.0
+    is_held: bool = False
+    stop: bool = False
 
 
 shares = st.sampled_from([0.0] * 8 + [0.2, 0.21, 1.0, -1.0, 1.01, math.nan])
@@ -62,14 +62,8 @@ words = st.builds(
 )
 calm = st.builds(
     Word,
-    what=st.just("say"),
     times=st.sampled_from([2, 30]),
-    gap_s=st.just(0.02),
-    late_s=st.just(0.0),
     linear=st.sampled_from([0.0, 0.0, 0.0, 0.5, 1.0]),
-    angular=st.just(0.0),
-    is_held=st.just(False),
-    stop=st.just(False),
     ask=st.sampled_from([None, None, "go_on"]),
     is_operator_heard=st.booleans(),
 )

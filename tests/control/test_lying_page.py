@@ -16,7 +16,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.control.rules import RULES, VOUCHED
-from tests.examples import examples
+from tests.examples import at_length, examples
 from tests.link.model import Direction
 from tests.link.profile import Profile, load
 
@@ -154,16 +154,16 @@ _SET_POINT: Final = 200
 _PICTURE: Final = 1000
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, *at_length(2)])
 @pytest.mark.parametrize(("profile", "hz", "is_thin"), LINKS.values(), ids=LINKS.keys())
 def test_an_honest_page_is_never_refused(
     profile: Profile, hz: int, is_thin: bool, seed: int
 ) -> None:
     """Over a link that can be driven over, lost and late beats included, every command counts."""
     drive = Drive(profile, hz=hz, is_thin=is_thin, seed=seed)
-    drive.run(120.0)
+    drive.run(60.0)
     assert drive.server.refused == 0
-    assert drive.moved >= 0.99 * drive.ticks > 5000
+    assert drive.moved >= 0.99 * drive.ticks > 2500
 
 
 class Drive:

@@ -7,6 +7,7 @@ from random import Random, SystemRandom
 from typing import TYPE_CHECKING
 
 import pytest
+from tests.examples import share_of
 from tests.fuzz.mutator import Mutator
 from tests.fuzz.plan import TARGETS
 from tests.fuzz.target import CORPUS, Target, quiet
@@ -49,7 +50,7 @@ def test_no_input_costs_more_than_its_length_may(name: str) -> None:
     target = TARGETS[name]
     mutator = Mutator(Random(1), target.seeds, target.words, target.max_bytes)
     inputs = [*target.seeds, *(path.read_bytes() for path in target.corpus())]
-    for data in (*inputs, *(mutator.draw() for _ in range(20))):
+    for data in (*inputs, *(mutator.draw() for _ in range(share_of(20)))):
         target.count(data)
 
 

@@ -107,7 +107,7 @@ def test_no_place_is_too_near_to_draw(renderer: Renderer) -> None:
     """From every spot that the robot can stand on, in every direction, there is a picture."""
     rng = np.random.default_rng(2)
     drawn = 0
-    while drawn < 150:
+    while drawn < 40:
         x, y = float(rng.uniform(0, WORLD.width)), float(rng.uniform(0, WORLD.depth))
         if WORLD.nearest_surface(x, y)[0] < 0.17:
             continue

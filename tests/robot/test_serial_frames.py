@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.examples import at_length
 
 from wax.robot.serial import frames
 from wax.robot.serial.frames import (
@@ -102,7 +103,7 @@ def test_flipped_bits_are_never_believed(frame: Frame, data: st.DataObject) -> N
     assert Decoder(SESSION).feed(bytes(wire)) == []
 
 
-@pytest.mark.parametrize("behind", [0, 4, 12])
+@pytest.mark.parametrize("behind", [12, *at_length(0, 4)])
 def test_a_burst_is_never_believed(behind: int) -> None:
     """Whatever happens to 16 bits in a row is found, across the beginning of the CRC as well."""
     wire = int.from_bytes(STOP, "big")
@@ -134,9 +135,9 @@ def test_the_robots_end_follows_hello(sent: list[tuple[int, list[Frame]]]) -> No
 
 
 def test_memory_is_bounded() -> None:
-    """A megabyte of starts without an end leaves less than a frame in memory."""
+    """A hundred kilobytes of starts without an end leaves less than a frame in memory."""
     decoder = Decoder(SESSION)
-    for _ in range(256):
+    for _ in range(25):
         decoder.feed(b"\xa5\x5a\x20" * 1365)
         assert len(decoder._rest) < 64
 

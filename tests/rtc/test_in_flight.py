@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
+from copy import deepcopy
+from functools import cache
 from random import Random
 from typing import TYPE_CHECKING, Literal
 
@@ -27,6 +29,19 @@ def send(transmissions: InFlight, now_s: float, count: int = 1) -> list[int]:
         transmissions.sent(now_s, size_bytes=100, kind="video", train=index)
         for index in range(count)
     ]
+
+
+@cache
+def _numbered(count: int) -> InFlight:
+    transmissions = InFlight()
+    send(transmissions, 0.0, count)
+    assert transmissions.oldest_unreported_s(100.0) is None
+    return transmissions
+
+
+def numbered(count: int) -> InFlight:
+    """Return one that has sent so many, long ago."""
+    return deepcopy(_numbered(count))
 
 
 def feedback(sequence_number: int, arrivals: Sequence[float | None]) -> Feedback:
@@ -170,16 +185,14 @@ class Browser:
     jitter_s=st.floats(0, 0.2),
     every_s=st.sampled_from([0.25, 0.1, 0.05]),
     loses_reports=st.booleans(),
-    before=st.sampled_from([0, 65_400]),
+    before=st.sampled_from([0, 65_450]),
     seed=st.integers(0, 999),
 )
 def test_over_any_wire_each_packet_is_told_rightly(
     *, kind: str, jitter_s: float, every_s: float, loses_reports: bool, before: int, seed: int
 ) -> None:
     """Arrivals once each, at the right time; losses before; in the order of sending."""
-    random, transmissions = Random(seed), InFlight()
-    for _ in range(before):  # so that the numbers start again on the way
-        transmissions.sent(0.0, size_bytes=1, kind="audio", train=None)
+    random, transmissions = Random(seed), numbered(before)
     plan: dict[int, float | None] = {}
     burst = 0
     for index in range(300):
@@ -307,14 +320,12 @@ REPORTS = st.lists(
 )
 
 
-@given(REPORTS, st.sampled_from([0, 65_500]))
+@given(REPORTS, st.sampled_from([0, 65_450]))
 def test_it_tells_what_the_plain_way_tells(
     trace: list[tuple[int, int, list[float | None], int]], before: int
 ) -> None:
     """Reordered, repeated, overlapping, about what was never sent, and around the numbers' end."""
-    transmissions, plain = InFlight(), Plain()
-    for _ in range(before):
-        transmissions.sent(0.0, size_bytes=1, kind="audio", train=None)
+    transmissions, plain = numbered(before), Plain()
     plain.next = before
     now_s = 100.0
     for count, back, arrivals, again in trace:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from tests.examples import at_length
 from tests.streams.test_live_streams import TOP, Rig
 from tests.turned_clock import TurnedClock
 
@@ -70,7 +71,14 @@ async def test_who_wants_no_picture_is_sent_none() -> None:
     assert _wanted(rig) == [[], []]
 
 
-@pytest.mark.parametrize("rate_bps", [50e3, 100e3, 250e3, 500e3, 1e6, 2e6, 5e6])
+@pytest.mark.parametrize(
+    "rate_bps",
+    [
+        100e3,
+        1e6,
+        *at_length(50e3, 250e3, 5e5, 2e6, 5e6),
+    ],
+)
 async def test_the_driving_view_is_what_it_is_without_them(rate_bps: float) -> None:
     """Whatever the link carries, a large camera beside it takes no rendition from it."""
     seen: list[list[str]] = []
@@ -78,9 +86,9 @@ async def test_the_driving_view_is_what_it_is_without_them(rate_bps: float) -> N
         rig = _rig(rate_bps, cameras)
         rig.begin()
         rig.streams.look(large=0 if cameras else None, small=True)
-        await rig.run(20.0)
+        await rig.run(10.0)
         rig.sizes.clear()
-        await rig.run(20.0)
+        await rig.run(6.0)
         seen.append(list(dict.fromkeys(rig.sizes)))
     alone, beside = seen
     assert beside == alone
@@ -91,7 +99,7 @@ async def test_a_modem_carries_no_other_camera() -> None:
     rig = _rig(50e3)
     rig.begin()
     rig.streams.look(large=0, small=True)
-    await rig.run(20.0)
+    await rig.run(12.0)
     assert rig.streams.status()["cameras"] == [None, None]
 
 

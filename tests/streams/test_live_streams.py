@@ -209,7 +209,7 @@ async def test_a_thin_link_has_one_channel() -> None:
     """Where two do not fit into the sound's third, the same packets go in mono."""
     rig = Rig(rate_bps=110e3, channels=2)
     rig.begin()
-    await rig.run(12.0)
+    await rig.run(8.0)
     assert rig.streams.status()["sound_channels"] == 1
 
 
@@ -423,11 +423,11 @@ async def test_the_operator_may_have_a_rendition_of_their_own() -> None:
     try:
         rig.begin()
         rig.streams.follow(OPERATOR.model_copy(update={"finer_ladder": True}), drives=True)
-        await rig.run(20.0)
+        await rig.run(10.0)
         assert rig.sizes[-1] not in shared
         assert rig.video.wanted == [rig.sizes[-1]]
         rig.streams.follow(SyncSettings(), drives=False)
-        await rig.run(20.0)
+        await rig.run(10.0)
         assert rig.sizes[-1] in shared
         assert rig.video.names == shared
     finally:

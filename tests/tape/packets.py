@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
@@ -28,6 +29,7 @@ def is_flash(at_s: float) -> bool:
     return at_s % _FLASH_EVERY_S < 0.1
 
 
+@cache
 def pictures(
     codec: Literal["vp8", "h264"], *, begin_s: float, seconds: float, keyframes_s: float = 1.0
 ) -> list[EncodedPicture]:
@@ -48,6 +50,7 @@ def pictures(
     return made
 
 
+@cache
 def sounds(*, begin_s: float, seconds: float, drift_ppm: float = 0.0) -> list[EncodedSound]:
     """Return packets of 20 ms, loud during a flash, of a card that is too fast by `drift_ppm`."""
     encoder, clock = SoundEncoder(SoundEncoding(20, 32_000)), SampleClock()

@@ -27,11 +27,20 @@ from tests.baseline.client2004.client import Client, Heard, Listening
 from tests.baseline.client2004.scenes import PAGE, RECORDER, SCENES, Scene
 from tests.baseline.client2004.source import Recorder, SharedMemory
 from tests.baseline.client2004.table import MU_LENGTHS_MS, WITHOUT_FRAGMENTS, hear, is_clean
+from tests.examples import at_length, share_of
 
 if TYPE_CHECKING:
     from tests.baseline.client2004.client import Serve
 
 on_each_connection = pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
+on_two_connections = pytest.mark.parametrize(
+    "scene",
+    [
+        *SCENES[1:3],
+        *at_length(SCENES[0], *SCENES[3:]),
+    ],
+    ids=lambda scene: scene.name,
+)
 mu_lengths = st.sampled_from(MU_LENGTHS_MS)
 
 
@@ -58,7 +67,7 @@ def test_the_sender_serves_as_the_server_of_2004(scene: Scene, page: bool) -> No
     """
     client = PAGE if page else scene.client
     for mu_ms in MU_LENGTHS_MS:
-        for seed in range(4):
+        for seed in range(share_of(4)):
             ours, theirs = (
                 _hear(scene, mu_ms, serve, recorder=WITHOUT_FRAGMENTS, client=client, seed=seed)
                 for serve in (partial(Baseline, mu_ms), SharedMemory)
@@ -73,7 +82,7 @@ def test_the_sender_serves_as_the_server_of_2004(scene: Scene, page: bool) -> No
 def test_fragments_differ_by_how_long_an_mu_is_valid_and_by_nothing_else(scene: Scene) -> None:
     """A model that drops an MU after its own length too, as ours does, is the same in all cells."""
     for mu_ms in MU_LENGTHS_MS:
-        for seed in range(4):
+        for seed in range(share_of(4)):
             ours, theirs = (
                 _hear(scene, mu_ms, serve, recorder=RECORDER, client=scene.client, seed=seed)
                 for serve in (partial(Baseline, mu_ms), partial(SharedMemory, valid_ms=mu_ms))
@@ -81,7 +90,7 @@ def test_fragments_differ_by_how_long_an_mu_is_valid_and_by_nothing_else(scene: 
             assert ours == theirs
 
 
-@on_each_connection
+@on_two_connections
 def test_our_sender_has_pauses_where_the_thesis_has_them(scene: Scene) -> None:
     """Also with fragments it is clean in the same cells as the model."""
     for mu_ms in MU_LENGTHS_MS:
@@ -89,7 +98,7 @@ def test_our_sender_has_pauses_where_the_thesis_has_them(scene: Scene) -> None:
         assert is_clean(ours) == is_clean(hear(scene, mu_ms)), mu_ms
 
 
-@on_each_connection
+@on_two_connections
 def test_the_page_loses_nothing_that_only_the_client_lost(scene: Scene) -> None:
     """On delivery, and in one piece, every connection of chapter 5.2 is clean at every length."""
     paged = replace(scene, client=PAGE)

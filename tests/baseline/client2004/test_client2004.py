@@ -95,6 +95,7 @@ def test_pauses_and_silence_fall_as_the_mu_grows(scene: Scene) -> None:
             assert longer.pauses_per_block < 0.75 * shorter.pauses_per_block
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("hand_over_ms", [2.5, 3.0, 4.0])
 def test_the_shape_does_not_hang_on_the_one_value_that_nobody_wrote_down(
     hand_over_ms: float,
@@ -106,6 +107,7 @@ def test_the_shape_does_not_hang_on_the_one_value_that_nobody_wrote_down(
         assert clean == [is_clean(hear(scene, mu_ms)) for mu_ms in MU_LENGTHS_MS], scene.name
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("least_ms", "most_ms"), [(200.0, 350.0), (250.0, 350.0), (300.0, 350.0)])
 def test_the_shape_does_not_hang_on_the_exact_turn_round_of_windows(
     least_ms: float, most_ms: float

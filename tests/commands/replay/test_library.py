@@ -236,16 +236,16 @@ def test_what_is_no_tape_is_said(tmp_path: Path) -> None:
 
 
 def test_what_is_large_is_not_looked_through(shelf: Shelf) -> None:
-    """Thousands of parts, 50 GB: neither listing nor opening one opens any other.
+    """However many parts, 50 GB: neither listing nor opening one opens any other.
 
     The others are pipes: whoever opens one of them waits for ever.
     """
     asked = shelf.parts()[0].name
-    for number in range(3000):
+    for number in range(300):
         name = shelf.new_name(2e12 + 60_000 * number)
         os.mkfifo(shelf.path(name, ".mcap" if number % 2 else ".webm"))
     library = Library(shelf.folder)
-    assert len(library.listing().parts) == 3002
+    assert len(library.listing().parts) == 302
     assert library.content(asked).has_media
     assert library.media(asked) == shelf.path(asked, ".webm")
     library.close()
