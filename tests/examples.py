@@ -1,6 +1,6 @@
 """How many cases a property is tried with.
 
-A test says its full number. `make unit` and `make test` try a quarter of it, other cases each time
+A test says its full number. `make unit` and `make test` try a tenth of it, other cases each time
 (in CI the same ones); `make test-all` tries all, by ``pytest --hypothesis-profile=full``.
 """
 
@@ -13,6 +13,7 @@ from hypothesis import settings
 
 _FULL: Final = 100
 """What Hypothesis tries where a test says nothing."""
+_LEAST: Final = 10
 
 
 def load_profiles() -> None:
@@ -22,7 +23,7 @@ def load_profiles() -> None:
     itself: where CI is set, that draws the same examples each time and stores none.
     """
     settings.register_profile("full", deadline=None, max_examples=_FULL)
-    settings.register_profile("quick", deadline=None, max_examples=_FULL // 4)
+    settings.register_profile("quick", deadline=None, max_examples=_FULL // 10)
     settings.load_profile("quick")
 
 
@@ -32,8 +33,8 @@ def share_of(full: int) -> int:
 
 
 def examples(full: int, **more: Any) -> settings:
-    """Try a property with the loaded profile's share of `full` examples."""
-    return settings(max_examples=share_of(full), **more)
+    """Try a property with the loaded profile's share of `full` examples, at least ten."""
+    return settings(max_examples=max(share_of(full), min(full, _LEAST)), **more)
 
 
 def at_length(*cases: Any) -> list[Any]:
