@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 import time
+from functools import cache
 from typing import TYPE_CHECKING, Final
 
 import cv2
@@ -249,6 +250,7 @@ def _cells(wall_ms: int, width: int, height: int) -> NDArray[np.uint8]:
     return greys[rows[:, None], columns[None, :]]
 
 
+@cache
 def _texture(width: int, height: int) -> NDArray[np.uint8]:
     """Return noise of three grain sizes, tiled twice each way so that any window fits.
 

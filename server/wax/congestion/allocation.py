@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -56,6 +57,7 @@ class Allocation:
     kept_bps: float = 0.0
 
 
+@lru_cache(maxsize=64)
 def area(size: str) -> int:
     """Return the pixels of a size as "640x480"; raises ValueError for any other text."""
     width, _, height = size.partition("x")
