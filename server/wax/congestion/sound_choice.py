@@ -69,21 +69,17 @@ class SoundChoice:
     ) -> tuple[SoundEncoding, int]:
         """Return the encoding, and the number of earlier units in each packet.
 
-        Down is immediate; up only if `quick`, otherwise after the better encoding has fitted for 5 s.
-        `picture_bps` is the least that a picture takes beside it; with none, the sound may take
-        everything. `channels` is how many the sound has; no encoding of more is chosen unless there is
-        no other.
+        Down is immediate; up only if `quick`, otherwise after the better encoding has fitted for
+        5 s. `picture_bps` is the least that a picture takes beside it; with none, the sound may
+        take everything. `channels` is how many the sound has; no encoding of more is chosen unless
+        there is no other.
         """
         offered = self._encodings if fixed is None else tuple(fixed)
-        encodings = (
-            tuple(encoding for encoding in offered if encoding.channels <= channels) or offered
-        )
+        encodings = tuple(one for one in offered if one.channels <= channels) or offered
         self._follow_loss(lost, burst, now_s)
         third_bps = budget.bps / _PARTS if picture_bps else budget.bps
         usual = _usual(encodings)
-        best = next(
-            (encoding for encoding in usual if sound_bps(encoding, 0) <= third_bps), usual[-1]
-        )
+        best = next((one for one in usual if sound_bps(one, 0) <= third_bps), usual[-1])
         if sound_bps(best, 0) > max(third_bps, budget.bps - picture_bps):
             best = encodings[-1]
         encoding = self._held(encodings, best, quick=quick, now_s=now_s)
@@ -153,4 +149,4 @@ class SoundChoice:
 
 
 def _usual(encodings: tuple[SoundEncoding, ...]) -> tuple[SoundEncoding, ...]:
-    return tuple(encoding for encoding in encodings if encoding.mu_ms <= _USUAL_MU_MS) or encodings
+    return tuple(one for one in encodings if one.mu_ms <= _USUAL_MU_MS) or encodings
