@@ -9,17 +9,19 @@ const STEP = 4;
  * most like itself. Pure.
  */
 export function periodBefore(at: (time: number) => number, time: number): number {
+  // Read once: the audio device's thread has no time to ask for each pair.
+  const read = (COMPARED + LONGEST) / STEP;
+  const heard = Float64Array.from({ length: read }, (_, i) => at(time - 1 - i * STEP));
+  const compared = heard.subarray(0, COMPARED / STEP);
+  const energy = compared.reduce((sum, one) => sum + one * one, 1e-9);
   let best = SHORTEST;
   let most = -1;
   for (let shift = SHORTEST; shift <= LONGEST; shift += STEP) {
     let product = 0;
-    let energy = 1e-9;
     let other = 1e-9;
-    for (let i = 0; i < COMPARED; i += STEP) {
-      const a = at(time - 1 - i);
-      const b = at(time - 1 - i - shift);
-      product += a * b;
-      energy += a * a;
+    for (let i = 0; i < compared.length; i++) {
+      const b = heard[i + shift / STEP] ?? 0;
+      product += (compared[i] ?? 0) * b;
       other += b * b;
     }
     const likeness = product / Math.sqrt(energy * other);

@@ -102,18 +102,23 @@ describe("whatever comes", () => {
     const player = new SoundPlayer();
     const out = new Float32Array(128);
     let lastRtp = 0;
+    let isLoud = false;
+    let wentBack = false;
+    // Judged once a case: there are 1500 blocks in each.
     for (let frame = 0; frame < 48_000 * 4; frame += 128) {
       const number = Math.floor(frame / 960 + 6 * (random() - 0.5));
       if (number >= 0 && random() < 0.2) {
         player.arrive(number * 960, [new Float32Array(960).fill(0.5)], frame);
       }
       player.render([out], frame);
-      expect(out.every((one) => Math.abs(one) <= 1)).toBe(true);
+      isLoud ||= !out.every((one) => Math.abs(one) <= 1);
       const { rtp } = player;
       if (rtp === null) continue;
-      expect(rtp).toBeGreaterThanOrEqual(lastRtp);
+      wentBack ||= rtp < lastRtp;
       lastRtp = rtp;
     }
+    expect({ isLoud, wentBack }).toEqual({ isLoud: false, wentBack: false });
+    expect(lastRtp).toBeGreaterThan(0);
   });
 });
 
@@ -161,6 +166,7 @@ it("keeps the ears apart, in what is played and in what is concealed", () => {
   const player = new SoundPlayer();
   const left = new Float32Array(128);
   const right = new Float32Array(128);
+  let isApart = true;
   for (let frame = 0, sent = 0; frame < 48_000; frame += 128) {
     for (; sent <= frame; sent += 960) {
       if ((sent / 960) % 10 === 9) continue; // lost
@@ -169,7 +175,8 @@ it("keeps the ears apart, in what is played and in what is concealed", () => {
     }
     player.render([left, right], frame);
     if (frame < 9600) continue;
-    expect(left.every((one, i) => Math.abs((right[i] ?? 0) + 0.4 * one) < 1e-6)).toBe(true);
+    isApart &&= left.every((one, i) => Math.abs((right[i] ?? 0) + 0.4 * one) < 1e-6);
   }
+  expect(isApart).toBe(true);
   expect(player.counts.concealed).toBeGreaterThan(0);
 });

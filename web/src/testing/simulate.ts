@@ -17,15 +17,20 @@ export interface Heard {
 
 const BLOCK = 128;
 const MS = OPUS_HZ / 1000;
-const TONE_HZ = 300;
+const PACKET_MS = 20;
+/** Of a tone of 300 Hz, six periods: each packet goes on where the one before it ended. */
+const PACKET = Float32Array.from(
+  { length: PACKET_MS * MS },
+  (_, i) => 0.5 * Math.sin((2 * Math.PI * 300 * i) / OPUS_HZ),
+);
 
 /**
- * Plays a trace of packets of `packetMs` in simulated time. `driftPpm` is by how much the device is
+ * Plays a trace of packets of 20 ms in simulated time. `driftPpm` is by how much the device is
  * faster than the sender. The first `settleMs` do not count. Pure.
  */
 export function simulate(
   trace: Arrival[],
-  { packetMs = 20, driftPpm = 0, settleMs = 3000 }: Partial<Settings> = {},
+  { driftPpm = 0, settleMs = 3000 }: Partial<Settings> = {},
 ): Heard {
   const player = new SoundPlayer();
   const byArrival = trace.toSorted((a, b) => a.arrivedMs - b.arrivedMs);
@@ -42,7 +47,7 @@ export function simulate(
       const one = byArrival[next];
       if (!one || one.arrivedMs > nowMs) break;
       // The packet is sent once its last sample is there.
-      player.arrive(rtpOf(one.sentMs, packetMs), [tone(one.sentMs, packetMs)], frame);
+      player.arrive(RTP_ORIGIN + (one.sentMs - PACKET_MS) * MS, [PACKET], frame);
     }
     player.render([out], frame);
     if (!isSettled && nowMs >= settleMs) {
@@ -66,20 +71,9 @@ export function simulate(
 }
 
 interface Settings {
-  packetMs: number;
   driftPpm: number;
   settleMs: number;
 }
 
 /** Not zero, so that nobody relies on it. */
 const RTP_ORIGIN = 480_000;
-
-function rtpOf(sentMs: number, packetMs: number): number {
-  return RTP_ORIGIN + Math.round((sentMs - packetMs) * MS);
-}
-
-function tone(sentMs: number, packetMs: number): Float32Array {
-  const from = Math.round((sentMs - packetMs) * MS);
-  const step = (2 * Math.PI * TONE_HZ) / OPUS_HZ;
-  return Float32Array.from({ length: packetMs * MS }, (_, i) => 0.5 * Math.sin(step * (from + i)));
-}
