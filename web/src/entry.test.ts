@@ -1,8 +1,6 @@
-import { afterEach, describe, expect, it, vi } from "vitest";
+import { describe, expect, it, vi } from "vitest";
 import { showEntry, takeEntry } from "./entry";
 import { said, says } from "./words/said";
-
-afterEach(() => vi.unstubAllGlobals());
 
 /** A window at this fragment, and what its history was told. */
 function at(hash: string) {

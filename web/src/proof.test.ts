@@ -1,4 +1,4 @@
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { beforeEach, expect, it, vi } from "vitest";
 import { type Proof, Prover } from "./proof";
 import { says } from "./words/said";
 
@@ -18,11 +18,6 @@ beforeEach(() => {
     return new Response(JSON.stringify(now), { status: "error" in now ? 403 : 200 });
   });
   prover = new Prover({ tell: (proof) => told.push(proof), complain });
-});
-
-afterEach(() => {
-  vi.useRealTimers();
-  vi.unstubAllGlobals();
 });
 
 const RUNNING: Proof = {

@@ -1,5 +1,5 @@
 import { signal } from "@preact/signals";
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { beforeEach, expect, it, vi } from "vitest";
 import { loadPreferences } from "./preferences";
 import { createState, type State } from "./state";
 import { listenTurnOver } from "./turnOver";
@@ -14,10 +14,6 @@ beforeEach(() => {
   isConnected.value = true;
   state = { ...createState(loadPreferences(null)), drivingTurn: turn, isConnected };
   listenTurnOver(state);
-});
-
-afterEach(() => {
-  vi.useRealTimers();
 });
 
 it("thanks whose turn has ended, for a while", () => {

@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { getByRole, getByText, queryByRole, queryByText } from "@testing-library/dom";
 import { render } from "preact";
 import { act } from "preact/test-utils";
@@ -29,8 +29,6 @@ beforeEach(() => {
 
 afterEach(() => {
   act(() => render(null, body));
-  vi.useRealTimers();
-  vi.unstubAllGlobals();
 });
 
 function open(): void {

@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import type { Drive, RoomState } from "../messages";
 import { loadPreferences } from "../preferences";
@@ -50,7 +50,6 @@ beforeEach(() => {
 
 afterEach(() => {
   listening.abort();
-  vi.useRealTimers();
 });
 
 function drives(number: number, stop: RoomState["stop"] = null): void {

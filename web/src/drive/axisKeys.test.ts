@@ -1,4 +1,4 @@
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { beforeEach, expect, it, vi } from "vitest";
 import { AxisKeys, keyedAxes } from "./axisKeys";
 import { InputState } from "./inputState";
 
@@ -20,8 +20,6 @@ beforeEach(() => {
     },
   });
 });
-
-afterEach(() => vi.useRealTimers());
 
 it("moves an axis at once and steadily while its key is held, and holds the dead-man", () => {
   axisKeys.begin("key", "pan", 1);

@@ -1,4 +1,4 @@
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { beforeEach, expect, it, vi } from "vitest";
 import type { Drive } from "../messages";
 import { CommandSender, type Controls } from "./commandSender";
 
@@ -48,8 +48,6 @@ beforeEach(() => {
     },
   });
 });
-
-afterEach(() => vi.useRealTimers());
 
 /** How many set-points go out in this time. */
 function sentIn(ms: number): number {

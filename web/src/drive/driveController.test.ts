@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import type { Drive } from "../messages";
 import { loadPreferences } from "../preferences";
@@ -53,7 +53,6 @@ beforeEach(() => {
 
 afterEach(() => {
   aborting.abort();
-  vi.useRealTimers();
 });
 
 it("says nothing and holds nothing while somebody else drives", () => {

@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { type FakePad, pad, plugIn, push, readings, takeAwayGamepads } from "../testing/gamepads";
 import { GamepadInput, NO_PADS, type PadState } from "./gamepad";
@@ -51,7 +51,6 @@ afterEach(() => {
   readings(2);
   expect(vi.getTimerCount()).toBe(0);
   takeAwayGamepads();
-  vi.useRealTimers();
 });
 
 function listens(): void {

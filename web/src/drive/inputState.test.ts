@@ -1,4 +1,4 @@
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { beforeEach, expect, it, vi } from "vitest";
 import { type Direction, InputState } from "./inputState";
 
 const STAND = { linear: 0, angular: 0 };
@@ -13,8 +13,6 @@ beforeEach(() => {
   input = new InputState({ changed: onChange, deflected });
   input.enable();
 });
-
-afterEach(() => vi.useRealTimers());
 
 it.each<[Direction, number, number]>([
   ["forward", 1, 0],

@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { DIRECTIONS, fingerHolder, InputState } from "./inputState";
 import { listenKeyboard } from "./keyboard";

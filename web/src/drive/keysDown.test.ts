@@ -12,7 +12,6 @@ beforeEach(() => {
 
 afterEach(() => {
   down.clear();
-  vi.useRealTimers();
 });
 
 const event = (code: string, key: string, more = {}) => ({

@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { ControlInfo, Operate, Sentence } from "../messages";
 import { loadPreferences } from "../preferences";
@@ -60,7 +60,6 @@ beforeEach(() => {
 
 afterEach(() => {
   aborting.abort();
-  vi.useRealTimers();
 });
 
 const newest = () => sent.at(-1);

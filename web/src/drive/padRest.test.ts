@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { type FakePad, pad, plugIn, push, readings, takeAwayGamepads } from "../testing/gamepads";
 import { numbers } from "../testing/random";
@@ -29,7 +29,6 @@ afterEach(() => {
   aborting.abort();
   readings(2);
   takeAwayGamepads();
-  vi.useRealTimers();
 });
 
 /** Chooses this pad, of an unknown layout if nothing else is said, in a turn of this page. */

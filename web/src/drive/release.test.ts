@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Drive, Operate } from "../messages";
 import { loadPreferences } from "../preferences";
@@ -53,7 +53,6 @@ afterEach(() => {
   aborting.abort();
   readings(2);
   takeAwayGamepads();
-  vi.useRealTimers();
 });
 
 function key(type: "keydown" | "keyup", code: string, repeat = false): void {

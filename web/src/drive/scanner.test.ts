@@ -20,7 +20,6 @@ beforeEach(() => {
 
 afterEach(() => {
   scanner.end();
-  vi.useRealTimers();
 });
 
 it("offers one after another, Stop among them, and begins again", () => {

@@ -1,5 +1,5 @@
 import { signal } from "@preact/signals";
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { beforeEach, expect, it, vi } from "vitest";
 import { ServerClock } from "../clock";
 import { ours, says } from "../words/said";
 import { StopControl } from "./stopControl";
@@ -41,8 +41,6 @@ beforeEach(() => {
     say,
   });
 });
-
-afterEach(() => vi.unstubAllGlobals());
 
 it.each([true, false])("stops by both ways before the task ends, channel open: %s", (open) => {
   isOpen = open;

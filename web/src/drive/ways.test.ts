@@ -1,4 +1,4 @@
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { beforeEach, expect, it, vi } from "vitest";
 import { InputState } from "./inputState";
 import { type Way, Ways } from "./ways";
 
@@ -14,8 +14,6 @@ beforeEach(() => {
   input.enable();
   ways = new Ways({ input, way: () => way, stepMs: () => 400 });
 });
-
-afterEach(() => vi.useRealTimers());
 
 it("drives while it is held, where holding is the way", () => {
   ways.press("a", "forward");

@@ -73,7 +73,6 @@ beforeEach(() => {
 
 afterEach(() => {
   link.close();
-  vi.useRealTimers();
 });
 
 function peer() {

@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { watchNetwork } from "./network";
 
@@ -12,7 +12,6 @@ beforeEach(() => {
 
 afterEach(() => {
   ending.abort();
-  vi.unstubAllGlobals();
 });
 
 /** A browser that tells of its network as phones do. */

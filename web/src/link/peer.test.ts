@@ -1,4 +1,4 @@
-import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { beforeEach, describe, expect, it, vi } from "vitest";
 import { ours, said, says } from "../words/said";
 import { Peer } from "./peer";
 
@@ -84,8 +84,6 @@ beforeEach(() => {
     return new Response(JSON.stringify({ sdp: answer, ...more }));
   });
 });
-
-afterEach(() => vi.unstubAllGlobals());
 
 /** A fresh peer that connects; the promise resolves when it has its answer or has failed. */
 function connect(mayHaveVoice = false) {

@@ -1,4 +1,4 @@
-import { afterEach, expect, it, vi } from "vitest";
+import { expect, it, vi } from "vitest";
 import { says } from "../words/said";
 import { RequestError } from "./http";
 import { askIce, offerOf, postOffer } from "./signalling";
@@ -8,8 +8,6 @@ const signal = new AbortController().signal;
 function answer(status: number, body: string): void {
   vi.stubGlobal("fetch", async () => new Response(body, { status }));
 }
-
-afterEach(() => vi.unstubAllGlobals());
 
 const PLAIN = { method: "POST", body: '{"sdp":"v=0","client":"some-uuid"}' };
 

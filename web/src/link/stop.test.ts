@@ -1,4 +1,4 @@
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { beforeEach, expect, it, vi } from "vitest";
 import { says } from "../words/said";
 import { RequestError } from "./http";
 import { postRelease, postStop } from "./stop";
@@ -9,8 +9,6 @@ beforeEach(() => {
   fetching.mockReset();
   vi.stubGlobal("fetch", fetching);
 });
-
-afterEach(() => vi.unstubAllGlobals());
 
 it("posts a stop in the same task, ahead of other requests and beyond the life of the page", async () => {
   fetching.mockResolvedValue(new Response('{"stop": 7}'));

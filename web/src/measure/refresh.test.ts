@@ -1,7 +1,5 @@
-import { afterEach, expect, it, vi } from "vitest";
+import { expect, it, vi } from "vitest";
 import { measureRefresh } from "./refresh";
-
-afterEach(() => vi.unstubAllGlobals());
 
 it("finds the refresh interval although the page is busy now and then", async () => {
   let frame = 0;

@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { ServerClock } from "../clock";
 import type { Link } from "../link/link";
@@ -72,7 +72,6 @@ beforeEach(() => {
 
 afterEach(() => {
   vi.clearAllTimers();
-  vi.useRealTimers();
 });
 
 /** The sound that was captured so long before is handed to the device now. */

@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
@@ -40,7 +40,6 @@ afterEach(() => {
   act(() => render(null, body));
   // What waits for a frame has a real timer, too, which would look for this frame when all is gone.
   vi.advanceTimersByTime(20);
-  vi.useRealTimers();
 });
 
 function drawn(): boolean {

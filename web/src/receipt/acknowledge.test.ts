@@ -1,4 +1,4 @@
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { beforeEach, expect, it, vi } from "vitest";
 import type { Received } from "../messages";
 import { Acknowledger } from "./acknowledge";
 
@@ -34,8 +34,6 @@ beforeEach(() => {
   sent = [];
   acknowledger = new Acknowledger((received) => sent.push(received));
 });
-
-afterEach(() => vi.unstubAllGlobals());
 
 function worker(): FakeWorker {
   const newest = FakeWorker.made.at(-1);

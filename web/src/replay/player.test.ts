@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { beforeEach, expect, it, vi } from "vitest";
 import type { Placed, TapeContent } from "../messages";
 import { Player } from "./player";
@@ -168,5 +168,4 @@ it("lets time pass where there is neither picture nor sound", async () => {
   await player.play();
   vi.advanceTimersByTime(9000);
   expect(player.hasEnded).toBe(true);
-  vi.useRealTimers();
 });

@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { afterEach, beforeAll, expect, it } from "vitest";
 import sentences from "../generated/sentences.json";
 import { speak } from "../words/language";

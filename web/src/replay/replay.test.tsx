@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { findByRole, findByText, getByRole, getByText, queryByRole } from "@testing-library/dom";
 import { render } from "preact";
 import { act } from "preact/test-utils";
@@ -10,7 +10,6 @@ const body = document.body;
 
 afterEach(() => {
   act(() => render(null, body));
-  vi.unstubAllGlobals();
 });
 
 function part(name: string): TapePart {

@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { findByRole } from "@testing-library/dom";
 import { render } from "preact";
 import { act } from "preact/test-utils";
@@ -18,7 +18,6 @@ beforeEach(async () => {
 
 afterEach(async () => {
   act(() => render(null, body));
-  vi.unstubAllGlobals();
   await speak("en");
 });
 

@@ -92,8 +92,6 @@ beforeEach(() => {
 
 afterEach(() => {
   vi.clearAllTimers();
-  vi.useRealTimers();
-  vi.unstubAllGlobals();
 });
 
 function json(line: ViewerInfo): Response {

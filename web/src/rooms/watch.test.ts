@@ -1,4 +1,4 @@
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { beforeEach, expect, it, vi } from "vitest";
 import type { Receivers } from "../measure/report";
 import type { Seat, Told } from "../messages";
 import { room, seat, told } from "../testing/messages";
@@ -81,8 +81,6 @@ beforeEach(() => {
     },
   });
 });
-
-afterEach(() => vi.useRealTimers());
 
 function at(i: number) {
   const found = rooms[i];

@@ -1,4 +1,4 @@
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { beforeEach, expect, it, vi } from "vitest";
 import { BuiltInPlayer, lacking, routes } from "./builtInPlayer";
 
 class FakePort {
@@ -81,11 +81,6 @@ beforeEach(() => {
   vi.stubGlobal("AudioWorkletNode", FakeNode);
   vi.clearAllMocks();
   FakeContext.made = 0;
-});
-
-afterEach(() => {
-  vi.useRealTimers();
-  vi.unstubAllGlobals();
 });
 
 it("shares the packets until it sounds, then has them alone", async () => {

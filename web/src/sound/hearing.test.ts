@@ -1,4 +1,4 @@
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { beforeEach, expect, it, vi } from "vitest";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
 import { type HearingActions, hear } from "./hearing";
@@ -38,10 +38,6 @@ beforeEach(() => {
   devices = Object.assign(new EventTarget(), { enumerateDevices: async () => [] as object[] });
   vi.stubGlobal("navigator", { mediaDevices: devices });
   open();
-});
-
-afterEach(() => {
-  vi.unstubAllGlobals();
 });
 
 it("begins as loud as it was left", () => {

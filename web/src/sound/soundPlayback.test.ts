@@ -96,8 +96,6 @@ beforeEach(() => {
 
 afterEach(() => {
   language.value = ENGLISH;
-  vi.useRealTimers();
-  vi.unstubAllGlobals();
 });
 
 it("plays by the browser until the built-in player sounds", async () => {

@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { getAllByRole, getByRole, getByText } from "@testing-library/dom";
 import { render } from "preact";
 import { act } from "preact/test-utils";
@@ -46,7 +46,6 @@ beforeEach(() => {
 
 afterEach(() => {
   act(() => render(null, body));
-  vi.useRealTimers();
 });
 
 function open(): void {
@@ -114,7 +113,6 @@ it("stands still from the start for who wants less motion", () => {
     addEventListener: () => {},
   }));
   open();
-  vi.unstubAllGlobals();
   expect(getByRole(body, "button", { name: "Go on" })).toBeTruthy();
 });
 

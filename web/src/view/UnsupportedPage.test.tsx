@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { getByRole, queryByText } from "@testing-library/dom";
 import { render } from "preact";
 import { afterEach, expect, it } from "vitest";

@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { getAllByRole, getByRole, queryByRole } from "@testing-library/dom";
 import { render } from "preact";
 import { act } from "preact/test-utils";
@@ -75,7 +75,6 @@ beforeEach(() => {
 
 afterEach(() => {
   act(() => render(null, body));
-  vi.useRealTimers();
 });
 
 function drives(more: Parameters<typeof room>[0] = {}): void {

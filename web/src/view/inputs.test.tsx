@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { getAllByRole, getByLabelText, getByRole, queryByRole } from "@testing-library/dom";
 import { render } from "preact";
 import { act } from "preact/test-utils";
@@ -218,7 +218,6 @@ describe("an axis that a key without a code holds", () => {
     expect(input.isHolding).toBe(true);
     vi.advanceTimersByTime(1);
     expect(input.isHolding).toBe(false);
-    vi.useRealTimers();
   });
 });
 

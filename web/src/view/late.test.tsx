@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { findByRole, findByText, getByRole, getByText, queryByText } from "@testing-library/dom";
 import { type ComponentType, type FunctionComponent, render } from "preact";
 import { act } from "preact/test-utils";

@@ -1,7 +1,7 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { getByRole, getByText, queryByRole, queryByText } from "@testing-library/dom";
 import { act } from "preact/test-utils";
-import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { beforeEach, describe, expect, it, vi } from "vitest";
 import type { Tape } from "../messages";
 import { hello, playout, room, served } from "../testing/messages";
 import { says } from "../words/said";
@@ -119,7 +119,6 @@ describe("sound and picture", () => {
 
 describe("the level of the sound", () => {
   beforeEach(() => vi.useFakeTimers());
-  afterEach(() => vi.useRealTimers());
 
   const shown = async (channels: number, found: number[]) => {
     hears(found);
@@ -361,7 +360,6 @@ it("shows a notice for a few seconds", () => {
     vi.advanceTimersByTime(7000);
   });
   expect(queryByText(body, "There is no size 9x9.")).toBeNull();
-  vi.useRealTimers();
 });
 
 describe("the tape", () => {

@@ -1,7 +1,7 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { getByText, queryByRole, queryByText } from "@testing-library/dom";
 import { act } from "preact/test-utils";
-import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { beforeEach, describe, expect, it, vi } from "vitest";
 import { hello, room } from "../testing/messages";
 import { says } from "../words/said";
 import {
@@ -80,10 +80,6 @@ describe("a stop that is latched", () => {
 
   beforeEach(() => {
     vi.useFakeTimers();
-  });
-
-  afterEach(() => {
-    vi.useRealTimers();
   });
 
   function wait(ms: number): void {

@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { getByRole, queryByRole } from "@testing-library/dom";
 import { type ComponentType, render } from "preact";
 import { act } from "preact/test-utils";

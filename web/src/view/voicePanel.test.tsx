@@ -1,7 +1,7 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { getByRole, getByText, queryByRole, queryByText } from "@testing-library/dom";
 import { act } from "preact/test-utils";
-import { afterEach, describe, expect, it, vi } from "vitest";
+import { describe, expect, it, vi } from "vitest";
 import { fingerHolder } from "../drive/inputState";
 import { UNHEARD_MS } from "../drive/keysDown";
 import type { VoiceInfo } from "../messages";
@@ -35,8 +35,6 @@ describe("speaking to the people beside the robot", () => {
   }
 
   const speakButton = () => queryByRole(body, "button", { name: "Hold to speak" });
-
-  afterEach(() => vi.unstubAllGlobals());
 
   it("is nothing where the robot has no speaker", () => {
     show({ operator: 1 });
@@ -79,7 +77,6 @@ describe("speaking to the people beside the robot", () => {
     expect(actions.hush).not.toHaveBeenCalled();
     vi.advanceTimersByTime(1);
     expect(actions.hush).toHaveBeenCalledExactlyOnceWith("talk button");
-    vi.useRealTimers();
   });
 
   it("says what becomes of the voice, how loud it is, and what is not heard meanwhile", () => {

@@ -1,4 +1,4 @@
-// @vitest-environment happy-dom
+// @vitest-environment dom
 import { getByRole, getByText, queryByRole } from "@testing-library/dom";
 import { type ComponentType, render } from "preact";
 import { act } from "preact/test-utils";
@@ -31,7 +31,6 @@ beforeEach(() => {
 
 afterEach(() => {
   act(() => render(null, body));
-  vi.unstubAllGlobals();
 });
 
 function open(View: ComponentType): void {

@@ -1,5 +1,5 @@
-// @vitest-environment happy-dom
-import { afterEach, expect, it, vi } from "vitest";
+// @vitest-environment dom
+import { expect, it, vi } from "vitest";
 import { hindrance, levelOf, Microphone } from "./microphone";
 
 class Track extends EventTarget {
@@ -10,8 +10,6 @@ function offer(getUserMedia: () => Promise<unknown>): void {
   vi.stubGlobal("isSecureContext", true);
   vi.stubGlobal("navigator", { mediaDevices: { getUserMedia } });
 }
-
-afterEach(() => vi.unstubAllGlobals());
 
 it("needs HTTPS, and says what to do", async () => {
   vi.stubGlobal("isSecureContext", false);

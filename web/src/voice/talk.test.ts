@@ -1,4 +1,4 @@
-import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { beforeEach, describe, expect, it, vi } from "vitest";
 import { ours, said, says } from "../words/said";
 import { ENCODINGS, type Uplink } from "./encoding";
 import { type Microphone, MicrophoneError } from "./microphone";
@@ -49,8 +49,6 @@ beforeEach(() => {
   });
   talk.allow(true);
 });
-
-afterEach(() => vi.useRealTimers());
 
 /** What was sent last: a track, or null; undefined if nothing ever was. */
 const sent = () => link?.speak.mock.lastCall?.[0];

@@ -5,7 +5,6 @@ import { ENGLISH, figure, fill, type Language, language, locale, t } from "./wor
 const GERMAN: Language = { tag: "de", direction: "ltr", messages: de };
 
 afterEach(() => {
-  vi.unstubAllGlobals();
   language.value = ENGLISH;
 });
 

@@ -1,0 +1,22 @@
+/** The environment of the tests with a DOM: happy-dom, loaded once, and a window for each file. */
+import { builtinEnvironments, type Environment } from "vitest/runtime";
+
+declare global {
+  /** Replaces the window that a file of tests has used. */
+  var renewWindow: (() => Promise<void>) | undefined;
+}
+
+const happyDom = builtinEnvironments["happy-dom"];
+
+export default {
+  name: "dom",
+  viteEnvironment: "client",
+  async setup(global, options) {
+    let window = await happyDom.setup(global, options);
+    global.renewWindow = async () => {
+      await window.teardown(global);
+      window = await happyDom.setup(global, options);
+    };
+    return { teardown: () => window.teardown(global) };
+  },
+} satisfies Environment;
