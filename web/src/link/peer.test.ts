@@ -78,6 +78,7 @@ beforeEach(() => {
   more = {};
   offer = "v=0 offer";
   answer = "v=0 answer";
+  ice = async () => new Response('{"iceServers": []}');
   vi.stubGlobal("fetch", async (url: string) => {
     if (url === "api/ice") return ice();
     offers++;
@@ -175,34 +176,6 @@ it("waits for its candidates only where the server wants them", async () => {
   expect(first.connection.remoteDescription?.sdp).toBe("v=0 answer");
 });
 
-it.each([
-  [false, "all"],
-  [true, "relay"],
-])("uses nothing but the relay where that is wanted: %s", async (relayOnly, policy) => {
-  ice = async () => new Response(JSON.stringify({ iceServers: STUN, relayOnly }));
-  const { connected, connection } = connect();
-  await connected;
-  expect(connection.policy).toBe(policy);
-});
-
-it("waits for its candidates only where the server wants them", async () => {
-  const tell = (wantsCandidates: boolean) => async () =>
-    new Response(JSON.stringify({ iceServers: STUN, wantsCandidates }));
-  ice = tell(true);
-  const first = connect();
-  first.connection.iceGatheringState = "gathering";
-  ice = tell(false);
-  const second = connect();
-  second.connection.iceGatheringState = "gathering";
-  await second.connected;
-  expect(second.connection.remoteDescription?.sdp).toBe("v=0 answer");
-  expect(first.connection.remoteDescription).toBeNull();
-  first.connection.iceGatheringState = "complete";
-  first.connection.dispatchEvent(new Event("icegatheringstatechange"));
-  await first.connected;
-  expect(first.connection.remoteDescription?.sdp).toBe("v=0 answer");
-});
-
 it("creates the offer while it asks", async () => {
   let answer = (_response: Response) => {};
   ice = () =>
@@ -219,7 +192,6 @@ it("creates the offer while it asks", async () => {
 describe("two channels of sound", () => {
   beforeEach(() => {
     offer = "v=0\r\na=rtpmap:111 opus/48000/2\r\n";
-    ice = async () => new Response('{"iceServers": []}');
   });
 
   it("are welcome", async () => {
@@ -240,17 +212,17 @@ describe("two channels of sound", () => {
 });
 
 describe("sending", () => {
-  function channels() {
-    ice = async () => new Response('{"iceServers": []}');
-    const { peer, connection } = connect();
+  async function channels() {
+    const { peer, connected, connection } = connect();
+    await connected;
     const drive = connection.channels.get("drive");
     const state = connection.channels.get("state");
     if (!drive || !state) throw new Error("there are no channels");
     return { peer, drive, state };
   }
 
-  it("drops a set-point that would wait behind others, but not one that is urgent", () => {
-    const { peer, drive } = channels();
+  it("drops a set-point that would wait behind others, but not one that is urgent", async () => {
+    const { peer, drive } = await channels();
     drive.bufferedAmount = 300;
     expect(peer.waitingBytes).toBe(300);
     expect(peer.send("drive", "late")).toBe(false);
@@ -258,15 +230,15 @@ describe("sending", () => {
     expect(drive.sent).toEqual(["zero"]);
   });
 
-  it("gives the state channel everything, however full the other is", () => {
-    const { peer, drive, state } = channels();
+  it("gives the state channel everything, however full the other is", async () => {
+    const { peer, drive, state } = await channels();
     drive.bufferedAmount = 100_000;
     expect(peer.send("state", "stop")).toBe(true);
     expect(state.sent).toEqual(["stop"]);
   });
 
-  it("says so where a channel is not open", () => {
-    const { peer, state } = channels();
+  it("says so where a channel is not open", async () => {
+    const { peer, state } = await channels();
     state.readyState = "closing";
     expect(peer.send("state", "stop")).toBe(false);
     expect(state.sent).toEqual([]);
@@ -294,7 +266,6 @@ describe("a voice", () => {
 
   beforeEach(() => {
     answer = ANSWER;
-    ice = async () => new Response(JSON.stringify({ iceServers: [] }));
   });
 
   it("has room in the first offer where the server takes voices, and only there", async () => {
@@ -367,7 +338,6 @@ it.each([
   ["failed", { host: true }, "UDP to its port 8081 does not get through"],
   ["connected", {}, "(DTLS) is not set up"],
 ] as const)("says how far it came where ICE is %s: %j", async (state, told, words) => {
-  ice = async () => new Response(JSON.stringify({ iceServers: [] }));
   answer = CANDIDATES;
   more = told;
   const { peer, connected, connection, lost } = connect();
@@ -383,7 +353,6 @@ it.each([
 });
 
 it("blames no network where the connection has worked", async () => {
-  ice = async () => new Response(JSON.stringify({ iceServers: [] }));
   const { connected, connection, lost } = connect();
   await connected;
   connection.iceConnectionState = "failed";

@@ -237,7 +237,7 @@ describe("the robot's controls", () => {
     slide(lift, 0.05);
     vi.advanceTimersByTime(UNHEARD_MS - 1);
     expect(sent.at(-1)?.held).toEqual({ lift: 0.05 });
-    vi.advanceTimersByTime(1);
+    act(() => void vi.advanceTimersByTime(1));
     expect(sent.at(-1)?.held).toEqual({});
   });
 

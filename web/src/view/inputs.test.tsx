@@ -216,7 +216,7 @@ describe("an axis that a key without a code holds", () => {
     key(slider, "keydown", "", "ArrowLeft");
     vi.advanceTimersByTime(UNHEARD_MS - 1);
     expect(input.isHolding).toBe(true);
-    vi.advanceTimersByTime(1);
+    act(() => void vi.advanceTimersByTime(1));
     expect(input.isHolding).toBe(false);
   });
 });
