@@ -50,20 +50,23 @@ install_packages() {
     want_portaudio
 }
 
+# What is installed tells the package's version, which stands in the last file.
+inputs_of() { checksum "$1" .make/uv.txt pyproject.toml server/wax/__init__.py; }
+
 case $1 in
 run) kind=run lock=requirements.lock ;;
 check | test) kind=dev lock=requirements-dev.lock ;;
 *) die "usage: install.sh run|check|test" ;;
 esac
 stamp=.venv/.wax-$kind
-inputs=$(checksum "$lock" .make/uv.txt pyproject.toml)
+inputs=$(inputs_of "$lock")
 if ! { [ "$(cat "$stamp" 2>/dev/null)" = "$inputs" ] && .venv/bin/python -c ''; }; then
     python=$(find_python)
     need_venv
     install_packages
     # The development packages include those of `run`, in the same versions, but not the reverse.
     rm -f .venv/.wax-*
-    [ $kind = run ] || checksum requirements.lock .make/uv.txt pyproject.toml >.venv/.wax-run
+    [ $kind = run ] || inputs_of requirements.lock >.venv/.wax-run
     echo "$inputs" >"$stamp"
 fi
 exec .venv/bin/python .make/page.py "$1"
