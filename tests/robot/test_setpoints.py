@@ -64,7 +64,7 @@ def test_the_past_turn_is_over() -> None:
 
 
 def test_stop_is_never_refused() -> None:
-    """A stop of any turn stops, and an old one does not bring its turn back."""
+    """A stop of any turn stops; an old one does not bring its turn back, a new one ends the last."""
     setpoints = ready()
     setpoints.apply(AHEAD, 5, 1.0)
     setpoints.stop(2)
@@ -73,6 +73,9 @@ def test_stop_is_never_refused() -> None:
     assert wanted(setpoints, 1.1) == STANDSTILL
     setpoints.apply(AHEAD, 5, 1.1)
     assert wanted(setpoints, 1.1) == AHEAD
+    setpoints.stop(6)
+    setpoints.apply(AHEAD, 5, 1.2)
+    assert setpoints.order(1.2)[0] == Order(STANDSTILL, 6)
 
 
 @pytest.mark.parametrize("neutral", ["apply", "stop"])

@@ -298,6 +298,8 @@ it("drives by a gamepad that was chosen, and tells of it", () => {
   controller.useGamepad(0);
   readings(2);
   expect(state.pads.value).toMatchObject({ chosen: 0, isReady: true });
+  readings(20);
+  expect(controller.padRestNow()).toEqual([0, 0, 0]);
   mine.axes[1] = -0.8;
   readings(2);
   expect(sent.at(-1)?.linear).toBeGreaterThan(0.3);
@@ -323,6 +325,7 @@ it("is asked for nothing before it listens", () => {
   });
   another.useGamepad(0);
   another.scan("select");
+  expect(another.padRestNow()).toBeNull();
   expect(state.pads.value.chosen).toBeNull();
   expect(another.uplink()).toEqual({ linkBps: null, waitingBytes: 0, queuedMs: 0 });
 });
