@@ -64,7 +64,7 @@ def test_the_past_turn_is_over() -> None:
 
 
 def test_stop_is_never_refused() -> None:
-    """A stop of any turn stops; an old one does not bring its turn back, a new one ends the last."""
+    """A stop of any turn stops; an old one brings no turn back, a new one ends the last."""
     setpoints = ready()
     setpoints.apply(AHEAD, 5, 1.0)
     setpoints.stop(2)
