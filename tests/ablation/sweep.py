@@ -23,20 +23,20 @@ Result = dict[str, dict[str, float | None]]
 
 FACTORS: Final = {"half": 0.5, "double": 2.0}
 FACTS: Final = {
-    "control._PAYLOAD_BYTES",
     "delivery.UDP_IP_BYTES",
     "estimator._MAX_CLOCK_S",
     "estimator._MAX_DATAGRAM_BYTES",
-    "packet_size.HEADER_BYTES",
     "wire_cost._BLOCK_BYTES",
+    "wire_cost._HEADER_BYTES",
     "wire_cost._LAYER_SHARE",
 }
 """Fixed by the wire, the codec or floats, and so not ours to choose."""
 BOUNDS: Final = {
     "delivery_rate._MAX_PACKETS",
+    "dispersion._MAX_DISPERSION_S",
+    "dispersion._MAX_TRAINS",
     "estimator._MAX_DELIVERY_AGE_S",
     "estimator._MAX_QUEUE_MS",
-    "estimator._MAX_RATE_BPS",
     "feedback_timeout._MAX_ROUND_TRIP_S",
     "hold_back._FARTHEST_MS",
     "jitter._MAX_MS",
@@ -44,15 +44,12 @@ BOUNDS: Final = {
     "loss._BURSTS",
     "loss_based._MAX_RATE_BPS",
     "pacer._MIN_RATE_BPS",
-    "packet_trains._MAX_DISPERSION_S",
-    "packet_trains._MAX_TRAINS",
     "queuing_delay._MAX_RECENT_PACKETS",
     "send_history._KEPT_PACKETS",
-    "upload_budget._REPEAT_BURST_S",
     "upload_budget._REPEAT_SHARE",
 }
 """Bounds of memory, of all links together, or against invalid input, that no link here reaches."""
-ELSEWHERE: Final = {"sound_reports._MAX_USE_FACTOR", "sound_reports._REPORTS"}
+ELSEWHERE: Final = {"estimator._REPORTS"}
 """Used only without feedback on the sound's packets, which all links here have."""
 
 MEASURES: Final = ("server/wax/congestion/*.py", "server/wax/sync/*.py")

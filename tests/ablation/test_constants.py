@@ -36,8 +36,8 @@ def test_a_constant_is_changed_wherever_it_is_known_and_put_back() -> None:
 
 
 def test_whole_numbers_stay_whole() -> None:
-    """Half of three packets are two, and half of one is one."""
-    assert _named("delivery_rate._MIN_PACKETS").scaled(0.5) == 2
+    """Half of three trains are two, and half of one is one."""
+    assert _named("estimator._STARTUP_TRAINS").scaled(0.5) == 2
     assert Constant("m", "N", 1, None).scaled(0.5) == 1
     assert Constant("m", "N", (30.0, 480.0), None).scaled(2.0) == (60.0, 960.0)
 

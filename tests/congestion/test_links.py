@@ -84,6 +84,14 @@ def test_a_fall_of_the_rate_is_answered(feedback_s: float, seed: int) -> None:
     assert record.changes()[-1][1] == TOP
 
 
+def test_a_fall_is_noticed_by_samples() -> None:
+    """A settled observer's browser tells of samples alone; they show 300 kbit/s within 1.5 s."""
+    record = Loop(profile("step-down"), feedback_s=0.05, drives=False).run(7)
+    assert record.at(5.0).step == TOP
+    fell_s = next(at for at, one in record.estimates if at > 5 and one.rate_bps <= 300_000)
+    assert fell_s - 5 <= 1.5
+
+
 @cases
 def test_random_loss_costs_no_quality(feedback_s: float, seed: int) -> None:
     """5 % lost in bursts keep the best picture, and sound is sent again often enough."""

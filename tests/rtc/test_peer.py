@@ -28,7 +28,7 @@ from aiortc.sdp import SessionDescription
 from tests.rtc.networks import network, opened_network, rich_meter
 
 from wax.clock import SystemClock
-from wax.congestion.control import NoCongestionControl
+from wax.congestion.control import CongestionControl
 from wax.encode.encoded import EncodedPicture, EncodedSound
 from wax.errors import SignallingError
 from wax.rtc import private, rtp
@@ -39,11 +39,10 @@ from wax.streams.interface import Codecs
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Sequence
 
-    from wax.congestion.control import CongestionControl
     from wax.congestion.delivery import Delivery
 
 
-class Noted(NoCongestionControl):
+class Noted(CongestionControl):
     """Congestion control that is always open and records its calls."""
 
     uses_feedback = True
@@ -466,7 +465,7 @@ async def test_a_close_that_fails_still_ends_the_peer(
 
 async def test_no_outside_host_is_asked() -> None:
     """Without configured ICE servers there are none, not aiortc's public default."""
-    peer = _peer(Events(), NoCongestionControl())
+    peer = _peer(Events(), CongestionControl())
     connection = peer._senders["video"].transport.transport.iceGatherer._connection
     await peer.close()
     assert (connection.stun_server, connection.turn_server) == (None, None)
@@ -548,7 +547,7 @@ async def test_what_browsers_offer_is_answered_and_parsed_once(
 async def test_garbage_is_refused_with_a_sentence() -> None:
     """An offer that aiortc stumbles over is a refusal, and leaves nothing open."""
     events = Events()
-    peer = _peer(events, NoCongestionControl())
+    peer = _peer(events, CongestionControl())
     sections = [f"m={kind} 9 UDP/TLS/RTP/SAVPF x" for kind in ("audio", "video", "application")]
     with pytest.raises(SignallingError, match="cannot be answered"):
         await peer.answer("\r\n".join(["v=0", *sections]))

@@ -14,7 +14,7 @@ from wax.baseline.media_units import MediaUnit, Stream
 from wax.baseline.unit_lane import PictureIntake, UnitLane
 from wax.baseline.unit_sender import UnitSender
 from wax.config.settings import RenditionSettings, VideoSettings
-from wax.congestion.control import NoCongestionControl
+from wax.congestion.control import CongestionControl
 from wax.protocol import messages
 from wax.sentence import Sentence
 from wax.streams.interface import Codecs, Kind, Lanes, MessageRate, Policy, UnitPattern
@@ -89,7 +89,7 @@ class BaselineStreams:
         self._intake = PictureIntake(self._picture_captured)
         self._video.attach(self._intake, self._page.boundary)
         # The sender decides what may leave; from then on nothing waits.
-        return Lanes(picture, sound, NoCongestionControl())
+        return Lanes(picture, sound, CongestionControl())
 
     def release(self) -> None:
         if self._intake is not None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax.congestion.allocation import Allocation, area
 from wax.congestion.hysteresis import Since, Trials
-from wax.congestion.sound_choice import SoundBudget, SoundChoice
+from wax.congestion.sound_choice import SoundChoice
 from wax.congestion.wire_cost import picture_bps
 from wax.sentence import Sentence
 
@@ -22,25 +22,22 @@ if TYPE_CHECKING:
     from wax.congestion.delivery import LinkEstimate
 
 FIT_SHARE: Final = 0.85
-"""Share of the rate that a chosen step may take; the rest is for keyframes and jitter. Ours."""
+"""Share of the rate that a chosen step may take; the rest is for keyframes and jitter."""
 _KEEP_SHARE: Final = 0.95
-"""Share that a step may take and keep all its layers: hysteresis. Ours."""
+"""Share that a step may take and keep all its layers: hysteresis."""
 _LAST_SHARE: Final = 1.1
-"""Share for the smallest step: the pacer then drops single pictures, upper layers first. Ours."""
+"""Share for the smallest step: the pacer then drops single pictures, upper layers first."""
 _BETWEEN_S: Final = 5.0
-"""Minimum time between steps: a keyframe costs as much as several pictures. Ours."""
+"""Minimum time between steps: a keyframe costs as much as several pictures."""
 _FALL_HOLD_S: Final = 1.0
-"""A step with dropped layers is given up after this time. Ours."""
+"""A step with dropped layers is given up after this time."""
 _FULL_QUEUE_MS: Final = 100.0
-"""No keyframe is sent behind a longer queue: it would be old on arrival. Ours."""
-_RETURN_S: Final = 5.0
-"""A picture that was given up returns after it has fitted for this long. Ours."""
-_FIRST_PAUSE_S: Final = 5.0
-"""Or is tried after this time, because nothing else probes the link. Ours."""
+"""No keyframe is sent behind a longer queue: it would be old on arrival."""
+_PAUSE_S: Final = 5.0
+"""A picture that was given up returns after it has fitted for this long, or is tried for as long
+after this pause, because nothing else probes the link."""
 _MAX_PAUSE_S: Final = 60.0
-"""The longest pause between tries; each fruitless one doubles it. Ours."""
-_TRY_S: Final = 5.0
-"""Duration of such a try. Ours."""
+"""The longest pause; each fruitless try doubles it."""
 
 
 class Allocator:
@@ -57,7 +54,7 @@ class Allocator:
             raise ValueError("a ladder needs at least one step and one encoding of the sound")
         self._steps = tuple(sorted(steps, key=lambda step: -step.bitrate_bps))
         self._areas = tuple(area(step.size) for step in self._steps)
-        self._sound = SoundChoice(sounds)
+        self._sound = SoundChoice(sounds, FIT_SHARE)
         self._now_s = -math.inf
         self._at: int | None = None
         self._cut = 0
@@ -68,7 +65,7 @@ class Allocator:
         self._whole = Since()
         self._try_until_s = -math.inf
         self._gone_s: float | None = None
-        self._pause_s = _FIRST_PAUSE_S
+        self._pause_s = _PAUSE_S
 
     def decide(
         self,
@@ -93,65 +90,64 @@ class Allocator:
         if self._now_s < now_s < math.inf:
             self._now_s = now_s
         quick = estimate.state == "starting"
-        budget = SoundBudget(estimate.rate_bps, FIT_SHARE, other_bps)
         allowed = [] if size is None else self._allowed(size)
         encoding, redundancy = None, 0
         if sound:
-            least = self._steps[allowed[-1]] if allowed else None
+            least_bps = 0.0
+            if allowed:
+                least = self._steps[allowed[-1]]
+                least_bps = picture_bps(least, least.layers, estimate.rate_bps)
             encoding, redundancy = self._sound.choose(
-                budget,
+                estimate.rate_bps,
+                other_bps,
                 sound_encodings,
                 channels=sound_channels,
-                picture_bps=0.0 if least is None else _least_bps(least, estimate.rate_bps),
+                picture_bps=least_bps,
                 lost=estimate.lost,
                 burst=estimate.burst if takes_redundancy else 0,
                 quick=quick,
                 now_s=self._now_s,
             )
         else:
-            self._sound.none()
+            self._sound.none(estimate.rate_bps, other_bps)
         if not allowed:
             self._at, self._gone_s = None, None
             return Allocation(None, 0, encoding, redundancy, Sentence("sent.no_picture"))
-        self._follow(estimate, budget, allowed, quick=quick)
+        self._follow(estimate, allowed, quick=quick)
         reason = self._reason(estimate, allowed)
         if self._at is None:
             return Allocation(None, 0, encoding, redundancy, reason)
         step = self._steps[self._at]
-        left_bps, kept_bps = self._left(estimate, budget, allowed)
+        left_bps, kept_bps = self._left(estimate, allowed)
         tries = self._now_s < self._try_until_s
         return Allocation(
             step, step.layers - self._cut, encoding, redundancy, reason, tries, left_bps, kept_bps
         )
 
-    def _left(
-        self, estimate: LinkEstimate, budget: SoundBudget, allowed: Sequence[int]
-    ) -> tuple[float, float]:
+    def _left(self, estimate: LinkEstimate, allowed: Sequence[int]) -> tuple[float, float]:
         """Return what other cameras may begin with and keep; nothing before this one is whole."""
         if self._at is None or self._cut > 0 or estimate.assumed or estimate.state == "blind":
             return 0.0, 0.0
         now_bps = picture_bps(self._steps[self._at], 0, estimate.rate_bps)
-        kept_bps = self._sound.left_bps(budget, _KEEP_SHARE) - now_bps
+        kept_bps = self._sound.left_bps(_KEEP_SHARE) - now_bps
         if estimate.state != "steady":
             return 0.0, max(kept_bps, 0.0)
         # What the driving view is about to rise to is no more for the others than what it has.
-        next_at = min(self._at, self._target(estimate, budget, allowed))
+        next_at = min(self._at, self._target(estimate, allowed))
         next_bps = picture_bps(self._steps[next_at], 0, estimate.rate_bps)
-        left_bps = self._sound.left_bps(budget, FIT_SHARE) - next_bps
+        left_bps = self._sound.left_bps(FIT_SHARE) - next_bps
         return max(left_bps, 0.0), max(kept_bps, 0.0)
 
-    def _follow(
-        self, estimate: LinkEstimate, budget: SoundBudget, allowed: Sequence[int], *, quick: bool
-    ) -> None:
+    def _follow(self, estimate: LinkEstimate, allowed: Sequence[int], *, quick: bool) -> None:
         now_s, last = self._now_s, allowed[-1]
         calm = estimate.state in ("starting", "steady")
-        target = self._target(estimate, budget, allowed)
-        if self._gone_s is not None and not self._comes_back(budget, last, calm=calm):
+        target = self._target(estimate, allowed)
+        if self._gone_s is not None and not self._comes_back(estimate, last, calm=calm):
             return
         if self._at not in allowed:
             self._move(target)
         assert self._at is not None
-        cut = self._needed_cut(self._at, budget, self._kept_share(last))
+        cut = self._needed_cut(estimate, self._at, is_last=self._at == last)
         if cut is None and self._at != last:
             self._trials.fell(now_s)
             if estimate.queue_ms > _FULL_QUEUE_MS:
@@ -159,11 +155,14 @@ class Allocator:
                 self._cut = self._steps[self._at].layers
                 return
             self._move(max(target, self._at + 1))
-            cut = self._needed_cut(self._at, budget, self._kept_share(last))
+            cut = self._needed_cut(estimate, self._at, is_last=self._at == last)
         if cut is None and now_s >= self._try_until_s:
             self._at, self._gone_s, self._changed_s = None, now_s, now_s
             return
-        self._cut_to(self._steps[self._at].layers if cut is None else cut)
+        cut = self._steps[self._at].layers if cut is None else cut
+        if cut > self._cut:
+            self._trials.fell(now_s)
+        self._cut = cut
         between = quick or now_s - self._changed_s >= _BETWEEN_S
         hold_s = 0.0 if quick else self._trials.hold_s
         better = calm and target < self._at and self._cut == 0
@@ -176,45 +175,32 @@ class Allocator:
             self._move(target)
         self._trials.follow(now_s)
 
-    def _target(self, estimate: LinkEstimate, budget: SoundBudget, allowed: Sequence[int]) -> int:
+    def _target(self, estimate: LinkEstimate, allowed: Sequence[int]) -> int:
         if estimate.assumed:
             return allowed[-1]  # the assumed rate would overload a modem line
-        left_bps = self._sound.left_bps(budget, FIT_SHARE)
+        left_bps = self._sound.left_bps(FIT_SHARE)
         fitting = (
             at for at in allowed if picture_bps(self._steps[at], 0, estimate.rate_bps) <= left_bps
         )
         return next(fitting, allowed[-1])
 
-    def _kept_share(self, last: int) -> float:
-        return _LAST_SHARE if self._at == last else _KEEP_SHARE
-
-    def _needed_cut(self, at: int, budget: SoundBudget, share: float) -> int | None:
+    def _needed_cut(self, estimate: LinkEstimate, at: int, *, is_last: bool = False) -> int | None:
         """Return how many layers to drop, None if not even the lowest fits."""
-        left_bps = self._sound.left_bps(budget, share)
+        left_bps = self._sound.left_bps(_LAST_SHARE if is_last else _KEEP_SHARE)
         step = self._steps[at]
-        return next(
-            (
-                cut
-                for cut in range(step.layers + 1)
-                if picture_bps(step, cut, budget.rate_bps) <= left_bps
-            ),
-            None,
-        )
+        cuts = range(step.layers + 1)
+        fitting = (cut for cut in cuts if picture_bps(step, cut, estimate.rate_bps) <= left_bps)
+        return next(fitting, None)
 
-    def _cut_to(self, cut: int) -> None:
-        if cut > self._cut:
-            self._trials.fell(self._now_s)
-        self._cut = cut
-
-    def _comes_back(self, budget: SoundBudget, last: int, *, calm: bool) -> bool:
+    def _comes_back(self, estimate: LinkEstimate, last: int, *, calm: bool) -> bool:
         """Return whether the picture that was given up returns, or is tried."""
         assert self._gone_s is not None
-        fits = self._needed_cut(last, budget, _KEEP_SHARE) is not None
-        if self._whole.lasts(fits, _RETURN_S, self._now_s):
-            self._pause_s = _FIRST_PAUSE_S
+        fits = self._needed_cut(estimate, last) is not None
+        if self._whole.lasts(fits, _PAUSE_S, self._now_s):
+            self._pause_s = _PAUSE_S
         elif calm and self._now_s - self._gone_s >= self._pause_s:
             self._pause_s = min(2 * self._pause_s, _MAX_PAUSE_S)
-            self._try_until_s = self._now_s + _TRY_S
+            self._try_until_s = self._now_s + _PAUSE_S
         else:
             return False
         self._gone_s = None
@@ -229,10 +215,8 @@ class Allocator:
         self._at = at
 
     def _allowed(self, size: str) -> list[int]:
-        most = area(size)
-        fitting = [at for at, other in enumerate(self._areas) if other <= most]
-        least = min(self._areas)
-        return fitting or [at for at, other in enumerate(self._areas) if other == least]
+        most = max(area(size), min(self._areas))
+        return [at for at, other in enumerate(self._areas) if other <= most]
 
     def _reason(self, estimate: LinkEstimate, allowed: Sequence[int]) -> Sentence:
         rate = _rate(estimate.rate_bps)
@@ -248,11 +232,6 @@ class Allocator:
         if estimate.state == "starting":
             return Sentence("sent.starting")
         return Sentence("sent.carries" if is_link else "sent.share", {"rate": rate})
-
-
-def _least_bps(step: Step, rate_bps: float) -> float:
-    """Return the rate of a step without all layers that can be dropped."""
-    return picture_bps(step, step.layers, rate_bps)
 
 
 def _rate(bps: float) -> Sentence:

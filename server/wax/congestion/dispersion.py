@@ -4,35 +4,38 @@ The bottleneck spreads such a train to its own rate (Keshav's packet pair, SIGCO
 Dovrolis, Ramanathan, Moore, INFOCOM 2001). With cross traffic the result is the asymptotic
 dispersion rate, between available bandwidth and capacity. Jitter hides most of what one train
 shows, so several are summed, times and bits, with a confidence interval in standard errors.
+
+A train is a picture, sent as a probe.
 """
 
 from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Final, NamedTuple
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from wax.congestion.delivery_rate import Arrival
 
 _MEMORY_S: Final = 10.0
 """Older trains do not count. BBR's bandwidth filter is about as long (10 round trips)."""
-_MAX_TRAINS: Final = 128
-"""Trains kept at most; at 30 pictures a second that is 4 s. Ours."""
 _ERRORS: Final = 2.0
 """Standard errors of a safe bound: 95 % of a normal distribution lie within."""
 _STARTUP_ERRORS: Final = 0.7
-"""Standard errors at startup, when speed matters more than certainty. Ours."""
-_STARTUP_ERRORS_PER_TRAIN: Final = 0.1
-"""Each train of the startup adds this to them, up to `_ERRORS`. Ours."""
+"""Standard errors at startup, when speed matters more than certainty."""
 _LIKELY_ERRORS: Final = 1.5
-"""Standard errors above the mean to which the rate may be raised step by step. Ours."""
+"""Standard errors above the mean to which the rate may be raised step by step."""
 _LIKELY_MIN_TRAINS: Final = 16
-"""Minimum trains for a likely rate. Ours."""
+"""Minimum trains for a likely rate."""
 _PRIOR_TRAINS: Final = 3
-"""Weight, in trains, of the single packets' jitter as a prior of the trains' variance. Ours."""
-_COMPRESSED_SHARE: Final = 0.9
-"""A train that arrives in less than this share of its sending time was held and released at once
-(TCP: ACK compression); that is no dispersion. Ours."""
-_COMPRESSED_NOISES: Final = 2.0
-"""Multiple of the delay noise by which it may be shorter still, because of jitter. Ours."""
+"""Weight, in trains, of the single packets' jitter as a prior of the trains' variance."""
+_MAX_TRAINS: Final = 64
+"""Trains in flight at most: 2 s of pictures. Bounds the memory."""
+_MAX_DISPERSION_S: Final = 30.0
+"""A train with a longer dispersion is ignored as invalid."""
 
 
 class TrainDispersion(NamedTuple):
@@ -42,6 +45,56 @@ class TrainDispersion(NamedTuple):
     bits: float
     sent_in_s: float
     came_in_s: float
+
+
+@dataclass(slots=True)
+class PacketTrain:
+    """A train that leaves faster than the estimated rate."""
+
+    unreported: int
+    arrivals: list[Arrival] = field(default_factory=list)
+
+    def dispersion(self, now_s: float) -> TrainDispersion | None:
+        """Return the train's dispersion, None if fewer than two packets arrived."""
+        if len(self.arrivals) < 2:
+            return None
+        first, last = self.arrivals[0], self.arrivals[-1]
+        came_in_s = last.arrived_s - first.arrived_s
+        if not 0 <= came_in_s < _MAX_DISPERSION_S:
+            return None
+        bits = 8 * (last.until_bytes - first.until_bytes)
+        return TrainDispersion(now_s, bits, max(last.sent_s - first.sent_s, 1e-6), came_in_s)
+
+
+class PacketTrains:
+    """The trains in flight, a bounded number."""
+
+    def __init__(self) -> None:
+        self._trains: dict[int, PacketTrain] = {}
+
+    def expect(self, number: int, packets: int) -> None:
+        if len(self._trains) >= _MAX_TRAINS:
+            del self._trains[next(iter(self._trains))]
+        self._trains[number] = PacketTrain(packets)
+
+    def add(self, number: int, arrival: Arrival | None) -> Iterator[PacketTrain]:
+        """Count a packet of a train, in the order of sending; None was lost.
+
+        Give the trains that it completes: its own after its last packet, and all before.
+        """
+        for before in [one for one in self._trains if one < number]:
+            yield self._trains.pop(before)
+        train = self._trains.get(number)
+        if train is None:
+            return
+        if arrival is not None:
+            train.arrivals.append(arrival)
+        train.unreported -= 1
+        if train.unreported <= 0:
+            yield self._trains.pop(number)
+
+    def clear(self) -> None:
+        self._trains.clear()
 
 
 class _Sums(NamedTuple):
@@ -64,14 +117,9 @@ class DispersionEstimator:
     def __init__(self) -> None:
         self._sums: deque[_Sums] = deque([_NONE])
 
-    def add(self, train: TrainDispersion, noise_s: float) -> None:
-        """Count a train, unless it was compressed on the way."""
+    def add(self, train: TrainDispersion) -> None:
+        """Count a train; one that was held and released at once shows no more than its pace."""
         while len(self) and self._sums[1].judged_s < train.judged_s - _MEMORY_S:
-            self._sums.popleft()
-        shortest_s = _COMPRESSED_SHARE * train.sent_in_s - _COMPRESSED_NOISES * noise_s
-        if train.came_in_s < shortest_s:
-            return
-        if len(self) >= _MAX_TRAINS:
             self._sums.popleft()
         last = self._sums[-1]
         bits = train.bits / 1000
@@ -95,9 +143,7 @@ class DispersionEstimator:
 
     def min_bps(self, noise_s: float, *, startup: bool) -> float:
         """Return a lower bound of the rate: the best that the last 1, 2, 4… trains show."""
-        errors = _ERRORS
-        if startup:
-            errors = min(_STARTUP_ERRORS + _STARTUP_ERRORS_PER_TRAIN * len(self), _ERRORS)
+        errors = _STARTUP_ERRORS if startup else _ERRORS
         min_bps, count = 0.0, 1
         while len(self) and count < 2 * len(self):
             min_bps = max(min_bps, self._bound_bps(min(count, len(self)), noise_s, errors))

@@ -3,69 +3,57 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from typing import TYPE_CHECKING, Final
 
 from wax.congestion.delivery import LinkEstimate, Train
-from wax.congestion.delivery_rate import DeliveryRate
-from wax.congestion.dispersion import DispersionEstimator
+from wax.congestion.delivery_rate import Arrival, DeliveryRate, steady_bps
+from wax.congestion.dispersion import DispersionEstimator, PacketTrain, PacketTrains
 from wax.congestion.feedback_timeout import FeedbackTimeout
 from wax.congestion.jitter import Jitter
 from wax.congestion.loss import LossControl
-from wax.congestion.packet_size import payload_bytes, train_payload_bytes
-from wax.congestion.packet_trains import PacketTrain, PacketTrains
+from wax.congestion.loss_based import LossBasedControl
 from wax.congestion.probing import ENOUGH_BPS, STARTING_RATE_BPS, Prober
 from wax.congestion.queuing_delay import QueuingDelay
 from wax.congestion.send_history import SendHistory
-from wax.congestion.sound_reports import SoundReports
-from wax.congestion.standing_queue import StandingQueue
+from wax.congestion.wire_cost import payload_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from wax.congestion.control import Kind
     from wax.congestion.delivery import Delivery, LinkState
 
 _MIN_RATE_BPS: Final = 8_000.0
-"""Lowest rate; the smallest encoding of the sound takes 13 kbit/s. Ours."""
-_MAX_RATE_BPS: Final = 50_000_000.0
-"""Highest rate, against invalid feedback."""
+"""Lowest rate; the smallest encoding of the sound takes 13 kbit/s."""
 _DECREASE_FACTOR: Final = 0.9
-"""Share of a full link's measured rate that is used, so that the queue drains. GCC's beta is
-0.85 (5.5)."""
+"""Share of a full link's measured rate that is used, so that the queue drains. GCC's beta is 0.85
+(5.5)."""
 _STARTUP_S: Final = 3.0
 """Startup ends this long after the first feedback. Ours; BBR's ends when the rate stays level."""
 _PROBE_PACKETS: Final = 4
 """A probing picture has at least this many packets. libwebrtc's probe clusters have 5."""
 _STARTUP_TRAINS: Final = 3
-"""Number of first trains that may lower the assumed rate. Ours."""
+"""Number of first trains that may lower the assumed rate."""
 _STARTUP_SLOW_S: Final = 0.010
-"""One of them spread by this much shows a link slower than assumed. Ours."""
+"""One of them spread by this much shows a link slower than assumed."""
 _STARTUP_SLOW_NOISES: Final = 3.0
 """And by this multiple of the delay noise (99.7 % of a normal distribution)."""
 _INCREASE_PER_S: Final = 0.15
 """Increase per second towards the likely rate. GCC's multiplicative increase: 8 % (5.5)."""
-_MAX_INCREASE_S: Final = 1.0
-"""One feedback packet counts for at most this long. As GCC (5.5)."""
-_MAX_USE_FACTOR: Final = 4.0
-"""Maximum multiple of the rate in use, because nothing has shown more. GCC: 1.5 times the received
-rate (5.5)."""
 _TRIAL_FACTOR: Final = 1.5
 """Multiple of the rate in use that is assumed for a picture that is tried. As GCC's bound (5.5)."""
 _HOLD_S: Final = 1.0
 """For this long after a fall only a train can raise the rate. Ours; GCC holds until the queue has
 drained (5.5)."""
-_CARRIED_FROM_S: Final = 2.0
-"""Without a standing queue, whatever left between this long ago and `_CARRIED_UNTIL_S` has come
-through, so the link carries it. Ours."""
-_CARRIED_UNTIL_S: Final = 1.0
-"""Later packets may still be in flight. Ours."""
+_CARRIED_AFTER_S: Final = 1.0
+"""Without a standing queue, whatever left within a second before this long ago has come through, so
+the link carries it. Later packets may still be in flight."""
 _CARRIED_SHARE: Final = 0.95
 """This much of it is believed. With 0.9 a modem's estimate may stay below its sound after a
-download; with all of it, pictures are tried on 24 kbit/s until the sound waits. Ours."""
+download; with all of it, pictures are tried on 24 kbit/s until the sound waits."""
 _LOW_LOSS_SHARE: Final = 0.02
 """Less loss does not count as congestion. GCC: 2 % (6)."""
-_OUTAGE_S: Final = 0.5
-"""Losses in a row that span this time are an outage, which says nothing of the rate: a full queue
-lets some of the sound through. Ours; as the shortest feedback timeout."""
 _JITTER_HINDSIGHT_S: Final = 1.0
 """When a queue is found, delays of the last second are no jitter. Ours: finding one takes two
 feedback packets."""
@@ -73,9 +61,10 @@ _ROUTE_CHANGE_S: Final = 3.0
 """A standing delay that stays level for this long is a longer route. Ours; LEDBAT waits until its
 base delay expires, BBR drains the queue to check (ProbeRTT)."""
 _RESTART_AFTER_S: Final = 3.0
-"""After this long without feedback the estimate starts over. Ours."""
-_JITTER_QUANTILE: Final = 0.99
-"""Share of the sound that must arrive in time. Ours; NetEq follows 95 to 97 %."""
+"""After this long without feedback the estimate starts over."""
+_REPORTS: Final = 2
+"""Loss is averaged over this many reports: about 10 s, as with transport-wide feedback. libwebrtc
+sends one every 5 s. With one, 5 % loss is measured as 2.6 to 8.2 %, with two as 3.3 to 7.0."""
 _MAX_QUEUE_MS: Final = 10_000.0
 """A longer queue counts as this, against invalid feedback."""
 _MAX_DELIVERY_AGE_S: Final = 60.0
@@ -90,8 +79,8 @@ class LinkEstimator:
     """Follows the rate by packet trains, and the queue by one-way delays.
 
     It falls at once, to the rate at which a full queue drains, and rises by pictures that leave
-    faster than the rate. Loss alone counts only if it is high and unusual. Whatever is reported,
-    the rate stays between 8 kbit/s and 50 Mbit/s, and nothing raises; time that runs back is
+    faster than the rate. Loss alone counts only if it is very high. Whatever is reported,
+    the rate stays between 8 kbit/s and 20 Mbit/s, and nothing raises; time that runs back is
     ignored.
 
     Some browsers, such as Firefox 140, send no feedback on the sound's packets. Then sound is a
@@ -100,22 +89,21 @@ class LinkEstimator:
     """
 
     def __init__(self) -> None:
-        self.sound_has_feedback = True
-        """Whether the sound has transport-wide feedback too."""
-        self._sound_reports = SoundReports()
+        self._has_feedback: bool | None = None  # transport-wide, of any stream
+        self._reported: deque[float] = deque(maxlen=_REPORTS)
+        self._loss_based: LossBasedControl | None = None
+        """Controls the rate while loss is reported and there is no other feedback."""
         self._jitter_train: int | None = None
         self._now_s = 0.0
         self._rate_bps = STARTING_RATE_BPS
         self._startup_until_s = math.inf
-        self._clock_offset_s: float | None = None
         self._history = SendHistory()
         self._delay = QueuingDelay()
         self._delivery_rate = DeliveryRate()
-        self._queue = StandingQueue()
         self._jitter = Jitter()
         self._loss = LossControl()
         self._dispersion = DispersionEstimator()
-        self._trains = PacketTrains(self._history)
+        self._trains = PacketTrains()
         self._prober = Prober()
         self._timeout = FeedbackTimeout()
         self._number = 0
@@ -125,7 +113,7 @@ class LinkEstimator:
         self._before_queue_bps = 0.0
         self._counted_s = -math.inf
         self._lost_bytes = 0
-        self._gap: list[Delivery] = []  # lost since the last arrival
+        self._came_bytes = 0
         self._newest: tuple[float, float] | None = None  # time sent, time queued
 
     def sent(self, size_bytes: int, now_s: float, *, has_feedback: bool = True) -> None:
@@ -136,7 +124,7 @@ class LinkEstimator:
         now_s = self._pass(now_s)
         if 0 < size_bytes <= _MAX_DATAGRAM_BYTES:
             self._history.add(size_bytes, now_s)
-            if has_feedback:
+            if has_feedback and self._has_feedback is not False:
                 self._timeout.sent(now_s)
 
     def round_trip(self, round_trip_s: float, now_s: float) -> None:
@@ -144,34 +132,52 @@ class LinkEstimator:
         self._pass(now_s)
         self._timeout.round_trip(round_trip_s)
 
-    def reported(self, lost: float, now_s: float) -> None:
-        """Handle the loss in a receiver report, for sound without transport-wide feedback."""
-        now_s = self._pass(now_s)
-        if not 0 <= lost <= 1:
+    def negotiated(self, *, has_feedback: bool, kind: Kind) -> None:
+        """Handle whether this stream has transport-wide feedback; that of one is enough."""
+        if kind == "audio":
+            self._loss.sound_has_feedback = has_feedback
+        any_has_feedback = self._has_feedback or has_feedback
+        if any_has_feedback == self._has_feedback:
             return
-        self._sound_reports.add(lost)
-        if self._timeout.is_idle(now_s) or self._timeout.is_over(now_s):
-            used_bps = self._history.used_bps(now_s)
-            self._set(self._sound_reports.rate_bps(used_bps, self._rate_bps, now_s))
+        self._has_feedback = any_has_feedback
+        self._loss_based = None if any_has_feedback else LossBasedControl()
+        self._startup_until_s = math.inf if any_has_feedback else -math.inf
+        self._set(STARTING_RATE_BPS if self._loss_based is None else self._loss_based.rate_bps)
+
+    def reported(self, lost: float, now_s: float, kind: Kind) -> None:
+        """Handle the loss in a receiver report, if no feedback tells of it."""
+        now_s = self._pass(now_s)
+        is_told = self._has_feedback is not False and (
+            kind == "video" or self._loss.sound_has_feedback
+        )
+        if is_told or not 0 <= lost <= 1:
+            return
+        self._reported.append(lost)
+        if self._has_feedback and not (
+            self._timeout.is_idle(now_s) or self._timeout.is_over(now_s)
+        ):
+            return
+        if self._loss_based is None:
+            self._loss_based = LossBasedControl(self._rate_bps, max_bps=self._rate_bps)
+        # Pictures would fill the rate again; sound alone does not.
+        came_bps = (1 - lost) * self._history.used_bps(now_s) if self._has_feedback else math.inf
+        self._loss_based.reported(lost, now_s, came_bps)
+        self._set(self._loss_based.rate_bps)
 
     def plan_train(self, size_bytes: int, now_s: float) -> Train:
         """Decide how to send the next picture, of `size_bytes`."""
         now_s = self._pass(now_s)
         self._number += 1
-        pace_bps, many = self._rate_bps, False
-        if not self._congested and not self._timeout.is_over(now_s):
-            pace_bps, many = self._prober.pace_bps(
-                size_bytes,
-                self._rate_bps,
-                startup=self._startup,
-                now_s=now_s,
+        pace_bps, payload = self._rate_bps, payload_bytes(self._rate_bps)
+        may_probe = self._has_feedback is not False and not self._congested
+        if may_probe and not self._timeout.is_over(now_s):
+            pace_bps = self._prober.pace_bps(
+                size_bytes, self._rate_bps, startup=self._startup, now_s=now_s
             )
-        payload = payload_bytes(self._rate_bps)
-        if many:
-            payload = train_payload_bytes(self._rate_bps, size_bytes, _PROBE_PACKETS)
-        packets = math.ceil(size_bytes / payload)
-        if pace_bps > self._rate_bps and packets > 1:
-            self._trains.expect(self._number, packets)
+        if pace_bps > self._rate_bps:
+            payload = payload_bytes(self._rate_bps, math.ceil(size_bytes / _PROBE_PACKETS))
+            if (packets := math.ceil(size_bytes / payload)) > 1:
+                self._trains.expect(self._number, packets)
         return Train(self._number, pace_bps, payload)
 
     def try_more(self, now_s: float) -> None:
@@ -190,18 +196,15 @@ class LinkEstimator:
         known = sorted((one for one in deliveries if self._sane(one)), key=lambda one: one.sent_s)
         if not known:
             return
-        if self._timeout.since_heard_s(now_s) > _RESTART_AFTER_S:
+        if self._timeout.heard(now_s) > _RESTART_AFTER_S:
             self._restart()
-        self._timeout.heard(now_s)
-        self._sound_reports.heard()
+        self._loss_based = None
         if self._startup_until_s == math.inf:
             self._startup_until_s = now_s + _STARTUP_S
         for delivery in known:
             self._count(delivery)
         self._judge_queue()
-        fallen_bps = self._loss.judge(
-            self._rate_bps, queue_stands=self._queue.since_s is not None, now_s=now_s
-        )
+        fallen_bps = self._loss.judge(self._rate_bps, queue_stands=self._delay.stands, now_s=now_s)
         if fallen_bps is not None:
             self._decrease(fallen_bps)
         if not self._congested:
@@ -210,16 +213,15 @@ class LinkEstimator:
     def estimate(self, now_s: float) -> LinkEstimate:
         """Return the current estimate."""
         now_s = self._pass(now_s)
-        lost, burst = self._lost_and_burst()
         round_trip_s = self._timeout.round_trip_s
         return LinkEstimate(
             state=self._state(now_s),
             rate_bps=self._rate_bps,
             used_bps=self._history.used_bps(now_s),
             queue_ms=self._queue_ms(now_s),
-            jitter_ms=self._jitter.quantile_ms(_JITTER_QUANTILE),
-            lost=lost,
-            burst=burst,
+            jitter_ms=self._jitter.ms,
+            lost=self._lost,
+            burst=self._burst,
             round_trip_ms=None if round_trip_s is None else round_trip_s * 1000,
             assumed=self._assumed and self._startup,
         )
@@ -232,15 +234,22 @@ class LinkEstimator:
     def _congested(self) -> bool:
         if self._timeout.is_idle(self._now_s):
             return False  # whatever was seen last: no feedback would report its end
-        return self._queue.since_s is not None or self._loss.congested
+        return self._delay.stands or self._loss.congested
 
-    def _lost_and_burst(self) -> tuple[float, int]:
-        """Return the lost share and burst length, of the sound if they are known."""
-        lost = self._sound_reports.lost
-        if lost is None:
-            return self._loss.share, self._loss.burst()
+    @property
+    def _lost(self) -> float:
+        """The share lost lately, of the sound alone where that is reported."""
+        if self._reported:
+            return sum(self._reported) / len(self._reported)
+        return self._loss.share
+
+    @property
+    def _burst(self) -> int:
+        """How many packets are lost in a row, 0 without loss."""
+        if not self._reported:
+            return self._loss.burst()
         # Reports do not give burst lengths, but the pictures' packets crossed the same link.
-        return lost, max(self._loss.burst(), 1) if lost > 0 else 0
+        return max(self._loss.burst(), 1) if self._lost > 0 else 0
 
     def _state(self, now_s: float) -> LinkState:
         if self._timeout.is_over(now_s):
@@ -269,49 +278,32 @@ class LinkEstimator:
         )
 
     def _count(self, delivery: Delivery) -> None:
-        sound = delivery.kind == "audio"
+        self._loss.add(delivery, self._now_s)
+        arrival = None
         if delivery.arrived_s is None:
             self._lost_bytes += delivery.size_bytes
-            self._lose(delivery)
         else:
-            if self._gap:
-                self._count_gap(delivery.sent_s)
-            self._loss.add(delivery.size_bytes, lost=False, sound=sound, now_s=self._now_s)
-            if self._clock_offset_s is None:
-                self._clock_offset_s = delivery.arrived_s - delivery.sent_s
-            arrived_s = delivery.arrived_s - self._clock_offset_s
+            arrival = self._arrival(delivery, delivery.arrived_s)
             queued_s = self._delay.add(
-                delivery.sent_s, arrived_s, delivery.size_bytes, self._rate_bps
+                delivery.sent_s, arrival.arrived_s, delivery.size_bytes, self._rate_bps
             )
             self._newest = (delivery.sent_s, queued_s)
-            unqueued_s = delivery.sent_s + self._delay.base_s
-            # Unmarked packets that left before it came with it: data channels and RTCP.
-            size_bytes = self._history.between(self._counted_s, delivery.sent_s) - self._lost_bytes
-            self._delivery_rate.add(unqueued_s, arrived_s, max(size_bytes, delivery.size_bytes))
-            self._counted_s, self._lost_bytes = max(self._counted_s, delivery.sent_s), 0
-            if self._is_jitter_sample(delivery) and self._queue.since_s is None:
-                self._jitter.add(arrived_s - delivery.sent_s, self._now_s)
-        for train in self._trains.add(delivery):
-            self._judge_train(train)
+            self._delivery_rate.add(arrival, self._delay.base_s)
+            if self._is_jitter_sample(delivery) and not self._delay.stands:
+                self._jitter.add(arrival.arrived_s - arrival.sent_s, self._now_s)
+        if delivery.train is not None:
+            for train in self._trains.add(delivery.train, arrival):
+                self._judge_train(train)
 
-    def _lose(self, lost: Delivery) -> None:
-        """Keep what was lost until it is known whether it was an outage; of one, its begin."""
-        self._gap.append(lost)
-        if not self.sound_has_feedback:
-            self._count_gap(lost.sent_s)
-        elif lost.sent_s - self._gap[0].sent_s >= _OUTAGE_S:
-            del self._gap[1:]
-
-    def _count_gap(self, until_s: float) -> None:
-        """Count what was lost before a packet that was sent at `until_s` and arrived."""
-        is_outage = until_s - self._gap[0].sent_s >= _OUTAGE_S
-        for lost in () if is_outage else self._gap:
-            sound = lost.kind == "audio"
-            self._loss.add(lost.size_bytes, lost=True, sound=sound, now_s=self._now_s)
-        self._gap.clear()
+    def _arrival(self, delivery: Delivery, arrived_s: float) -> Arrival:
+        # Unmarked packets that left before it came with it: data channels and RTCP.
+        came_bytes = self._history.between(self._counted_s, delivery.sent_s) - self._lost_bytes
+        self._came_bytes += max(came_bytes, delivery.size_bytes)
+        self._counted_s, self._lost_bytes = max(self._counted_s, delivery.sent_s), 0
+        return Arrival(delivery.sent_s, arrived_s, self._came_bytes)
 
     def _is_jitter_sample(self, delivery: Delivery) -> bool:
-        if self.sound_has_feedback:
+        if self._loss.sound_has_feedback:
             return delivery.kind == "audio"
         before = self._jitter_train
         self._jitter_train = before if delivery.train is None else delivery.train
@@ -322,7 +314,7 @@ class LinkEstimator:
         if dispersion is None:
             return
         noise_s = self._delay.noise_s
-        self._dispersion.add(dispersion, noise_s)
+        self._dispersion.add(dispersion)
         if not self._startup or len(self._dispersion) > _STARTUP_TRAINS:
             return
         # The rate was only assumed, so one train that is clearly slow is enough.
@@ -330,50 +322,45 @@ class LinkEstimator:
         if spread_s <= _STARTUP_SLOW_NOISES * noise_s + _STARTUP_SLOW_S:
             self._assumed = False
             return
-        came_bps = train.trimmed_bps()
+        came_bps = steady_bps(train.arrivals)
         if came_bps is not None:
             self._assumed = False
             self._decrease(_DECREASE_FACTOR * came_bps)
 
     def _judge_queue(self) -> None:
-        stood = self._queue.since_s is not None
-        if not self._queue.update(self._delay, self._rate_bps, self._now_s):
+        stood = self._delay.stands
+        self._delay.judge(self._rate_bps, self._now_s)
+        if not self._delay.stands:
             return
         if not stood:
             self._before_queue_bps = self._rate_bps
-            limit_s = self._delay.base_s + self._queue.limit_s(self._delay, self._rate_bps)
+            limit_s = self._delay.base_s + self._delay.limit_s(self._rate_bps)
             self._jitter.forget_since(self._now_s - _JITTER_HINDSIGHT_S, limit_s)
         came_bps = self._delivery_rate.rate_bps()
         if came_bps is not None and _DECREASE_FACTOR * came_bps < self._rate_bps:
             self._decrease(_DECREASE_FACTOR * came_bps)
         elif (
-            self._queue.level_for_s(self._now_s) > _ROUTE_CHANGE_S
-            and self._loss.share < _LOW_LOSS_SHARE
+            self._delay.level_for_s(self._now_s) > _ROUTE_CHANGE_S and self._lost < _LOW_LOSS_SHARE
         ):
             # A queue would have grown or shrunk by now, so the route has become longer.
             self._delay.relearn()
-            self._queue.clear()
             self._set(max(self._rate_bps, self._before_queue_bps))
 
     def _increase(self) -> None:
         now_s, noise_s = self._now_s, self._delay.noise_s
+        holds = now_s - self._fell_s <= _HOLD_S
         min_bps = self._dispersion.min_bps(noise_s, startup=self._startup)
         if min_bps > self._rate_bps:
             self._prober.risen(now_s)
             self._set(min_bps)
-        elif now_s - self._fell_s > _HOLD_S:
+        elif not holds:
             # Jitter hides part of the rate, so the likely rate is tried step by step.
-            likely_bps = self._dispersion.likely_bps(noise_s)
-            used_bps = self._history.used_bps(now_s)
-            likely_bps = min(likely_bps, _MAX_USE_FACTOR * used_bps, ENOUGH_BPS)
-            elapsed_s = min(now_s - self._increased_s, _MAX_INCREASE_S)
-            step = 1 + _INCREASE_PER_S * elapsed_s
-            self._set(max(self._rate_bps, min(step * self._rate_bps, likely_bps)))
+            step = 1 + _INCREASE_PER_S * (now_s - self._increased_s)
+            likely_bps = min(step * self._rate_bps, self._dispersion.likely_bps(noise_s))
+            self._set(max(self._rate_bps, likely_bps))
         self._increased_s = now_s
-        if now_s - self._fell_s > _HOLD_S and self._loss.share < _LOW_LOSS_SHARE:
-            from_s, until_s = now_s - _CARRIED_FROM_S, now_s - _CARRIED_UNTIL_S
-            carried_bytes = self._history.between(from_s, until_s)
-            carried_bps = 8 * carried_bytes / (_CARRIED_FROM_S - _CARRIED_UNTIL_S)
+        if not holds and self._lost < _LOW_LOSS_SHARE:
+            carried_bps = self._history.used_bps(now_s - _CARRIED_AFTER_S)
             self._set(max(self._rate_bps, _CARRIED_SHARE * carried_bps))
         if self._rate_bps >= ENOUGH_BPS:
             self._startup_until_s = min(self._startup_until_s, now_s)
@@ -394,10 +381,9 @@ class LinkEstimator:
         self._startup_until_s = math.inf
         self._delay.relearn()
         self._delivery_rate.clear()
-        self._queue.clear()
         self._dispersion.clear()
         self._trains.clear()
         self._loss.forget(self._now_s)
 
     def _set(self, rate_bps: float) -> None:
-        self._rate_bps = min(max(rate_bps, _MIN_RATE_BPS), _MAX_RATE_BPS)
+        self._rate_bps = min(max(rate_bps, _MIN_RATE_BPS), ENOUGH_BPS)

@@ -14,19 +14,20 @@ if TYPE_CHECKING:
     from wax.congestion.delivery import LinkEstimate
 
 _WINDOW_S: Final = 0.03
-"""Length of a sample: a picture and the sound beside it. Ours."""
+"""Length of a sample: a picture and the sound beside it."""
 _SETTLED_EVERY_S: Final = 0.4
-"""Interval of samples on a settled link: two of them find a queue. Ours."""
+"""Interval of samples on a settled link: two of them find a queue."""
 _THIN_EVERY_S: Final = 0.5
-"""Interval on a thin link, of which feedback takes a part. Ours."""
+"""Interval on a thin link, of which feedback takes a part."""
 _THIN_BPS: Final = 150_000.0
-"""A link below this rate is thin: full feedback would take 8 % of an equally thin uplink. Ours."""
+"""A link below this rate is thin, and only sampled, for full feedback would take 8 % of an equally
+thin uplink."""
 _SETTLED_QUEUE_MS: Final = 30.0
 """Longest queue of a settled link: the threshold of a standing queue."""
 _SPARE_FACTOR: Final = 1.5
-"""A settled link carries this multiple of the rate in use. Ours."""
+"""A settled link carries this multiple of the rate in use."""
 _SOUND_EVERY_FACTOR: Final = 2.0
-"""Sound begins a sample only if no picture did for this multiple of the interval. Ours."""
+"""Sound begins a sample only if no picture did for this multiple of the interval."""
 
 
 class FeedbackSampling:
@@ -44,18 +45,17 @@ class FeedbackSampling:
 
     def follow(self, estimate: LinkEstimate, *, full_feedback: bool) -> None:
         """Choose the interval for this link; with `full_feedback`, only a thin link is sampled."""
+        is_thin = estimate.rate_bps < _THIN_BPS
+        is_settled = (
+            estimate.queue_ms < _SETTLED_QUEUE_MS
+            and estimate.rate_bps > _SPARE_FACTOR * estimate.used_bps
+        )
         if estimate.state != "steady":
             self._every_s = 0.0  # the fate of every packet must be known
-        elif estimate.rate_bps < _THIN_BPS:
+        elif is_thin:
             self._every_s = _THIN_EVERY_S
-        elif (
-            not full_feedback
-            and estimate.queue_ms < _SETTLED_QUEUE_MS
-            and estimate.rate_bps > _SPARE_FACTOR * estimate.used_bps
-        ):
-            self._every_s = _SETTLED_EVERY_S
         else:
-            self._every_s = 0.0
+            self._every_s = _SETTLED_EVERY_S if is_settled and not full_feedback else 0.0
 
     def requests_feedback(self, train: int | None, now_s: float) -> bool:
         """Return whether to mark a packet of this picture, or of sound (None)."""

@@ -9,13 +9,13 @@ import math
 from typing import Final
 
 _HOLD_S: Final = 1.0
-"""More must have fitted for this long. Ours."""
+"""More must have fitted for this long."""
 _TRIAL_S: Final = 8.0
-"""More that is taken back within this time was too much. Ours."""
+"""More that is taken back within this time was too much."""
 _FAILED_HOLD_S: Final = 5.0
-"""Then more must fit for this long, and twice as long after each further failure. Ours."""
+"""Then more must fit for this long, and twice as long after each further failure."""
 _MAX_HOLD_S: Final = 60.0
-"""At most. Ours."""
+"""But no longer than this."""
 
 
 class Since:

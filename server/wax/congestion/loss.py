@@ -1,106 +1,102 @@
 """Loss-based control beside the delay-based one (GCC, section 6), and the length of loss bursts.
 
-Loss alone lowers the rate only if it is much higher than usual: a radio link that always loses
-5 % is not congested. GCC's bounds are fixed (2 and 10 %); ours learn the usual loss.
+Loss alone lowers the rate only if it is very high, beyond GCC's 10 %: a radio that always loses
+16 % is not congested, and what fills a queue shows in its delay.
 """
 
 from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Final, NamedTuple
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from wax.congestion.delivery import Delivery
 
 _BUCKET_S: Final = 0.25
-"""Packets are counted in intervals of this length. Ours."""
+"""Packets are counted in intervals of this length."""
 _MEMORY_S: Final = 10.0
-"""Loss is averaged over this time; RTCP reports cover about 5 s (RFC 3550, 6.2). Ours."""
-_HIGH_LOSS_SHARE: Final = 0.12
-"""Loss beyond the usual that lowers the rate. GCC: 10 %."""
-_USUAL_FACTOR: Final = 2.0
-"""The usual loss times this, plus `_HIGH_LOSS_SHARE`, is high loss. Ours."""
+"""Loss is averaged over this time; RTCP reports cover about 5 s (RFC 3550, 6.2)."""
+_OUTAGE_S: Final = 0.5
+"""Losses in a row that span this time are an outage, which says nothing of the rate: a full queue
+lets some of the sound through. Ours; as the shortest feedback timeout."""
+_HIGH_LOSS_SHARE: Final = 0.4
+"""Loss that lowers the rate: no radio that can be used loses so much. GCC: 10 %."""
 _HIGH_LOSS_S: Final = 2.0
-"""High loss is judged over this time, and the rate stays for as long after a fall. Ours."""
-_SEVERE_LOSS_SHARE: Final = 0.4
-"""Loss that lowers the rate at once, however high the usual loss is. Ours."""
-_SEVERE_LOSS_S: Final = 1.0
-"""Severe loss is judged over this time. Ours."""
+"""High loss is judged over this time, and the rate stays for as long after a fall."""
 _MIN_PACKETS: Final = 40
-"""Minimum packets to judge by: the standard error of 12 % of 40 is 5 %. Ours."""
+"""Minimum packets to judge by: the standard error of 40 % of 40 is 8 %."""
 _DECREASE_FACTOR: Final = 0.9
 """Share of the arriving rate that is used after a fall, so that the queue drains. GCC's beta is
 0.85."""
 _MAX_DECREASE_FACTOR: Final = 0.5
 """A fall leaves at least this share of the rate, as GCC's 1 - 0.5 p does if everything is lost."""
-_USUAL_GAIN: Final = _BUCKET_S / 20
-"""The usual loss is an average over about 20 s. Ours."""
-_USUAL_MIN_BUCKETS: Final = 8
-"""The average starts as if this many buckets without loss came before. Ours."""
 _BURSTS: Final = 200
 """Loss bursts kept at most. Bounds the memory."""
 _BURSTS_S: Final = 30.0
-"""How long they are kept. Ours."""
+"""How long they are kept."""
 _BURST_QUANTILE: Final = 0.95
-"""Share of the bursts that redundancy must repair (RFC 2198). Ours."""
+"""Share of the bursts that redundancy must repair (RFC 2198)."""
 
 
-class _LossCounts(NamedTuple):
-    """The packets reported over some time."""
+@dataclass(slots=True)
+class _Counts:
+    """The packets reported from some time on."""
 
-    packets: int
-    lost: int
-    arrived_bytes: int
+    start_s: float
+    packets: int = 0
+    lost: int = 0
+    arrived_bytes: int = 0
 
     @property
     def lost_share(self) -> float:
         return self.lost / self.packets if self.packets else 0.0
 
+    def count(self, packet: Delivery) -> None:
+        self.packets += 1
+        if packet.arrived_s is None:
+            self.lost += 1
+        else:
+            self.arrived_bytes += packet.size_bytes
 
-class _Bucket:
-    __slots__ = ("arrived_bytes", "lost", "packets", "start_s")
-
-    def __init__(self, start_s: float) -> None:
-        self.start_s = start_s
-        self.packets = self.lost = self.arrived_bytes = 0
+    def add(self, other: _Counts, sign: int = 1) -> None:
+        self.packets += sign * other.packets
+        self.lost += sign * other.lost
+        self.arrived_bytes += sign * other.arrived_bytes
 
 
 class LossControl:
     """Takes every packet in the order of sending; `now_s` never falls."""
 
     def __init__(self) -> None:
-        self._buckets: deque[_Bucket] = deque()
-        self._packets = self._lost = 0  # of all buckets
+        self.sound_has_feedback = True
+        """Without, no sound shows that losses in a row are an outage."""
+        self._gap: list[Delivery] = []  # lost since the last arrival; of an outage, its begin
+        self._buckets: deque[_Counts] = deque()
+        self._all = _Counts(-math.inf)
         self._bursts = _Bursts()
-        self._sound_bursts = _Bursts()
-        self._usual_share = 0.0
-        self._closed = 0
-        self._congested = False
         self._judged_from_s = -math.inf
+        self.congested = False
+        """Whether loss has lowered the rate, and nothing yet shows that it fell far enough."""
 
     @property
     def share(self) -> float:
         """The share of packets lost in the last 10 s."""
-        return self._lost / self._packets if self._packets else 0.0
+        return self._all.lost_share
 
-    @property
-    def congested(self) -> bool:
-        """Whether loss has lowered the rate, and nothing yet shows that it fell far enough."""
-        return self._congested
-
-    def add(self, size_bytes: int, *, lost: bool, sound: bool, now_s: float) -> None:
-        if not self._buckets or now_s >= self._buckets[-1].start_s + _BUCKET_S:
-            self._close(now_s)
-            self._buckets.append(_Bucket(now_s))
-        bucket = self._buckets[-1]
-        bucket.packets += 1
-        self._packets += 1
-        if lost:
-            bucket.lost += 1
-            self._lost += 1
-        else:
-            bucket.arrived_bytes += size_bytes
-        self._bursts.add(lost=lost, now_s=now_s)
-        if sound:
-            self._sound_bursts.add(lost=lost, now_s=now_s)
+    def add(self, packet: Delivery, now_s: float) -> None:
+        """Count a packet; a lost one once the next arrival shows that it was no outage."""
+        if packet.arrived_s is None and self.sound_has_feedback:
+            self._gap.append(packet)
+            if self._is_outage(packet.sent_s):
+                del self._gap[1:]
+            return
+        if self._gap and not self._is_outage(packet.sent_s):
+            for lost in self._gap:
+                self._count(lost, now_s)
+        self._gap.clear()
+        self._count(packet, now_s)
 
     def judge(self, rate_bps: float, *, queue_stands: bool, now_s: float) -> float | None:
         """Return the rate after a fall because of loss, None if it stays.
@@ -109,59 +105,48 @@ class LossControl:
         standing queue loses packets too, but its delay is the better signal.
         """
         if queue_stands:
-            self._congested, self._judged_from_s = False, now_s
+            self.congested, self._judged_from_s = False, now_s
             return None
-        severe = self._since(max(now_s - _SEVERE_LOSS_S, self._judged_from_s))
-        if severe.packets >= _MIN_PACKETS and severe.lost_share > _SEVERE_LOSS_SHARE:
-            return self._fallen_bps(severe.arrived_bytes * 8 / _SEVERE_LOSS_S, rate_bps, now_s)
         if now_s - self._judged_from_s < _HIGH_LOSS_S:
             return None
-        high = self._since(max(now_s - _HIGH_LOSS_S, self._judged_from_s))
-        limit_share = _HIGH_LOSS_SHARE + _USUAL_FACTOR * self._usual_share
-        self._congested = high.packets >= _MIN_PACKETS and high.lost_share > limit_share
-        if not self._congested:
+        high = _Counts(max(now_s - _HIGH_LOSS_S, self._judged_from_s))
+        for bucket in reversed(self._buckets):
+            if bucket.start_s < high.start_s:
+                break
+            high.add(bucket)
+        self.congested = high.packets >= _MIN_PACKETS and high.lost_share > _HIGH_LOSS_SHARE
+        if not self.congested:
             return None
-        return self._fallen_bps(high.arrived_bytes * 8 / _HIGH_LOSS_S, rate_bps, now_s)
+        self._judged_from_s = now_s
+        came_bps = high.arrived_bytes * 8 / _HIGH_LOSS_S
+        return max(_DECREASE_FACTOR * came_bps, _MAX_DECREASE_FACTOR * rate_bps)
 
     def burst(self) -> int:
         """Return the number of packets lost in a row (95th percentile), 0 without loss.
 
-        It counts the sound alone if sound is sent: its packets are sparser, so its bursts shorter.
+        It counts the sound alone where feedback tells of it: its packets are sparser, so its bursts
+        shorter.
         """
-        return (
-            self._sound_bursts.longest() if self._sound_bursts.is_used else self._bursts.longest()
-        )
+        return self._bursts.longest()
 
     def forget(self, now_s: float) -> None:
         """Reset the counts, but keep the burst lengths."""
         self._buckets.clear()
-        self._packets = self._lost = 0
-        self._congested, self._judged_from_s = False, now_s
+        self._all = _Counts(-math.inf)
+        self.congested, self._judged_from_s = False, now_s
 
-    def _fallen_bps(self, came_bps: float, rate_bps: float, now_s: float) -> float:
-        self._congested, self._judged_from_s = True, now_s
-        return max(_DECREASE_FACTOR * came_bps, _MAX_DECREASE_FACTOR * rate_bps)
+    def _is_outage(self, until_s: float) -> bool:
+        return until_s - self._gap[0].sent_s >= _OUTAGE_S
 
-    def _since(self, from_s: float) -> _LossCounts:
-        packets = lost = arrived_bytes = 0
-        for bucket in reversed(self._buckets):
-            if bucket.start_s < from_s:
-                break
-            packets += bucket.packets
-            lost += bucket.lost
-            arrived_bytes += bucket.arrived_bytes
-        return _LossCounts(packets, lost, arrived_bytes)
-
-    def _close(self, now_s: float) -> None:
-        if self._buckets:
-            bucket = self._buckets[-1]
-            self._closed += 1
-            gain = max(_USUAL_GAIN, 1 / (_USUAL_MIN_BUCKETS + self._closed))
-            self._usual_share += gain * (bucket.lost / bucket.packets - self._usual_share)
-        while self._buckets and self._buckets[0].start_s < now_s - _MEMORY_S:
-            old = self._buckets.popleft()
-            self._packets -= old.packets
-            self._lost -= old.lost
+    def _count(self, packet: Delivery, now_s: float) -> None:
+        if not self._buckets or now_s >= self._buckets[-1].start_s + _BUCKET_S:
+            self._buckets.append(_Counts(now_s))
+            while self._buckets[0].start_s < now_s - _MEMORY_S:
+                self._all.add(self._buckets.popleft(), sign=-1)
+        self._buckets[-1].count(packet)
+        self._all.count(packet)
+        if packet.kind == "audio" or not self.sound_has_feedback:
+            self._bursts.add(lost=packet.arrived_s is None, now_s=now_s)
 
 
 class _Bursts:
@@ -170,10 +155,8 @@ class _Bursts:
     def __init__(self) -> None:
         self._ended: deque[tuple[float, int]] = deque(maxlen=_BURSTS)
         self._length = 0
-        self.is_used = False
 
     def add(self, *, lost: bool, now_s: float) -> None:
-        self.is_used = True
         if lost:
             self._length += 1
         elif self._length:

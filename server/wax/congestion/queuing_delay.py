@@ -1,8 +1,13 @@
-"""Queuing delay from one-way delays between two unsynchronised clocks.
+"""Queuing delay from one-way delays between two unsynchronised clocks, and whether it stands.
 
 As in LEDBAT (RFC 6817), NADA and SCReAM: arrival minus sending time includes the clocks' unknown
 offset; the excess over the base delay, the minimum of the last half minute, is queuing. Clock drift
 (100 ppm: 3 ms in that time) and old routes expire with it.
+
+A queue stands that has not been empty for a while. CoDel (RFC 8289) takes the minimum sojourn time
+of an interval, because a burst is no congestion; this takes the minimum queuing delay of recent
+packets, end to end. CoDel's target of 5 ms needs a clock at the queue itself; over a path with
+jitter the threshold adapts to it, as GCC's does (5.4).
 """
 
 from __future__ import annotations
@@ -20,20 +25,38 @@ _RECENT_S: Final = 0.07
 """The standing delay is the minimum over this time. CoDel's interval is 100 ms. Ours: less than two
 feedback intervals, so that a queue is found within 200 ms."""
 _RECENT_PACKETS: Final = 3
-"""And over at least this many packets. Ours."""
+"""And over at least this many packets: a link that falls takes long for each."""
 _MAX_RECENT_PACKETS: Final = 256
 """And over at most this many: 3600 a second. Bounds the work where a page's clock stands."""
 _SMALL_PACKET_BYTES: Final = 100
 """Bytes beyond this take extra time to send, which is not queuing; a packet of sound has none."""
 _NOISE_GAIN: Final = 0.1
-"""Weight of a new difference in the mean square. RFC 3550's jitter (6.4.1): 1/16. Ours."""
+"""Weight of a new difference in the mean square. RFC 3550's jitter (6.4.1): 1/16."""
 _FIRST_NOISE_S: Final = 0.002
-"""Noise before any packet. Ours."""
+"""Noise before any packet."""
 _NOISE_MAX_FACTOR: Final = 3.0
 """A difference counts as at most this multiple of the noise, so that one stall does not make the
 path look noisy for long. GCC clips at 3 sigma, too (5.3)."""
 _NOISE_MAX_STEP_S: Final = 0.001
-"""Plus this, so that the noise can grow from zero. Ours."""
+"""Plus this, so that the noise can grow from zero."""
+_TARGET_S: Final = 0.030
+"""Smallest delay of a standing queue. CoDel: 5 ms in the queue itself; GCC begins at 12.5 ms;
+NADA's QTH is 50 ms, SCReAM's lowest target 100 ms."""
+_TARGET_PACKETS: Final = 1.5
+"""On a thin link, it must also exceed the time of this many packets (CoDel: one MTU)."""
+_PACKET_BITS: Final = 8 * 250
+"""A packet on a thin link, at the smallest payload that `wire_cost` allows."""
+_NOISE_FACTOR: Final = 3.0
+"""And this multiple of the delay noise (99.7 % of a normal distribution)."""
+_MAX_NOISE_S: Final = 0.060
+"""Noise raises the threshold to at most this. GCC bounds its threshold by 600 ms."""
+_MIN_SPAN_S: Final = 0.040
+"""The packets must span this time: those that a stall released together show nothing. CoDel's
+interval is 100 ms."""
+_FEEDBACKS: Final = 2
+"""Feedback packets in a row that must show it. GCC: overuse_time_th, 10 ms."""
+_LEVEL_S: Final = 0.020
+"""A standing delay that changes by no more is level."""
 
 
 class QueuingDelay:
@@ -44,6 +67,14 @@ class QueuingDelay:
         self._recent: deque[tuple[float, float]] = deque(maxlen=_MAX_RECENT_PACKETS)
         self._before_s: float | None = None
         self._noise_squared = _FIRST_NOISE_S**2
+        self._seen = 0
+        self._level_s = 0.0
+        self._level_from_s = 0.0
+
+    @property
+    def stands(self) -> bool:
+        """Whether there is a standing queue."""
+        return self._seen >= _FEEDBACKS
 
     @property
     def base_s(self) -> float:
@@ -54,20 +85,6 @@ class QueuingDelay:
     def noise_s(self) -> float:
         """The root mean square of the delay's difference from one packet to the next."""
         return math.sqrt(self._noise_squared)
-
-    @property
-    def standing_s(self) -> float:
-        """The minimum queuing delay of recent packets.
-
-        The minimum, because one late packet is no queue, and the last of the packets that a stall
-        held and released together was not queued.
-        """
-        return min((queued_s for _, queued_s in self._recent), default=0.0)
-
-    @property
-    def span_s(self) -> float:
-        """The time over which the packets of `standing_s` arrived."""
-        return self._recent[-1][0] - self._recent[0][0] if self._recent else 0.0
 
     def add(self, sent_s: float, arrived_s: float, size_bytes: int, rate_bps: float) -> float:
         """Count a packet; return its delay above the base delay."""
@@ -87,11 +104,36 @@ class QueuingDelay:
             self._recent.popleft()
         return max(0.0, delay_s - self.base_s)
 
+    def judge(self, rate_bps: float, now_s: float) -> None:
+        """Look after each feedback whether a queue stands.
+
+        The minimum of recent packets counts, because one late packet is no queue, and the last of
+        the packets that a stall held and released together was not queued.
+        """
+        standing_s = min((queued_s for _, queued_s in self._recent), default=0.0)
+        if abs(standing_s - self._level_s) > _LEVEL_S:
+            self._level_s, self._level_from_s = standing_s, now_s
+        if standing_s <= self.limit_s(rate_bps):
+            self._seen = 0
+        elif self._recent[-1][0] - self._recent[0][0] >= _MIN_SPAN_S:
+            self._seen += 1
+
+    def limit_s(self, rate_bps: float) -> float:
+        """Return the threshold, which allows for jitter and for a packet queued behind another."""
+        packets_s = _TARGET_PACKETS * _PACKET_BITS / rate_bps
+        noise_s = min(_NOISE_FACTOR * self.noise_s, _MAX_NOISE_S)
+        return max(_TARGET_S, packets_s, noise_s)
+
+    def level_for_s(self, now_s: float) -> float:
+        """Return how long the delay has been level; a queue's delay grows or shrinks."""
+        return now_s - self._level_from_s
+
     def relearn(self) -> None:
         """Forget the base delay: the route has become longer."""
         self._base.clear()
         self._recent.clear()
         self._before_s = None
+        self._seen = 0
 
     def _follow(self, sent_s: float, delay_s: float) -> None:
         while self._base and self._base[0][0] < sent_s - _BASE_MEMORY_S:

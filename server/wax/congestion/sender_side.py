@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+from wax.congestion.control import CongestionControl
 from wax.congestion.estimator import LinkEstimator
 from wax.congestion.feedback_sampling import FeedbackSampling
-from wax.congestion.loss_based import LossBasedControl
 from wax.congestion.pacer import Pacer
-from wax.congestion.packet_size import payload_bytes
 from wax.congestion.probing import STARTING_RATE_BPS
 from wax.congestion.upload_budget import UploadBudget
+from wax.congestion.wire_cost import payload_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -22,28 +21,27 @@ if TYPE_CHECKING:
 _UPDATE_S: Final = 0.1
 """Interval of updates without feedback. Ours: about that of feedback."""
 _SETTLED_UPDATE_S: Final = 0.5
-"""Interval on a settled link, which is only sampled. Ours."""
+"""Interval on a settled link, which is only sampled."""
 _OTHER_S: Final = 2.0
-"""The rate of the data channels is averaged over this time. Ours."""
+"""The rate of the data channels is averaged over this time."""
 _RETRANSMISSION_SHARE: Final = 0.25
 """Share for retransmissions, of the rate and of what is sent first: a link that loses more needs a
-smaller picture, and whoever asks for everything again gets a quarter more. Ours."""
+smaller picture, and whoever asks for everything again gets a quarter more."""
 _RETRANSMISSION_BURST_S: Final = 0.25
-"""Burst of retransmissions, in seconds of that share. Ours."""
+"""Burst of retransmissions, in seconds of that share."""
 _STALE_S: Final = 0.5
-"""A packet first sent this long ago, plus a round trip, is useless. Ours."""
+"""A packet first sent this long ago, plus a round trip, is useless."""
 _FULL_QUEUE_MS: Final = 150.0
-"""Behind a longer queue nothing is retransmitted: it would only grow. Ours."""
+"""Behind a longer queue nothing is retransmitted: it would only grow."""
 _FEEDBACK_S: Final = 0.1
 """Feedback comes within this and a round trip: Chromium sends it every 50 ms."""
 _PROBE_EVERY_S: Final = 0.3
-"""Without feedback, one picture leaves in this interval, to test whether the link is open again.
-Ours."""
+"""Without feedback, one picture leaves in this interval, to test whether the link is open again."""
 _RETRY_S: Final = 0.02
 """Longest wait before checking again. Ours: less than a picture's interval."""
 
 
-class SenderSideControl:
+class SenderSideControl(CongestionControl):
     """Joins estimator, pacer and sampling; `on_news` is called when allocations may change.
 
     What is sent again must fit into `budget`, too.
@@ -64,40 +62,22 @@ class SenderSideControl:
         self._sampling = FeedbackSampling()
         self._trained_s = float("-inf")
         self._estimator = LinkEstimator()
-        self._has_feedback = False
-        self._loss_based: LossBasedControl | None = None
-        """Replaces the estimate for a browser without transport-wide feedback."""
         self._pacer = Pacer(STARTING_RATE_BPS)
         self._updated_s = float("-inf")
         self._update_every_s = _UPDATE_S
-        self._other_bps = 0.0
-        self._other_s: float | None = None
+        self.other_bps = 0.0
+        """The rate of everything but sound and picture: data channels and acknowledgements."""
+        self._other_s = float("-inf")
         self._retransmitted_bits = 0.0
-        self._retransmitted_s: float | None = None
+        self._retransmitted_s = float("-inf")
         self._earned_bits = 0.0
         """For retransmissions, by what was sent first; not kept beyond a burst."""
         self._estimate: LinkEstimate | None = None
 
-    @property
-    def other_bps(self) -> float:
-        """The rate of everything but sound and picture: data channels and acknowledgements."""
-        return self._other_bps
-
     def estimate(self, now_s: float) -> LinkEstimate:
         """Return the current estimate of the link."""
-        known = self._estimator.estimate(now_s)
-        if self._loss_based is not None:
-            known = replace(
-                known,
-                state="steady",
-                rate_bps=self._loss_based.rate_bps,
-                queue_ms=0.0,
-                lost=self._loss_based.lost,
-                burst=1 if self._loss_based.lost > 0 else 0,
-                assumed=False,
-            )
-        self._estimate = known
-        return known
+        self._estimate = self._estimator.estimate(now_s)
+        return self._estimate
 
     def try_more(self, now_s: float) -> None:
         """Make room for a picture that is tried; called once, when that begins."""
@@ -108,17 +88,10 @@ class SenderSideControl:
     # --- CongestionControl -----------------------------------------------------------------
 
     def negotiated(self, *, has_feedback: bool, kind: Kind = "video") -> None:
-        # Called once for each stream; feedback on one of them is enough.
-        self._has_feedback = self._has_feedback or has_feedback
-        self._loss_based = None if self._has_feedback else LossBasedControl()
-        if kind == "audio":
-            self._estimator.sound_has_feedback = has_feedback
+        self._estimator.negotiated(has_feedback=has_feedback, kind=kind)
 
     def lost(self, share: float, now_s: float, kind: Kind = "video") -> None:
-        if self._loss_based is not None:
-            self._loss_based.reported(share, now_s)
-        elif kind == "audio" and not self._estimator.sound_has_feedback:
-            self._estimator.reported(share, now_s)
+        self._estimator.reported(share, now_s, kind)
 
     def sent(
         self, size_bytes: int, now_s: float, *, is_media: bool, has_feedback: bool = True
@@ -152,11 +125,7 @@ class SenderSideControl:
 
     def plan_train(self, size_bytes: int, now_s: float) -> Train:
         self._trained_s = now_s
-        train = self._estimator.plan_train(size_bytes, now_s)
-        if self._loss_based is not None:
-            rate_bps = self._loss_based.rate_bps
-            train = replace(train, pace_bps=rate_bps, payload_bytes=payload_bytes(rate_bps))
-        return train
+        return self._estimator.plan_train(size_bytes, now_s)
 
     @property
     def payload_bytes(self) -> int:
@@ -169,7 +138,7 @@ class SenderSideControl:
         if age_s > _STALE_S + (known.round_trip_ms or 0.0) / 1000:
             return False
         allowed_bps = _RETRANSMISSION_SHARE * known.rate_bps
-        gone_s = 0.0 if self._retransmitted_s is None else max(now_s - self._retransmitted_s, 0.0)
+        gone_s = max(now_s - self._retransmitted_s, 0.0)
         self._retransmitted_s = now_s
         burst_bits = _RETRANSMISSION_BURST_S * allowed_bps
         self._retransmitted_bits = max(self._retransmitted_bits - gone_s * allowed_bps, 0.0)
@@ -186,11 +155,12 @@ class SenderSideControl:
 
     def _is_stuck(self, unreported_s: float | None) -> bool:
         known = self._estimate
-        if known is None or known.state == "blind":
-            return known is not None
-        if unreported_s is None or self._sampling.is_sparse:
+        if known is None:
             return False
-        return unreported_s > _FEEDBACK_S + (known.round_trip_ms or 0.0) / 1000
+        if unreported_s is None or self._sampling.is_sparse:
+            return known.state == "blind"
+        is_late = unreported_s > _FEEDBACK_S + (known.round_trip_ms or 0.0) / 1000
+        return is_late or known.state == "blind"
 
     def _update(self, now_s: float) -> None:
         self._updated_s = now_s
@@ -198,15 +168,12 @@ class SenderSideControl:
         self._pacer.rate_bps = estimate.rate_bps
         self._pacer.drain(estimate.queue_ms, now_s)
         self._sampling.follow(estimate, full_feedback=self.full_feedback)
-        settled = self._sampling.is_sparse or self._loss_based is not None
-        self._update_every_s = _SETTLED_UPDATE_S if settled else _UPDATE_S
+        self._update_every_s = _SETTLED_UPDATE_S if self._sampling.is_sparse else _UPDATE_S
         self._on_news(estimate, now_s)
 
     def _count_other(self, size_bytes: int, now_s: float) -> None:
-        if self._other_s is None:
-            self._other_s = now_s
         elapsed_s = max(now_s - self._other_s, 0.0)
         self._other_s = now_s
         # A decaying average: each datagram adds its share of the window.
-        self._other_bps *= max(1.0 - elapsed_s / _OTHER_S, 0.0)
-        self._other_bps += 8 * size_bytes / _OTHER_S
+        self.other_bps *= max(1.0 - elapsed_s / _OTHER_S, 0.0)
+        self.other_bps += 8 * size_bytes / _OTHER_S

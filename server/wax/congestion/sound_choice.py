@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from wax.congestion.hysteresis import Since
@@ -14,38 +13,26 @@ if TYPE_CHECKING:
     from wax.congestion.allocation import SoundEncoding
 
 _PARTS: Final = 3
-"""Sound takes at most one part in this many; its smallest encoding is always sent. Ours."""
+"""Sound takes at most one part in this many; its smallest encoding is always sent."""
 _USUAL_MU_MS: Final = 60
-"""Longer units delay the sound by themselves: only where otherwise no picture would fit. Ours."""
+"""Longer units delay the sound by themselves: only where otherwise no picture would fit."""
 _RISE_HOLD_S: Final = 5.0
-"""A better encoding must have fitted for this long. Ours."""
+"""A better encoding must have fitted for this long."""
 _REDUNDANCY_LOSS_SHARE: Final = 0.005
-"""Redundancy (RFC 2198) starts here: one packet lost in 200, 20 ms every 4 s, is audible. Ours."""
-_REDUNDANCY_OVER_SHARE: Final = 0.0025
-"""And ends below this: hysteresis. Ours."""
+"""Redundancy (RFC 2198) starts here: one packet lost in 200, 20 ms every 4 s, is audible."""
 _MAX_REDUNDANCY: Final = 3
-"""Earlier units in a packet at most; waiting for them takes 60 ms. Ours."""
+"""Earlier units in a packet at most; waiting for them takes 60 ms."""
 _REDUNDANCY_HOLD_S: Final = 10.0
 """Redundancy falls after less has been enough for this long. As long as loss is averaged."""
-
-
-@dataclass(frozen=True, slots=True)
-class SoundBudget:
-    """A share of the link's rate for sound and picture, less the rate of everything else."""
-
-    rate_bps: float
-    share: float
-    other_bps: float
-
-    @property
-    def bps(self) -> float:
-        return self.share * self.rate_bps - self.other_bps
 
 
 class SoundChoice:
     """Chooses one viewer's sound at every decision; `now_s` never falls."""
 
-    def __init__(self, encodings: Sequence[SoundEncoding]) -> None:
+    def __init__(self, encodings: Sequence[SoundEncoding], fit_share: float) -> None:
+        """`fit_share` of the link's rate is for sound and picture, less what all else takes."""
+        self._fit_share = fit_share
+        self._rate_bps = self._other_bps = 0.0
         self._encodings = tuple(encodings)
         self._encoding: SoundEncoding | None = None
         self._better = Since()
@@ -57,7 +44,8 @@ class SoundChoice:
 
     def choose(
         self,
-        budget: SoundBudget,
+        rate_bps: float,
+        other_bps: float,
         fixed: Sequence[SoundEncoding] | None,
         *,
         channels: int,
@@ -77,10 +65,12 @@ class SoundChoice:
         offered = self._encodings if fixed is None else tuple(fixed)
         encodings = tuple(one for one in offered if one.channels <= channels) or offered
         self._follow_loss(lost, burst, now_s)
-        third_bps = budget.bps / _PARTS if picture_bps else budget.bps
+        self._rate_bps, self._other_bps = rate_bps, other_bps
+        budget_bps = self._fit_share * rate_bps - other_bps
+        third_bps = budget_bps / _PARTS if picture_bps else budget_bps
         usual = _usual(encodings)
         best = next((one for one in usual if sound_bps(one, 0) <= third_bps), usual[-1])
-        if sound_bps(best, 0) > max(third_bps, budget.bps - picture_bps):
+        if sound_bps(best, 0) > max(third_bps, budget_bps - picture_bps):
             best = encodings[-1]
         encoding = self._held(encodings, best, quick=quick, now_s=now_s)
         self._encoding = encoding
@@ -88,27 +78,39 @@ class SoundChoice:
         self._limits_bps = list(self._limits(encodings, usual[-1], picture_bps))
         return encoding, self._affordable(encoding, third_bps)
 
-    def left_bps(self, chosen_by: SoundBudget, share: float) -> float:
-        """Return what a `share` of the rate leaves to the picture, after `choose`.
+    def left_bps(self, share: float) -> float:
+        """Return what a `share` of the rate leaves to the picture, after `choose` or `none`.
 
         A faster link never leaves less: shortly before the next better sound fits, the picture
         gets no more than it will keep afterwards.
         """
-        other_bps, chosen_bps = chosen_by.other_bps, chosen_by.bps
-        left_bps = share * chosen_by.rate_bps - other_bps
+        left_bps = share * self._rate_bps - self._other_bps
         if self._aim_bps is None:
             return left_bps
         left_bps -= self._aim_bps
+        budget_bps = self._fit_share * self._rate_bps - self._other_bps
         for least_bps, takes_bps in self._limits_bps:
-            if least_bps > chosen_bps:
-                then_bps = share * (least_bps + other_bps) / chosen_by.share - other_bps
-                left_bps = min(left_bps, then_bps - takes_bps)
+            if least_bps > budget_bps:
+                from_bps = (least_bps + self._other_bps) / self._fit_share
+                left_bps = min(left_bps, share * from_bps - self._other_bps - takes_bps)
         return left_bps
 
-    def none(self) -> None:
+    def none(self, rate_bps: float, other_bps: float) -> None:
         """Choose no sound."""
+        self._rate_bps, self._other_bps = rate_bps, other_bps
         self._aim_bps = None
         self._encoding = None
+
+    def _limits(
+        self, encodings: tuple[SoundEncoding, ...], least: SoundEncoding, picture_bps: float
+    ) -> Iterator[tuple[float, float]]:
+        for encoding in encodings:
+            for redundancy in range(self._redundancy + 1):
+                takes_bps = sound_bps(encoding, redundancy)
+                least_bps = takes_bps * _PARTS
+                if encoding == least and not redundancy:
+                    least_bps = min(least_bps, takes_bps + picture_bps)
+                yield least_bps, takes_bps
 
     def _held(
         self,
@@ -126,22 +128,10 @@ class SoundChoice:
         return known
 
     def _follow_loss(self, lost: float, burst: int, now_s: float) -> None:
-        limit = _REDUNDANCY_OVER_SHARE if self._redundancy else _REDUNDANCY_LOSS_SHARE
-        wanted = min(burst, _MAX_REDUNDANCY) if lost >= limit else 0
+        wanted = min(burst, _MAX_REDUNDANCY) if lost >= _REDUNDANCY_LOSS_SHARE else 0
         fewer = wanted < self._redundancy
         if self._fewer.lasts(fewer, _REDUNDANCY_HOLD_S, now_s) or not fewer:
             self._redundancy, self._fewer = wanted, Since()
-
-    def _limits(
-        self, encodings: tuple[SoundEncoding, ...], least: SoundEncoding, picture_bps: float
-    ) -> Iterator[tuple[float, float]]:
-        for encoding in encodings:
-            for redundancy in range(self._redundancy + 1):
-                takes_bps = sound_bps(encoding, redundancy)
-                least_bps = takes_bps * _PARTS
-                if encoding == least and not redundancy:
-                    least_bps = min(least_bps, takes_bps + picture_bps)
-                yield least_bps, takes_bps
 
     def _affordable(self, encoding: SoundEncoding, third_bps: float) -> int:
         counts = range(self._redundancy, 0, -1)

@@ -13,14 +13,13 @@ if TYPE_CHECKING:
     from collections.abc import Hashable
 
 _MEDIA_SHARE: Final = 0.9
-"""Of the upload; the rest is for retransmissions, keyframes, and the page itself. Ours."""
+"""Of the upload; the rest is for retransmissions, keyframes, and the page itself."""
 _REPEAT_SHARE: Final = 0.05
-"""Of the upload, for retransmissions to all viewers together: half of that rest. Ours."""
-_REPEAT_BURST_S: Final = 1.0
-"""A second's worth of it may leave at once. Ours."""
+"""Of the upload, for retransmissions to all viewers together: half of that rest. A second's
+worth of it may leave at once."""
 _FILL_S: Final = 0.1
 """How long a level holds while nobody comes, goes, or begins to drive. Links are estimated as
-often. Ours."""
+often."""
 
 
 @dataclass(slots=True)
@@ -60,13 +59,12 @@ class UploadBudget:
         """
         if self._repeat_bps == float("inf"):
             return True
-        burst_bits = _REPEAT_BURST_S * self._repeat_bps
         gone_s = max(now_s - self._repeated_s, 0.0)
         self._repeated_s = now_s
         self._repeated_bits = max(self._repeated_bits - gone_s * self._repeat_bps, 0.0)
-        if self._repeated_bits > burst_bits and not drives:
+        if self._repeated_bits > self._repeat_bps and not drives:
             return False
-        self._repeated_bits = min(self._repeated_bits + 8 * size_bytes, 2 * burst_bits)
+        self._repeated_bits = min(self._repeated_bits + 8 * size_bytes, 2 * self._repeat_bps)
         return True
 
     def leave(self, who: Hashable) -> None:
