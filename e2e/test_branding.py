@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 import pytest
 import pytest_asyncio
+import tomlkit
 
-from e2e.harness import toml
 from e2e.harness.robot import stands_still
 from e2e.harness.wait import eventually
 from wax.web import colours
@@ -45,7 +45,7 @@ async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> Asyn
         },
         "turns": {"grace_s": 0.5},
     }
-    async with serve(folder, toml.dumps(settings)) as running:
+    async with serve(folder, tomlkit.dumps(settings)) as running:
         yield running
 
 

@@ -9,8 +9,8 @@ import re
 from typing import TYPE_CHECKING, Any
 
 import pytest
+import tomlkit
 
-from e2e.harness import toml
 from e2e.harness.server import COMMAND
 from e2e.harness.wait import eventually
 
@@ -36,7 +36,7 @@ async def start_proof(folder: Path, board: Board, tree: dict[str, Any] | None = 
     robot = tree.get("robot", {})
     serial = robot.get("serial", {}) | {"url": str(board.path)}
     whole = tree | {"robot": robot | {"driver": "serial", "serial": serial}}
-    (folder / "robot.toml").write_text(toml.dumps(whole), encoding="utf-8")
+    (folder / "robot.toml").write_text(tomlkit.dumps(whole), encoding="utf-8")
     arguments = ["--config", str(folder / "robot.toml"), "prove-stop", "--lifted", "--json"]
     arguments += ["--repeats", "1", "--record", str(folder / "record.html")]
     return await asyncio.create_subprocess_exec(

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+import tomlkit
 
-from e2e.harness import audio_probe, toml
+from e2e.harness import audio_probe
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ def thesis(**more: Any) -> str:
     tree["video"]["source"] = "testcard"  # its stamp is at the top, the overlay of the time below
     tree["audio"] = {"source": "testcard"}
     tree["thesis"] |= more
-    return toml.dumps(tree)
+    return tomlkit.dumps(tree)
 
 
 async def _streams(server: Server) -> dict[str, Any]:

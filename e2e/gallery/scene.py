@@ -8,6 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
+import tomlkit
 from playwright.async_api import Error
 
 from e2e.gallery.views import COMPUTER
@@ -68,7 +69,7 @@ class Scene:
 
     async def serves(self, *, environment: dict[str, str] | None = None, **tables: Any) -> Server:
         """Start the server; `tables` are of its configuration."""
-        server = self._server = Server(self.folder, toml.dumps(toml.merged(_FLAT, tables)))
+        server = self._server = Server(self.folder, tomlkit.dumps(toml.merged(_FLAT, tables)))
         # Cameras of the tests are found by name, like any plug-in.
         server.environment |= {"PYTHONPATH": str(ROOT), **(environment or {})}
         self._stack.push_async_callback(server.kill)

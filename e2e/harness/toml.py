@@ -1,10 +1,11 @@
-"""Configurations that several tests start a server with, and TOML from a tree."""
+"""Configurations that several tests start a server with."""
 
 from __future__ import annotations
 
-import json
 import tomllib
 from typing import TYPE_CHECKING, Any
+
+import tomlkit
 
 from wax.config.settings import Settings
 
@@ -57,7 +58,7 @@ def card_with(**sections: str) -> str:
 def for_one_machine(text: str) -> str:
     """Add `MANY_PLAYED_BY_ONE` to a configuration; what cannot be read stays as it is."""
     try:
-        return dumps(merged(MANY_PLAYED_BY_ONE, tomllib.loads(text)))
+        return tomlkit.dumps(merged(MANY_PLAYED_BY_ONE, tomllib.loads(text)))
     except tomllib.TOMLDecodeError:
         return text
 
@@ -71,44 +72,3 @@ def merged(*trees: Mapping[str, Any]) -> dict[str, Any]:
             both = isinstance(before, dict) and isinstance(value, dict)
             result[key] = merged(before or {}, value) if both else value
     return result
-
-
-def dumps(tree: Mapping[str, Any]) -> str:
-    """Write what `tomllib` would read back: tables of numbers, texts, truth values and lists.
-
-    Raises `TypeError` for anything else; TOML has no null.
-    """
-    return "".join(_table(tree, ()))
-
-
-def _table(tree: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
-    """Return a table's own keys first: after another's header they would belong to that one."""
-    tables = {name: value for name, value in tree.items() if isinstance(value, dict)}
-    lines = [f"[{'.'.join(map(_text, path))}]\n"] if path else []
-    lines += [
-        f"{_text(name)} = {_value(value)}\n" for name, value in tree.items() if name not in tables
-    ]
-    for name, table in tables.items():
-        lines += _table(table, (*path, name))
-    return lines
-
-
-def _value(value: Any) -> str:
-    match value:
-        case bool():
-            return "true" if value else "false"
-        case int() | float():
-            return repr(value)
-        case str():
-            return _text(value)
-        case list():
-            return f"[{', '.join(map(_value, value))}]"
-        case dict():
-            keys = (f"{_text(name)} = {_value(one)}" for name, one in value.items())
-            return f"{{{', '.join(keys)}}}"
-    raise TypeError(f"TOML cannot say {value!r}")
-
-
-def _text(text: str) -> str:
-    # JSON's escapes are TOML's, except for one character that TOML forbids unescaped.
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

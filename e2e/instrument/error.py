@@ -6,10 +6,11 @@ import asyncio
 import time
 from typing import TYPE_CHECKING, Final
 
+import tomlkit
+
 from e2e.delay.systems.running import PORT
 from e2e.delay.systems.served import serving
 from e2e.delay.systems.wax import press
-from e2e.harness import toml
 from e2e.instrument.cards import LIE_MS
 from e2e.instrument.instrument import Instrument
 from e2e.instrument.judge import is_clear, shift
@@ -56,7 +57,7 @@ async def own_error(link: Link, browser: Browser, folder: Path) -> list[Row]:
     what the page's built-in player plays.
     """
     config = folder / "wax.toml"
-    config.write_text(toml.dumps(_CONFIG), encoding="utf-8")
+    config.write_text(tomlkit.dumps(_CONFIG), encoding="utf-8")
     async with (
         serving("wax", link, folder, ["-m", "wax", "--config", str(config)]) as served,
         browser.window("\n".join(map(preload, _TWO))) as window,

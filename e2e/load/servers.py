@@ -10,7 +10,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.harness import toml
+import tomlkit
+
 from e2e.harness.board import Board
 from e2e.harness.server import Server, free_port
 from e2e.load.crowd.sample import Offering
@@ -39,7 +40,7 @@ class MeasuredServer(Server):
     """One server, kept on `core` if one is given."""
 
     def __init__(self, side: str, folder: Path, settings: dict[str, Any], core: int | None) -> None:
-        super().__init__(folder, toml.dumps(SETTINGS | settings))
+        super().__init__(folder, tomlkit.dumps(SETTINGS | settings))
         self.side = side
         self._core = core
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import pytest
+import tomlkit
 from playwright.async_api import async_playwright
 
 from e2e.harness import toml
@@ -79,7 +80,7 @@ async def test_a_hosts_day(tmp_path: Path) -> None:
         except UnavailableError as error:
             missing(str(error))
         try:
-            await _day(net, tmp_path, toml.dumps(settings))
+            await _day(net, tmp_path, tomlkit.dumps(settings))
         except BaseException:
             tell_logs(tmp_path)
             raise

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
 from weakref import WeakKeyDictionary
 
 import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+import tomlkit
 
 from e2e.harness import toml
 from e2e.harness.board import Board
@@ -141,7 +142,7 @@ class Stage:
         self.load = load
         self.robot = end(folder)
         tree = toml.merged(_LONG_TURNS, load.media, {"robot": self.robot.settings}, *settings)
-        self.server = Server(folder, toml.dumps(tree))
+        self.server = Server(folder, tomlkit.dumps(tree))
         # It finds the suite's own camera by name, like any plug-in.
         own = {"PYTHONPATH": str(ROOT)}
         self.server.environment |= own | dict(self.robot.environment) | dict(environment or {})

@@ -15,13 +15,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+import tomlkit
 from playwright.async_api import async_playwright
 from tests.link.profile import Change, Loss, load
 
 from e2e.browsers.window import installed
 from e2e.delay.systems import PORT
 from e2e.delay.systems.served import serving
-from e2e.harness import toml
 from e2e.harness.chromium import FLAGS, NAMES
 from e2e.harness.viewer import Viewer
 from e2e.link import Link
@@ -148,7 +148,7 @@ async def _driving(outages: int) -> AsyncIterator[Driving]:
         folder = Path(opening.enter_context(tempfile.TemporaryDirectory(prefix="wax-")))
         config = folder / "wax.toml"
         settings = _SETTINGS | {"server": _SERVER | {"state_dir": str(folder / "state")}}
-        config.write_text(toml.dumps(settings), encoding="utf-8")
+        config.write_text(tomlkit.dumps(settings), encoding="utf-8")
         link = await opening.enter_async_context(Link(_with_outages(load(_NETWORK), outages_s)))
         served = await opening.enter_async_context(
             serving("wax", link, folder, ["-m", "wax", "--config", str(config)])

@@ -8,6 +8,8 @@ from __future__ import annotations
 from struct import pack
 from typing import TYPE_CHECKING, Final
 
+from google_crc32c import value as crc32c
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
@@ -44,26 +46,10 @@ def receiver_report(ssrc: int) -> bytes:
 # --- SCTP ---------------------------------------------------------------------------------
 
 
-def _crc32c_table() -> list[int]:
-    table = []
-    for byte in range(256):
-        rest = byte
-        for _ in range(8):
-            rest = rest >> 1 ^ (0x82F63B78 if rest & 1 else 0)
-        table.append(rest)
-    return table
-
-
-_TABLE: Final = _crc32c_table()
-
-
 def sctp(tag: int, chunks: bytes) -> bytes:
     """Write a packet of the association with this tag (RFC 9260, 3.1)."""
     head = pack("!HHL", 5000, 5000, tag)
-    rest = 0xFFFFFFFF
-    for byte in head + bytes(4) + chunks:
-        rest = rest >> 8 ^ _TABLE[(rest ^ byte) & 0xFF]
-    return head + pack("<L", rest ^ 0xFFFFFFFF) + chunks
+    return head + pack("<L", crc32c(head + bytes(4) + chunks)) + chunks
 
 
 def chunk(kind: int, body: bytes = b"") -> bytes:

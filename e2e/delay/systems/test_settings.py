@@ -6,11 +6,11 @@ import tomllib
 from typing import TYPE_CHECKING, Any
 
 import pytest
+import tomlkit
 
 from e2e.delay.cell import Cell
 from e2e.delay.systems.settings import THESIS, settings
 from e2e.delay.systems.wax import flat
-from e2e.harness import toml
 from e2e.measure.errors import MeasureError
 from wax.config import settings as config
 
@@ -24,7 +24,7 @@ def cell(system: SystemName, **keys: Any) -> Cell:
 
 def read(system: SystemName, media: str = "testcard", **keys: Any) -> config.Settings:
     """Let WAX read what is written for it."""
-    text = toml.dumps(settings(cell(system, **keys), media))
+    text = tomlkit.dumps(settings(cell(system, **keys), media))
     return config.parse(tomllib.loads(text), "a test")
 
 

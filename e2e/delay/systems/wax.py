@@ -7,10 +7,11 @@ import time
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any, Final
 
+import tomlkit
+
 from e2e.delay.systems.peers import film
 from e2e.delay.systems.served import STATE, Served, serving
 from e2e.delay.systems.settings import settings
-from e2e.harness import toml
 from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ async def start(cell: Cell, link: Link, folder: Path) -> AsyncIterator[Wax]:
     """See `e2e.delay.systems.start`."""
     media = str(await film(cell) or "testcard")
     config = folder / "wax.toml"
-    config.write_text(toml.dumps(settings(cell, media)), encoding="utf-8")
+    config.write_text(tomlkit.dumps(settings(cell, media)), encoding="utf-8")
     async with serving("wax", link, folder, ["-m", "wax", "--config", str(config)]) as served:
         await served.become_host(folder / STATE / "wax")
         yield Wax(served, joins=cell.system == "operator", drives=cell.drives)

@@ -11,6 +11,8 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import urlsplit
 
+import tomlkit
+
 from e2e.browsers import chromium
 from e2e.browsers.window import installed
 from e2e.delay.cell import Cell
@@ -86,7 +88,7 @@ async def staged(
     async with AsyncExitStack() as leaving:
         folder = Path(leaving.enter_context(TemporaryDirectory(prefix="wax-voice-")))
         config, words = folder / "wax.toml", folder / "words.wav"
-        config.write_text(toml.dumps(tree), encoding="utf-8")
+        config.write_text(tomlkit.dumps(tree), encoding="utf-8")
         _write(words, speech.voice(SPOKEN_S) if pauses else speech.unbroken(SPOKEN_S))
         try:
             link = await leaving.enter_async_context(Link(profile))

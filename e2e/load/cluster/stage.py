@@ -9,6 +9,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final, Literal
 
+import tomlkit
+
 from e2e.harness import toml
 from e2e.harness.board import Board
 from e2e.harness.server import Server
@@ -46,7 +48,7 @@ async def published(
 ) -> AsyncIterator[tuple[Engine, Server]]:
     """Have both for a test, which is skipped without them; `settings` as `toml.card_with`."""
     async with running() as engine:
-        tables = "\n".join(f"[[publish]]\n{toml.dumps(room)}" for room in rooms(engine))
+        tables = "\n".join(f"[[publish]]\n{tomlkit.dumps(room)}" for room in rooms(engine))
         text = toml.card_with(server="max_viewers = 1", **settings) + tables
         async with serve(folder, text) as server:
             await eventually(lambda: are_live(server, 2), "both rooms are live", within_s=20)
@@ -105,7 +107,7 @@ async def staged(
         board = Board(folder)
         robot = {"driver": "serial", "serial": {"url": str(board.path)}}
         tables = {"publish": rooms(engine), "robot": robot, "server": {"max_viewers": 1}}
-        server = Server(folder, toml.dumps(toml.merged(SETTINGS, tables, settings)))
+        server = Server(folder, tomlkit.dumps(toml.merged(SETTINGS, tables, settings)))
         with pinned(robots_core):
             await board.start()
             leaving.push_async_callback(board.stop)

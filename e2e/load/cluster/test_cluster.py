@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
 import pytest
+import tomlkit
 
 from e2e.harness import toml
 from e2e.harness.missing import missing
@@ -214,7 +215,7 @@ async def test_any_whip_server_gets_the_best_picture_and_the_sound(
             "whip_token": signed(KEY, "whip", room=ROOMS[0], roomJoin=True, canPublish=True),
             "watch": "https://media.example.org/robot",
         }
-        toml_text = f"{toml.card_with(server='max_viewers = 1')}[[publish]]\n{toml.dumps(table)}"
+        toml_text = f"{toml.card_with(server='max_viewers = 1')}[[publish]]\n{tomlkit.dumps(table)}"
         async with serve(tmp_path, toml_text) as server, person(server) as ada:
             await live(server, 1, within_s=10)
 
