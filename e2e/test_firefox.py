@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-import os
-import shutil
 from contextlib import AsyncExitStack
 from pathlib import Path
 from statistics import median
@@ -14,14 +12,13 @@ from typing import TYPE_CHECKING
 import pytest
 
 from e2e.harness import audio_probe, speech, toml
-from e2e.harness.bidi import NAMES, firefox
+from e2e.harness.bidi import firefox
+from e2e.harness.installed import FIREFOX, installed, needed
 from e2e.harness.microphone import hearing
-from e2e.harness.missing import missing, needed
 from e2e.harness.robot import moves, stands_still, undisturbed
 from e2e.harness.video_probe import LIVE_MS
 from e2e.harness.wait import eventually
 from e2e.measure.ear import open_ear
-from e2e.measure.errors import NotRunError
 
 if TYPE_CHECKING:
     from e2e.conftest import Serve
@@ -32,13 +29,6 @@ PROBE = Path(__file__).parent / "harness" / "probe.js"
 ARROW_LEFT = "\ue012"
 FEEDBACK = "http://www.ietf.org/id/draft-holmer-rmcat-transport-wide-cc-extensions-01"
 LARGEST = "640x480 at 1000 kbit/s"
-
-
-def find_firefox() -> str:
-    named = os.environ.get("WAX_FIREFOX") or next(filter(None, map(shutil.which, NAMES)), None)
-    return named or missing(
-        "no Firefox found: install the package firefox-esr, or set WAX_FIREFOX to its path"
-    )
 
 
 def button(name: str) -> str:
@@ -54,7 +44,7 @@ async def test_firefox_shows_sounds_and_drives(
     serve: Serve, tmp_path: Path, ear: Ear | None
 ) -> None:
     """In stock Firefox the card is read live, the sound has energy, and a key moves the robot."""
-    path = find_firefox()
+    path = installed(*FIREFOX)
     profile = tmp_path / "profile"
     profile.mkdir()
     async with (
@@ -114,15 +104,12 @@ HEARD_S = 4
 @pytest.mark.full
 async def test_firefox_speaks_to_the_robot(serve: Serve, tmp_path: Path) -> None:
     """The words that Firefox's microphone hears are those of the robot's speaker."""
-    path = find_firefox()
+    path = installed(*FIREFOX)
     profile = tmp_path / "profile"
     profile.mkdir()
     words, played = speech.voice(SPOKEN_S), tmp_path / "said.wav"
     async with AsyncExitStack() as leaving:
-        try:
-            own_ear = await leaving.enter_async_context(open_ear())
-        except NotRunError as error:
-            missing(str(error))
+        own_ear = await leaving.enter_async_context(open_ear())
         await leaving.enter_async_context(hearing(own_ear, words))
         settings = toml.card_with(voice=f'speaker = "{played}"')
         server = await leaving.enter_async_context(serve(tmp_path, settings))

@@ -11,9 +11,10 @@ import pytest
 
 from e2e.harness import gamepad, toml
 from e2e.harness.bidi import firefox
+from e2e.harness.installed import FIREFOX, installed
 from e2e.harness.robot import moves, stands_still, undisturbed
 from e2e.harness.wait import eventually
-from e2e.test_firefox import PROBE, button, find_firefox, reads
+from e2e.test_firefox import PROBE, button, reads
 
 if TYPE_CHECKING:
     from e2e.conftest import Serve
@@ -57,7 +58,7 @@ async def test_firefox_drives_by_joystick_and_gamepad(serve: Serve, tmp_path: Pa
     script = PROBE.read_text(encoding="utf-8")
     async with (
         serve(tmp_path, toml.CARD) as server,
-        firefox(find_firefox(), profile, script, preferences=TOUCH_SCREEN) as window,
+        firefox(installed(*FIREFOX), profile, script, preferences=TOUCH_SCREEN) as window,
     ):
         await window.goto(server.url)
         await eventually(
@@ -98,7 +99,7 @@ async def test_firefox_drives_by_joystick_and_gamepad(serve: Serve, tmp_path: Pa
 
 async def test_firefox_without_webrtc_says_so(serve: Serve, tmp_path: Path) -> None:
     """Where its user has switched WebRTC off, the page says that, and what to do."""
-    path = find_firefox()
+    path = installed(*FIREFOX)
     profile = tmp_path / "profile"
     profile.mkdir()
     off = {"media.peerconnection.enabled": False}

@@ -3,34 +3,34 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from e2e.harness.chromium import find_chromium
-from e2e.harness.missing import missing
+from e2e.harness.installed import CHROMIUM, installed
+from e2e.link import namespace
+from e2e.measure.errors import NotRunError
 
 ROOT = Path(__file__).parents[1]
 
 
-def unshare() -> list[str]:
-    """Return the command that runs another one without a network, where that is permitted."""
-    if shutil.which("unshare") is None:
-        missing("no unshare found: install util-linux; network namespaces exist on Linux only")
-    command = ["unshare", "--net"] if os.geteuid() == 0 else ["unshare", "--net", "--map-root-user"]
+def alone() -> list[str]:
+    """Return the command that runs another one with a loopback alone; raises `NotRunError`."""
+    unshare = [namespace.tool("unshare", "util-linux"), "--net"]
+    command = unshare if os.geteuid() == 0 else [*unshare, "--map-root-user"]
     if subprocess.run([*command, "true"], capture_output=True, check=False).returncode != 0:
-        missing("no network namespace may be made here: run as root, or permit user namespaces")
-    return command
+        raise NotRunError("no network namespace may be made; be root, or permit user namespaces")
+    up = f'{namespace.tool("ip", "iproute2")} link set lo up && exec "$@"'
+    return [*command, "sh", "-c", up, "sh"]
 
 
 @pytest.mark.timeout(90)
 def test_picture_plays_without_any_network(tmp_path: Path) -> None:
     """Server and browser find each other on a machine that has only its loopback interface."""
-    find_chromium()
-    command = [*unshare(), sys.executable, "-m", "e2e.harness.alone", str(tmp_path)]
+    installed(*CHROMIUM)
+    command = [*alone(), sys.executable, "-m", "e2e.harness.alone", str(tmp_path)]
     done = subprocess.run(
         command, cwd=ROOT, capture_output=True, text=True, timeout=80, check=False
     )

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from playwright.async_api import expect
 
-from e2e.harness.missing import needed
+from e2e.harness.installed import needed
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:

@@ -6,7 +6,8 @@ from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Literal
 
 from e2e.browsers import chromium, firefox
-from e2e.browsers.window import Browser, Window, installed
+from e2e.browsers.window import Browser, Window
+from e2e.harness.installed import CHROMIUM, FIREFOX, installed
 from e2e.measure.ear import open_ear
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ async def open_browser(
     writes. Raises `NotRunError` when there is none, `MeasureError` when it does not start.
     """
     is_firefox = name == "firefox"
-    path = installed(*(firefox.PROGRAM if is_firefox else chromium.PROGRAM))
+    path = installed(*(FIREFOX if is_firefox else CHROMIUM))
     start = firefox.open_firefox if is_firefox else chromium.open_chromium
     async with open_ear() as ear, start(path, link, origins, folder, ear) as browser:
         yield browser

@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 from playwright.async_api import Error, async_playwright
 
 from e2e.browsers.window import LOAD_WITHIN_S, as_json
-from e2e.harness.chromium import FLAGS, NAMES
+from e2e.harness.chromium import FLAGS
 from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from e2e.link import Link
     from e2e.measure.ear import Ear
 
-PROGRAM: Final = ("WAX_CHROMIUM", NAMES)
 START_WITHIN_S: Final = 40.0
 
 

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from e2e.link import Link
     from e2e.measure.ear import Ear
 
-PROGRAM: Final = ("WAX_FIREFOX", bidi.NAMES)
 END_WITHIN_S: Final = 5.0
 KEYS: Final[dict[Key, str]] = {"ArrowUp": "\ue013", "KeyT": "t"}
 """WebDriver's table of keys."""

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from typing import TYPE_CHECKING, Any, Final, Literal, Protocol
 
-from e2e.measure.errors import NotRunError
-
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from contextlib import AbstractAsyncContextManager
 
     from e2e.measure.ear import Ear
@@ -45,19 +40,6 @@ class Browser(Protocol):
 
     def window(self, preload: str) -> AbstractAsyncContextManager[Window]:
         """Have a page without a past; the script `preload` runs in it before its own ones."""
-
-
-def installed(variable: str, names: Sequence[str]) -> str:
-    """Return the path of a browser: what the environment names, else the first that is there.
-
-    Raises `NotRunError`.
-    """
-    named = os.environ.get(variable) or next(filter(None, map(shutil.which, names)), None)
-    if named is None:
-        raise NotRunError(
-            f"there is no {names[0]}; install the package {names[0]}, or set {variable} to its path"
-        )
-    return named
 
 
 def as_json(expression: str) -> str:

@@ -17,7 +17,7 @@ from e2e.delay.systems import origin
 from e2e.delay.voice.command_age import SECONDS, command_age
 from e2e.delay.voice.mouth_to_speaker import mouth_to_speaker
 from e2e.delay.voice.silenced import muted, turn_ended
-from e2e.delay.watch import repeated, said
+from e2e.delay.watch import repeated
 from e2e.instrument.error import own_error
 from e2e.link import Link
 from e2e.load.page.first_picture import first_picture
@@ -39,17 +39,16 @@ _OPENED: Final = "openings of the link"
 
 async def _instrument(n: int) -> list[Row]:
     """Measure the instrument's own error, once whatever is asked for."""
-    with said():
-        async with AsyncExitStack() as leaving:
-            folder = Path(leaving.enter_context(TemporaryDirectory(prefix="wax-delay-")))
-            rooms = folder / "server", folder / "browser"
-            for room in rooms:
-                room.mkdir()
-            link = await leaving.enter_async_context(Link("same-machine"))
-            browser = await leaving.enter_async_context(
-                open_browser("chromium", link, [origin(link)], rooms[1])
-            )
-            return await own_error(link, browser, rooms[0])
+    async with AsyncExitStack() as leaving:
+        folder = Path(leaving.enter_context(TemporaryDirectory(prefix="wax-delay-")))
+        rooms = folder / "server", folder / "browser"
+        for room in rooms:
+            room.mkdir()
+        link = await leaving.enter_async_context(Link("same-machine"))
+        browser = await leaving.enter_async_context(
+            open_browser("chromium", link, [origin(link)], rooms[1])
+        )
+        return await own_error(link, browser, rooms[0])
 
 
 def _of(one: Planned) -> Case:

@@ -19,8 +19,6 @@ from e2e.delay.speech import (
     speak,
     speech_quality,
 )
-from e2e.harness.missing import missing
-from e2e.measure.errors import NotRunError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -30,10 +28,7 @@ if TYPE_CHECKING:
 
 @pytest.fixture(scope="module")
 def voice() -> NDArray[np.int16]:
-    try:
-        return speak()
-    except NotRunError as error:
-        missing(str(error))
+    return speak()
 
 
 def test_a_film_plays_the_voice_and_moves(voice: NDArray[np.int16], tmp_path: Path) -> None:

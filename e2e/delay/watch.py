@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import time
-from contextlib import AsyncExitStack, contextmanager, suppress
+from contextlib import AsyncExitStack, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Final
 
 import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
-from tests.link.errors import LinkError
 
 from e2e.browsers import open_browser
 from e2e.delay.crowd import crowd
@@ -20,17 +19,15 @@ from e2e.delay.speech import judge, speak, speech_quality
 from e2e.delay.systems import origin, start
 from e2e.instrument import PRELOAD, Instrument
 from e2e.instrument.sums import SETTLE_S, window
-from e2e.link import Link, UnavailableError
+from e2e.link import Link
 from e2e.load.process import ProcessMeter
 from e2e.measure.command import OUT
 from e2e.measure.ear import BLOCK_MS
-from e2e.measure.errors import MeasureError, NotRunError
+from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row
 from wax.clock import SystemClock
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from e2e.browsers import Browser, Window
     from e2e.delay.cell import Cell
     from e2e.delay.readings import Readings
@@ -61,24 +58,12 @@ async def repeated(cell: Cell, n: int) -> list[Row]:
     rows = []
     for repeat in range(n):
         one = cell.model_copy(update={"repeat": repeat})
-        with said():
-            values, detail = await _once(one)
+        values, detail = await _once(one)
         if "problem" in detail and cell.system in OURS:
             raise MeasureError(str(detail["problem"]))
         detail["cell"] = one.model_dump()
         rows.append(Row(key=one.key, what=one.key, n=1, values=values, detail=detail))
     return rows
-
-
-@contextmanager
-def said() -> Iterator[None]:
-    """Let what is wrong with a link be what is wrong with a measurement."""
-    try:
-        yield
-    except UnavailableError as error:
-        raise NotRunError(str(error)) from error
-    except LinkError as error:
-        raise MeasureError(str(error)) from error
 
 
 async def _once(cell: Cell) -> tuple[dict[str, float | None], dict[str, object]]:

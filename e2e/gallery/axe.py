@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.harness.missing import missing
+from e2e.measure.errors import NotRunError
 from e2e.measure.suite import ROOT
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ _RUN: Final = """async (tags) => {
 @cache
 def _source() -> str:
     if not _SOURCE.exists():
-        missing("axe-core is not installed: type make test, or npm ci in web/")
+        raise NotRunError("axe-core is not installed: type make test, or npm ci in web/")
     return _SOURCE.read_text(encoding="utf-8")
 
 

@@ -1,15 +1,12 @@
 """Run in a network namespace of its own: server and browser on a machine with only a loopback.
 
-``python -m e2e.harness.alone FOLDER`` brings ``lo`` up, reads the test card in Chromium and
-prints how many of its pictures were whole.
+``python -m e2e.harness.alone FOLDER`` reads the test card in Chromium and prints how many of its
+pictures were whole.
 """
 
 from __future__ import annotations
 
 import asyncio
-import fcntl
-import socket
-import struct
 import sys
 from pathlib import Path
 
@@ -27,16 +24,6 @@ LOOPBACK_FLAGS = (
 """Of itself Chromium 156 makes no connection where there is no network: it wants to announce a name
 for its address by multicast DNS first, which no interface carries.
 """
-
-SIOCSIFFLAGS = 0x8914
-IFF_UP_RUNNING = 0x41
-
-
-def bring_loopback_up() -> None:
-    """Do the same as ``ip link set lo up``, without needing it installed (netdevice(7))."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
-        request = struct.pack("16sH14x", b"lo", IFF_UP_RUNNING)
-        fcntl.ioctl(any_socket, SIOCSIFFLAGS, request)
 
 
 async def watch(folder: Path) -> int:
@@ -58,5 +45,4 @@ async def watch(folder: Path) -> int:
 
 
 if __name__ == "__main__":
-    bring_loopback_up()
     print(asyncio.run(watch(Path(sys.argv[1]))))

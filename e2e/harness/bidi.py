@@ -37,7 +37,6 @@ PREFERENCES: Final[dict[str, bool | int | str]] = {
     "network.connectivity-service.enabled": False,
     "remote.active-protocols": 1,
 }
-NAMES = ("firefox-esr", "firefox", "/Applications/Firefox.app/Contents/MacOS/firefox")
 LOG = "firefox.log"
 START_WITHIN_S = 40
 ANSWER_WITHIN_S = 30

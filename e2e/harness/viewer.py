@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from e2e.harness.missing import needed
+from e2e.harness.installed import needed
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:

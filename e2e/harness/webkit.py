@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
 
-from e2e.harness.missing import missing
 from e2e.harness.server import free_port
 from e2e.harness.wait import eventually
+from e2e.measure.errors import NotRunError
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
@@ -61,11 +61,11 @@ async def _asked(http: aiohttp.ClientSession, method: str, path: str, body: Any 
 
 
 def find_webkit() -> tuple[str, str, str]:
-    """Return the paths of the driver, its browser and the screen; skip where one is missing."""
+    """Return the paths of the driver, its browser and the screen. Raises `NotRunError`."""
     driver, screen = shutil.which("WebKitWebDriver"), shutil.which("Xvfb")
     found = [str(one) for glob in MINI_BROWSERS for one in Path("/").glob(glob.lstrip("/"))]
     if driver is None or screen is None or not found:
-        missing(f"no WebKitGTK found: {_INSTALL}")
+        raise NotRunError(f"no WebKitGTK found: {_INSTALL}")
     return driver, found[0], screen
 
 

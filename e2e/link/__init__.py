@@ -3,7 +3,6 @@
 from tests.link.errors import LinkError, ProfileError
 from tests.link.profile import DRIVE, Profile, load, names
 
-from e2e.link.errors import UnavailableError
 from e2e.link.link import End, Link
 
 __all__ = [
@@ -13,7 +12,6 @@ __all__ = [
     "LinkError",
     "Profile",
     "ProfileError",
-    "UnavailableError",
     "load",
     "names",
 ]

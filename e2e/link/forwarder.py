@@ -24,10 +24,10 @@ from tests.link.model import Direction
 from tests.link.profile import Profile
 
 from e2e.link import leftovers, namespace
-from e2e.link.errors import UnavailableError
 from e2e.link.priority import be_first
 from e2e.link.statistics import Hello, Lateness, Refusal, Statistics
 from e2e.link.tun import open_tun, read_packets
+from e2e.measure.errors import NotRunError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -121,7 +121,7 @@ def main() -> int:
     try:
         server, server_tun = _end(namespace.SERVER_ADDRESS)
         browser, browser_tun = _end(namespace.BROWSER_ADDRESS)
-    except UnavailableError as error:
+    except NotRunError as error:
         _answer(asdict(Refusal(str(error))))
         return 1
     start_s, real_time = time.monotonic(), be_first()

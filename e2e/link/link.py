@@ -14,8 +14,8 @@ from tests.link.errors import LinkError
 from tests.link.profile import Profile, load
 
 from e2e.link import leftovers, namespace
-from e2e.link.errors import UnavailableError
 from e2e.link.statistics import Hello, Refusal, Statistics
+from e2e.measure.errors import NotRunError
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
@@ -83,7 +83,7 @@ class Link:
     """``async with Link("lan") as link``: both ends are there inside, and nothing afterwards.
 
     `profile` is a name, the path of a TOML file, or a `Profile`. On entering raises
-    `ProfileError` or `UnavailableError`.
+    `ProfileError` or `NotRunError`.
     """
 
     server: End
@@ -114,7 +114,7 @@ class Link:
             settings = self.profile.model_dump_json(exclude_unset=True)
             first = _FIRST_LINE.validate_json(await self._ask(settings))
             if isinstance(first, Refusal):
-                raise UnavailableError(first.refused)
+                raise NotRunError(first.refused)
             self._take(first)
         except BaseException:
             await self.__aexit__()

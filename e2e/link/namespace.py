@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 from typing import Final
 
-from e2e.link.errors import UnavailableError
+from e2e.measure.errors import NotRunError
 
 SERVER_ADDRESS: Final = "10.77.0.1"
 BROWSER_ADDRESS: Final = "10.77.0.2"
@@ -27,24 +27,24 @@ _USUAL_FOLDERS: Final = "/usr/sbin:/sbin:/usr/bin:/bin"
 
 
 def tool(name: str, package: str) -> str:
-    """Return the path of a system command. Raises `UnavailableError`: what to install."""
+    """Return the path of a system command. Raises `NotRunError`: what to install."""
     if not sys.platform.startswith("linux"):
-        raise UnavailableError("the link needs network namespaces, which only Linux has")
+        raise NotRunError("the link needs network namespaces, which only Linux has")
     path = shutil.which(name, path=f"{os.environ.get('PATH', '')}:{_USUAL_FOLDERS}")
     if path is None:
-        raise UnavailableError(f"there is no command {name}; install the package {package}")
+        raise NotRunError(f"there is no command {name}; install the package {package}")
     return path
 
 
 def enter_new_network() -> int:
     """Move this process, which must have one thread, into a new network namespace.
 
-    Return a descriptor of it. Raises `UnavailableError` where that is not allowed.
+    Return a descriptor of it. Raises `NotRunError` where that is not allowed.
     """
     uid, gid = os.getuid(), os.getgid()
     if not _unshare(_CLONE_NEWNET):
         if not _unshare(_CLONE_NEWUSER | _CLONE_NEWNET):
-            raise UnavailableError(
+            raise NotRunError(
                 "no network namespace can be made here; run as root, allow unprivileged user "
                 "namespaces, or give the container the capability SYS_ADMIN"
             )
@@ -56,7 +56,7 @@ def configure(device: str, address: str) -> None:
     """Bring up `lo` and `device` with `address` (as ``10.0.0.1/24``) in this namespace.
 
     All that is not local goes out by `device`, so that a browser finds a way to the world and
-    offers this address. Raises `UnavailableError`.
+    offers this address. Raises `NotRunError`.
     """
     _ip("link", "set", "lo", "up")
     # No IPv6 address, so that nothing but the programs sends packets; without IPv6 it is refused.
@@ -76,7 +76,7 @@ def _be_root_inside(uid: int, gid: int) -> None:
         Path("/proc/self/uid_map").write_text(f"0 {uid} 1", encoding="ascii")
         Path("/proc/self/gid_map").write_text(f"0 {gid} 1", encoding="ascii")
     except OSError as error:
-        raise UnavailableError(
+        raise NotRunError(
             "unprivileged user namespaces have no rights here; run as root, or allow them "
             "(on Ubuntu the setting kernel.apparmor_restrict_unprivileged_userns)"
         ) from error
@@ -87,7 +87,7 @@ def _ip(*arguments: str, may_fail: bool = False) -> None:
         [tool("ip", "iproute2"), *arguments], capture_output=True, text=True, check=False
     )
     if done.returncode != 0 and not may_fail:
-        raise UnavailableError(
+        raise NotRunError(
             f"the network namespace cannot be set up: ip {' '.join(arguments)} said "
             f"{done.stderr.strip()!r}; run as root or give the container NET_ADMIN"
         )

@@ -7,7 +7,7 @@ import os
 import struct
 from typing import Final
 
-from e2e.link.errors import UnavailableError
+from e2e.measure.errors import NotRunError
 
 DEVICE: Final = "/dev/net/tun"
 _TUNSETIFF: Final = 0x400454CA  # linux/if_tun.h, as x86 and ARM number it
@@ -20,16 +20,16 @@ _READ_BYTES: Final = 2048
 def open_tun(name: str) -> int:
     """Make the device `name` in this process's network namespace; it goes when this is closed.
 
-    Return a descriptor that does not block and gives IP packets. Raises `UnavailableError`.
+    Return a descriptor that does not block and gives IP packets. Raises `NotRunError`.
     """
     try:
         descriptor = os.open(DEVICE, os.O_RDWR | os.O_NONBLOCK | os.O_CLOEXEC)
     except PermissionError as error:
-        raise UnavailableError(
+        raise NotRunError(
             f"{DEVICE} may not be opened by this user; run as root or let users read and write it"
         ) from error
     except OSError as error:
-        raise UnavailableError(
+        raise NotRunError(
             f"{DEVICE} is missing; load the kernel module tun, or give the container that device"
         ) from error
     try:
@@ -37,7 +37,7 @@ def open_tun(name: str) -> int:
         fcntl.ioctl(descriptor, _TUNSETIFF, request)
     except OSError as error:
         os.close(descriptor)
-        raise UnavailableError(
+        raise NotRunError(
             f"no TUN device can be made here ({error.strerror}); run as root or give the "
             "container the capability NET_ADMIN"
         ) from error

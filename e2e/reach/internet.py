@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Final, Self
 
 from e2e.link import leftovers, namespace
-from e2e.link.errors import UnavailableError
 from e2e.link.link import End
+from e2e.measure.errors import NotRunError
 from e2e.reach.hosts import HELLO, HOSTS, Host
 
 _ROOT: Final = Path(__file__).parents[2]
@@ -19,7 +19,7 @@ _START_WITHIN_S: Final = 15.0
 
 
 class Internet:
-    """Raises `UnavailableError` on entering where no namespaces can be made."""
+    """Raises `NotRunError` on entering where no namespaces can be made."""
 
     def __init__(self, *hosts: Host) -> None:
         self._hosts = {host.name: host for host in hosts}
@@ -71,7 +71,7 @@ class Internet:
         line = await asyncio.wait_for(wiring.stdout.readline(), _START_WITHIN_S)
         hello = HELLO.validate_json(line)
         if hello.networks is None:
-            raise UnavailableError(hello.refused)
+            raise NotRunError(hello.refused)
 
         def hold(path: str) -> int:
             self._held.append(os.open(f"/proc/{wiring.pid}/{path}", os.O_RDONLY | os.O_CLOEXEC))

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 import aiohttp
 
 from e2e.delay.relay import http_through
-from e2e.harness.chromium import FLAGS, find_chromium
+from e2e.harness.chromium import FLAGS
+from e2e.harness.installed import CHROMIUM, installed
 from e2e.harness.server import COMMAND
 from e2e.harness.wait import eventually
 from e2e.reach.hosts import Host
@@ -92,7 +93,7 @@ async def browser_at(
     net: Internet, name: str, folder: Path, playwright: Playwright, *flags: str
 ) -> AsyncIterator[Browser]:
     """Start Chromium at a host."""
-    launcher = net[name].launcher(folder / f"chromium-{name}", find_chromium())
+    launcher = net[name].launcher(folder / f"chromium-{name}", installed(*CHROMIUM))
     # No name server answers there, so nothing else is looked up.
     known = ", ".join(f"EXCLUDE {one}" for one in (ROBOT.public, ROBOT.address, TURN.address))
     rules = f"--host-resolver-rules=MAP * ~NOTFOUND, {known}"

@@ -8,8 +8,6 @@ from typing import Final
 
 import pytest
 
-from e2e.harness.missing import missing
-from e2e.link import UnavailableError
 from e2e.reach.hosts import Host
 from e2e.reach.internet import Internet
 from e2e.reach.stage import FRIEND, MEDIA, ROBOT, TURN
@@ -69,11 +67,7 @@ async def _asked(net: Internet, *where: str) -> list[tuple[str, int] | None]:
 )
 async def test_a_router_lets_through_what_it_would(friend: Host) -> None:
     """Translated once or twice, answered by who was asked; a forwarded port reached by all."""
-    try:
-        net = await Internet(ROBOT, friend, TURN, OTHER).__aenter__()
-    except UnavailableError as error:
-        missing(str(error))
-    try:
+    async with Internet(ROBOT, friend, TURN, OTHER) as net:
         for name in ("robot", "turn", "other"):
             telling = await net[name].spawn_python(["-c", TELLS], stdout=asyncio.subprocess.PIPE)
             assert telling.stdout is not None
@@ -91,5 +85,3 @@ async def test_a_router_lets_through_what_it_would(friend: Host) -> None:
             await net.forget("friend")
             again, *_ = await _asked(net, TURN.address)
             assert again not in (None, first)
-    finally:
-        await net.__aexit__()

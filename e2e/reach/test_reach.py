@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Final
 import pytest
 from playwright.async_api import async_playwright
 
-from e2e.harness.missing import missing
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
-from e2e.link import UnavailableError
 from e2e.reach.hosts import Host
 from e2e.reach.internet import Internet
 from e2e.reach.stage import (
@@ -84,23 +82,18 @@ async def staged(
     folder: Path, toml: str, *hosts: Host, relay: TurnServer | None = None
 ) -> AsyncIterator[Stage]:
     """Serve the robot at its end and open the page at the friend's."""
-    try:
-        net = await Internet(*hosts).__aenter__()
-    except UnavailableError as error:
-        missing(str(error))
-    try:
-        if relay is not None:
-            await relay.start(net, folder)
-        async with (
-            serving(net, folder, toml.format(state=folder / "state")) as robot,
-            _page(net, folder) as viewer,
-        ):
-            yield Stage(net, robot, viewer)
-    except BaseException:
-        tell_logs(folder)
-        raise
-    finally:
-        await net.__aexit__()
+    async with Internet(*hosts) as net:
+        try:
+            if relay is not None:
+                await relay.start(net, folder)
+            async with (
+                serving(net, folder, toml.format(state=folder / "state")) as robot,
+                _page(net, folder) as viewer,
+            ):
+                yield Stage(net, robot, viewer)
+        except BaseException:
+            tell_logs(folder)
+            raise
 
 
 @asynccontextmanager

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import re
-import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from e2e.harness.missing import missing
+from e2e.link import namespace
 
 if TYPE_CHECKING:
     from e2e.reach.hosts import Host
@@ -25,9 +24,7 @@ class TurnServer:
         self._host = host
         self._secret = secret
         self._to = to
-        self._program = shutil.which("turnserver") or missing(
-            "no TURN server found: install the package coturn"
-        )
+        self._program = namespace.tool("turnserver", "coturn")
 
     async def start(self, net: Internet, folder: Path) -> None:
         """Start it; it ends with the internet."""

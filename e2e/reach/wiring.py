@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final
 
 from e2e.link import namespace
-from e2e.link.errors import UnavailableError
+from e2e.measure.errors import NotRunError
 from e2e.reach.hosts import HELLO, HOSTS, Hello, Host
 
 _WORLD: Final = "world"
@@ -23,7 +23,7 @@ _OUTSIDE: Final = "outside"
 
 
 class Wiring:
-    """Raises `UnavailableError` where no namespaces can be made."""
+    """Raises `NotRunError` where no namespaces can be made."""
 
     def __init__(self) -> None:
         self.networks: dict[str, int] = {}
@@ -122,7 +122,7 @@ def _rules(host: Host, public: str) -> str:
 def _enter(network: int) -> None:
     # os.setns is there from Python 3.12 on.
     if CDLL(None).setns(network, 0) != 0:
-        raise UnavailableError("a network namespace of our own cannot be entered")
+        raise NotRunError("a network namespace of our own cannot be entered")
 
 
 def _ip(lines: list[str]) -> None:
@@ -133,7 +133,7 @@ def _run(tool: str, package: str, arguments: list[str], text: str) -> None:
     command = [namespace.tool(tool, package), *arguments]
     done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        raise UnavailableError(f"{tool} said {done.stderr.strip()!r} to {text!r}")
+        raise NotRunError(f"{tool} said {done.stderr.strip()!r} to {text!r}")
 
 
 def main() -> int:
@@ -144,7 +144,7 @@ def main() -> int:
         wiring.wire(hosts)
         is_inside = Path("/proc/self/ns/user").readlink() != user
         hello = Hello(wiring.networks, is_inside)
-    except UnavailableError as error:
+    except NotRunError as error:
         hello = Hello(refused=str(error))
     print(HELLO.dump_json(hello).decode(), flush=True)
     sys.stdin.read()

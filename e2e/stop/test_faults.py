@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any, get_args
 import pytest
 import pytest_asyncio
 
-from e2e.harness.missing import missing
 from e2e.harness.wait import eventually
-from e2e.measure.errors import MeasureError, NotRunError
+from e2e.measure.errors import MeasureError
 from e2e.measure.table import to_table
 from e2e.stop import by_page
 from e2e.stop.fault import measure, repeated, rows_of, set_up
@@ -47,11 +46,7 @@ pytestmark = pytest.mark.timeout(180)
 
 async def keeps(measuring: Awaitable[list[Row]]) -> None:
     """Assert that every goal is met."""
-    try:
-        rows = await measuring
-    except NotRunError as error:
-        missing(str(error))
-    missed = [row for row in rows if not row.met]
+    missed = [row for row in await measuring if not row.met]
     assert not missed, to_table(missed)
 
 

@@ -19,10 +19,10 @@ import tomlkit
 from playwright.async_api import async_playwright
 from tests.link.profile import Change, Loss, load
 
-from e2e.browsers.window import installed
 from e2e.delay.systems import PORT
 from e2e.delay.systems.served import serving
-from e2e.harness.chromium import FLAGS, NAMES
+from e2e.harness.chromium import FLAGS
+from e2e.harness.installed import CHROMIUM, installed
 from e2e.harness.viewer import Viewer
 from e2e.link import Link
 from e2e.link.namespace import BROWSER_ADDRESS, DEVICE
@@ -163,7 +163,7 @@ async def _driving(outages: int) -> AsyncIterator[Driving]:
 @asynccontextmanager
 async def _page(link: Link, folder: Path, url: str) -> AsyncIterator[Viewer]:
     """Open the page in a Chromium at the browser's end, without any permission, as strangers do."""
-    launcher = link.browser.launcher(folder / "chromium", installed("WAX_CHROMIUM", NAMES))
+    launcher = link.browser.launcher(folder / "chromium", installed(*CHROMIUM))
     async with async_playwright() as playwright:
         browser = await playwright.chromium.launch(
             executable_path=launcher,

@@ -14,16 +14,16 @@ from urllib.parse import urlsplit
 import tomlkit
 
 from e2e.browsers import chromium
-from e2e.browsers.window import installed
 from e2e.delay.cell import Cell
 from e2e.delay.systems import origin
 from e2e.delay.systems.served import STATE, serving
 from e2e.delay.systems.settings import settings
 from e2e.delay.systems.wax import Wax
 from e2e.harness import speech, toml
-from e2e.link import Link, UnavailableError
+from e2e.harness.installed import CHROMIUM, installed
+from e2e.link import Link
 from e2e.measure.ear import open_ear
-from e2e.measure.errors import MeasureError, NotRunError
+from e2e.measure.errors import MeasureError
 from wax.access import host_link
 from wax.clock import SystemClock
 
@@ -82,7 +82,7 @@ async def staged(
     With `listens` it keeps what its microphone hears. Without `pauses` the words have none. Raises
     `NotRunError` or `MeasureError`.
     """
-    path = installed(*chromium.PROGRAM)
+    path = installed(*CHROMIUM)
     cell = Cell(experiment="G", profile=profile, system="operator")
     tree = toml.merged(settings(cell, "testcard"), {"voice": {"speaker": "speaker"}})
     async with AsyncExitStack() as leaving:
@@ -90,10 +90,7 @@ async def staged(
         config, words = folder / "wax.toml", folder / "words.wav"
         config.write_text(tomlkit.dumps(tree), encoding="utf-8")
         _write(words, speech.voice(SPOKEN_S) if pauses else speech.unbroken(SPOKEN_S))
-        try:
-            link = await leaving.enter_async_context(Link(profile))
-        except UnavailableError as error:
-            raise NotRunError(str(error)) from error
+        link = await leaving.enter_async_context(Link(profile))
         robots, own = [await leaving.enter_async_context(open_ear()) for _ in range(2)]
         arguments = ["-m", "wax", "--config", str(config)]
         served = await leaving.enter_async_context(

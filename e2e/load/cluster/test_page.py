@@ -12,14 +12,14 @@ import pytest
 
 from e2e.harness import audio_probe
 from e2e.harness.bidi import firefox
-from e2e.harness.missing import needed
+from e2e.harness.installed import FIREFOX, installed, needed
 from e2e.harness.robot import turn_by_key
 from e2e.harness.video_probe import LIVE_MS
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from e2e.load.cluster.engine import KEY
 from e2e.load.cluster.stage import published
-from e2e.test_firefox import PROBE, button, find_firefox
+from e2e.test_firefox import PROBE, button
 from e2e.test_strangers import BLACK, LUMA, SILENT
 from wax.client.client import Client
 from wax.client.operator import Operator
@@ -181,7 +181,7 @@ async def test_blanked_there_is_nothing_to_see_in_a_room(
 
 async def test_firefox_watches_in_a_room(serve: Serve, tmp_path: Path, ear: Ear | None) -> None:
     """The card is read live, the sound is heard, and no place at the robot is taken."""
-    path = find_firefox()
+    path = installed(*FIREFOX)
     profile = tmp_path / "profile"
     profile.mkdir()
     async with (

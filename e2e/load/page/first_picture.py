@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Final
 from e2e.browsers import open_browser
 from e2e.delay.cell import Cell
 from e2e.delay.systems import origin, start
-from e2e.link import Link, UnavailableError
-from e2e.measure.errors import MeasureError, NotRunError
+from e2e.link import Link
+from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row, judged, summed
 from e2e.measure.summary import summarize
 
@@ -44,10 +44,7 @@ async def _times(profile: str, system: SystemName, n: int) -> list[float | None]
         served, browsed = (
             Path(leaving.enter_context(TemporaryDirectory(prefix="wax-load-"))) for _ in range(2)
         )
-        try:
-            link = await leaving.enter_async_context(Link(profile))
-        except UnavailableError as error:
-            raise NotRunError(str(error)) from error
+        link = await leaving.enter_async_context(Link(profile))
         running = await leaving.enter_async_context(start(cell, link, served))
         opening = open_browser(cell.browser, link, [origin(link)], browsed)
         browser = await leaving.enter_async_context(opening)

@@ -15,7 +15,7 @@ from ipaddress import IPv4Address
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from e2e.peers.livekit.errors import LiveKitError
+from e2e.measure.errors import MeasureError
 from e2e.peers.livekit.installation import find_client, find_server
 from e2e.peers.livekit.page import Pages
 from e2e.peers.livekit.publish import by_sdk, by_whip
@@ -46,7 +46,7 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 
 async def run(asked: argparse.Namespace) -> None:
-    """Run everything until it is cancelled. Raises `LiveKitError` or `SourceError`."""
+    """Run everything until it is cancelled. Raises `MeasureError` or `SourceError`."""
     program, script, is_sdk = find_server(), find_client(), asked.how == "sdk"
     publish = by_sdk if is_sdk else by_whip
     key, address = Key.make(), str(asked.host)
@@ -72,10 +72,10 @@ async def run(asked: argparse.Namespace) -> None:
 
 
 async def published(pages: Pages) -> None:
-    """Raise `LiveKitError` where nothing is in time."""
+    """Raise `MeasureError` where nothing is in time."""
     await asyncio.sleep(_PUBLISH_WITHIN_S)
     if not pages.published:
-        raise LiveKitError(f"nothing was published within {_PUBLISH_WITHIN_S:g} s; see its log")
+        raise MeasureError(f"nothing was published within {_PUBLISH_WITHIN_S:g} s; see its log")
 
 
 async def stop(works: Sequence[asyncio.Future[None]]) -> None:
@@ -99,7 +99,7 @@ def main() -> int:
         asyncio.run(until_signalled(run(asked)))
     except asyncio.CancelledError:
         return 0
-    except (LiveKitError, SourceError) as error:
+    except (MeasureError, SourceError) as error:
         print(error, file=sys.stderr)
     return 1
 

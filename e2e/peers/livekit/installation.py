@@ -8,7 +8,7 @@ import os
 from pathlib import Path
 from typing import Final
 
-from e2e.peers.livekit.errors import LiveKitError
+from e2e.measure.errors import NotRunError
 
 VERSION: Final = "1.11.0"
 """Of the server, as .make/livekit.sh builds it."""
@@ -22,36 +22,34 @@ _PACKAGE: Final = _ROOT / "web/node_modules/livekit-client"
 def find_server() -> Path:
     """Path of the server: ``WAX_LIVEKIT``, else what make has built.
 
-    Raises `LiveKitError` when there is none.
+    Raises `NotRunError` when there is none.
     """
     named = os.environ.get("WAX_LIVEKIT")
     path = Path(named) if named else _BUILT
     if os.access(path, os.X_OK) and path.is_file():
         return path
     if named:
-        raise LiveKitError(
-            f"WAX_LIVEKIT names no program: {named}; set it to livekit-server's path"
-        )
-    raise LiveKitError(
+        raise NotRunError(f"WAX_LIVEKIT names no program: {named}; set it to livekit-server's path")
+    raise NotRunError(
         f"LiveKit {VERSION} is not built; install Go and type sh .make/livekit.sh, "
         "or set WAX_LIVEKIT to the path of livekit-server"
     )
 
 
 def find_client() -> Path:
-    """Path of livekit-client as one script for browsers. Raises `LiveKitError`."""
+    """Path of livekit-client as one script for browsers. Raises `NotRunError`."""
     path = _PACKAGE / "dist/livekit-client.umd.js"
     if not path.is_file():
-        raise LiveKitError(
+        raise NotRunError(
             "livekit-client is not installed; type make check, which installs the page's packages"
         )
     return path
 
 
 def check_sdk() -> None:
-    """Raise `LiveKitError` where its Python SDK is missing."""
+    """Raise `NotRunError` where its Python SDK is missing."""
     if importlib.util.find_spec(_SDK) is None:
-        raise LiveKitError("the package livekit is not installed; type make check")
+        raise NotRunError("the package livekit is not installed; type make check")
 
 
 def client_version() -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from aiohttp import web
 
-from e2e.peers.livekit.errors import LiveKitError
+from e2e.measure.errors import MeasureError
 from e2e.peers.livekit.installation import VERSION, client_version
 from e2e.peers.livekit.tokens import viewer_token
 
@@ -43,7 +43,7 @@ class Pages:
         self._runner: web.AppRunner | None = None
 
     async def start(self, address: str, port: int) -> None:
-        """Serve from now on. Raises `LiveKitError` when the port is taken."""
+        """Serve from now on. Raises `MeasureError` when the port is taken."""
         app = web.Application()
         app.router.add_get("/", self._give_page)
         app.router.add_get("/livekit-client.umd.js", self._give_script)
@@ -53,7 +53,7 @@ class Pages:
         try:
             await web.TCPSite(self._runner, address, port).start()
         except OSError as error:
-            raise LiveKitError(
+            raise MeasureError(
                 f"the page cannot be served at {address}:{port}: {error.strerror}; "
                 "name another with --port"
             ) from error

@@ -12,7 +12,7 @@ import aiohttp
 from aiortc import RTCConfiguration, RTCPeerConnection, RTCRtpSender, RTCSessionDescription
 from livekit import rtc
 
-from e2e.peers.livekit.errors import LiveKitError
+from e2e.measure.errors import MeasureError
 from e2e.peers.media import BITRATE_BPS, CameraTrack, MicrophoneTrack
 from wax.capture.source import SAMPLE_RATE_HZ
 
@@ -30,19 +30,19 @@ SIZE: Final = (640, 480)
 async def by_sdk(
     url: str, token: str, camera: VideoSource, microphone: AudioSource, begun: Callable[[], None]
 ) -> None:
-    """Publish with simulcast, as LiveKit's quick start has it; raises `LiveKitError` at the end."""
+    """Publish with simulcast, as LiveKit's quick start has it; raises `MeasureError` at the end."""
     room = rtc.Room()
     over: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 
     def disconnected(reason: object) -> None:
         if not over.done():
-            over.set_exception(LiveKitError(f"the publisher's room was left ({reason})"))
+            over.set_exception(MeasureError(f"the publisher's room was left ({reason})"))
 
     room.on("disconnected", disconnected)
     try:
         await room.connect(url, token)
     except rtc.ConnectError as error:
-        raise LiveKitError(f"{url} refuses the publisher: {error}") from error
+        raise MeasureError(f"{url} refuses the publisher: {error}") from error
     video, audio = rtc.VideoSource(*SIZE), rtc.AudioSource(SAMPLE_RATE_HZ, 1)
     threads = ThreadPoolExecutor(max_workers=2, thread_name_prefix="capture")
     works: list[asyncio.Future[None]] = [over]
@@ -95,7 +95,7 @@ async def _sound(
 async def by_whip(
     url: str, token: str, camera: VideoSource, microphone: AudioSource, begun: Callable[[], None]
 ) -> None:
-    """Publish one layer, by WHIP (RFC 9725) from aiortc; raises `LiveKitError` at the end."""
+    """Publish one layer, by WHIP (RFC 9725) from aiortc; raises `MeasureError` at the end."""
     peer = RTCPeerConnection(RTCConfiguration(iceServers=[]))
     headers, resource = {"Authorization": f"Bearer {token}"}, None
     changed = asyncio.Event()
@@ -113,7 +113,7 @@ async def by_whip(
             async with http.post(endpoint, data=sdp, headers=kind) as answer:
                 text = await answer.text()
             if answer.status != 201:
-                raise LiveKitError(f"{endpoint} answered {answer.status}: {text.strip()[:200]}")
+                raise MeasureError(f"{endpoint} answered {answer.status}: {text.strip()[:200]}")
             resource = urljoin(endpoint, answer.headers["Location"])
             await peer.setRemoteDescription(RTCSessionDescription(text, "answer"))
             while peer.connectionState not in {"failed", "closed"}:
@@ -121,9 +121,9 @@ async def by_whip(
                     begun()
                 changed.clear()
                 await changed.wait()
-            raise LiveKitError(f"the publisher's connection to LiveKit is {peer.connectionState}")
+            raise MeasureError(f"the publisher's connection to LiveKit is {peer.connectionState}")
         except aiohttp.ClientError as error:
-            raise LiveKitError(f"{endpoint} is not reached: {error}") from error
+            raise MeasureError(f"{endpoint} is not reached: {error}") from error
         finally:
             if resource is not None:
                 with suppress(aiohttp.ClientError, TimeoutError):

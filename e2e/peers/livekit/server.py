@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn, TextIO
 import aiohttp
 
 from e2e.harness.toml import merged
-from e2e.peers.livekit.errors import LiveKitError
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
@@ -85,7 +85,7 @@ class LiveKit:
         self._process: Process | None = None
 
     async def start(self) -> None:
-        """Return when it answers. Raises `LiveKitError` when it cannot be started or ends."""
+        """Return when it answers. Raises `MeasureError` when it cannot be started or ends."""
         try:
             self._process = await asyncio.create_subprocess_exec(
                 self._program,
@@ -96,7 +96,7 @@ class LiveKit:
                 start_new_session=True,  # Ctrl-C is for us alone: we end it when we are ready
             )
         except OSError as error:
-            raise LiveKitError(f"{self._program} does not start: {error.strerror}") from error
+            raise MeasureError(f"{self._program} does not start: {error.strerror}") from error
         try:
             async with asyncio.timeout(START_WITHIN_S), aiohttp.ClientSession() as http:
                 while True:
@@ -104,14 +104,14 @@ class LiveKit:
                         return
                     await asyncio.sleep(_ASK_EVERY_S)
         except TimeoutError:
-            raise LiveKitError(
+            raise MeasureError(
                 f"LiveKit does not answer at {self.url} within {START_WITHIN_S:g} s; see its log"
             ) from None
 
     async def fails(self) -> NoReturn:
-        """Wait until the process has ended, and raise `LiveKitError`."""
+        """Wait until the process has ended, and raise `MeasureError`."""
         status = await self._running.wait()
-        raise LiveKitError(f"LiveKit ended with status {status}; its log says why")
+        raise MeasureError(f"LiveKit ended with status {status}; its log says why")
 
     async def kill(self) -> None:
         """End it as a power cut does; safe to call twice."""
@@ -138,7 +138,7 @@ class LiveKit:
 
     async def _answers(self, http: aiohttp.ClientSession) -> bool:
         if (status := self._running.returncode) is not None:
-            raise LiveKitError(f"LiveKit ended at its start with status {status}; see its log")
+            raise MeasureError(f"LiveKit ended at its start with status {status}; see its log")
         try:
             async with http.get(self.url) as answer:
                 return answer.status == 200

@@ -16,8 +16,8 @@ import pytest
 from e2e.harness.server import free_port
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
+from e2e.measure.errors import NotRunError
 from e2e.measure.suite import ROOT
-from e2e.peers.livekit.errors import LiveKitError
 from e2e.peers.livekit.installation import check_sdk, find_client, find_server
 from e2e.peers.livekit.server import Ports, settings
 from e2e.peers.livekit.tokens import Key
@@ -83,7 +83,7 @@ def _livekit() -> None:
         find_server()
         find_client()
         check_sdk()
-    except LiveKitError as error:
+    except NotRunError as error:
         pytest.skip(str(error))
 
 
@@ -98,7 +98,7 @@ async def test_what_is_no_livekit_is_one_sentence(
     async with started() as process:
         assert (await refusal(process)).startswith("LiveKit ended at its start with status 3")
     monkeypatch.setenv("WAX_LIVEKIT", str(tmp_path))
-    with pytest.raises(LiveKitError, match=f"WAX_LIVEKIT names no program: {tmp_path}"):
+    with pytest.raises(NotRunError, match=f"WAX_LIVEKIT names no program: {tmp_path}"):
         find_server()
 
 

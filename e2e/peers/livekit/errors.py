@@ -1,7 +1,0 @@
-"""Errors of this peer."""
-
-from __future__ import annotations
-
-
-class LiveKitError(Exception):
-    """A sentence for a person: what is wrong and what to do."""
