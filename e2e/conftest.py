@@ -144,20 +144,44 @@ def serve(pytestconfig: pytest.Config) -> Serve:
 
 
 @pytest_asyncio.fixture(scope="session", loop_scope="session")
-async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
-    """Serve the test card to all tests that change nothing for the next; some have their own."""
-    settings = toml.card_with(turns=toml.BRIEF_GRACE)
-    async with serve(tmp_path_factory.mktemp("card"), settings) as running:
+async def serve_card(
+    serve: Serve, tmp_path_factory: pytest.TempPathFactory
+) -> AsyncIterator[Callable[[], Awaitable[Server]]]:
+    """Have what gives the one server with the test card, which starts when first asked for."""
+    started: list[Server] = []
+    async with AsyncExitStack() as leaving:
+
+        async def give() -> Server:
+            if not started:
+                card = serve(
+                    tmp_path_factory.mktemp("card"), toml.card_with(turns=toml.BRIEF_GRACE)
+                )
+                started.append(await leaving.enter_async_context(card))
+            return started[0]
+
+        yield give
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="session")
+async def server(
+    request: pytest.FixtureRequest,
+    serve: Serve,
+    serve_card: Callable[[], Awaitable[Server]],
+    tmp_path_factory: pytest.TempPathFactory,
+) -> AsyncIterator[Server]:
+    """Serve a module's `SERVER_SETTINGS`; without any the card, to all that change nothing."""
+    settings = getattr(request.module, "SERVER_SETTINGS", None)
+    if settings is None:
+        yield await serve_card()
+        return
+    async with serve(tmp_path_factory.mktemp("server"), settings) as running:
         yield running
 
 
 @pytest_asyncio.fixture(loop_scope="session")
 async def driver(server: Server, open_viewer: OpenViewer) -> Viewer:
     """Open a page whose viewer drives."""
-    viewer = await open_viewer(server)
-    await viewer.join()
-    await viewer.drives()
-    return viewer
+    return await open_viewer(server, drives=True)
 
 
 @pytest_asyncio.fixture(loop_scope="session")
@@ -177,7 +201,9 @@ async def open_viewer(
     viewers = pytestconfig.stash[VIEWERS]
     async with AsyncExitStack() as leaving:
 
-        async def open_one(server: Server, *, is_host: bool = False, **options: Any) -> Viewer:
+        async def open_one(
+            server: Server, *, is_host: bool = False, drives: bool = False, **options: Any
+        ) -> Viewer:
             context = await chromium.new_context(**options)
             leaving.push_async_callback(context.close)
             if is_host:
@@ -186,6 +212,8 @@ async def open_viewer(
             viewers.append(viewer)
             await viewer.page.goto(server.url)
             await viewer.sees_picture()
+            if drives:
+                await viewer.takes_the_wheel()
             return viewer
 
         yield open_one

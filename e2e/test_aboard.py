@@ -6,36 +6,29 @@ import re
 from typing import TYPE_CHECKING
 
 import pytest
-import pytest_asyncio
 from playwright.async_api import expect
 
 from e2e.harness import toml
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
-
-    from e2e.conftest import OpenViewer, Serve
+    from e2e.conftest import OpenViewer
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
 
-LOCAL = """
+SERVER_SETTINGS = f"""
+[turns]
+{toml.BRIEF_GRACE}
+[local]
 source = "robot"
 pause_s = 0.5
 script_s = 8.0
 script = [
-    { at_s = 1.0, for_s = 0.3, press = "wait" },
-    { at_s = 3.0, for_s = 2.0, linear = -0.6 },
+    {{ at_s = 1.0, for_s = 0.3, press = "wait" }},
+    {{ at_s = 3.0, for_s = 2.0, linear = -0.6 }},
 ]
 """
 """Somebody who asks the operator to wait, and then drives back by themselves, again and again."""
-
-
-@pytest_asyncio.fixture(scope="module", loop_scope="session")
-async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
-    settings = f"[turns]\n{toml.BRIEF_GRACE}\n[local]\n{LOCAL}"
-    async with serve(tmp_path_factory.mktemp("aboard"), settings) as running:
-        yield running
 
 
 @pytest.mark.timeout(90)

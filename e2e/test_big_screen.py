@@ -10,8 +10,6 @@ import pytest
 from playwright.async_api import expect
 
 if TYPE_CHECKING:
-    from playwright.async_api import Route
-
     from e2e.conftest import OpenViewer
     from e2e.harness.server import Server
 
@@ -28,16 +26,13 @@ async def test_a_screen_shows_who_drives_and_takes_no_place(
 
     Stop and the pointer are hidden until somebody moves; pressed, it stops the robot.
     """
-    screen = await open_viewer(server, **HALL)
-    await screen.join()
-    await screen.drives()
+    screen = await open_viewer(server, drives=True, **HALL)
     await screen.page.goto(f"{server.url}/?view=big-screen")
     await screen.sees_picture()
     await expect(screen.page.get_by_text("Nobody is driving: the robot is free")).to_be_visible()
     driver = await open_viewer(server)
     await driver.call_oneself("Grace")
-    await driver.join()
-    await driver.drives()
+    await driver.takes_the_wheel()
     await expect(screen.page.get_by_text("Grace is driving")).to_be_visible()
     assert (await screen.timer.inner_text()).startswith(("0:", "1:"))
     video = await screen.page.locator("video").bounding_box()
@@ -61,13 +56,7 @@ async def test_a_screen_shows_who_drives_and_takes_no_place(
 async def test_the_code_leads_to_the_page(server: Server, open_viewer: OpenViewer) -> None:
     """A camera reads the page's own address from the code, without what makes it a screen's."""
     screen = await open_viewer(server, **HALL)
-
-    async def through(route: Route) -> None:
-        url = route.request.url.replace(NAME, server.url)
-        headers = {**route.request.headers, "origin": server.url}
-        await route.fulfill(response=await route.fetch(url=url, headers=headers))
-
-    await screen.page.route(f"{NAME}/**", through)
+    await screen.is_reached_as(NAME)
     await screen.page.goto(f"{NAME}/?view=big-screen")
     code = screen.page.get_by_role("img", name=f"QR code with the address {NAME}/", exact=True)
     picture = np.frombuffer(await code.screenshot(), np.uint8)

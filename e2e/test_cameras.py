@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
-import pytest_asyncio
 
 from e2e.harness import toml
 from e2e.harness.mortal_camera import SOURCE, plug
@@ -15,13 +13,11 @@ from e2e.harness.wait import eventually
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Iterator
-
-    from e2e.conftest import OpenViewer, Serve
+    from e2e.conftest import OpenViewer
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
 
-CAMERAS = f"""
+SERVER_SETTINGS = f"""{toml.CARD}
 [turns]
 {toml.BRIEF_GRACE}
 [[camera]]
@@ -33,20 +29,6 @@ source = "{SOURCE}"
 """
 LARGE, SMALL = "640x480 at 500 kbit/s", "160x120 at 30 kbit/s"
 TOP = "640x480 at 1000 kbit/s"
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _finds_the_camera() -> Iterator[None]:
-    """Let the server import the plug-in."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PYTHONPATH", str(Path(__file__).parents[1]))
-        yield
-
-
-@pytest_asyncio.fixture(scope="module", loop_scope="session")
-async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
-    async with serve(tmp_path_factory.mktemp("cameras"), toml.CARD + CAMERAS) as running:
-        yield running
 
 
 async def sent(server: Server) -> dict[str, Any]:
@@ -105,8 +87,7 @@ async def test_a_large_camera_dies_and_driving_goes_on(
     """The driving view is seen all the time, comes back large with a word, and nothing stops."""
     viewer = await open_viewer(server)
     await viewer.page.keyboard.press("KeyC")
-    await viewer.join()
-    await viewer.drives()
+    await viewer.takes_the_wheel()
     assert await viewer.button("Make Driving view large").is_hidden(), "a turn begins with it"
     await shows(viewer, 2, 160)
     await viewer.button("Make Tail large").click()

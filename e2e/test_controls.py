@@ -6,19 +6,16 @@ import asyncio
 from typing import TYPE_CHECKING
 
 import pytest
-import pytest_asyncio
 
 from e2e.harness.robot import moves, stands_still
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
-
-    from e2e.conftest import OpenViewer, Serve
+    from e2e.conftest import OpenViewer
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
 
-CONTROLS = """
+SERVER_SETTINGS = """
 controls = [
   { name = "lamp", label = "Lamp", kind = "toggle", key = "KeyH", roles = ["observer"] },
   { name = "horn", label = "Horn", kind = "button", key = "KeyG" },
@@ -28,12 +25,6 @@ gauges = [{ name = "motor_c", label = "Motors", unit = "°C", decimals = 0, warn
 [turns]
 turn_s = 600.0
 """
-
-
-@pytest_asyncio.fixture(scope="module", loop_scope="session")
-async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
-    async with serve(tmp_path_factory.mktemp("controls"), CONTROLS) as running:
-        yield running
 
 
 async def robot_has(server: Server, name: str, value: float, within_s: float = 3.0) -> None:

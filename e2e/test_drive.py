@@ -94,8 +94,7 @@ async def test_two_thumbs_drive_a_curve(server: Server, open_viewer: OpenViewer)
     """On a phone one thumb backs while the other turns; each stops what it alone held."""
     viewer = await open_viewer(server, **PHONE)
     await viewer.drive_by("Buttons")
-    await viewer.join()
-    await viewer.drives()
+    await viewer.takes_the_wheel()
     points = await TouchPoints.of(viewer)
 
     async def attempt() -> tuple[Drive, Drive]:

@@ -1,17 +1,17 @@
-"""Stock Firefox: picture, sound, drive."""
+"""Stock Firefox: picture, sound, voice, every way to drive, and what it says without WebRTC."""
 
 from __future__ import annotations
 
 import asyncio
 import json
-from contextlib import AsyncExitStack
+from contextlib import AsyncExitStack, asynccontextmanager
 from pathlib import Path
 from statistics import median
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 
-from e2e.harness import audio_probe, speech, toml
+from e2e.harness import audio_probe, gamepad, speech, toml
 from e2e.harness.bidi import firefox
 from e2e.harness.installed import FIREFOX, installed, needed
 from e2e.harness.microphone import hearing
@@ -21,14 +21,19 @@ from e2e.harness.wait import eventually
 from e2e.measure.ear import open_ear
 
 if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
     from e2e.conftest import Serve
     from e2e.harness.bidi import Firefox
+    from e2e.harness.server import Server
     from e2e.measure.ear import Ear
 
 PROBE = Path(__file__).parent / "harness" / "probe.js"
 ARROW_LEFT = "\ue012"
 FEEDBACK = "http://www.ietf.org/id/draft-holmer-rmcat-transport-wide-cc-extensions-01"
 LARGEST = "640x480 at 1000 kbit/s"
+
+pytestmark = pytest.mark.timeout(120)
 
 
 def button(name: str) -> str:
@@ -39,22 +44,30 @@ def button(name: str) -> str:
     )
 
 
-@pytest.mark.timeout(120)
+@asynccontextmanager
+async def opened(
+    server: Server, folder: Path, ear: Ear | None = None, **preferences: int
+) -> AsyncIterator[Firefox]:
+    """Have the page open in a Firefox without a past, whose picture plays."""
+    profile = folder / "profile"
+    profile.mkdir()
+    script = PROBE.read_text(encoding="utf-8")
+    async with firefox(installed(*FIREFOX), profile, script, ear, preferences) as window:
+        await window.goto(server.url)
+        await eventually(
+            lambda: window.evaluate("waxProbe.playing()"), "the picture plays", within_s=30
+        )
+        yield window
+
+
 async def test_firefox_shows_sounds_and_drives(
     serve: Serve, tmp_path: Path, ear: Ear | None
 ) -> None:
     """In stock Firefox the card is read live, the sound has energy, and a key moves the robot."""
-    path = installed(*FIREFOX)
-    profile = tmp_path / "profile"
-    profile.mkdir()
     async with (
         serve(tmp_path, toml.CARD) as server,
-        firefox(path, profile, PROBE.read_text(encoding="utf-8"), needed(ear)) as window,
+        opened(server, tmp_path, needed(ear)) as window,
     ):
-        await window.goto(server.url)
-        await eventually(
-            lambda: window.evaluate("waxProbe.playing()"), "the picture plays", within_s=20
-        )
         cards = await window.evaluate("waxProbe.cards(40)")
         valid = [card for card in cards if card["valid"]]
         assert len(valid) >= 36
@@ -100,25 +113,16 @@ HEARD_S = 4
 """Of the first half second nothing is asked, in which the browser finds its level."""
 
 
-@pytest.mark.timeout(120)
 @pytest.mark.full
 async def test_firefox_speaks_to_the_robot(serve: Serve, tmp_path: Path) -> None:
     """The words that Firefox's microphone hears are those of the robot's speaker."""
-    path = installed(*FIREFOX)
-    profile = tmp_path / "profile"
-    profile.mkdir()
     words, played = speech.voice(SPOKEN_S), tmp_path / "said.wav"
     async with AsyncExitStack() as leaving:
         own_ear = await leaving.enter_async_context(open_ear())
         await leaving.enter_async_context(hearing(own_ear, words))
         settings = toml.card_with(voice=f'speaker = "{played}"')
         server = await leaving.enter_async_context(serve(tmp_path, settings))
-        script = PROBE.read_text(encoding="utf-8")
-        window = await leaving.enter_async_context(firefox(path, profile, script, own_ear))
-        await window.goto(server.url)
-        await eventually(
-            lambda: window.evaluate("waxProbe.playing()"), "the picture plays", within_s=20
-        )
+        window = await leaving.enter_async_context(opened(server, tmp_path, own_ear))
         await window.evaluate(button("Join the queue"))
         await reads(window, "You are driving")
         await window.key("keyDown", "t")
@@ -137,3 +141,89 @@ async def reads(window: Firefox, sentence: str) -> None:
     """Wait until the page says this."""
     says = f"document.body.innerText.includes({json.dumps(sentence)})"
     await eventually(lambda: window.evaluate(says), f"the page says “{sentence}”")
+
+
+# --- the ways to drive other than keys ---
+
+WORDS: Final = Path(__file__).parents[1] / "web/src/words/en/first.json"
+TOUCH_SCREEN: Final = {"ui.primaryPointerCapabilities": 1, "ui.allPointerCapabilities": 1}
+"""Fingers are all that points."""
+IN_FRONT: Final = "document.hasFocus = () => true"
+"""A headless Firefox never has the focus, whatever its window is told or clicked."""
+HOLD_S: Final = 0.8
+"""So long is watched whether the robot moves."""
+
+
+async def _middle(window: Firefox, selector: str) -> dict[str, Any]:
+    """Return where an element is in the window, and half its height, after it was scrolled to."""
+    box: dict[str, Any] = await window.evaluate(f"""(() => {{
+        const one = document.querySelector({json.dumps(selector)});
+        one.scrollIntoView({{ block: "nearest" }});
+        const {{ left, top, width, height }} = one.getBoundingClientRect();
+        return {{ x: left + width / 2, y: top + height / 2, half: height / 2 }};
+    }})()""")
+    return box
+
+
+def _at(x: float, y: float) -> dict[str, Any]:
+    return {"type": "pointerMove", "x": round(x), "y": round(y)}
+
+
+DOWN: Final = {"type": "pointerDown", "button": 0}
+UP: Final = {"type": "pointerUp", "button": 0}
+
+
+@pytest.mark.full
+async def test_firefox_drives_by_joystick_and_gamepad(serve: Serve, tmp_path: Path) -> None:
+    """A finger's push moves the robot; a gamepad does once it was chosen by its Start."""
+    async with (
+        serve(tmp_path, toml.CARD) as server,
+        opened(server, tmp_path, **TOUCH_SCREEN) as window,
+    ):
+        await window.evaluate(button("Join the queue"))
+        await reads(window, "You are driving")
+
+        async def touches() -> bool:
+            box = await _middle(window, '[aria-label="Joystick"]')
+            up = _at(box["x"], box["y"] - 0.8 * box["half"])
+            await window.pointer("touch", _at(box["x"], box["y"]), DOWN, up)
+            moved = await moves(server, during_s=HOLD_S)
+            await window.pointer("touch", UP)
+            assert await stands_still(server)
+            return moved
+
+        assert await undisturbed(server, touches)
+        await window.evaluate(IN_FRONT)
+        await window.evaluate(f"({gamepad.SCRIPT})()")
+        await window.evaluate("waxPad.plug()")
+        await window.evaluate("waxPad.push(1, -1)")
+        assert not await moves(server, during_s=HOLD_S)
+        await window.evaluate("waxPad.push(1, 0)")
+        for is_down in ("true", "false"):
+            await window.evaluate(f"waxPad.press({gamepad.START}, {is_down})")
+            await asyncio.sleep(0.3)
+
+        async def pushes() -> bool:
+            await window.evaluate("waxPad.push(1, -1)")
+            moved = await moves(server, during_s=HOLD_S)
+            await window.evaluate("waxPad.push(1, 0)")
+            assert await stands_still(server)
+            return moved
+
+        assert await undisturbed(server, pushes)
+
+
+async def test_firefox_without_webrtc_says_so(serve: Serve, tmp_path: Path) -> None:
+    """Where its user has switched WebRTC off, the page says that, and what to do."""
+    path = installed(*FIREFOX)
+    profile = tmp_path / "profile"
+    profile.mkdir()
+    off = {"media.peerconnection.enabled": False}
+    words = json.loads(WORDS.read_text(encoding="utf-8"))
+    async with (
+        serve(tmp_path, toml.CARD) as server,
+        firefox(path, profile, "", preferences=off) as window,
+    ):
+        await window.goto(server.url)
+        for name in ("cannot", "no_webrtc", "switched_off", "what_to_do"):
+            await reads(window, words[f"support.{name}"])

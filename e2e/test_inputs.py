@@ -33,24 +33,13 @@ OFFERED = ("Forward", "Left", "Right", "Back", "Stop")
 """To a switch, one after another."""
 
 
-@pytest_asyncio.fixture(scope="module", loop_scope="session")
-async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
-    settings = toml.card_with(turns=toml.BRIEF_GRACE, drive="click_to_move = true")
-    async with serve(tmp_path_factory.mktemp("inputs"), settings) as running:
-        yield running
+SERVER_SETTINGS = toml.card_with(turns=toml.BRIEF_GRACE, drive="click_to_move = true")
 
 
 def on_a_board(board: Board) -> str:
     """Configure the firmware's core as the robot, whose line can be read."""
     serial = f'url = "{board.path}"\ndialect = "frames"\nreopen_s = 0.2'
     return toml.card_with(robot='driver = "serial"', robot__serial=serial)
-
-
-async def driving(open_viewer: OpenViewer, server: Server, **options: object) -> Viewer:
-    viewer = await open_viewer(server, **options)
-    await viewer.join()
-    await viewer.drives()
-    return viewer
 
 
 def joystick(viewer: Viewer) -> Locator:
@@ -123,7 +112,7 @@ async def test_the_joystick_drives_as_far_as_it_is_pushed(
 ) -> None:
     """A thumb in its middle moves nothing, half way less than at the rim, and lifted it stops."""
     async with serve(tmp_path, on_a_board(board)) as server:
-        viewer = await driving(open_viewer, server, **PHONE)
+        viewer = await open_viewer(server, drives=True, **PHONE)
         travel = await travel_px(viewer)
         points = await TouchPoints.of(viewer)
         await points.press(0, joystick(viewer))
@@ -145,7 +134,7 @@ async def test_a_gamepad_drives_as_far_as_it_is_pushed(
 ) -> None:
     """Not before it was chosen; then its stick drives in proportion, and its loss stops."""
     async with serve(tmp_path, on_a_board(board)) as server:
-        viewer = await driving(open_viewer, server)
+        viewer = await open_viewer(server, drives=True)
         pad = await InjectedGamepad.plugged_in(viewer.page)
         await pad.push(1, -1)
         await asyncio.sleep(0.5)
@@ -168,7 +157,7 @@ async def test_a_gamepad_drives_as_far_as_it_is_pushed(
 @pytest_asyncio.fixture(loop_scope="session")
 async def pushing(server: Server, open_viewer: OpenViewer) -> tuple[Viewer, TouchPoints]:
     """Push the joystick to the left until the robot turns."""
-    viewer = await driving(open_viewer, server, **PHONE)
+    viewer = await open_viewer(server, drives=True, **PHONE)
     travel = await travel_px(viewer)
     points = await TouchPoints.of(viewer)
     await points.press(0, joystick(viewer))
@@ -214,7 +203,7 @@ async def test_a_gamepad_that_is_lost_or_left_stops(
     server: Server, open_viewer: OpenViewer
 ) -> None:
     """Blurred, by its Stop or unplugged: its cross is still held, and yet the robot stands."""
-    viewer = await driving(open_viewer, server)
+    viewer = await open_viewer(server, drives=True)
     pad = await ready_pad(viewer)
     for loss in ("blur", "stop", "unplugged"):
         await pad.press(LEFT_OF_CROSS)
@@ -243,7 +232,7 @@ async def test_keys_and_ways_are_the_operators_choice(
     """A chosen key drives and one taken away does not; a step ends by itself, and so does a click,
     by its two seconds, another key or a hidden page.
     """
-    viewer = await driving(open_viewer, server)
+    viewer = await open_viewer(server, drives=True)
     keys = viewer.page.keyboard
     async with settings_of(viewer) as ways:
         await ways.get_by_role("button", name="Add a key for “Left”").click()
@@ -292,7 +281,7 @@ async def test_switches_drive_and_stop(
     server: Server, open_viewer: OpenViewer, switches: int
 ) -> None:
     """One switch chooses what is offered in its turn; with two, the other moves on."""
-    viewer = await driving(open_viewer, server)
+    viewer = await open_viewer(server, drives=True)
     await choose_way(viewer, "Switch")
     if switches == 2:
         async with settings_of(viewer) as ways:

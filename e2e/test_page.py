@@ -84,9 +84,7 @@ async def test_a_phone_has_everything_under_the_thumbs(
     server: Server, open_viewer: OpenViewer
 ) -> None:
     """On a phone nothing scrolls sideways, and what one drives by is large and in view."""
-    viewer = await open_viewer(server, **PHONE)
-    await viewer.join()
-    await viewer.drives()
+    viewer = await open_viewer(server, drives=True, **PHONE)
     for control in ("Joystick", "Buttons"):
         await viewer.drive_by(control)
         await viewer.closes("Settings")

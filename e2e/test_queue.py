@@ -7,27 +7,20 @@ import re
 from typing import TYPE_CHECKING, Any
 
 import pytest
-import pytest_asyncio
 
 from e2e.harness import toml
 from e2e.harness.robot import moves, stands_still, turn_by_key, undisturbed
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
-
-    from e2e.conftest import OpenViewer, Serve
+    from e2e.conftest import OpenViewer
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
 
 TURN_S = 3.0
 
 
-@pytest_asyncio.fixture(scope="module", loop_scope="session")
-async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
-    short = toml.card_with(turns=f"turn_s = {TURN_S}\n{toml.BRIEF_GRACE}")
-    async with serve(tmp_path_factory.mktemp("queue"), short) as running:
-        yield running
+SERVER_SETTINGS = toml.card_with(turns=f"turn_s = {TURN_S}\n{toml.BRIEF_GRACE}")
 
 
 async def person(open_viewer: OpenViewer, server: Server, name: str) -> Viewer:
@@ -66,8 +59,7 @@ async def test_turns_pass_on_and_the_robot_stands_between_them(
     ada = await person(open_viewer, server, "Ada")
     bob = await person(open_viewer, server, "Bob")
     await person(open_viewer, server, "<b>Cleo")
-    await ada.join()
-    await ada.drives()
+    await ada.takes_the_wheel()
     await bob.join()
 
     async def complete() -> bool:

@@ -8,7 +8,6 @@ import signal
 from typing import TYPE_CHECKING
 
 import pytest
-import pytest_asyncio
 
 from e2e.harness import toml
 from e2e.harness.robot import moves, stands_still, turn_by_key
@@ -18,7 +17,6 @@ from wax.clock import SystemClock
 from wax.commands.proof.remote import RemoteOperator
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
     from pathlib import Path
 
     from e2e.conftest import OpenViewer, Serve
@@ -28,11 +26,7 @@ if TYPE_CHECKING:
 GRACE_S = 3.0
 
 
-@pytest_asyncio.fixture(scope="module", loop_scope="session")
-async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
-    toml_text = toml.card_with(turns=f"grace_s = {GRACE_S}")
-    async with serve(tmp_path_factory.mktemp("reconnect"), toml_text) as running:
-        yield running
+SERVER_SETTINGS = toml.card_with(turns=f"grace_s = {GRACE_S}")
 
 
 @pytest.mark.timeout(90)
@@ -41,8 +35,7 @@ async def test_a_reload_keeps_turn_place_and_name(server: Server, open_viewer: O
     ada, bob = await open_viewer(server), await open_viewer(server)
     await ada.call_oneself("Ada")
     await bob.call_oneself("Bob")
-    await ada.join()
-    await ada.drives()
+    await ada.takes_the_wheel()
     await bob.join()
     number = (await server.status())["turn"]["number"]
     await turn_by_key(server, ada)
@@ -69,8 +62,7 @@ async def test_a_lost_operator_is_replaced_after_the_grace(
     """A viewer who stays away loses the turn when the grace time ends, not before."""
     ada, carol = await open_viewer(server), await open_viewer(server)
     await carol.call_oneself("Carol")
-    await ada.join()
-    await ada.drives()
+    await ada.takes_the_wheel()
     await carol.join()
     await ada.page.goto("about:blank")
     await asyncio.sleep(GRACE_S / 3)
@@ -107,8 +99,7 @@ async def test_a_restarted_server_is_found_again(
         assert [line["name"] for line in (await server.status())["viewers"]] == ["Ada"]
         await viewer.sees_picture()
         assert_live(await viewer.cards(20))
-        await viewer.join()
-        await viewer.drives()
+        await viewer.takes_the_wheel()
         await turn_by_key(server, viewer)
         await viewer.page.keyboard.up("ArrowLeft")
 
@@ -139,9 +130,7 @@ async def test_a_server_that_is_gone_is_told_within_a_second_and_found_again(
 ) -> None:
     """Paused it is not called lost; killed, the operator sees the picture grey until it is back."""
     async with serve(tmp_path, toml.CARD) as server:
-        viewer = await open_viewer(server)
-        await viewer.join()
-        await viewer.drives()
+        viewer = await open_viewer(server, drives=True)
         await asyncio.sleep(3)  # until the page pings as seldom as it ever does
         peers = await viewer.probe("peers()")
         for end in (signal.SIGSTOP, signal.SIGKILL):

@@ -44,15 +44,21 @@ async def test_no_secret_and_nothing_raw_is_logged(tmp_path: Path) -> None:
                 host.say(type="invite", purpose="queue", uses=1, valid_s=3600)
                 assert await host.until(lambda: bool(host.newest("invitation")))
                 token = str(host.newest("invitation")["token"])
-            async with aiohttp.ClientSession() as session:
-                for one in (token, f"{token}x"):
-                    async with session.post(f"{server.url}/api/enter", json={"token": one}) as sent:
-                        await sent.read()
-            await asyncio.sleep(2.5)
             link, *_ = await asyncio.to_thread(host_link.ask, state)
-        secrets = [eve.client_id, link.partition("#host=")[2], token, *(one.value for one in jar)]
-        assert len(secrets) >= 4
-        assert all(map(len, secrets))
+            secret = link.partition("#host=")[2]
+            async with aiohttp.ClientSession() as session:
+                for path, body in (
+                    *(("enter", {"token": one}) for one in (token, f"{token}x")),
+                    *[("host", {"secret": secret})] * 2,  # it is good for once
+                ):
+                    async with session.post(f"{server.url}/api/{path}", json=body) as sent:
+                        await sent.read()
+                await (await session.get(f"{server.url}/?host={secret}")).read()
+            await asyncio.sleep(2.5)
+        secrets = [eve.client_id, secret, token, *(one.value for one in (*jar, *eve.cookies))]
+        assert {one.key for one in jar} == {"wax-host", "wax-id"}
+        assert all(len(one) >= 16 for one in secrets)
+        assert "a host link was made" in server.log
         await server.stop()
     finally:
         await server.kill()

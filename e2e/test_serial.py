@@ -57,13 +57,6 @@ async def is_connected(server: Server) -> bool:
     return bool((await server.status())["robot"]["connected"])
 
 
-async def take_the_wheel(open_viewer: OpenViewer, server: Server) -> Viewer:
-    viewer = await open_viewer(server)
-    await viewer.join()
-    await viewer.drives()
-    return viewer
-
-
 async def hold(
     server: Server, viewer: Viewer, key: str, drives: Callable[[], Awaitable[bool]]
 ) -> None:
@@ -91,7 +84,7 @@ async def test_a_key_becomes_one_byte_and_its_release_another(
 ) -> None:
     """In the dialect of 2004 each press is one byte, sent on change, and the release is a stop."""
     async with serve(tmp_path, settings(line.path, "bytes")) as server:
-        viewer = await take_the_wheel(open_viewer, server)
+        viewer = await open_viewer(server, drives=True)
         for key, octet in (("ArrowUp", b"F"), ("s", b"B"), ("ArrowLeft", b"L"), ("d", b"R")):
             await asyncio.sleep(0.3)
             line.forget()
@@ -117,7 +110,7 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
         return any(event["event"] == "ttl" for event in board.events())
 
     async with serve(tmp_path, settings(board.path, "frames")) as server:
-        viewer = await take_the_wheel(open_viewer, server)
+        viewer = await open_viewer(server, drives=True)
         turn = (await server.status())["turn"]["number"]
         await hold(server, viewer, "ArrowUp", drives)
         await asyncio.sleep(0.3)

@@ -33,9 +33,7 @@ async def test_the_robot_is_stopped_before_the_end(
             robot='driver = "serial"', robot__serial=f'url = "{line.path}"\ndialect = "bytes"'
         )
         async with serve(tmp_path, settings) as server:
-            viewer = await open_viewer(server)
-            await viewer.join()
-            await viewer.drives()
+            viewer = await open_viewer(server, drives=True)
 
             async def drives() -> bool:
                 """Press; what is pressed before the turn's first neutral command moves nothing."""
@@ -61,9 +59,7 @@ async def test_a_paused_standard_error_stops_nothing(
         server = Server(tmp_path, toml.CARD, stderr=stderr)
         try:
             await server.start()
-            viewer = await open_viewer(server)
-            await viewer.join()
-            await viewer.drives()
+            viewer = await open_viewer(server, drives=True)
             await turn_by_key(server, viewer)
             await server.stop(signal.SIGINT)
         finally:

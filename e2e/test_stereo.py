@@ -95,8 +95,7 @@ async def test_turned_away_the_radio_is_heard_where_it_is(
     async with serve(tmp_path, f"[turns]\n{toml.BRIEF_GRACE}\n") as server:
         viewer = await open_viewer(server)
         await viewer.listen()
-        await viewer.join()
-        await viewer.drives()
+        await viewer.takes_the_wheel()
         await sends_stereo(viewer)
         for key, seconds in (("ArrowLeft", 2.0), ("ArrowRight", 4.0)):
             await viewer.page.keyboard.down(key)

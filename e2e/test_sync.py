@@ -140,8 +140,7 @@ async def test_timing_is_switched_while_watching(
         blocks = viewer.heard()
         assert audio_probe.loudness(blocks) > 0.02
         assert sum(audio_probe.gaps_ms(blocks)) <= 60, audio_probe.gaps_ms(blocks)
-        await viewer.join()
-        await viewer.drives()
+        await viewer.takes_the_wheel()
 
         async def hurries() -> bool:
             return (await jitter_buffer(viewer, "video")).delay_ms < 120

@@ -92,8 +92,7 @@ async def test_what_was_driven_is_replayed(
         await badge.get_by_text("Picture, sound and driving are recorded, with names").wait_for()
         assert await badge.get_by_role("button").count() == 0  # she is not in charge yet
         await reads_it_on_each_screen(ada)
-        await ada.join()
-        await ada.drives()
+        await ada.takes_the_wheel()
         await badge.get_by_role("button", name="Keep the last two minutes").click()
         await ada.page.get_by_text("The last two minutes are kept.").wait_for()
         await ada.page.keyboard.down("ArrowUp")

@@ -111,8 +111,7 @@ async def test_the_operator_is_heard_until_the_key_is_released_or_the_host_mutes
     viewer = await enter(talking, server)
     is_heard = expect(viewer.page.get_by_text("You are heard."))
     assert await viewer.button("Hold to speak").count() == 0
-    await viewer.join()
-    await viewer.drives()
+    await viewer.takes_the_wheel()
     await viewer.page.keyboard.down("KeyT")
     await is_heard.to_be_visible(timeout=10_000)
 
@@ -166,8 +165,7 @@ async def test_who_lives_in_the_flat_answers(
 
     async with serve(tmp_path, ROBOT) as server:
         viewer = await enter(talking, server, ear=own_ear)
-        await viewer.join()
-        await viewer.drives()
+        await viewer.takes_the_wheel()
         await viewer.listen()
         await asyncio.sleep(ANSWER_S)
         before = likeness()
@@ -190,8 +188,7 @@ async def test_who_speaks_does_not_hear_the_robot(
     """Nothing comes back to who speaks, as the page says, while who watches hears their words."""
     async with serve(tmp_path, ROBOT) as server:
         viewer = await enter(talking, server, ear=own_ear)
-        await viewer.join()
-        await viewer.drives()
+        await viewer.takes_the_wheel()
         await viewer.listen()
         watcher = await open_viewer(server)
         await watcher.listen()

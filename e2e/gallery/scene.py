@@ -16,7 +16,6 @@ from e2e.harness import toml
 from e2e.harness.board import Board
 from e2e.harness.server import Server
 from e2e.harness.viewer import Viewer
-from e2e.measure.suite import ROOT
 from e2e.stop.camera import Control
 from wax.client import Operator
 
@@ -70,8 +69,7 @@ class Scene:
     async def serves(self, *, environment: dict[str, str] | None = None, **tables: Any) -> Server:
         """Start the server; `tables` are of its configuration."""
         server = self._server = Server(self.folder, tomlkit.dumps(toml.merged(_FLAT, tables)))
-        # Cameras of the tests are found by name, like any plug-in.
-        server.environment |= {"PYTHONPATH": str(ROOT), **(environment or {})}
+        server.environment |= environment or {}
         self._stack.push_async_callback(server.kill)
         await server.start()
         return server
@@ -128,8 +126,7 @@ class Scene:
     async def drives(self, **how: Any) -> Viewer:
         """Open the page, and let its person drive."""
         viewer = await self.opens(**how)
-        await viewer.join()
-        await viewer.drives()
+        await viewer.takes_the_wheel()
         return viewer
 
     async def comes(self, name: str, *, is_host: bool = False) -> Operator:

@@ -113,8 +113,7 @@ async def test_at_200_percent_one_joins_drives_and_stops(chromium: Browser) -> N
     async with named("free").reached(chromium, COMPUTER) as scene:
         viewer = scene.viewer
         await viewer.page.set_viewport_size(HALVED)
-        await viewer.join()
-        await viewer.drives()
+        await viewer.takes_the_wheel()
         await viewer.button("Stop").click()
         await named("stopped-by-you").mark(viewer.page).wait_for(state="visible")
         await viewer.release_stop()

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Final
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
-    from playwright.async_api import Route
-
     from e2e.gallery.scene import Scene
 
 _READY_S: Final = 20.0
@@ -115,15 +113,9 @@ async def closed(scene: Scene) -> None:
 
 async def big_screen(scene: Scene) -> None:
     """Show it on a screen in a hall, while somebody drives."""
-    server = await scene.serves()
+    await scene.serves()
     await scene.somebody_drives()
     viewer = await scene.prepares()
-
-    async def through(route: Route) -> None:
-        url = route.request.url.replace(_NAME, server.url)
-        headers = {**route.request.headers, "origin": server.url}
-        await route.fulfill(response=await route.fetch(url=url, headers=headers))
-
-    await viewer.page.route(f"{_NAME}/**", through)
+    await viewer.is_reached_as(_NAME)
     await viewer.page.goto(f"{_NAME}/?view=big-screen")
     await viewer.sees_picture()

@@ -18,6 +18,7 @@ import aiohttp
 
 from e2e.harness import toml as configurations
 from e2e.harness.wait import eventually
+from e2e.measure.suite import ROOT
 from wax.client.host import become_host
 from wax.errors import StateError
 
@@ -59,8 +60,11 @@ class Server:
         self.state_folder = folder / "state" / "wax"
         self._host: aiohttp.CookieJar | None = None
         self._stderr = stderr
-        self.environment: dict[str, str] = {"XDG_STATE_HOME": str(self.state_folder.parent)}
-        """Added to this process's environment."""
+        self.environment: dict[str, str] = {
+            "XDG_STATE_HOME": str(self.state_folder.parent),
+            "PYTHONPATH": str(ROOT),
+        }
+        """Added to this process's environment; the tests' plug-ins are found by their names."""
         self._process: Process | None = None
 
     @property

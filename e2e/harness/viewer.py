@@ -14,11 +14,19 @@ from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-    from playwright.async_api import BrowserContext, Locator, Page
+    from playwright.async_api import BrowserContext, Locator, Page, Route
 
     from e2e.measure.ear import Block, Ear, Tap
 
 HERE = Path(__file__).parent
+LUMA = """() => {
+    const context = new OffscreenCanvas(16, 16).getContext("2d");
+    context.drawImage(document.querySelector("video"), 0, 0, 16, 16);
+    const { data } = context.getImageData(0, 0, 16, 16);
+    return Math.max(...data.filter((_, index) => index % 4 !== 3));
+}"""
+"""The brightest of what the page's picture shows, 0…255."""
+BLACK = 16
 LEAVE = re.compile(r"^(Leave the queue|End my turn)$")
 
 
@@ -130,10 +138,25 @@ class Viewer:
             state="visible", timeout=within_s * 1000
         )
 
+    async def takes_the_wheel(self, within_s: float = 10) -> None:
+        """Join the queue, and wait until this viewer drives."""
+        await self.join()
+        await self.drives(within_s)
+
     async def says_connected(self) -> bool:
         """Return the page's status of the connection."""
         text = await self.page.get_by_role("status").first.inner_text()
         return text.strip().lower().startswith("connected")
+
+    async def is_reached_as(self, name: str) -> None:
+        """Let an address for visitors lead to the server, as a name server does."""
+
+        async def through(route: Route) -> None:
+            url = route.request.url.replace(name, self.url)
+            headers = {**route.request.headers, "origin": self.url}
+            await route.fulfill(response=await route.fetch(url=url, headers=headers))
+
+        await self.page.route(f"{name}/**", through)
 
     # --- what is opened and put away --------------------------------------------------------
 
@@ -171,6 +194,10 @@ class Viewer:
             return bool(await self.probe("playing()"))
 
         await eventually(playing, "the picture plays", within_s=within_s)
+
+    async def is_dark(self) -> bool:
+        """Return whether nothing in the picture is brighter than black."""
+        return bool(await self.page.evaluate(LUMA) <= BLACK)
 
     async def cards(self, count: int = 10, at: int = 0) -> list[Card]:
         """Read the test card off the next `count` presented frames, of the driving view if 0.

@@ -92,13 +92,9 @@ async def serving(
     core: int | None = None,
     **settings: Any,
 ) -> AsyncIterator[MeasuredServer]:
-    """Serve inside the block; raises `MeasureError` if it does not start.
-
-    A plug-in of the suites is found by its name.
-    """
+    """Serve inside the block; raises `MeasureError` if it does not start."""
     with TemporaryDirectory(prefix="wax-load-") as folder:
         server = MeasuredServer(side, Path(folder), settings, core)
-        server.environment |= {"PYTHONPATH": str(ROOT)}
         try:
             try:
                 await server.start()

@@ -110,8 +110,7 @@ async def _day(net: Internet, folder: Path, settings: str) -> None:
         await friend.sees_picture()
         assert friend.page.url == f"{URL}/"
         await friend.call_oneself("Ada")
-        await friend.join()
-        await friend.drives()
+        await friend.takes_the_wheel()
         await robot.obeys(friend)
 
         troll = await opens(trolls, URL)

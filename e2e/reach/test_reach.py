@@ -57,8 +57,7 @@ class Stage:
     async def drives(self) -> None:
         """Join the queue, hold a key, and see the robot move."""
         if not await self.viewer.page.get_by_text("You are driving").first.is_visible():
-            await self.viewer.join()
-            await self.viewer.drives()
+            await self.viewer.takes_the_wheel()
         await self._robot.obeys(self.viewer)
 
     async def sees(self) -> dict[str, str]:

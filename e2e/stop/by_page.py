@@ -59,7 +59,7 @@ async def driven(scene: Scene, *, queued: bool = False) -> AsyncIterator[None]:
         wheel = scene.prop = Wheel(partial(launch, scene.stage.server.url))
         scene.press = wheel.press
         wheel.page = await wheel.launch()
-        await wheel.page.take_the_wheel()
+        await wheel.page.viewer.takes_the_wheel(15)
         if queued:
             await wheel.queue()
         yield

@@ -35,10 +35,6 @@ class Chromium:
         self._pid = pid
         self._pids: list[int] = []
 
-    async def take_the_wheel(self) -> None:
-        await self.viewer.join()
-        await self.viewer.drives(15)
-
     async def press(self) -> None:
         """Release and press again, as required after every fault."""
         await self.let_go()

@@ -23,7 +23,6 @@ from e2e.harness.server import Server
 from e2e.harness.wait import eventually
 from e2e.load.crowd import Crowd, Offering
 from e2e.measure.errors import MeasureError
-from e2e.measure.suite import ROOT
 from e2e.stop.record import Record
 
 if TYPE_CHECKING:
@@ -143,9 +142,7 @@ class Stage:
         self.robot = end(folder)
         tree = toml.merged(_LONG_TURNS, load.media, {"robot": self.robot.settings}, *settings)
         self.server = Server(folder, tomlkit.dumps(tree))
-        # It finds the suite's own camera by name, like any plug-in.
-        own = {"PYTHONPATH": str(ROOT)}
-        self.server.environment |= own | dict(self.robot.environment) | dict(environment or {})
+        self.server.environment |= dict(self.robot.environment) | dict(environment or {})
         self.record = self.robot.record
         self.crowd: Crowd | None = None
         self._ending = AsyncExitStack()

@@ -155,8 +155,7 @@ async def _driving(outages: int) -> AsyncIterator[Driving]:
         )
         viewer = await opening.enter_async_context(_page(link, folder, served.url))
         await viewer.sees_picture()
-        await viewer.join()
-        await viewer.drives()
+        await viewer.takes_the_wheel()
         yield Driving(link, folder / "wax.log", viewer, outages_s)
 
 

@@ -11,16 +11,15 @@ import jwt
 import pytest
 
 from e2e.harness import audio_probe
-from e2e.harness.bidi import firefox
-from e2e.harness.installed import FIREFOX, installed, needed
+from e2e.harness.installed import needed
 from e2e.harness.robot import turn_by_key
 from e2e.harness.video_probe import LIVE_MS
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from e2e.load.cluster.engine import KEY
 from e2e.load.cluster.stage import published
-from e2e.test_firefox import PROBE, button
-from e2e.test_strangers import BLACK, LUMA, SILENT
+from e2e.test_firefox import button, opened
+from e2e.test_strangers import SILENT
 from wax.client.client import Client
 from wax.client.operator import Operator
 
@@ -95,8 +94,7 @@ async def test_a_page_comes_for_its_turn_and_goes_back(
         await operator.join()
         viewer = await open_viewer(server)
         await watches_elsewhere(viewer)
-        await viewer.join()
-        await viewer.drives(within_s=30)
+        await viewer.takes_the_wheel(30)
         assert not await viewer.page.get_by_text(WATCHING).count()
         await turn_by_key(server, viewer)
         await viewer.page.keyboard.up("ArrowLeft")
@@ -159,11 +157,8 @@ async def test_blanked_there_is_nothing_to_see_in_a_room(
         await watches_elsewhere(viewer)
         await viewer.listen()
 
-        async def is_dark() -> bool:
-            return bool(await viewer.page.evaluate(LUMA) <= BLACK)
-
         async def is_bright() -> bool:
-            return not await is_dark()
+            return not await viewer.is_dark()
 
         async def is_silent() -> bool:
             viewer.forget()
@@ -173,7 +168,7 @@ async def test_blanked_there_is_nothing_to_see_in_a_room(
 
         assert await is_bright()
         host.say(type="blank", blanked=True)
-        await eventually(is_dark, "the picture is black")
+        await eventually(viewer.is_dark, "the picture is black")
         await eventually(is_silent, "and there is no sound")
         host.say(type="blank", blanked=False)
         await eventually(is_bright, "the robot's picture is back")
@@ -181,18 +176,11 @@ async def test_blanked_there_is_nothing_to_see_in_a_room(
 
 async def test_firefox_watches_in_a_room(serve: Serve, tmp_path: Path, ear: Ear | None) -> None:
     """The card is read live, the sound is heard, and no place at the robot is taken."""
-    path = installed(*FIREFOX)
-    profile = tmp_path / "profile"
-    profile.mkdir()
     async with (
         published(serve, tmp_path) as (_, server),
         Operator(server.url),
-        firefox(path, profile, PROBE.read_text(encoding="utf-8"), needed(ear)) as window,
+        opened(server, tmp_path, needed(ear)) as window,
     ):
-        await window.goto(server.url)
-        await eventually(
-            lambda: window.evaluate("waxProbe.playing()"), "the picture plays", within_s=30
-        )
         await eventually(
             lambda: window.evaluate(
                 "/(person watches|people watch)[.]/.test(document.body.innerText)"

@@ -58,7 +58,6 @@ async def drives(context: BrowserContext, url: str, script: str = "") -> Viewer:
     await viewer.page.goto(url)
     await viewer.sees_picture()
     await viewer.puts_the_first_card_away()
-    await viewer.join()
-    await viewer.drives()
+    await viewer.takes_the_wheel()
     await asyncio.sleep(_SETTLE_S)
     return viewer
