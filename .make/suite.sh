@@ -59,7 +59,7 @@ gallery)
 fuzz)
     want_fuzz
     [ $# -gt 0 ] || set -- "fuzz-*"
-    exec python -m e2e.strangers --long --only "$@"
+    exec python -m e2e.measure strangers --again --long --only "$@"
     ;;
 mutants)
     sh .make/firmware.sh library >/dev/null # there is a compiler, or a sentence about it

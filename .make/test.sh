@@ -43,7 +43,7 @@ unit_tests() {
 delay() {
     rm -rf e2e/out/quick
     code=0
-    python -m e2e.delay --quick --out e2e/out/quick "$@" || code=$?
+    python -m e2e.measure delay --again --quick --out e2e/out/quick "$@" || code=$?
     [ $code != 130 ] || exit 130
     [ $code -le 1 ] || { [ $code = 77 ] && ! in_ci; }
 }

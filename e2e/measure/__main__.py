@@ -74,6 +74,7 @@ def _parser(suites: Mapping[str, str]) -> argparse.ArgumentParser:
     parser = parser_of("python -m e2e.measure", "Measure, and publish what is complete.")
     parser.add_argument("suites", nargs="*", choices=[[], *suites], metavar="SUITE",
                         help=f"of {', '.join(suites)}; all without one")  # fmt: skip
+    parser.add_argument("--list", action="store_true", help="say which cases there are")
     parser.add_argument(
         "--again", action="store_true", help="also what has a result of this commit and machine"
     )

@@ -1,4 +1,4 @@
-"""One suite in this process: what its cases find is said and kept, not published.
+"""Cases of one suite in this process: what they find is said and kept, not published.
 
 ``python -m e2e.measure.command MODULE WORDS`` is how `e2e.measure.runner` starts each case.
 
@@ -41,11 +41,7 @@ NOT_RUN: Final = 77
 
 def main(suite: Suite, words: Sequence[str] | None = None) -> int:
     """Carry out the command line."""
-    parser = parser_of(f"python -m e2e.{suite.name}", suite.about)
-    parser.add_argument(
-        "--resume", action="store_true", help="only what has no result of this commit and machine"
-    )
-    arguments = parse(parser, words)
+    arguments = parse(parser_of("python -m e2e.measure.command MODULE", suite.about), words)
     try:
         return run(suite, arguments)
     except MeasureError as error:
@@ -67,7 +63,6 @@ def parser_of(program: str, about: str) -> argparse.ArgumentParser:
     parser.add_argument(
         "--long", action="store_true", help="also the cases that take hours; they are not published"
     )
-    parser.add_argument("--list", action="store_true", help="say which cases there are")
     parser.add_argument(
         "--out", type=Path, default=OUT, metavar="FOLDER", help="where the results go"
     )
@@ -89,24 +84,18 @@ def run(suite: Suite, arguments: argparse.Namespace) -> int:
         (case, times(case, arguments))
         for _, case in chosen([suite], arguments.only, long=arguments.long)
     ]
-    if arguments.list:
-        print("\n".join(line(case, n) for case, n in wanted))
-        return 0
     origin = origin_of(suite)
     results = Results(arguments.out / suite.name)
-    kept = results.of(origin) if arguments.resume else {}
     load_1min = os.getloadavg()[0]
     found = []
-    for number, (case, n) in enumerate(wanted, 1):
-        old = kept.get((case.key, n))
-        if old is None or old.status != "ok":
-            print(f"[{number}/{len(wanted)}] {case.key} … ", end="", file=sys.stderr, flush=True)
-            old = _measure(case, n, origin, load_1min, arguments.out / suite.name / "log.txt")
-            if machine.commit() != origin.commit:
-                raise MeasureError(f"the code is no longer that of {origin.commit}: not kept")
-            results.add(old)
-            print(f"{old.problem or 'ok'} ({old.took_s:.0f} s)", file=sys.stderr, flush=True)
-        found.append(old)
+    for case, n in wanted:
+        print(f"{case.key} … ", end="", file=sys.stderr, flush=True)
+        one = _measure(case, n, origin, load_1min, arguments.out / suite.name / "log.txt")
+        if machine.commit() != origin.commit:
+            raise MeasureError(f"the code is no longer that of {origin.commit}: not kept")
+        results.add(one)
+        print(f"{one.problem or 'ok'} ({one.took_s:.0f} s)", file=sys.stderr, flush=True)
+        found.append(one)
     rows = suite.derive([row for result in found for row in result.rows])
     print(to_table(rows), flush=True)
     return _status(found, rows)
@@ -130,7 +119,8 @@ def _measure(case: Case, n: int, origin: Origin, load_1min: float, log: Path) ->
     except Exception as error:  # whatever it is, the other cases are not to be lost
         with log.open("a", encoding="utf-8") as file:
             file.write(f"{started_utc} {case.key}\n{traceback.format_exc()}\n")
-        name = "" if isinstance(error, MeasureError) else f"{type(error).__name__}: "
+        is_told = isinstance(error, MeasureError | AssertionError)  # as `eventually` says it
+        name = "" if is_told else f"{type(error).__name__}: "
         problem = name + (str(error).strip().splitlines() or [""])[0]
         update = {"status": "failed", "problem": problem}
     return result.model_copy(update=update | {"took_s": time.monotonic() - start_s})

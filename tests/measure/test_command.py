@@ -1,11 +1,12 @@
-"""A suite's command: what is measured, kept and taken up again."""
+"""A suite's command: what is measured, kept and left to be measured."""
 
 from __future__ import annotations
 
+from argparse import Namespace
 from typing import TYPE_CHECKING
 
 import pytest
-from e2e.measure import command, machine
+from e2e.measure import command, machine, runner
 from e2e.measure.errors import MeasureError, NotRunError
 from e2e.measure.row import Row, judged
 from e2e.measure.suite import Case, Suite
@@ -28,13 +29,20 @@ class Bed:
         self.wrong: dict[str, Exception] = {}
         self.value = 1.0
 
-    def run(self, *words: str) -> int:
         cases = tuple(
             Case(key, "runs", 10, self._case(key), long=key == "hours")
             for key in ("one", "two", "hours")
         )
-        suite = Suite("bed", "A test bed.", ("README.md",), ("WAX",), cases, derive=_only_one)
-        return command.main(suite, [*words, "--out", str(self.folder)])
+        self.suite = Suite("bed", "A test bed.", ("README.md",), ("WAX",), cases, derive=_only_one)
+
+    def run(self, *words: str) -> int:
+        return command.main(self.suite, [*words, "--out", str(self.folder)])
+
+    def left(self) -> list[str]:
+        """Return what the runner would still measure."""
+        chosen = {"only": None, "n": None, "quick": False, "long": False, "again": False}
+        arguments = Namespace(**chosen, out=self.folder)
+        return [task.case.key for task in runner.planned({"bed": self.suite}, arguments)]
 
     def _case(self, key: str) -> Callable[[int], list[Row]]:
         def measure(n: int) -> list[Row]:
@@ -59,12 +67,11 @@ def bed(here: machine.Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_a_run_that_failed_goes_on_with_what_is_left(bed: Bed) -> None:
-    """One case that fails costs no other; resumed, only that one is measured again."""
+    """One case that fails costs no other, and that one alone is left."""
     bed.wrong = {"one": OSError("no board")}
     assert bed.run() == 2
-    bed.wrong = {}
-    assert bed.run("--resume") == 0
-    assert bed.runs == [("one", 10), ("two", 10), ("one", 10)]
+    assert bed.runs == [("one", 10), ("two", 10)]
+    assert bed.left() == ["one"]
 
 
 def test_a_torn_line_costs_its_own_case(bed: Bed) -> None:
@@ -73,37 +80,35 @@ def test_a_torn_line_costs_its_own_case(bed: Bed) -> None:
     results = bed.folder / "bed/results.jsonl"
     results.write_text(results.read_text()[:-20])
     bed.run("--only", "two")
-    bed.run("--resume")
-    assert [key for key, _ in bed.runs] == ["one", "two", "one"]
+    assert bed.left() == ["one"]
 
 
 def test_results_of_another_product_or_number_do_not_count(
     bed: Bed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Resumed are only results of the same product and as often repeated as is asked for."""
+    """What counts is of the same product and as often repeated as is asked for."""
     bed.run("--quick")
-    bed.run("--resume")
+    assert bed.left() == ["one", "two"]
+    bed.run()
+    assert bed.left() == []
     monkeypatch.setattr(command, "digest", lambda _: "other")
-    bed.run("--resume")
-    assert [n for _, n in bed.runs] == [1, 1, 10, 10, 10, 10]
+    assert bed.left() == ["one", "two"]
 
 
 def test_results_of_another_commit_do_not_count(bed: Bed, monkeypatch: pytest.MonkeyPatch) -> None:
     """A suite's figures are all of one commit."""
     bed.run()
     monkeypatch.setattr(machine, "commit", lambda: "def")
-    bed.run("--resume")
-    assert [key for key, _ in bed.runs] == ["one", "two"] * 2
+    assert bed.left() == ["one", "two"]
 
 
 def test_what_no_commit_has_counts_for_no_other(bed: Bed, monkeypatch: pytest.MonkeyPatch) -> None:
     """A run with changes that were never committed leaves nothing to publish."""
     monkeypatch.setattr(machine, "commit", lambda: "abc-dirty")
     bed.run()
-    bed.run("--resume")
+    assert bed.left() == ["one", "two"]
     monkeypatch.setattr(machine, "commit", lambda: "abc")
-    bed.run("--resume")
-    assert [key for key, _ in bed.runs] == ["one", "two", "one", "two"]
+    assert bed.left() == ["one", "two"]
 
 
 @pytest.mark.parametrize(
@@ -141,5 +146,4 @@ def test_what_changes_meanwhile_is_not_kept(bed: Bed, monkeypatch: pytest.Monkey
     commits = iter(["abc", "def"])
     monkeypatch.setattr(machine, "commit", lambda: next(commits, "abc"))
     assert bed.run("--only", "one") == 2
-    bed.run("--only", "one", "--resume")
-    assert [key for key, _ in bed.runs] == ["one", "one"]
+    assert bed.left() == ["one", "two"]
