@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 load_profiles()
 
-MEASURES = ("browsers", "delay", "instrument", "link", "load", "peers")
+MEASURES = ("delay", "instrument", "link", "load", "peers")
 """Folders of what measures or needs another's server, whose tests `make test-all` runs."""
 
 BESIDE = (

@@ -7,6 +7,7 @@ import json
 from contextlib import AsyncExitStack, asynccontextmanager
 from pathlib import Path
 from statistics import median
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 import pytest
@@ -21,7 +22,7 @@ from e2e.harness.wait import eventually
 from e2e.measure.ear import open_ear
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncIterator, Mapping
 
     from e2e.conftest import Serve
     from e2e.harness.bidi import Firefox
@@ -46,7 +47,10 @@ def button(name: str) -> str:
 
 @asynccontextmanager
 async def opened(
-    server: Server, folder: Path, ear: Ear | None = None, **preferences: int
+    server: Server,
+    folder: Path,
+    ear: Ear | None = None,
+    preferences: Mapping[str, int] = MappingProxyType({}),
 ) -> AsyncIterator[Firefox]:
     """Have the page open in a Firefox without a past, whose picture plays."""
     profile = folder / "profile"
@@ -178,7 +182,7 @@ async def test_firefox_drives_by_joystick_and_gamepad(serve: Serve, tmp_path: Pa
     """A finger's push moves the robot; a gamepad does once it was chosen by its Start."""
     async with (
         serve(tmp_path, toml.CARD) as server,
-        opened(server, tmp_path, **TOUCH_SCREEN) as window,
+        opened(server, tmp_path, preferences=TOUCH_SCREEN) as window,
     ):
         await window.evaluate(button("Join the queue"))
         await reads(window, "You are driving")

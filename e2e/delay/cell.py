@@ -23,7 +23,6 @@ class Cell(BaseModel):
     audio_mu_ms: int | None = None
     """Only for ``thesis``; 500 where it is None."""
     content: Literal["testcard", "speech"] = "testcard"
-    browser: Literal["chromium", "firefox"] = "chromium"
     player: Literal["auto", "browser", "built-in"] = "auto"
     """Who plays WAX's sound on the page."""
     viewers: int = 1
@@ -44,8 +43,6 @@ class Cell(BaseModel):
         parts += [shown(self.profile), self.system]
         if self.audio_mu_ms is not None:
             parts.append(f"{self.audio_mu_ms}ms")
-        if self.browser != "chromium":
-            parts.append(self.browser)
         if self.player != "auto":
             parts.append(f"{self.player}-player")
         if self.viewers != 1:

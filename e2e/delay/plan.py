@@ -82,7 +82,6 @@ _BESIDE: Final[tuple[tuple[Any, ...], ...]] = (
     ("satellite", "stock"),
 )
 """What a goal compares with, or what stands beside it; each once."""
-_IN_BROWSERS: Final[tuple[SystemName, ...]] = ("thesis", "audio-master", "stock")
 _CROWDED: Final[tuple[SystemName, ...]] = ("thesis", "operator", "stock")
 """With a crowd of observers, who are audio-master's, the page is the operator's."""
 _DRIVEN: Final[tuple[SystemName, ...]] = ("operator", "audio-master", "stock")
@@ -105,8 +104,6 @@ def _long() -> Iterator[Cell]:
         yield _cell(name, "thesis", {"experiment": "units", "audio_mu_ms": mu_ms})
     for name, system in product(LINKS, SYSTEMS):
         yield _cell(name, system, {"experiment": "matrix", "seconds": MATRIX_S})
-    for name, system in product(("same-machine", "internet-5m"), _IN_BROWSERS):
-        yield _cell(name, system, {"experiment": "browsers", "browser": "firefox"})
     for viewers, system in product((5, 9, 17), _CROWDED):
         yield _cell("same-machine", system, {"experiment": "crowds", "viewers": viewers})
     steady = {"experiment": "steady"}

@@ -9,11 +9,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.browsers import open_browser
+from e2e.delay.browser import open_browser
 from e2e.delay.judging import COLUMNS, OURS, judged
 from e2e.delay.names import AGE, GIVEN, SYSTEMS
 from e2e.delay.plan import planned
-from e2e.delay.systems import origin
 from e2e.delay.voice.command_age import SECONDS, command_age
 from e2e.delay.voice.mouth_to_speaker import mouth_to_speaker
 from e2e.delay.voice.silenced import muted, turn_ended
@@ -40,15 +39,10 @@ _OPENED: Final = "openings of the link"
 async def _instrument(n: int) -> list[Row]:
     """Measure the instrument's own error, once whatever is asked for."""
     async with AsyncExitStack() as leaving:
-        folder = Path(leaving.enter_context(TemporaryDirectory(prefix="wax-delay-")))
-        rooms = folder / "server", folder / "browser"
-        for room in rooms:
-            room.mkdir()
+        folder = leaving.enter_context(TemporaryDirectory(prefix="wax-delay-"))
         link = await leaving.enter_async_context(Link("same-machine"))
-        browser = await leaving.enter_async_context(
-            open_browser("chromium", link, [origin(link)], rooms[1])
-        )
-        return await own_error(link, browser, rooms[0])
+        browser = await leaving.enter_async_context(open_browser(link))
+        return await own_error(link, browser, Path(folder))
 
 
 def _of(one: Planned) -> Case:

@@ -5,18 +5,16 @@ from __future__ import annotations
 import asyncio
 import time
 from contextlib import AsyncExitStack, suppress
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Final
 
 import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 
-from e2e.browsers import open_browser
+from e2e.delay.browser import open_browser
 from e2e.delay.crowd import crowd
 from e2e.delay.measures import measured
 from e2e.delay.names import OURS, profile
 from e2e.delay.speech import judge, speak, speech_quality
-from e2e.delay.systems import origin, start
+from e2e.delay.systems import start
 from e2e.instrument import PRELOAD, Instrument
 from e2e.instrument.sums import SETTLE_S, window
 from e2e.link import Link
@@ -28,7 +26,11 @@ from e2e.measure.row import Row
 from wax.clock import SystemClock
 
 if TYPE_CHECKING:
-    from e2e.browsers import Browser, Window
+    from pathlib import Path
+
+    from playwright.async_api import Page
+
+    from e2e.delay.browser import Browser
     from e2e.delay.cell import Cell
     from e2e.delay.readings import Readings
     from e2e.link.statistics import Lateness, Statistics
@@ -73,13 +75,10 @@ async def _once(cell: Cell) -> tuple[dict[str, float | None], dict[str, object]]
     logs = OUT / "delay" / "logs" / cell.key.replace("/", "-")
     logs.mkdir(parents=True, exist_ok=True)
     async with AsyncExitStack() as leaving:
-        room = Path(leaving.enter_context(TemporaryDirectory(prefix="wax-delay-")))
         try:
             async with asyncio.timeout(bound_s):
                 link = await leaving.enter_async_context(Link(network))
-                browser = await leaving.enter_async_context(
-                    open_browser(cell.browser, link, [origin(link)], room)
-                )
+                browser = await leaving.enter_async_context(open_browser(link))
                 return await _watch(cell, link, browser, logs)
         except TimeoutError as error:
             raise MeasureError(f"it hung and was cut off after {bound_s:.0f} s") from error
@@ -93,13 +92,13 @@ async def _watch(
     began_ms, settle_s, problem = None, SETTLE_S, None
     async with AsyncExitStack() as leaving:
         running = await leaving.enter_async_context(start(cell, link, folder))
-        window_ = await leaving.enter_async_context(browser.window(PRELOAD))
-        instrument = Instrument(window_.evaluate, browser.ear, records=cell.content == "speech")
+        page = await leaving.enter_async_context(browser.window(PRELOAD))
+        instrument = Instrument(page.evaluate, browser.ear, records=cell.content == "speech")
         before = await link.statistics()
         within_s = _picture_within_s(link)
-        if await _goto(window_, running.url, instrument, within_s):
+        if await _goto(page, running.url, instrument, within_s):
             picture_s = time.monotonic()
-            await running.opened(window_)
+            await running.opened(page)
             await instrument.hears(_HEARS_WITHIN_S)  # what never sounds is seen in the readings
             settle_s = max(SETTLE_S, time.monotonic() - picture_s)
             if cell.viewers > 1:
@@ -130,7 +129,7 @@ async def _watch(
     return values, detail
 
 
-async def _costs(pid: int, browser: Browser) -> dict[str, float | None]:
+async def _costs(pid: int, browser: Browser) -> dict[str, float]:
     """Return times of the server and the browser, s, by the names of their shares."""
     try:
         meter = ProcessMeter(pid)
@@ -140,16 +139,13 @@ async def _costs(pid: int, browser: Browser) -> dict[str, float | None]:
     return {**server, "browser_cpu": await browser.cpu_s(), "at_s": time.monotonic()}
 
 
-def _shares(
-    before: dict[str, float | None], after: dict[str, float | None]
-) -> dict[str, float | None]:
+def _shares(before: dict[str, float], after: dict[str, float]) -> dict[str, float]:
     """Return what was used of one core, %, and the memory."""
-    span_s = (after["at_s"] or 0.0) - (before["at_s"] or 0.0)
-    found: dict[str, float | None] = {"server_memory_mib": after["server_memory_mib"]}
+    span_s = after["at_s"] - before["at_s"]
+    found = {"server_memory_mib": after["server_memory_mib"]}
     for name in ("server_cpu", "browser_cpu"):
         old, new = before[name], after[name]
-        if old is not None and new is not None:
-            found[name] = 100 * max(0.0, new - old) / span_s
+        found[name] = 100 * max(0.0, new - old) / span_s
     return found
 
 
@@ -167,11 +163,11 @@ def _picture_within_s(link: Link) -> float:
     return THIN_PICTURE_WITHIN_S if thin else PICTURE_WITHIN_S
 
 
-async def _goto(window_: Window, url: str, instrument: Instrument, within_s: float) -> bool:
+async def _goto(page: Page, url: str, instrument: Instrument, within_s: float) -> bool:
     """Open the page and return whether there is a picture in time."""
     with suppress(TimeoutError):
         async with asyncio.timeout(within_s):
-            await window_.goto(url)
+            await page.goto(url)
             while not await instrument.sees_picture():  # noqa: ASYNC110  # it is in the browser
                 await asyncio.sleep(_LOOK_EVERY_S)
             return True

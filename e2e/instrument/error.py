@@ -11,6 +11,7 @@ import tomlkit
 from e2e.delay.systems.running import PORT
 from e2e.delay.systems.served import serving
 from e2e.delay.systems.wax import press
+from e2e.harness.wait import eventually
 from e2e.instrument.cards import LIE_MS
 from e2e.instrument.instrument import Instrument
 from e2e.instrument.judge import is_clear, shift
@@ -20,10 +21,9 @@ from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
     from pathlib import Path
 
-    from e2e.browsers import Browser
+    from e2e.delay.browser import Browser
     from e2e.delay.readings import Readings
     from e2e.link import Link
 
@@ -64,7 +64,7 @@ async def own_error(link: Link, browser: Browser, folder: Path) -> list[Row]:
     ):
         await window.goto(served.url)
         one, two = (Instrument(window.evaluate, browser.ear, name=name) for name in _TWO)
-        await _until(one.sees_picture, "there is no picture")
+        await eventually(one.sees_picture, "there is a picture", within_s=_WITHIN_S)
         await window.evaluate(press("Turn sound on"))
         if not await one.hears(_WITHIN_S):
             raise MeasureError(f"the instrument's own error: no sound within {_WITHIN_S:g} s")
@@ -114,11 +114,3 @@ def _row(kind: str, off_ms: float | None) -> Row:
         goal=LIMIT_MS,
         met=off_ms is not None and off_ms <= LIMIT_MS,
     )
-
-
-async def _until(ask: Callable[[], Awaitable[bool]], problem: str) -> None:
-    until_s = time.monotonic() + _WITHIN_S
-    while not await ask():
-        if time.monotonic() > until_s:
-            raise MeasureError(f"the instrument's own error: {problem} within {_WITHIN_S:g} s")
-        await asyncio.sleep(0.1)

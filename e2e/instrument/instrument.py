@@ -2,19 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.delay.readings import (
-    Commands,
-    Connections,
-    Counters,
-    Pictures,
-    PlayerSound,
-    Readings,
-    SetPoints,
-    Sound,
-)
+from e2e.delay.readings import Pictures, Readings, Sound
 from e2e.instrument.preload import NAME
 from e2e.measure.errors import MeasureError
 
@@ -78,9 +70,10 @@ class Instrument:
 
         Raises `InstrumentError` where the page never had the instrument in it.
         """
-        taken = await self._evaluate(f"{self._at}?.take() ?? null")
-        if taken is not None:
-            self._take(taken)
+        # As text, which is handed over sooner than so many values.
+        taken = await self._evaluate(f"JSON.stringify({self._at}?.take() ?? null)")
+        if taken is not None and (found := json.loads(taken)) is not None:
+            self._take(found)
         if self._readings is None:
             raise InstrumentError(
                 "The instrument is not in this page: add PRELOAD before the page is opened."
@@ -104,11 +97,9 @@ class Instrument:
         if known.first_picture_ms is None:
             known.first_picture_ms = taken["first_picture_ms"]
         _extend(known.pictures, _pictures(taken["pictures"]))
-        _extend(known.counters, Counters(**taken["counters"]))
-        _extend(known.player_sound, PlayerSound(**taken["player_sound"]))
-        _extend(known.commands, Commands(**taken["commands"]))
-        _extend(known.set_points, SetPoints(**taken["set_points"]))
-        _extend(known.connections, Connections(**taken["connections"]))
+        for name in ("counters", "player_sound", "commands", "set_points", "connections"):
+            columns = getattr(known, name)
+            _extend(columns, type(columns)(**taken[name]))
         known.limits = [*taken["limits"], *self._own_limits()]
 
     def _own_limits(self) -> list[str]:

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from e2e.browsers import open_browser
-from e2e.delay.systems import origin
+from e2e.delay.browser import open_browser
 from e2e.instrument.cards import LIE_MS, LyingClock, lies
 from e2e.instrument.error import judged, own_error
 from e2e.instrument.judge import shift
@@ -72,12 +71,6 @@ def verdict(first: Readings, second: Readings) -> tuple[bool, bool]:
 @pytest.mark.timeout(150)
 async def test_two_agree_and_a_lie_is_read(tmp_path: Path) -> None:
     """In Chromium two on one page agree within 5 ms, and +100 ms in the source is read as such."""
-    rooms = [tmp_path / "server", tmp_path / "browser"]
-    for room in rooms:
-        room.mkdir()
-    async with (
-        Link("same-machine") as link,
-        open_browser("chromium", link, [origin(link)], rooms[1]) as browser,
-    ):
-        rows = await own_error(link, browser, rooms[0])
+    async with Link("same-machine") as link, open_browser(link) as browser:
+        rows = await own_error(link, browser, tmp_path)
     assert [row.what for row in rows if not row.met] == []

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import aiohttp
 
 from e2e.delay.relay import http_through
-from e2e.harness.chromium import FLAGS
-from e2e.harness.installed import CHROMIUM, installed
+from e2e.harness.chromium import chromium_at
 from e2e.harness.server import COMMAND
 from e2e.harness.wait import eventually
 from e2e.reach.hosts import Host
@@ -18,6 +17,7 @@ from wax.client.host import become_host
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
+    from contextlib import AbstractAsyncContextManager
     from pathlib import Path
 
     from playwright.async_api import Browser, Playwright
@@ -88,22 +88,12 @@ async def serving(net: Internet, folder: Path, toml: str) -> AsyncIterator[Robot
         yield Robot(http)
 
 
-@asynccontextmanager
-async def browser_at(
-    net: Internet, name: str, folder: Path, playwright: Playwright, *flags: str
-) -> AsyncIterator[Browser]:
+def browser_at(
+    net: Internet, name: str, playwright: Playwright
+) -> AbstractAsyncContextManager[Browser]:
     """Start Chromium at a host."""
-    launcher = net[name].launcher(folder / f"chromium-{name}", installed(*CHROMIUM))
-    # No name server answers there, so nothing else is looked up.
-    known = ", ".join(f"EXCLUDE {one}" for one in (ROBOT.public, ROBOT.address, TURN.address))
-    rules = f"--host-resolver-rules=MAP * ~NOTFOUND, {known}"
-    browser = await playwright.chromium.launch(
-        executable_path=launcher, headless=True, args=[*FLAGS, "--no-sandbox", rules, *flags]
-    )
-    try:
-        yield browser
-    finally:
-        await browser.close()
+    known = [str(ROBOT.public), ROBOT.address, TURN.address]
+    return chromium_at(net[name], playwright, known)
 
 
 def tell_logs(folder: Path) -> None:

@@ -87,7 +87,7 @@ async def _day(net: Internet, folder: Path, settings: str) -> None:
         robot = await day.enter_async_context(serving(net, folder, settings))
         laptop, elsewhere, trolls, cafe = await asyncio.gather(
             *(
-                day.enter_async_context(browser_at(net, host.name, folder, playwright))
+                day.enter_async_context(browser_at(net, host.name, playwright))
                 for host in (LAPTOP, FRIEND, TROLL, CAFE)
             )
         )

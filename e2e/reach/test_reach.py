@@ -87,7 +87,7 @@ async def staged(
                 await relay.start(net, folder)
             async with (
                 serving(net, folder, toml.format(state=folder / "state")) as robot,
-                _page(net, folder) as viewer,
+                _page(net) as viewer,
             ):
                 yield Stage(net, robot, viewer)
         except BaseException:
@@ -96,10 +96,10 @@ async def staged(
 
 
 @asynccontextmanager
-async def _page(net: Internet, folder: Path) -> AsyncIterator[Viewer]:
+async def _page(net: Internet) -> AsyncIterator[Viewer]:
     async with (
         async_playwright() as playwright,
-        browser_at(net, "friend", folder, playwright) as browser,
+        browser_at(net, "friend", playwright) as browser,
     ):
         viewer = await Viewer.prepare(await browser.new_context(), URL)
         await viewer.page.goto(URL)

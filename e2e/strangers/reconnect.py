@@ -21,8 +21,7 @@ from tests.link.profile import Change, Loss, load
 
 from e2e.delay.systems import PORT
 from e2e.delay.systems.served import serving
-from e2e.harness.chromium import FLAGS
-from e2e.harness.installed import CHROMIUM, installed
+from e2e.harness.chromium import chromium_at
 from e2e.harness.viewer import Viewer
 from e2e.link import Link
 from e2e.link.namespace import BROWSER_ADDRESS, DEVICE
@@ -153,33 +152,22 @@ async def _driving(outages: int) -> AsyncIterator[Driving]:
         served = await opening.enter_async_context(
             serving("wax", link, folder, ["-m", "wax", "--config", str(config)])
         )
-        viewer = await opening.enter_async_context(_page(link, folder, served.url))
+        viewer = await opening.enter_async_context(_page(link, served.url))
         await viewer.sees_picture()
         await viewer.takes_the_wheel()
         yield Driving(link, folder / "wax.log", viewer, outages_s)
 
 
 @asynccontextmanager
-async def _page(link: Link, folder: Path, url: str) -> AsyncIterator[Viewer]:
+async def _page(link: Link, url: str) -> AsyncIterator[Viewer]:
     """Open the page in a Chromium at the browser's end, without any permission, as strangers do."""
-    launcher = link.browser.launcher(folder / "chromium", installed(*CHROMIUM))
-    async with async_playwright() as playwright:
-        browser = await playwright.chromium.launch(
-            executable_path=launcher,
-            headless=True,
-            args=[
-                *FLAGS,
-                "--no-sandbox",
-                # Nobody answers there, and what it asks for would go over the link.
-                f"--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE {link.server.address}",
-            ],
-        )
-        try:
-            viewer = await Viewer.prepare(await browser.new_context(), url)
-            await viewer.page.goto(url)
-            yield viewer
-        finally:
-            await browser.close()
+    async with (
+        async_playwright() as playwright,
+        chromium_at(link.browser, playwright, [link.server.address]) as browser,
+    ):
+        viewer = await Viewer.prepare(await browser.new_context(), url)
+        await viewer.page.goto(url)
+        yield viewer
 
 
 FAULTS: Final = {

@@ -17,7 +17,8 @@ from e2e.peers.livekit.installation import check_sdk, find_client, find_server
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
-    from e2e.browsers import Window
+    from playwright.async_api import Page
+
     from e2e.delay.cell import Cell
     from e2e.delay.systems.running import Running
     from e2e.delay.systems.served import Served
@@ -42,7 +43,7 @@ class Stock:
         self.pid = served.pid
         self._served = served
 
-    async def opened(self, window: Window) -> None:
+    async def opened(self, window: Page) -> None:
         """Return at once: there is nothing to press."""
 
     async def told(self) -> dict[str, float | str]:
@@ -53,7 +54,7 @@ class Stock:
 class LiveKitRunning(Stock):
     """LiveKit, a child of the process that publishes and serves the page."""
 
-    async def opened(self, window: Window) -> None:
+    async def opened(self, window: Page) -> None:
         """Press the page's button for sound where it has one, until the page is connected."""
         until_s = time.monotonic() + _PLAYS_WITHIN_S
         while (state := await window.evaluate(_PLAY_THE_SOUND)) != "connected":

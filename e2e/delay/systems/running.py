@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final, Protocol
 
 if TYPE_CHECKING:
-    from e2e.browsers import Window
+    from playwright.async_api import Page
+
     from e2e.link import Link
 
 PORT: Final = 8080
@@ -20,7 +21,7 @@ class Running(Protocol):
     pid: int
     """Of the server; it may have children."""
 
-    async def opened(self, window: Window) -> None:
+    async def opened(self, window: Page) -> None:
         """Do what a person does to hear, and for ``operator`` to drive, once the page is open.
 
         Returns when the page says so. Raises `MeasureError` when it does not.

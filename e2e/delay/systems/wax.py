@@ -12,13 +12,15 @@ import tomlkit
 from e2e.delay.systems.peers import film
 from e2e.delay.systems.served import STATE, Served, serving
 from e2e.delay.systems.settings import settings
+from e2e.harness.wait import eventually
 from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Mapping
     from pathlib import Path
 
-    from e2e.browsers import Window
+    from playwright.async_api import Page
+
     from e2e.delay.cell import Cell
     from e2e.link import Link
 
@@ -37,14 +39,14 @@ class Wax:
         self._joins = joins
         self._drives = drives
 
-    async def opened(self, window: Window) -> None:
+    async def opened(self, window: Page) -> None:
         await window.evaluate(press("Turn sound on"))
         if not self._joins:
             return
         before = await self._disturbances()
-        await self._until(window, press("Join the queue"), "lets nobody join the queue")
+        await self._until(window, press("Join the queue"), "lets one join the queue")
         says = "document.body.innerText.includes('You are driving')"
-        await self._until(window, says, "does not say that the browser drives")
+        await self._until(window, says, "says that the browser drives")
         if self._drives:
             await self._drive(window, before)
 
@@ -53,7 +55,7 @@ class Wax:
         first, *_ = sorted(status.pop("viewers"), key=lambda line: line["id"]) or [{}]
         return flat(status) | flat({"viewer": first})
 
-    async def _drive(self, window: Window, before: float) -> None:
+    async def _drive(self, window: Page, before: float) -> None:
         """Hold a key; press it again if the server requires it.
 
         It does while the page sees no picture yet, and after it was late itself: a key that is
@@ -61,14 +63,14 @@ class Wax:
         """
         until_s = time.monotonic() + DRIVES_WITHIN_S
         while time.monotonic() < until_s:
-            await window.hold("ArrowUp")
+            await window.keyboard.down("ArrowUp")
             if await self._moves():
                 return
             now = await self._disturbances()
             if now == before:
                 break
             before = now
-            await window.release("ArrowUp")
+            await window.keyboard.up("ArrowUp")
             await asyncio.sleep(_LET_GO_S)
         raise MeasureError("a key that is held in the page of WAX does not move the robot")
 
@@ -89,13 +91,12 @@ class Wax:
             if name == "counters.control.late" or name.startswith("counters.commands.refused.")
         )
 
-    async def _until(self, window: Window, expression: str, problem: str) -> None:
-        until_s = time.monotonic() + DRIVES_WITHIN_S
-        while not await window.evaluate(expression):
+    async def _until(self, window: Page, expression: str, what: str) -> None:
+        async def is_so() -> bool:
             self._served.check()
-            if time.monotonic() > until_s:
-                raise MeasureError(f"the page of WAX {problem} within {DRIVES_WITHIN_S:g} s")
-            await asyncio.sleep(_LOOK_EVERY_S)
+            return bool(await window.evaluate(expression))
+
+        await eventually(is_so, f"the page of WAX {what}", within_s=DRIVES_WITHIN_S)
 
 
 @asynccontextmanager

@@ -12,7 +12,6 @@ from e2e.measure.row import Row
 from e2e.measure.summary import summarize
 
 if TYPE_CHECKING:
-    from e2e.browsers.window import Key
     from e2e.delay.voice.stage import Stage
 
 SECONDS: Final = 25.0
@@ -79,9 +78,9 @@ def rows(profile: str, goal_ms: float, silent: Stretches, speaking: Stretches) -
 
 
 async def _stretch(stage: Stage, into: Stretches, seconds: float, *, speaks: bool) -> None:
-    held: tuple[Key, ...] = ("ArrowUp", "KeyT") if speaks else ("ArrowUp",)
+    held = ("ArrowUp", "KeyT") if speaks else ("ArrowUp",)
     for key in held:
-        await stage.window.hold(key)
+        await stage.window.keyboard.down(key)
     await stage.taken()
     tap = stage.ear.tap()
     before = await stage.system.told()
@@ -90,7 +89,7 @@ async def _stretch(stage: Stage, into: Stretches, seconds: float, *, speaks: boo
     to_ms = float(await stage.window.evaluate("performance.now()"))
     after = await stage.system.told()
     for key in held:
-        await stage.window.release(key)
+        await stage.window.keyboard.up(key)
     into.played += [block.rms > _SOUNDS for block in tap.heard]
     await asyncio.sleep(_REST_S)
     pings = (await stage.taken())["pings"]

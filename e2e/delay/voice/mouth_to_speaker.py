@@ -38,7 +38,7 @@ async def mouth_to_speaker(profile: str, goal_ms: float, n: int) -> list[Row]:
     """Speak until `n` pieces of half a second can be judged."""
     async with staged(profile, listens=True) as stage:
         tap = stage.ear.tap(records=True)
-        await stage.window.hold("KeyT")
+        await stage.window.keyboard.down("KeyT")
         await asyncio.sleep((n / _SHARE * PIECE_MS + MOST_MS) / 1000)
         clock = await page_clock(stage.window.evaluate)
         # The microphone hands over each piece when it has heard all of it.
@@ -46,7 +46,7 @@ async def mouth_to_speaker(profile: str, goal_ms: float, n: int) -> list[Row]:
             (clock.monotonic_s(at_ms) * 1000 - len(loudness), loudness)
             for at_ms, loudness in (await stage.taken())["heard"]
         ]
-        await stage.window.release("KeyT")
+        await stage.window.keyboard.up("KeyT")
     speaker = _played(tap)
     if not mouth or not speaker:
         raise MeasureError("nothing was said, or nothing played")

@@ -19,7 +19,8 @@ from e2e.measure.row import timed
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from e2e.browsers import Window
+    from playwright.async_api import Page
+
     from e2e.delay.voice.stage import Stage
     from e2e.measure.ear import Block
     from e2e.measure.row import Row
@@ -38,7 +39,7 @@ _MUTED: Final = "The host has muted all voices."
 @dataclass(slots=True)
 class _Scene:
     stage: Stage
-    host: Window
+    host: Page
     clock: PageClock
     """Of the operator's page."""
     hosts_clock: PageClock
@@ -62,7 +63,7 @@ async def muted(goal_ms: float, n: int) -> list[Row]:
             read_s = scene.clock.monotonic_s(await asyncio.wait_for(told, _TELLS_WITHIN_S))
             silent_ms.append(silent)
             told_ms.append((read_s - at_s) * 1000)
-            await stage.window.release("KeyT")
+            await stage.window.keyboard.up("KeyT")
             await host.evaluate(press("Mute all voices"))
             await asyncio.sleep(_REST_S)
     what = "after the host mutes all voices, the robot’s speaker is silent"
@@ -84,7 +85,7 @@ async def turn_ended(goal_ms: float, n: int) -> list[Row]:
             await host.evaluate(press("End this turn…"))
             silent, _ = await _silent(scene, press("End it"))
             silent_ms.append(silent)
-            await stage.window.release("KeyT")
+            await stage.window.keyboard.up("KeyT")
             await stage.system.opened(stage.window)
     what = "after the host ends the turn of who speaks, the robot’s speaker is silent"
     return [timed("turn-end", what, silent_ms, goal_ms)]
@@ -104,7 +105,7 @@ def silent_after_ms(heard: Sequence[Block], act_ms: float) -> float | None:
     return None if last_ms > MOST_MS else max(0.0, last_ms)
 
 
-async def _scene(stage: Stage, host: Window) -> _Scene:
+async def _scene(stage: Stage, host: Page) -> _Scene:
     """Return it once the host's panel is open."""
     until_s, opened = time.monotonic() + _TELLS_WITHIN_S, False
     while not await host.evaluate(has("Mute all voices")):
@@ -117,7 +118,7 @@ async def _scene(stage: Stage, host: Window) -> _Scene:
 
 
 async def _until_it_sounds(stage: Stage) -> None:
-    await stage.window.hold("KeyT")
+    await stage.window.keyboard.down("KeyT")
     if not await stage.ear.tap().hears(_SOUNDS_WITHIN_S):
         raise MeasureError(f"no voice sounded at the robot within {_SOUNDS_WITHIN_S:g} s")
 

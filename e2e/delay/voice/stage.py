@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import time
 import wave
 from contextlib import AsyncExitStack, asynccontextmanager
@@ -13,17 +14,15 @@ from urllib.parse import urlsplit
 
 import tomlkit
 
-from e2e.browsers import chromium
+from e2e.delay.browser import open_browser
 from e2e.delay.cell import Cell
-from e2e.delay.systems import origin
 from e2e.delay.systems.served import STATE, serving
 from e2e.delay.systems.settings import settings
 from e2e.delay.systems.wax import Wax
 from e2e.harness import speech, toml
-from e2e.harness.installed import CHROMIUM, installed
+from e2e.harness.wait import eventually
 from e2e.link import Link
 from e2e.measure.ear import open_ear
-from e2e.measure.errors import MeasureError
 from wax.access import host_link
 from wax.clock import SystemClock
 
@@ -32,15 +31,15 @@ if TYPE_CHECKING:
 
     import numpy as np
     from numpy.typing import NDArray
+    from playwright.async_api import Page
 
-    from e2e.browsers import Browser, Window
+    from e2e.delay.browser import Browser
     from e2e.measure.ear import Ear
 
 SPOKEN_S: Final = 12.0
 """After this the words begin again."""
 _PRELOAD: Final = Path(__file__).with_name("page.js").read_text(encoding="utf-8")
 _SEES_WITHIN_S: Final = 60.0
-_LOOK_EVERY_S: Final = 0.1
 
 
 class Stage:
@@ -49,9 +48,7 @@ class Stage:
     `state` is the server's folder, in which whoever may use it finds the host's link.
     """
 
-    def __init__(
-        self, browser: Browser, window: Window, system: Wax, ear: Ear, state: Path
-    ) -> None:
+    def __init__(self, browser: Browser, window: Page, system: Wax, ear: Ear, state: Path) -> None:
         self.window = window
         self.system = system
         self.ear = ear
@@ -59,7 +56,7 @@ class Stage:
         self._state = state
 
     @asynccontextmanager
-    async def host(self) -> AsyncIterator[Window]:
+    async def host(self) -> AsyncIterator[Page]:
         """Have the host's page open beside the operator's, in the same browser."""
         link, *_ = await asyncio.to_thread(host_link.ask, self._state)
         async with self._browser.window(_preload(listens=False)) as window:
@@ -69,7 +66,10 @@ class Stage:
 
     async def taken(self) -> dict[str, Any]:
         """Return what the page has heard and pinged since the last call, as ``page.js`` has it."""
-        found: dict[str, Any] = await self.window.evaluate("waxVoice.take()")
+        # As text, which is handed over sooner than so many values.
+        found: dict[str, Any] = json.loads(
+            await self.window.evaluate("JSON.stringify(waxVoice.take())")
+        )
         return found
 
 
@@ -82,7 +82,6 @@ async def staged(
     With `listens` it keeps what its microphone hears. Without `pauses` the words have none. Raises
     `NotRunError` or `MeasureError`.
     """
-    path = installed(*CHROMIUM)
     cell = Cell(experiment="G", profile=profile, system="operator")
     tree = toml.merged(settings(cell, "testcard"), {"voice": {"speaker": "speaker"}})
     async with AsyncExitStack() as leaving:
@@ -91,7 +90,7 @@ async def staged(
         config.write_text(tomlkit.dumps(tree), encoding="utf-8")
         _write(words, speech.voice(SPOKEN_S) if pauses else speech.unbroken(SPOKEN_S))
         link = await leaving.enter_async_context(Link(profile))
-        robots, own = [await leaving.enter_async_context(open_ear()) for _ in range(2)]
+        robots = await leaving.enter_async_context(open_ear())
         arguments = ["-m", "wax", "--config", str(config)]
         served = await leaving.enter_async_context(
             serving("wax", link, folder, arguments, robots.variables)
@@ -99,8 +98,8 @@ async def staged(
         state = folder / STATE / "wax"
         await served.become_host(state)
         browser = await leaving.enter_async_context(
-            chromium.open_chromium(
-                *(path, link, [origin(link)], folder, own),
+            open_browser(
+                link,
                 "--use-fake-device-for-media-stream",
                 f"--use-file-for-fake-audio-capture={words}",
             )
@@ -128,9 +127,7 @@ def _write(path: Path, words: NDArray[np.int16]) -> None:
         file.writeframes(words.tobytes())
 
 
-async def _sees(window: Window) -> None:
-    until_s = time.monotonic() + _SEES_WITHIN_S
-    while not await window.evaluate("waxVoice.sees()"):
-        if time.monotonic() > until_s:
-            raise MeasureError(f"there was no picture within {_SEES_WITHIN_S:g} s")
-        await asyncio.sleep(_LOOK_EVERY_S)
+async def _sees(window: Page) -> None:
+    await eventually(
+        lambda: window.evaluate("waxVoice.sees()"), "there is a picture", within_s=_SEES_WITHIN_S
+    )

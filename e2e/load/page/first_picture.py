@@ -8,16 +8,16 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Final
 
-from e2e.browsers import open_browser
+from e2e.delay.browser import open_browser
 from e2e.delay.cell import Cell
-from e2e.delay.systems import origin, start
+from e2e.delay.systems import start
 from e2e.link import Link
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row, judged, summed
 from e2e.measure.summary import summarize
 
 if TYPE_CHECKING:
-    from e2e.browsers import Browser
+    from e2e.delay.browser import Browser
     from e2e.delay.names import SystemName
 
 _PAUSE_S: Final = 3.0
@@ -41,13 +41,10 @@ async def first_picture(profile: str, goal_ms: float, peer: str | None, n: int) 
 async def _times(profile: str, system: SystemName, n: int) -> list[float | None]:
     cell = Cell(experiment="G", profile=profile, system=system)
     async with AsyncExitStack() as leaving:
-        served, browsed = (
-            Path(leaving.enter_context(TemporaryDirectory(prefix="wax-load-"))) for _ in range(2)
-        )
+        served = leaving.enter_context(TemporaryDirectory(prefix="wax-load-"))
         link = await leaving.enter_async_context(Link(profile))
-        running = await leaving.enter_async_context(start(cell, link, served))
-        opening = open_browser(cell.browser, link, [origin(link)], browsed)
-        browser = await leaving.enter_async_context(opening)
+        running = await leaving.enter_async_context(start(cell, link, Path(served)))
+        browser = await leaving.enter_async_context(open_browser(link))
         return [await _time(browser, running.url) for _ in range(n + 1)][1:]
 
 

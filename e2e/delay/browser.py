@@ -1,0 +1,70 @@
+"""The browser that watches: Chromium at the browser's end of a link, heard by an ear of its own."""
+
+from __future__ import annotations
+
+from contextlib import asynccontextmanager, suppress
+from typing import TYPE_CHECKING, Final
+
+from playwright.async_api import Error, async_playwright
+
+from e2e.delay.systems.running import origin
+from e2e.harness.chromium import chromium_at
+from e2e.measure.ear import Ear, open_ear
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from playwright.async_api import Browser as Playing
+    from playwright.async_api import Page
+
+    from e2e.link import Link
+
+LOAD_WITHIN_MS: Final = 120_000.0
+"""A page of some 100 kB takes a modem half a minute."""
+
+
+class Browser:
+    """One process with many windows, each visible to itself, and one sound device: `ear`."""
+
+    def __init__(self, browser: Playing, ear: Ear) -> None:
+        self._browser = browser
+        self.ear = ear
+
+    async def cpu_s(self) -> float:
+        """Return the processor time of its processes."""
+        session = await self._browser.new_browser_cdp_session()
+        told = await session.send("SystemInfo.getProcessInfo")
+        await session.detach()
+        return float(sum(process["cpuTime"] for process in told["processInfo"]))
+
+    @asynccontextmanager
+    async def window(self, preload: str) -> AsyncIterator[Page]:
+        """Have a page without a past; the script `preload` runs in it before its own ones."""
+        # With the microphone allowed Chromium offers its address. Else it offers a name to be
+        # asked for by multicast, which a server without WAX's remedy does in vain for a second.
+        context = await self._browser.new_context(
+            bypass_csp=True, locale="en-GB", permissions=["microphone"]
+        )
+        context.set_default_navigation_timeout(LOAD_WITHIN_MS)
+        try:
+            await context.add_init_script(preload)
+            yield await context.new_page()
+        finally:
+            with suppress(Error):  # a browser that has ended has no windows either
+                await context.close()
+
+
+@asynccontextmanager
+async def open_browser(link: Link, *flags: str) -> AsyncIterator[Browser]:
+    """Have it inside the block; to it the link's server is secure, and sound needs no touch.
+
+    Raises `NotRunError` or `MeasureError`.
+    """
+    secure = f"--unsafely-treat-insecure-origin-as-secure={origin(link)}"
+    known = [link.server.address]
+    async with (
+        open_ear() as ear,
+        async_playwright() as playwright,
+        chromium_at(link.browser, playwright, known, secure, *flags, ear=ear) as browser,
+    ):
+        yield Browser(browser, ear)
