@@ -1,4 +1,4 @@
-"""A tab that is hidden, minimised and left as a person does it; the browser informs the page.
+"""A tab that is hidden as a person does it; the browser informs the page.
 
 Playwright tells each of its own pages that it is in front and in focus, whatever is. This tab is
 beside them in the same browser, over the Chrome DevTools Protocol alone.
@@ -21,11 +21,9 @@ _KEY_CODES: Final = {"ArrowUp": 38}
 class Tab:
     """One tab of a headless Chromium, opened by `open`."""
 
-    def __init__(self, browser: CDPSession, target: str, session: str, url: str) -> None:
+    def __init__(self, browser: CDPSession, session: str) -> None:
         self._browser = browser
-        self._target = target
         self._session = session
-        self._url = url
         self._other: str | None = None
         self._ids = itertools.count(1)
         self._asked: dict[int, asyncio.Future[dict[str, Any]]] = {}
@@ -33,14 +31,14 @@ class Tab:
 
     @classmethod
     async def open(cls, browser: Browser, url: str, script: str) -> Tab:
-        """Open a page in which `script` runs before its own, now and after each return."""
+        """Open a page in which `script` runs before its own."""
         session = await browser.new_browser_cdp_session()
         target = (await session.send("Target.createTarget", {"url": "about:blank"}))["targetId"]
         attached = await session.send("Target.attachToTarget", {"targetId": target})
-        tab = cls(session, target, attached["sessionId"], url)
+        tab = cls(session, attached["sessionId"])
         await tab._send("Page.enable")
         await tab._send("Page.addScriptToEvaluateOnNewDocument", source=script)
-        await tab.come_back()
+        await tab._send("Page.navigate", url=url)
         return tab
 
     async def evaluate(self, expression: str) -> Any:
@@ -56,8 +54,6 @@ class Tab:
             "Input.dispatchKeyEvent", type=what, key=name, code=name, windowsVirtualKeyCode=code
         )
 
-    # --- how a person leaves a page -----------------------------------------------------------
-
     async def open_another(self) -> None:
         """Open another tab in front of this one."""
         other = await self._browser.send("Target.createTarget", {"url": "about:blank"})
@@ -65,29 +61,6 @@ class Tab:
 
     async def close_another(self) -> None:
         await self._browser.send("Target.closeTarget", {"targetId": self._other})
-
-    async def minimise(self) -> None:
-        await self._set_window("minimized")
-
-    async def restore(self) -> None:
-        await self._set_window("normal")
-
-    async def leave(self) -> None:
-        """Follow a link to another page."""
-        await self._send("Page.navigate", url="about:blank")
-
-    async def come_back(self) -> None:
-        await self._send("Page.navigate", url=self._url)
-
-    async def close(self) -> None:
-        await self._browser.send("Target.closeTarget", {"targetId": self._target})
-
-    # --- inside -------------------------------------------------------------------------------
-
-    async def _set_window(self, state: str) -> None:
-        window = await self._browser.send("Browser.getWindowForTarget", {"targetId": self._target})
-        bounds = {"windowId": window["windowId"], "bounds": {"windowState": state}}
-        await self._browser.send("Browser.setWindowBounds", bounds)
 
     async def _send(self, method: str, **params: Any) -> dict[str, Any]:
         number = next(self._ids)

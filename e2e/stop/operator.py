@@ -43,7 +43,7 @@ class RawOperator(Operator):
             server.url,
             client_id=browser.tab,
             cookies=browser.cookies,
-            route=relay,
+            on_socket=None if relay is None else relay.tap,
             sees=sees,
             persists=persists,
         )

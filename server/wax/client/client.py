@@ -9,7 +9,7 @@ import time
 import uuid
 from collections import deque
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Final, Protocol, Self
+from typing import TYPE_CHECKING, Any, Final, Self
 
 import aiohttp
 from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription
@@ -47,16 +47,6 @@ _KEEN_PAUSE_S: Final = 0.2
 _CALM_PAUSE_S: Final = 1.0
 
 
-class Route(Protocol):
-    """A network between client and server; rewrites the descriptions to route through it."""
-
-    def offer(self, sdp: str) -> str: ...
-
-    async def answer(self, sdp: str) -> str: ...
-
-    def close(self) -> None: ...
-
-
 class Client:
     """One peer from `connect` to `close`; an async context manager does both."""
 
@@ -74,7 +64,6 @@ class Client:
         cookies: aiohttp.CookieJar | None = None,
         # Go with each request, as a proxy adds them.
         headers: Mapping[str, str] | None = None,
-        route: Route | None = None,
         # Its first wishes; for a size that the server lacks, it is sent the largest.
         sound: bool = True,
         picture: bool = True,
@@ -97,7 +86,6 @@ class Client:
         self._url = url
         self._name = name
         self._headers = headers
-        self._route = route
         self._wants = {"sound": sound, "picture": picture}
         self._size = size
         self._on_message = on_message
@@ -159,8 +147,6 @@ class Client:
             await self._http.close()
         await self.peer.close()
         await self.media.close()
-        if self._route is not None:
-            self._route.close()
 
     # --- what the server says -----------------------------------------------------------------
 
@@ -251,10 +237,7 @@ class Client:
     # --- inside -------------------------------------------------------------------------------
 
     async def _exchange(self, offer: str) -> str:
-        if self._route is None:
-            return str((await self.post("/api/offer", {"sdp": offer}))["sdp"])
-        answer = await self.post("/api/offer", {"sdp": self._route.offer(offer)})
-        return await self._route.answer(str(answer["sdp"]))
+        return str((await self.post("/api/offer", {"sdp": offer}))["sdp"])
 
     def _greet(self) -> None:
         if self._name is not None:
