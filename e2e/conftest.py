@@ -40,7 +40,6 @@ BESIDE = (
     "gallery",
     "reach",
     "test_big_screen.py",
-    "test_init.py",
     "test_language.py",
     "test_loopback_only.py",
     "test_page.py",

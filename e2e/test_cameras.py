@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from e2e.harness import toml
-from e2e.harness.mortal_camera import SOURCE, plug
 from e2e.harness.robot import moves, turn_by_key
 from e2e.harness.wait import eventually
+from e2e.stop.camera import SOURCE
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ async def test_a_large_camera_dies_and_driving_goes_on(
     assert box is not None
     assert box["width"] >= 120, "whoever drives does not see the driving view"
     before = (await server.status())["counters"]["commands.accepted"]
-    pulled = plug(server.state_folder.parent)
+    pulled = server.state_folder.parent / "pull"
     pulled.touch()
     try:
         await viewer.page.get_by_text(

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 
-from e2e.harness import audio_probe, gamepad, speech, toml
+from e2e.harness import gamepad, probe, speech, toml
 from e2e.harness.bidi import firefox
 from e2e.harness.installed import FIREFOX, installed, needed
 from e2e.harness.microphone import hearing
+from e2e.harness.probe import LIVE_MS
 from e2e.harness.robot import moves, stands_still, undisturbed
-from e2e.harness.video_probe import LIVE_MS
 from e2e.harness.wait import eventually
 from e2e.measure.ear import open_ear
 
@@ -96,7 +96,7 @@ async def test_firefox_shows_sounds_and_drives(
         await eventually(is_large, "the picture is as large as it gets", within_s=10)
         tap.take()
         await asyncio.sleep(2)
-        assert audio_probe.loudness(tap.take()) > 0.02
+        assert probe.loudness(tap.take()) > 0.02
 
         await window.evaluate(button("Join the queue"))
 

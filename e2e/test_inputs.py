@@ -15,8 +15,7 @@ from e2e.harness.gamepad import LEFT_OF_CROSS, START, B, InjectedGamepad
 from e2e.harness.robot import moves, nothing_is_held, stands_still, undisturbed
 from e2e.harness.touch_screen import TouchPoints
 from e2e.harness.wait import eventually
-from e2e.test_drive import PHONE
-from e2e.test_release import HIDE, LOSSES
+from e2e.test_drive import HIDE, LOSSES, PHONE
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator

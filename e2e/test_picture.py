@@ -9,7 +9,7 @@ import pytest
 import pytest_asyncio
 
 from e2e.harness import toml
-from e2e.harness.video_probe import assert_live
+from e2e.harness.probe import assert_live
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:

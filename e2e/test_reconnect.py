@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from e2e.harness import toml
+from e2e.harness.probe import assert_live
 from e2e.harness.robot import moves, stands_still, turn_by_key
-from e2e.harness.video_probe import assert_live
 from e2e.harness.wait import eventually
 from wax.clock import SystemClock
 from wax.commands.proof.remote import RemoteOperator

@@ -11,7 +11,7 @@ import pytest
 import pytest_asyncio
 
 from e2e.harness import toml
-from e2e.harness.host import become_host
+from e2e.harness.commands import become_host
 from e2e.harness.line import SerialLine
 from e2e.harness.robot import until_it_moves
 from e2e.harness.wait import eventually

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from e2e.harness import audio_probe
+from e2e.harness import probe
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ async def test_a_page_that_is_busy_or_behind_plays_on(
             "const end = performance.now() + 800; while (performance.now() < end);"
         )
         await asyncio.sleep(0.3)
-    assert audio_probe.gaps_ms(viewer.heard()) == []
+    assert probe.gaps_ms(viewer.heard()) == []
     cdp = await viewer.page.context.new_cdp_session(viewer.page)
     # A page that is driven counts as seen, whatever lies over it.
     await cdp.send("Emulation.setFocusEmulationEnabled", {"enabled": False})
@@ -79,7 +79,7 @@ async def test_a_page_that_is_busy_or_behind_plays_on(
     await eventually(lambda: viewer.page.evaluate(IS_BEHIND), "it is behind")
     viewer.forget()
     await asyncio.sleep(15)
-    assert audio_probe.gaps_ms(viewer.heard()) == []
+    assert probe.gaps_ms(viewer.heard()) == []
     await plays_by(viewer, OWN)
 
 
@@ -106,6 +106,6 @@ async def test_a_decoder_that_fails_is_hardly_heard(
     await plays_by(viewer, BROWSER)
     await asyncio.sleep(1)
     heard = viewer.heard()
-    assert max(audio_probe.gaps_ms(heard), default=0.0) <= FALLS_BACK_WITHIN_MS
-    assert audio_probe.loudness(heard[-50:]) > 0.02
+    assert max(probe.gaps_ms(heard), default=0.0) <= FALLS_BACK_WITHIN_MS
+    assert probe.loudness(heard[-50:]) > 0.02
     assert "the decoder has failed" in await viewer.page.evaluate("document.body.textContent")

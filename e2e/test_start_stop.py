@@ -1,8 +1,10 @@
-"""How the server ends while somebody drives."""
+"""How the server begins with what `wax init` wrote, and ends while somebody drives."""
 
 from __future__ import annotations
 
 import asyncio
+import os
+import pty
 import signal
 from typing import TYPE_CHECKING
 
@@ -10,9 +12,10 @@ import pytest
 from tests.full_pipe import full_pipe
 
 from e2e.harness import toml
+from e2e.harness.board import Board
 from e2e.harness.line import SerialLine
 from e2e.harness.robot import turn_by_key
-from e2e.harness.server import Server
+from e2e.harness.server import COMMAND, Server
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -64,3 +67,53 @@ async def test_a_paused_standard_error_stops_nothing(
             await server.stop(signal.SIGINT)
         finally:
             await server.kill()
+
+
+async def _at_a_terminal(folder: Path, *arguments: str) -> tuple[int, str]:
+    """Run `wax` with a terminal of its own; return its exit status and what it said."""
+    ours, theirs = pty.openpty()
+    try:
+        process = await asyncio.create_subprocess_exec(
+            str(COMMAND), *arguments, stdin=theirs, stdout=theirs, stderr=theirs, cwd=folder
+        )
+        code = await asyncio.wait_for(process.wait(), 40)
+        os.set_blocking(ours, False)
+        return code, os.read(ours, 65536).decode()
+    finally:
+        os.close(theirs)
+        os.close(ours)
+
+
+async def test_what_init_writes_drives_a_board(tmp_path: Path) -> None:
+    """With --yes and a board plugged in, the file that is written starts a server that has it.
+
+    This machine has no camera: the page says so, and the microphone's absence is no problem.
+    """
+    board = Board(tmp_path)
+    await board.start()
+    try:
+        path = tmp_path / "robot.toml"
+        code, said = await _at_a_terminal(
+            tmp_path, "init", "--yes", "--serial", str(board.path), "robot.toml"
+        )
+        assert code == 0, said
+        assert f"the board on {board.path}" in said
+        server = Server(tmp_path, path.read_text(encoding="utf-8"))
+        await server.start()
+        try:
+
+            async def connected() -> bool:
+                return bool((await server.status())["robot"]["connected"])
+
+            await eventually(connected, "the server talks to the board", within_s=10)
+            status = await server.status()
+            assert status["robot"]["kind"] == "serial"
+            video = status["streams"]["video"]
+            assert video["captured_fps"] or "No camera was found" in video["problem"]
+        finally:
+            await server.stop()
+        again, said = await _at_a_terminal(tmp_path, "init", "--yes", "robot.toml")
+        assert again == 2
+        assert "is there already" in said
+    finally:
+        await board.stop()

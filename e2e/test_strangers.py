@@ -14,7 +14,7 @@ import pytest
 import pytest_asyncio
 
 from e2e.harness import toml
-from e2e.harness.host import become_host
+from e2e.harness.commands import become_host
 from e2e.harness.robot import moves, stands_still
 from e2e.harness.wait import eventually
 from wax.access.admission import BANNED, LOCKED

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from e2e.harness import audio_probe, toml
-from e2e.harness.video_probe import assert_live
+from e2e.harness import probe, toml
+from e2e.harness.probe import assert_live
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ async def ages_of(viewer: Viewer) -> Ages:
     cards = await viewer.cards(90)
     await asyncio.sleep(1)
     return Ages(
-        sound_ms=median(audio_probe.burst_ages_ms(viewer.heard())),
+        sound_ms=median(probe.burst_ages_ms(viewer.heard())),
         picture_ms=median(card.age_ms for card in cards if card.valid),
     )
 
@@ -138,8 +138,8 @@ async def test_timing_is_switched_while_watching(
             await held_back(server, viewer, policy, held_ms)
         assert await viewer.probe("peers()") == peers
         blocks = viewer.heard()
-        assert audio_probe.loudness(blocks) > 0.02
-        assert sum(audio_probe.gaps_ms(blocks)) <= 60, audio_probe.gaps_ms(blocks)
+        assert probe.loudness(blocks) > 0.02
+        assert sum(probe.gaps_ms(blocks)) <= 60, probe.gaps_ms(blocks)
         await viewer.takes_the_wheel()
 
         async def hurries() -> bool:

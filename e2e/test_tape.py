@@ -12,7 +12,7 @@ import av
 import pytest
 
 from e2e.harness import toml
-from e2e.harness.replay import replayed
+from e2e.harness.commands import replayed
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from wax.tape.shelf import Shelf

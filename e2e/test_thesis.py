@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 import tomlkit
 
-from e2e.harness import audio_probe
+from e2e.harness import probe
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ async def test_the_browser_plays_the_system_of_2004(
             assert counts["keyFramesDecoded"] in (counts["framesReceived"], counts["framesDecoded"])
         assert after["framesDecoded"] - before["framesDecoded"] > 15
         assert [card for card in cards if card.valid]
-        assert audio_probe.loudness(viewer.heard()) > 0.02
+        assert probe.loudness(viewer.heard()) > 0.02
         streams = await _streams(server)
         assert streams["sent"] > 60
         assert streams["lost"] == 0

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 from e2e.delay.cell import GOALS, Cell
 from e2e.delay.measures import MEASURES
 from e2e.delay.names import SYSTEMS, SystemName, shown
-from e2e.measure.row import Row
-from e2e.measure.summary import summarize
+from e2e.measure.row import Row, summarize
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence

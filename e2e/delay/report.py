@@ -17,7 +17,7 @@ from e2e.delay.names import AGE, GIVEN, LINKS, SYSTEMS, profile, shown
 from e2e.delay.thesis import words
 from e2e.measure.command import OUT
 from e2e.measure.results import Result, Results
-from e2e.measure.summary import summarize
+from e2e.measure.row import summarize
 from e2e.measure.table import number
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from e2e.delay.names import AGE, GIVEN, SYSTEMS
 from e2e.delay.plan import planned
 from e2e.delay.voice.command_age import SECONDS, command_age
 from e2e.delay.voice.mouth_to_speaker import mouth_to_speaker
-from e2e.delay.voice.silenced import muted, turn_ended
+from e2e.delay.voice.silenced import muted
 from e2e.delay.watch import repeated
 from e2e.instrument.error import own_error
 from e2e.link import Link
@@ -30,9 +30,6 @@ if TYPE_CHECKING:
     from e2e.delay.plan import Planned
     from e2e.measure.row import Row
 
-_PUBLISHED_WAYS: Final = ("key", "joystick", "gamepad")
-_WORDS: Final = "half seconds of speech, said and played"
-_PAIRS: Final = f"pairs of {SECONDS:g} s, speaking and silent"
 _OPENED: Final = "openings of the link"
 
 
@@ -116,43 +113,25 @@ SUITE: Final = Suite(
                 "presses",
                 15,
                 minutes=0.9,
-                long=way.key not in _PUBLISHED_WAYS,
             )
             for way in WAYS
         ),
-        *(
-            measured(
-                f"mouth-to-speaker/{profile}",
-                40,
-                partial(mouth_to_speaker, profile, goal_ms),
-                _WORDS,
-                10,
-                minutes=1.1,
-                long=profile != "internet-5m",
-            )
-            for profile, goal_ms in (("internet-5m", 200.0), ("same-machine", 100.0))
+        measured(
+            "mouth-to-speaker/internet-5m",
+            40,
+            partial(mouth_to_speaker, "internet-5m", 200.0),
+            "half seconds of speech, said and played",
+            10,
+            minutes=1.1,
         ),
         measured("mute", 20, partial(muted, 300.0), "times while somebody speaks", 3, minutes=1.6),
         measured(
-            "turn-end",
-            50,
-            partial(turn_ended, 300.0),
-            "times while somebody speaks",
+            "command-age/modem-56k",
             2,
-            minutes=4,
-            long=True,
-        ),
-        *(
-            measured(
-                f"command-age/{profile}",
-                n,
-                partial(command_age, profile, goal_ms),
-                _PAIRS,
-                1,
-                minutes=n * 0.9 + 0.5,
-                long=profile != "modem-56k",
-            )
-            for profile, goal_ms, n in (("modem-56k", 40.0, 2), ("same-machine", 2.0, 10))
+            partial(command_age, "modem-56k", 40.0),
+            f"pairs of {SECONDS:g} s, speaking and silent",
+            1,
+            minutes=2.3,
         ),
     ),
     derive=derive,

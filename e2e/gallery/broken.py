@@ -7,7 +7,7 @@ import os
 import signal
 from typing import TYPE_CHECKING, Final
 
-from e2e.harness.mortal_camera import SOURCE, plug
+from e2e.stop.camera import SOURCE
 
 if TYPE_CHECKING:
     from e2e.gallery.scene import Scene
@@ -29,13 +29,13 @@ async def camera_failed(scene: Scene) -> None:
     """Pull the camera's plug."""
     await scene.serves(video={"source": SOURCE}, audio=_CARD)
     await scene.opens()
-    plug(scene.server.state_folder.parent).touch()
+    (scene.server.state_folder.parent / "pull").touch()
 
 
 async def picture_frozen(scene: Scene) -> None:
     """Freeze a camera that says nothing of it."""
     camera = scene.camera()
-    frozen = {"source": "e2e.stop.camera:Camera"}
+    frozen = {"source": SOURCE}
     await scene.serves(environment=camera.environment, video=frozen, audio=_CARD)
     await scene.opens()
     await camera.freeze()

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from e2e.harness.robot import nothing_is_held, turn_by_key, until_it_moves
 from e2e.harness.touch_screen import TouchPoints
+from e2e.stop.camera import SOURCE
 
 if TYPE_CHECKING:
     from e2e.gallery.scene import Scene
@@ -13,8 +14,7 @@ if TYPE_CHECKING:
 _TOO_LATE_MS: Final = 3000
 """A host may have set this. As it is shipped, a busy machine's own delay makes late too late."""
 _PUSH_PX: Final = 50
-_LATE: Final = "e2e.gallery.late_camera:LateCamera"
-_FROZEN: Final = "e2e.stop.camera:Camera"
+_LATE: Final = "e2e.stop.camera:LateCamera"
 
 
 async def driving(scene: Scene) -> None:
@@ -50,7 +50,7 @@ async def paused(scene: Scene) -> None:
     """Freeze the camera while somebody drives."""
     camera = scene.camera()
     await scene.serves(
-        environment=camera.environment, video={"source": _FROZEN}, audio={"source": "testcard"}
+        environment=camera.environment, video={"source": SOURCE}, audio={"source": "testcard"}
     )
     viewer = await scene.drives()
     await nothing_is_held(scene.server)

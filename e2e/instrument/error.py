@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import math
+import statistics
 import time
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import tomlkit
@@ -12,15 +15,14 @@ from e2e.delay.systems.running import PORT
 from e2e.delay.systems.served import serving
 from e2e.delay.systems.wax import press
 from e2e.harness.wait import eventually
-from e2e.instrument.cards import LIE_MS
-from e2e.instrument.instrument import Instrument
-from e2e.instrument.judge import is_clear, shift
-from e2e.instrument.preload import preload
+from e2e.instrument.cards import LIE_MS, lies
+from e2e.instrument.instrument import Instrument, preload
 from e2e.instrument.sums import figures, picture_ages, sound_bursts, window
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from pathlib import Path
 
     from e2e.delay.browser import Browser
@@ -59,7 +61,7 @@ async def own_error(link: Link, browser: Browser, folder: Path) -> list[Row]:
     config = folder / "wax.toml"
     config.write_text(tomlkit.dumps(_CONFIG), encoding="utf-8")
     async with (
-        serving("wax", link, folder, ["-m", "wax", "--config", str(config)]) as served,
+        serving("wax", link.server, folder, ["-m", "wax", "--config", str(config)]) as served,
         browser.window("\n".join(map(preload, _TWO))) as window,
     ):
         await window.goto(served.url)
@@ -114,3 +116,59 @@ def _row(kind: str, off_ms: float | None) -> Row:
         goal=LIMIT_MS,
         met=off_ms is not None and off_ms <= LIMIT_MS,
     )
+
+
+# --- what is made of a clock that lies (pure) ---
+
+_LEAST_LIES: Final = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Shift:
+    """How much older lies were read than the truth beside them; `n` lies, spread to a figure.
+
+    `uncertain_ms` is the standard error of `ms`, from the lies' own spread: what the machine's
+    unrest leaves open, whatever the instrument does.
+    """
+
+    ms: float
+    uncertain_ms: float
+    n: int
+
+
+def shift(read: Iterable[tuple[float, float]]) -> Shift | None:
+    """Compare the lying seconds with the honest ones about them.
+
+    `read` are stamps as they were read, and ages. Of each lying second that has both its
+    neighbours: its mean less the mean of theirs; of all these the median. None of fewer than 4.
+    Means, since ages come in steps of the screen's refresh, between which a median jumps; without
+    the outer tenths, since a machine that stalls makes a few pictures old.
+    """
+    seconds: dict[int, list[float]] = {}
+    for stamp_ms, age_ms in read:
+        # Both the stamp and what it would truly be must say the same.
+        if lies(stamp_ms) == lies(stamp_ms + LIE_MS):
+            seconds.setdefault(math.floor((stamp_ms + 500) / 1000), []).append(age_ms)
+    means = {second: _mean(ages) for second, ages in seconds.items()}
+    shifts = [
+        mean - (means[second - 1] + means[second + 1]) / 2
+        for second, mean in means.items()
+        if second % 2 == 1 and second - 1 in means and second + 1 in means
+    ]
+    if len(shifts) < _LEAST_LIES:
+        return None
+    middle = statistics.median(shifts)
+    # Of a normal spread: the median's standard error by way of the median absolute deviation.
+    deviation = 1.4826 * statistics.median(abs(one - middle) for one in shifts)
+    return Shift(middle, 1.2533 * deviation / math.sqrt(len(shifts)), len(shifts))
+
+
+def _mean(ages: list[float]) -> float:
+    outer = len(ages) // 10
+    return statistics.fmean(sorted(ages)[outer : len(ages) - outer])
+
+
+def is_clear(read: Shift, expected: float, limit: float) -> bool:
+    """Tell whether it is inside or outside of the limit by two standard errors or more."""
+    off = abs(abs(read.ms - expected) - limit)
+    return off >= 2 * read.uncertain_ms

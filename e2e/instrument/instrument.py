@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from e2e.delay.readings import Pictures, Readings, Sound
-from e2e.instrument.preload import NAME
 from e2e.measure.errors import MeasureError
+from wax.protocol.messages import SoundReport
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
     from e2e.measure.ear import Ear
 
+_PARTS: Final = ("clock", "hooks", "video_probe", "counts", "commands", "main")
+NAME: Final = "__waxLab"
 STAMP_MODULUS: Final = 1 << 40
 _PLAUSIBLE_MS: Final = 600_000.0
 """A card farther from now is invalid: one picture in 256 has the right check by chance."""
@@ -25,6 +28,18 @@ _PLAUSIBLE_MS: Final = 600_000.0
 
 class InstrumentError(MeasureError):
     """The instrument cannot do its work."""
+
+
+def preload(name: str = NAME) -> str:
+    """Return the script to run before any of the page's; two of different names share a page."""
+    folder = Path(__file__).parent / "page"
+    parts = [(folder / f"{part}.js").read_text(encoding="utf-8") for part in _PARTS]
+    known = {"NAME": name, "SOUND_REPORT": list(SoundReport.model_fields)}
+    constants = [f"const {one} = {json.dumps(value)};" for one, value in known.items()]
+    return "\n".join(["(() => {", *constants, *parts, "})();"])
+
+
+PRELOAD: Final = preload()
 
 
 class Instrument:

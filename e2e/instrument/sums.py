@@ -13,7 +13,7 @@ import numpy as np
 from e2e.delay.readings import Counters, PlayerSound
 from e2e.instrument.bursts import Burst, bursts, skews_ms
 from e2e.instrument.pauses import concealed_pauses, tone_pauses
-from e2e.measure.summary import summarize
+from e2e.measure.row import summarize
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

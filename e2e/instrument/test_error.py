@@ -8,8 +8,7 @@ import pytest
 
 from e2e.delay.browser import open_browser
 from e2e.instrument.cards import LIE_MS, LyingClock, lies
-from e2e.instrument.error import judged, own_error
-from e2e.instrument.judge import shift
+from e2e.instrument.error import judged, own_error, shift
 from e2e.instrument.synthetic import readings
 from e2e.link import Link
 

@@ -50,7 +50,7 @@ with socket.socket(type=socket.SOCK_DGRAM) as link:
 BURST_BYTES = 300
 SEND = """
 import json, socket, sys, time
-from e2e.link.priority import be_first
+from e2e.link.forwarder import be_first
 be_first()
 own, other, trains = sys.argv[1:]
 with socket.socket(type=socket.SOCK_DGRAM) as link:
@@ -68,7 +68,7 @@ print(json.dumps(sent))
 """
 RECEIVE = """
 import json, socket, sys, time
-from e2e.link.priority import be_first
+from e2e.link.forwarder import be_first
 be_first()
 with socket.socket(type=socket.SOCK_DGRAM) as link:
     link.bind((sys.argv[1], 7000))

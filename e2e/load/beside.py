@@ -17,8 +17,7 @@ from e2e.load.servers import WAX, serving_board
 from e2e.load.strokes import changes, delays, steer_at_random
 from e2e.measure.age import Ages
 from e2e.measure.errors import MeasureError
-from e2e.measure.row import Row, judged
-from e2e.measure.summary import summarize
+from e2e.measure.row import Row, judged, summarize
 from e2e.stop.record import Record
 from wax.client import Operator
 

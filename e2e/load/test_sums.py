@@ -19,7 +19,7 @@ from e2e.load.suite import SUITE
 from e2e.measure.errors import MeasureError
 from e2e.stop.record import Record
 
-KEY, BUTTON, STICK, PAD, STEP = WAYS
+KEY, STICK, PAD = WAYS
 
 
 def frame(kind: str, left: int = 0, right: int = 0, verdict: str = "taken") -> dict[str, Any]:
@@ -113,12 +113,11 @@ def test_a_press_begins_with_the_ways_own_event() -> None:
     assert STICK.strokes(noted) == [Stroke(True, 2.0), Stroke(False, 4.0)]
     assert STICK.told_after_ms(noted) == [0.25]
     assert KEY.strokes(noted) == [Stroke(True, 6.0), Stroke(False, 8.0)]
-    assert BUTTON.strokes(noted) == [Stroke(True, 1.0), Stroke(False, 4.0)]
     assert PAD.strokes(noted) == [Stroke(True, 9.0), Stroke(False, 10.0)]
 
 
 def test_presses_without_effect_are_told() -> None:
-    """A few are, and the others' delays count; a step stops by itself, so its end has no delay."""
+    """A few are, and the others' delays count."""
     strokes = [
         Stroke(down, 1000.0 * at + (0 if down else 300))
         for at in range(40)
@@ -129,7 +128,6 @@ def test_presses_without_effect_are_told() -> None:
     assert (press.n, press.values["p99"], press.met) == (39, 8.0, True)
     assert press.detail["unanswered"] == 1
     assert (release.n, release.met) == (39, True)
-    assert [row.key for row in input_to_gate.rows(STEP, strokes, moves, 0.1)] == ["input/step"]
     with pytest.raises(MeasureError, match="of 40 presses 20"):
         input_to_gate.rows(KEY, strokes, moves[:40], 0.1)
 

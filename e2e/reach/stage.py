@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import asynccontextmanager
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
-import aiohttp
-
-from e2e.delay.relay import http_through
+from e2e.delay.systems.running import PORT
+from e2e.delay.systems.served import serving as served_at
 from e2e.harness.chromium import chromium_at
-from e2e.harness.server import COMMAND
 from e2e.harness.wait import eventually
 from e2e.reach.hosts import Host
-from wax.client.host import become_host
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -22,10 +19,11 @@ if TYPE_CHECKING:
 
     from playwright.async_api import Browser, Playwright
 
+    from e2e.delay.systems.served import Served
     from e2e.harness.viewer import Viewer
     from e2e.reach.internet import Internet
 
-HTTP: Final = 8080
+HTTP: Final = PORT
 MEDIA: Final = 8081
 ROBOT: Final = Host(
     "robot", "192.168.1.2", public="203.0.113.1", forwards=(("tcp", HTTP), ("udp", MEDIA))
@@ -38,22 +36,17 @@ URL: Final = f"http://{ROBOT.public}:{HTTP}"
 class Robot:
     """A server at the robot's host, and what it tells a program that is its host."""
 
-    def __init__(self, http: aiohttp.ClientSession) -> None:
-        self._http = http
-
-    async def status(self) -> dict[str, Any]:
-        async with self._http.get("http://localhost/api/status") as answer:
-            status: dict[str, Any] = await answer.json()
-            return status
+    def __init__(self, served: Served) -> None:
+        self._served = served
 
     async def obeys(self, viewer: Viewer) -> None:
         """Hold a key as this viewer, and see the robot move."""
 
         async def moves() -> bool:
             await viewer.page.keyboard.down("ArrowUp")
-            before = (await self.status())["robot"]["pose"]
+            before = (await self._served.json("/api/status"))["robot"]["pose"]
             await asyncio.sleep(0.6)
-            after = (await self.status())["robot"]["pose"]
+            after = (await self._served.json("/api/status"))["robot"]["pose"]
             await viewer.page.keyboard.up("ArrowUp")
             return bool(
                 abs(after["x_m"] - before["x_m"]) + abs(after["y_m"] - before["y_m"]) > 0.02
@@ -64,28 +57,13 @@ class Robot:
 
 @asynccontextmanager
 async def serving(net: Internet, folder: Path, toml: str) -> AsyncIterator[Robot]:
-    """Serve at the robot's host, by the command that people type; its log is in `folder`."""
+    """Serve at the robot's host, with its state in ``state`` of `folder`, where its log is too."""
     config = folder / "wax.toml"
     config.write_text(toml, encoding="utf-8")
-    with (folder / "server.log").open("wb") as log:
-        await net["robot"].spawn(
-            [str(COMMAND), "--config", str(config), "--host", "0.0.0.0", "--port", str(HTTP)],
-            stdin=asyncio.subprocess.DEVNULL,
-            stdout=log,
-            stderr=log,
-        )
-    async with http_through(net["robot"], "127.0.0.1", HTTP) as http:
-
-        async def serves() -> bool:
-            try:
-                async with http.get("http://localhost/healthz") as answer:
-                    return answer.status == 200
-            except aiohttp.ClientError:
-                return False
-
-        await eventually(serves, "the server serves", within_s=20)
-        await become_host(http, "http://localhost", folder / "state")
-        yield Robot(http)
+    arguments = ["-m", "wax", "--config", str(config), "--host", "0.0.0.0", "--port", str(HTTP)]
+    async with served_at("wax", net["robot"], folder, arguments) as served:
+        await served.become_host(folder / "state")
+        yield Robot(served)
 
 
 def browser_at(

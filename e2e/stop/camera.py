@@ -1,7 +1,8 @@
-"""The suite's own camera, an ordinary plug-in that freezes, or blocks its server, on request.
+"""A camera of the tests, an ordinary plug-in that freezes, fails, or blocks its server on request.
 
-It is told by files in the folder that the environment names: ``freeze`` (as long as it exists no
-picture comes), ``block`` (its content: for how many seconds to block the event loop; once).
+It is told by files in the folder that the environment names, else in that of the server's state:
+``freeze`` (as long as it exists no picture comes), ``pull`` (so long it fails, as one on USB does),
+``block`` (its content: for how many seconds to block the event loop; once).
 """
 
 from __future__ import annotations
@@ -11,12 +12,14 @@ import os
 import sys
 import threading
 import time
+from collections import deque
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from e2e.harness.wait import eventually
 from wax.capture.testcard import TestCardVideo
+from wax.errors import SourceError
 
 if TYPE_CHECKING:
     from wax.capture.source import Picture
@@ -24,7 +27,10 @@ if TYPE_CHECKING:
     from wax.config.settings import VideoSettings
 
 CONTROL: Final = "WAX_FAULTS_CAMERA"
-PLUG_IN: Final[dict[str, Any]] = {"video": {"source": "e2e.stop.camera:Camera"}}
+SOURCE: Final = f"{__name__}:Camera"
+PULLED: Final = "The plug is out."
+LATE_S: Final = 0.5
+"""Later than the age at which the robot slows down, as it is shipped."""
 _LOOK_S: Final = 0.01
 _LONGEST_READ_S: Final = 1.9
 """A source may block for 2 s."""
@@ -34,17 +40,19 @@ class Camera:
     """The test card, until it is frozen."""
 
     def __init__(self, settings: VideoSettings, clock: Clock) -> None:
-        self._folder = Path(os.environ[CONTROL])
+        self._folder = Path(os.environ.get(CONTROL) or os.environ["XDG_STATE_HOME"])
         self._clock = clock
         self._card = TestCardVideo(settings, clock)
         self._newest: Picture | None = None
         self._loops: list[asyncio.AbstractEventLoop] = []
 
     def open(self) -> None:
+        self._check()
         self._card.open()
 
     def read(self) -> Picture:
         """Return the next picture; while frozen, the newest again, with its old capture time."""
+        self._check()
         self._loops = self._loops or _running_loops()
         self._block()
         since_s = time.monotonic()
@@ -61,6 +69,10 @@ class Camera:
 
     def close(self) -> None:
         self._card.close()
+
+    def _check(self) -> None:
+        if (self._folder / "pull").exists():
+            raise SourceError(PULLED)
 
     def _block(self) -> None:
         order = self._folder / "block"
@@ -82,6 +94,35 @@ class Camera:
         half.rename(self._folder / name)
 
 
+class LateCamera:
+    """The test card of `LATE_S` ago, with the time at which that was captured."""
+
+    def __init__(self, settings: VideoSettings, clock: Clock) -> None:
+        self._card = TestCardVideo(settings, clock)
+        self._under_way: deque[Picture] = deque()
+
+    def open(self) -> None:
+        self._card.open()
+
+    def read(self) -> Picture:
+        """Return the newest picture that is late enough, on a busy machine not each of them.
+
+        A fixed number of pictures would be later and later, the fewer of them come in a second.
+        """
+        while True:
+            newest = self._card.read()
+            self._under_way.append(newest)
+            arrived: Picture | None = None
+            while self._under_way[0].captured_s <= newest.captured_s - LATE_S:
+                arrived = self._under_way.popleft()
+            if arrived is not None:
+                return arrived
+
+    def close(self) -> None:
+        self._under_way.clear()
+        self._card.close()
+
+
 def _running_loops() -> list[asyncio.AbstractEventLoop]:
     """Find what runs the frames of the main thread; no list of objects has what gc has frozen."""
     frame = sys._current_frames().get(threading.main_thread().ident or 0)
@@ -100,7 +141,7 @@ class Control:
     def __init__(self) -> None:
         self._temporary = TemporaryDirectory(prefix="wax-camera-")
         self.folder = Path(self._temporary.name)
-        self.settings: dict[str, Any] = PLUG_IN
+        self.settings: dict[str, Any] = {"video": {"source": SOURCE}}
         self.environment = {CONTROL: str(self.folder)}
 
     def __enter__(self) -> Self:

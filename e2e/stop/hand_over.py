@@ -102,7 +102,8 @@ async def hand_over(n: int, **settings: Any) -> list[Row]:
     what = "hand-over: frames for the old turn, or by its operator's hands; switches without a stop"
     wrong = found.old + found.foreign + found.without_stop
     done: dict[str, int] = {ending: endings.count(ending) for ending in ENDINGS}
-    return [counted("hand-over", what, wrong, found.n, **done)]
+    row = counted("hand-over", what, wrong, found.n, **done)
+    return [row.model_copy(update={"load": str(stage.load)})]
 
 
 class Player:

@@ -19,9 +19,8 @@ import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev
 from e2e.harness import toml
 from e2e.load.process import ProcessMeter
 from e2e.measure.errors import MeasureError
-from e2e.measure.row import counted, summed, timed
+from e2e.measure.row import counted, summarize, summed, timed
 from e2e.measure.suite import ROOT
-from e2e.measure.summary import summarize
 from e2e.stop.operator import RawOperator
 from e2e.stop.stage import STOPS_AT_EACH_TRIAL, Load, staged
 from e2e.strangers.intruder import ask

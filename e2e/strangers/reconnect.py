@@ -11,7 +11,6 @@ import random
 import tempfile
 import time
 from contextlib import AsyncExitStack, asynccontextmanager
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -44,8 +43,6 @@ _NETWORK: Final = "internet-5m"
 _NEXT_ADDRESS: Final = "10.77.0.3"
 _BRIEFLY_S: Final = (0.0, 1.0)
 """From the old address to the new one, as a phone hands over."""
-_AWAY_S: Final = (2.0, 3.0)
-"""Then Chromium on Linux takes 1.5 s after the address to tell its own WebRTC of it."""
 _BACK_WITHIN_S: Final = 12.0
 _DRIVES_WITHIN_S: Final = 15.0
 _SLOT_S: Final = 18.0
@@ -111,12 +108,12 @@ class Driving:
         await asyncio.sleep(end_s - time.monotonic())
         return SystemClock().wall_ms() + (end_s - time.monotonic()) * 1000
 
-    async def other_network(self, away_s: tuple[float, float]) -> float:
+    async def other_network(self) -> float:
         """Give the browser's machine another address, after a while without; return when."""
         old, new = self._addresses
         self._addresses = new, old
         await self._ip("address", "del", f"{old}/24", "dev", DEVICE)
-        await asyncio.sleep(random.uniform(*away_s))
+        await asyncio.sleep(random.uniform(*_BRIEFLY_S))
         back_ms = SystemClock().wall_ms()
         await self._ip("address", "add", f"{new}/24", "dev", DEVICE)
         await self._ip("route", "replace", "default", "dev", DEVICE)
@@ -150,7 +147,7 @@ async def _driving(outages: int) -> AsyncIterator[Driving]:
         config.write_text(tomlkit.dumps(settings), encoding="utf-8")
         link = await opening.enter_async_context(Link(_with_outages(load(_NETWORK), outages_s)))
         served = await opening.enter_async_context(
-            serving("wax", link, folder, ["-m", "wax", "--config", str(config)])
+            serving("wax", link.server, folder, ["-m", "wax", "--config", str(config)])
         )
         viewer = await opening.enter_async_context(_page(link, served.url))
         await viewer.sees_picture()
@@ -173,7 +170,6 @@ async def _page(link: Link, url: str) -> AsyncIterator[Viewer]:
 FAULTS: Final = {
     "outage": f"{OUTAGE_S:g} to 6 s without a packet",
     "network": "another network",
-    "network-late": "another network after 2 to 3 s without any",
 }
 
 
@@ -181,8 +177,7 @@ async def _measure(key: str, n: int) -> list[Row]:
     took_ms: list[float | None] = []
     lost = 0
     async with _driving(n if key == "outage" else 0) as driving:
-        away_s = _AWAY_S if key == "network-late" else _BRIEFLY_S
-        fault = driving.black_hole if key == "outage" else partial(driving.other_network, away_s)
+        fault = driving.black_hole if key == "outage" else driving.other_network
         for _ in range(n):
             await asyncio.sleep(random.uniform(*_SETTLE_S))
             before = driving.turns()

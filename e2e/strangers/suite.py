@@ -47,9 +47,9 @@ def _hostile(key: str, table: Mapping[str, Any], load: Load) -> list[Case]:
     ]
 
 
-def _lost(key: str, n: int, minutes: float, *, long: bool = False) -> Case:
+def _lost(key: str, n: int, minutes: float) -> Case:
     run = partial(reconnect, key)
-    return Case(f"reconnect-{key}", f"times, {FAULTS[key]}", n, run, 2, minutes, long)
+    return Case(f"reconnect-{key}", f"times, {FAULTS[key]}", n, run, 2, minutes)
 
 
 SUITE: Final = Suite(
@@ -65,7 +65,6 @@ SUITE: Final = Suite(
         Case("parsers", "inputs for each parser", 4000, parsers, 200, 4),
         Case("soak", "seconds of coming and going", 300, soaked, 60, 5.5),
         Case("soak-half-hour", "seconds of the same", 1800, soaked, 60, 31, long=True),
-        _lost("network-late", 50, 10, long=True),
         *(
             Case(
                 f"fuzz-{name}", f"inputs, {target.what}", 1_000_000, partial(parser, target),

@@ -9,10 +9,9 @@ from e2e.measure.errors import MeasureError
 from e2e.measure.headline import ROWS, rows
 from e2e.measure.published import FOLDER, Published, everything
 from e2e.measure.render import page, with_headline
-from e2e.measure.row import counted, judged, summed
+from e2e.measure.row import counted, judged, summarize, summed
 from e2e.measure.runner import SUITES
 from e2e.measure.suite import ROOT, digest
-from e2e.measure.summary import summarize
 from e2e.measure.table import to_markdown
 
 if TYPE_CHECKING:

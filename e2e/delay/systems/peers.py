@@ -78,7 +78,7 @@ async def start(cell: Cell, link: Link, folder: Path) -> AsyncIterator[Running]:
     if cell.system != "stock":
         check_installed(_how(cell))
     arguments = command(cell, link.server.address, await film(cell))
-    async with serving(cell.system, link, folder, arguments) as served:
+    async with serving(cell.system, link.server, folder, arguments) as served:
         yield Stock(served) if cell.system == "stock" else LiveKitRunning(served)
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import aiohttp
 
 from e2e.delay.relay import http_through
-from e2e.delay.systems.running import PORT, origin
+from e2e.delay.systems.running import PORT
 from e2e.measure.errors import MeasureError
 from wax.client.host import become_host
 from wax.errors import StateError
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractAsyncContextManager
     from pathlib import Path
 
-    from e2e.link import Link
+    from e2e.link import End
 
 _START_WITHIN_S: Final = 40.0
 _STOP_WITHIN_S: Final = 5.0
@@ -97,12 +97,12 @@ class Served:
 @asynccontextmanager
 async def serving(
     name: str,
-    link: Link,
+    end: End,
     folder: Path,
     arguments: Sequence[str],
     variables: Mapping[str, str] | None = None,
 ) -> AsyncIterator[Served]:
-    """Run this Python with `arguments`, log into `folder`; asked to stop afterwards, else killed.
+    """Run this Python at an end, log into `folder`; asked to stop afterwards, else killed.
 
     `variables` are added to its environment.
 
@@ -110,7 +110,7 @@ async def serving(
     """
     path = folder / f"{name}.log"
     with path.open("wb") as log:
-        process = await link.server.spawn_python(
+        process = await end.spawn_python(
             arguments,
             stdin=asyncio.subprocess.DEVNULL,
             stdout=log,
@@ -122,8 +122,8 @@ async def serving(
             },
         )
     try:
-        async with http_through(link.server, link.server.address, PORT) as http:
-            served = Served(name, process, origin(link), path, http)
+        async with http_through(end, end.address, PORT) as http:
+            served = Served(name, process, f"http://{end.address}:{PORT}", path, http)
             await served.healthy()
             yield served
     finally:

@@ -105,7 +105,9 @@ async def start(cell: Cell, link: Link, folder: Path) -> AsyncIterator[Wax]:
     media = str(await film(cell) or "testcard")
     config = folder / "wax.toml"
     config.write_text(tomlkit.dumps(settings(cell, media)), encoding="utf-8")
-    async with serving("wax", link, folder, ["-m", "wax", "--config", str(config)]) as served:
+    async with serving(
+        "wax", link.server, folder, ["-m", "wax", "--config", str(config)]
+    ) as served:
         await served.become_host(folder / STATE / "wax")
         yield Wax(served, joins=cell.system == "operator", drives=cell.drives)
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from e2e.delay.voice.stage import staged
 from e2e.measure.errors import MeasureError
-from e2e.measure.row import Row
-from e2e.measure.summary import summarize
+from e2e.measure.row import Row, summarize
 
 if TYPE_CHECKING:
     from e2e.delay.voice.stage import Stage

@@ -5,13 +5,13 @@ from __future__ import annotations
 import asyncio
 import json
 import random
-import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from e2e.delay.systems.wax import has, press
 from e2e.delay.voice.stage import ear_ahead_ms, staged
 from e2e.harness.page_clock import PageClock, page_clock
+from e2e.harness.wait import eventually
 from e2e.measure.ear import BLOCK_MS
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import timed
@@ -75,22 +75,6 @@ async def muted(goal_ms: float, n: int) -> list[Row]:
     return [timed("mute", what, silent_ms, goal_ms, **more)]
 
 
-async def turn_ended(goal_ms: float, n: int) -> list[Row]:
-    """Have the host end the turn of who speaks, `n` times."""
-    silent_ms: list[float | None] = []
-    async with staged("same-machine", pauses=False) as stage, stage.host() as host:
-        scene = await _scene(stage, host)
-        for _ in range(n):
-            await _until_it_sounds(stage)
-            await host.evaluate(press("End this turn…"))
-            silent, _ = await _silent(scene, press("End it"))
-            silent_ms.append(silent)
-            await stage.window.keyboard.up("KeyT")
-            await stage.system.opened(stage.window)
-    what = "after the host ends the turn of who speaks, the robot’s speaker is silent"
-    return [timed("turn-end", what, silent_ms, goal_ms)]
-
-
 def silent_after_ms(heard: Sequence[Block], act_ms: float) -> float | None:
     """Return how long after `act_ms` the last sound ended; None where it went on.
 
@@ -107,12 +91,14 @@ def silent_after_ms(heard: Sequence[Block], act_ms: float) -> float | None:
 
 async def _scene(stage: Stage, host: Page) -> _Scene:
     """Return it once the host's panel is open."""
-    until_s, opened = time.monotonic() + _TELLS_WITHIN_S, False
-    while not await host.evaluate(has("Mute all voices")):
+    opened = False
+
+    async def can_mute() -> bool:
+        nonlocal opened
         opened = opened or await host.evaluate(press("Host"))
-        if time.monotonic() > until_s:
-            raise MeasureError("the host's page has no panel to mute voices by")
-        await asyncio.sleep(_REST_S)
+        return bool(await host.evaluate(has("Mute all voices")))
+
+    await eventually(can_mute, "the host can mute voices", every_s=_REST_S)
     clocks = [await page_clock(window.evaluate) for window in (stage.window, host)]
     return _Scene(stage, host, *clocks)
 

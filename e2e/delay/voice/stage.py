@@ -93,7 +93,7 @@ async def staged(
         robots = await leaving.enter_async_context(open_ear())
         arguments = ["-m", "wax", "--config", str(config)]
         served = await leaving.enter_async_context(
-            serving("wax", link, folder, arguments, robots.variables)
+            serving("wax", link.server, folder, arguments, robots.variables)
         )
         state = folder / STATE / "wax"
         await served.become_host(state)

@@ -24,9 +24,8 @@ from e2e.load.cluster.stage import staged
 from e2e.load.process import ProcessMeter
 from e2e.load.servers import WAX
 from e2e.measure.errors import MeasureError
-from e2e.measure.row import Row, judged
+from e2e.measure.row import Row, judged, summarize
 from e2e.measure.suite import ROOT
-from e2e.measure.summary import summarize
 from e2e.peers.livekit.tokens import signed
 
 if TYPE_CHECKING:

@@ -10,8 +10,7 @@ from e2e.load.cluster.page import longest_gap_ms, now_ms, pages
 from e2e.load.cluster.stage import staged
 from e2e.load.servers import WAX
 from e2e.measure.errors import MeasureError
-from e2e.measure.row import Row, judged, timed
-from e2e.measure.summary import summarize
+from e2e.measure.row import Row, judged, summarize, timed
 from wax.client.operator import Operator
 
 if TYPE_CHECKING:

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import jwt
 import pytest
 
-from e2e.harness import audio_probe
+from e2e.harness import probe
 from e2e.harness.installed import needed
+from e2e.harness.probe import LIVE_MS
 from e2e.harness.robot import turn_by_key
-from e2e.harness.video_probe import LIVE_MS
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from e2e.load.cluster.engine import KEY
@@ -195,5 +195,5 @@ async def test_firefox_watches_in_a_room(serve: Serve, tmp_path: Path, ear: Ear 
         assert await tap.hears(within_s=10)
         tap.take()
         await window.evaluate("waxProbe.cards(60)")
-        assert audio_probe.loudness(tap.take()) > 0.02
+        assert probe.loudness(tap.take()) > 0.02
         assert len((await server.status())["viewers"]) == 1, "only the operator has a place"

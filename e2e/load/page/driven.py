@@ -21,24 +21,17 @@ _SETTLE_S: Final = 3.0
 """The picture has grown to what the link carries, and no control is held."""
 
 
-class Counters:
-    """What Chromium counts of one page; `read` gives all of it by name."""
+async def counting(page: Page) -> CDPSession:
+    """Let Chromium count what a page takes, for `counters`."""
+    session = await page.context.new_cdp_session(page)
+    await session.send("Performance.enable", {"timeDomain": "timeTicks"})
+    return session
 
-    def __init__(self, session: CDPSession) -> None:
-        self._session = session
 
-    @classmethod
-    async def of(cls, page: Page) -> Counters:
-        session = await page.context.new_cdp_session(page)
-        await session.send("Performance.enable", {"timeDomain": "timeTicks"})
-        return cls(session)
-
-    async def read(self) -> dict[str, float]:
-        told = await self._session.send("Performance.getMetrics")
-        return {one["name"]: float(one["value"]) for one in told["metrics"]}
-
-    async def collect_garbage(self) -> None:
-        await self._session.send("HeapProfiler.collectGarbage")
+async def counters(session: CDPSession) -> dict[str, float]:
+    """Return all that Chromium counts of the page, by name."""
+    told = await session.send("Performance.getMetrics")
+    return {one["name"]: float(one["value"]) for one in told["metrics"]}
 
 
 @asynccontextmanager

@@ -13,8 +13,7 @@ from e2e.delay.cell import Cell
 from e2e.delay.systems import start
 from e2e.link import Link
 from e2e.measure.errors import MeasureError
-from e2e.measure.row import Row, judged, summed
-from e2e.measure.summary import summarize
+from e2e.measure.row import Row, judged, summarize, summed
 
 if TYPE_CHECKING:
     from e2e.delay.browser import Browser

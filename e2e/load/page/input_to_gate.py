@@ -12,10 +12,9 @@ from e2e.gallery.views import COMPUTER, PHONE
 from e2e.harness.board import Board
 from e2e.harness.page_clock import page_clock
 from e2e.load.page.driven import browsing, drives
-from e2e.load.strokes import Stroke, changes, delays
+from e2e.load.strokes import HOLD_S, REST_S, Stroke, changes, delays
 from e2e.measure.errors import MeasureError
-from e2e.measure.row import Row, judged, summed
-from e2e.measure.summary import summarize
+from e2e.measure.row import Row, judged, summarize, summed
 from e2e.stop.record import Record
 
 if TYPE_CHECKING:
@@ -76,11 +75,9 @@ def rows(
             clock_error_ms=clock_error_ms,
         )
     ]
-    if way.is_held:
-        released_ms = delays(strokes, moves, down=False)
-        key, what = f"input/{way.key}: release", "… let go → the frame that stops"
-        found.append(summed(key, what, "ms", released_ms, GOAL_MS, judged="p99"))
-    return found
+    released_ms = delays(strokes, moves, down=False)
+    key, what = f"input/{way.key}: release", "… let go → the frame that stops"
+    return [*found, summed(key, what, "ms", released_ms, GOAL_MS, judged="p99")]
 
 
 async def _made(
@@ -95,9 +92,9 @@ async def _made(
         await viewer.page.evaluate("waxInputs.length = 0")
         for _ in range(n):
             await hand.press()
-            await asyncio.sleep(random.uniform(*way.hold_s))
+            await asyncio.sleep(random.uniform(*HOLD_S))
             await hand.release()
-            await asyncio.sleep(random.uniform(*way.rest_s))
+            await asyncio.sleep(random.uniform(*REST_S))
         after = await page_clock(viewer.page.evaluate)
         noted = await viewer.page.evaluate("waxInputs")
     clock, drift_s = min(before, after), abs(before.ahead_s - after.ahead_s)

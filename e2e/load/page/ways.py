@@ -1,4 +1,4 @@
-"""Every way to drive, as a hand does it: press it, let go of it, and what the browser says then."""
+"""Ways to drive, as a hand does it: press it, let go of it, and what the browser says then."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from e2e.harness.gamepad import START, InjectedGamepad
 from e2e.harness.touch_screen import TouchPoints
-from e2e.load.strokes import HOLD_S, REST_S, Stroke
+from e2e.load.strokes import Stroke
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable, Sequence
@@ -27,8 +27,6 @@ _PUSH: Final = """
 """No browser says when a gamepad moved, so what moves it does; ahead is negative on axis 1."""
 _FOUND_S: Final = 0.5
 _PUSHED: Final = 0.8
-_STEP_S: Final = 1.2
-"""A step is over by then, whatever its length."""
 
 
 class Hand(NamedTuple):
@@ -42,8 +40,7 @@ class Hand(NamedTuple):
 class Way:
     """`downs` and `ups` are the browser's events that begin and end a press.
 
-    `reaches` prepares the page that drives, and returns the hand. `is_held`: the robot moves as
-    long as the hand holds; else it stops by itself, and the release says nothing.
+    `reaches` prepares the page that drives, and returns the hand.
     """
 
     key: str
@@ -51,10 +48,7 @@ class Way:
     downs: str
     ups: str
     reaches: Callable[[Viewer], Awaitable[Hand]]
-    is_held: bool = True
     is_touched: bool = False
-    hold_s: tuple[float, float] = HOLD_S
-    rest_s: tuple[float, float] = REST_S
 
     def strokes(self, noted: Sequence[Sequence[Any]]) -> list[Stroke]:
         """Return when presses began and ended, as noted; the first of several events counts."""
@@ -79,11 +73,6 @@ class Way:
 async def _key(viewer: Viewer) -> Hand:
     keyboard = viewer.page.keyboard
     return Hand(partial(keyboard.down, _KEY), partial(keyboard.up, _KEY))
-
-
-async def _button(viewer: Viewer) -> Hand:
-    await viewer.button("Forward").hover()
-    return Hand(viewer.page.mouse.down, viewer.page.mouse.up)
 
 
 async def _joystick(viewer: Viewer) -> Hand:
@@ -112,17 +101,9 @@ async def _gamepad(viewer: Viewer) -> Hand:
     return Hand(partial(push, ["paddown", -1]), partial(push, ["padup", 0]))
 
 
-async def _step(viewer: Viewer) -> Hand:
-    await viewer.chooses_a_way("Steps")
-    return await _key(viewer)
-
-
 _TOUCH: Final = ("pointermove", "pointerup")
-_REST_S: Final = (_STEP_S, _STEP_S + 0.2)
 WAYS: Final = (
     Way("key", "a key", "keydown", "keyup", _key),
-    Way("button", "a button on the screen, by mouse", "pointerdown", "pointerup", _button),
     Way("joystick", "the joystick, by touch", *_TOUCH, _joystick, is_touched=True),
     Way("gamepad", "an injected gamepad’s stick", "paddown", "padup", _gamepad),
-    Way("step", "a step, by key", "keydown", "keyup", _step, is_held=False, rest_s=_REST_S),
 )

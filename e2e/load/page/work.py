@@ -12,16 +12,15 @@ from typing import TYPE_CHECKING, Final
 from playwright.async_api import async_playwright
 
 from e2e.harness.chromium import launch_chromium
-from e2e.load.page.driven import Counters, browsing, drives
+from e2e.load.page.driven import browsing, counters, counting, drives
 from e2e.load.servers import STOCK, WAX, serving
 from e2e.measure.errors import MeasureError
-from e2e.measure.row import Row, judged
-from e2e.measure.summary import summarize
+from e2e.measure.row import Row, judged, summarize
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from playwright.async_api import Browser, Page, Route
+    from playwright.async_api import Browser, CDPSession, Page, Route
 
 SECONDS: Final = 15.0
 GOAL_PERCENT: Final = 10.0
@@ -111,20 +110,20 @@ async def _drive(page: Page) -> None:
 
 
 async def _stretches(page: Page, n: int) -> list[Stretch]:
-    counters = await Counters.of(page)
-    begin = await counters.read()
-    return [await _stretch(page, counters, begin) for _ in range(n)]
+    session = await counting(page)
+    begin = await counters(session)
+    return [await _stretch(page, session, begin) for _ in range(n)]
 
 
-async def _stretch(page: Page, counters: Counters, begin: Mapping[str, float]) -> Stretch:
+async def _stretch(page: Page, session: CDPSession, begin: Mapping[str, float]) -> Stretch:
     await page.evaluate("window.waxLongTasks.length = 0")
-    frames, before = await page.evaluate(_FRAMES), await counters.read()
+    frames, before = await page.evaluate(_FRAMES), await counters(session)
     await asyncio.sleep(SECONDS)
-    after = await counters.read()
+    after = await counters(session)
     shown = await page.evaluate(_FRAMES) - frames
     long_ms = await page.evaluate("window.waxLongTasks")
-    await counters.collect_garbage()
-    heap_mib = (await counters.read())["JSHeapUsedSize"] / (1 << 20)
+    await session.send("HeapProfiler.collectGarbage")
+    heap_mib = (await counters(session))["JSHeapUsedSize"] / (1 << 20)
     took_s = after["Timestamp"] - before["Timestamp"]  # by the browser's own clock
     percent = 100 * (after["TaskDuration"] - before["TaskDuration"]) / took_s
     at_min = (after["Timestamp"] - begin["Timestamp"]) / 60

@@ -20,7 +20,7 @@ from e2e.peers.livekit.installation import find_client, find_server
 from e2e.peers.livekit.page import Pages
 from e2e.peers.livekit.publish import by_sdk, by_whip
 from e2e.peers.livekit.server import LiveKit, Ports
-from e2e.peers.livekit.tokens import Key, publisher_token
+from e2e.peers.livekit.tokens import Key, in_room
 from e2e.peers.media import set_bitrate, sources
 from wax.errors import SourceError
 
@@ -59,7 +59,7 @@ async def run(asked: argparse.Namespace) -> None:
         await livekit.start()
         running.push_async_callback(pages.stop)
         await pages.start(address, asked.port)
-        token = publisher_token(key, "robot")
+        token = in_room(key, "robot", publishes=True)
 
         def begun() -> None:
             pages.published = 1
@@ -99,7 +99,7 @@ def main() -> int:
         asyncio.run(until_signalled(run(asked)))
     except asyncio.CancelledError:
         return 0
-    except (MeasureError, SourceError) as error:
+    except (AssertionError, MeasureError, SourceError) as error:
         print(error, file=sys.stderr)
     return 1
 

@@ -13,7 +13,7 @@ from aiohttp import web
 
 from e2e.measure.errors import MeasureError
 from e2e.peers.livekit.installation import VERSION, client_version
-from e2e.peers.livekit.tokens import viewer_token
+from e2e.peers.livekit.tokens import in_room
 
 if TYPE_CHECKING:
     from e2e.peers.livekit.tokens import Key
@@ -64,7 +64,7 @@ class Pages:
 
     def page(self) -> str:
         """Make the page for one more viewer."""
-        token = viewer_token(self._key, f"viewer-{secrets.token_hex(6)}")
+        token = in_room(self._key, f"viewer-{secrets.token_hex(6)}", publishes=False)
         place = {"url": self._livekit_url, "token": token, "adaptive": self._is_adaptive}
         return self._page.substitute(place=json.dumps(place))
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn, TextIO
 import aiohttp
 
 from e2e.harness.toml import merged
+from e2e.harness.wait import eventually
 from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from e2e.peers.livekit.tokens import Key
 
 START_WITHIN_S: Final = 30.0
-_ASK_EVERY_S: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,16 +97,7 @@ class LiveKit:
             )
         except OSError as error:
             raise MeasureError(f"{self._program} does not start: {error.strerror}") from error
-        try:
-            async with asyncio.timeout(START_WITHIN_S), aiohttp.ClientSession() as http:
-                while True:
-                    if await self._answers(http):
-                        return
-                    await asyncio.sleep(_ASK_EVERY_S)
-        except TimeoutError:
-            raise MeasureError(
-                f"LiveKit does not answer at {self.url} within {START_WITHIN_S:g} s; see its log"
-            ) from None
+        await eventually(self._answers, f"LiveKit answers at {self.url}", within_s=START_WITHIN_S)
 
     async def fails(self) -> NoReturn:
         """Wait until the process has ended, and raise `MeasureError`."""
@@ -136,11 +127,11 @@ class LiveKit:
         assert self._process is not None, "it was not started"
         return self._process
 
-    async def _answers(self, http: aiohttp.ClientSession) -> bool:
+    async def _answers(self) -> bool:
         if (status := self._running.returncode) is not None:
             raise MeasureError(f"LiveKit ended at its start with status {status}; see its log")
         try:
-            async with http.get(self.url) as answer:
+            async with aiohttp.ClientSession() as http, http.get(self.url) as answer:
                 return answer.status == 200
         except aiohttp.ClientError:
             return False

@@ -38,16 +38,10 @@ def signed(key: Key, identity: str, **grants: Any) -> str:
     return jwt.encode(claims, key.secret, algorithm="HS256")
 
 
-def publisher_token(key: Key, identity: str) -> str:
-    """May publish in the room, and nothing else."""
-    return _in_room(key, identity, can_publish=True)
+def in_room(key: Key, identity: str, *, publishes: bool) -> str:
+    """Sign that one may publish in the room, or subscribe, and nothing else.
 
-
-def viewer_token(key: Key, identity: str) -> str:
-    """May subscribe in the room; two who have the same identity put each other out."""
-    return _in_room(key, identity, can_publish=False)
-
-
-def _in_room(key: Key, identity: str, *, can_publish: bool) -> str:
-    may = {"canPublish": can_publish, "canSubscribe": not can_publish, "canPublishData": False}
+    Two who have the same identity put each other out.
+    """
+    may = {"canPublish": publishes, "canSubscribe": not publishes, "canPublishData": False}
     return signed(key, identity, room=ROOM, roomJoin=True, **may)

@@ -1,15 +1,37 @@
-"""The audio probe's arithmetic: loudness, and the start of the test card's bursts (pure)."""
+"""The probes' arithmetic: whether the test card is live, and what of its sound is heard (pure)."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from itertools import pairwise
+from statistics import median
+from typing import TYPE_CHECKING, Final
+
+from e2e.measure.ear import BLOCK_MS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from e2e.harness.viewer import Card
     from e2e.measure.ear import Block
 
-BLOCK_MS = 10.0
+LIVE_MS: Final = 100.0
+"""Median age on one machine, a few times what is usual: 10 ms in Chromium, 25 in Firefox."""
+
+
+def assert_live(cards: Sequence[Card], held_ms: float = 0.0) -> None:
+    """Assert that nearly all frames are whole and newer than the one before, and that they are new.
+
+    `held_ms` is how long they are held back for their sound.
+    """
+    valid = [card for card in cards if card.valid]
+    assert len(valid) >= 0.9 * len(cards), f"{len(cards) - len(valid)} unreadable of {len(cards)}"
+    stamps = [card.stamp_ms for card in valid]
+    # A page that is late for a frame reads the next one twice.
+    assert all(a <= b for a, b in pairwise(stamps)), f"falling: {stamps}"
+    assert len(set(stamps)) >= 0.9 * len(stamps), f"standing still: {stamps}"
+    ages = [card.age_ms for card in valid]
+    assert min(ages) >= 0, f"a picture from the future: {ages}"
+    assert median(ages) < held_ms + LIVE_MS, f"old pictures: {ages}"
 
 
 def loudness(blocks: Sequence[Block]) -> float:
