@@ -24,6 +24,4 @@ compile requirements.lock "What \`make run\` installs" \
     pyproject.toml --group build --constraint requirements-dev.lock
 compile .make/node.lock "Node, for machines that have no suitable one" --group node
 compile .make/fuzz.lock "What \`make fuzz\` installs: atheris, where there is one" --group fuzz
-compile .make/speech.lock "What \`make measure\` installs beside: ViSQOL" \
-    --group speech --constraint requirements-dev.lock
 compile .make/uv.txt "uv, which installs the other packages" --group uv

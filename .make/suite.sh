@@ -34,10 +34,6 @@ want_suites() {
     if measures delay "$@" || measures load "$@"; then
         want_all && want_janus && want_redis && sh .make/livekit.sh
     fi
-    if measures delay "$@"; then
-        uv pip install -q --require-hashes -r .make/speech.lock ||
-            say "ViSQOL could not be built, see above; the voice has no score"
-    fi
     ! measures stop "$@" || want_fastdds
     ! measures strangers "$@" || { want_link && want_fuzz; }
     ! measures safety-tests "$@" || sh .make/firmware.sh library >/dev/null

@@ -22,7 +22,6 @@ class Cell(BaseModel):
     system: SystemName
     audio_mu_ms: int | None = None
     """Only for ``thesis``; 500 where it is None."""
-    content: Literal["testcard", "speech"] = "testcard"
     player: Literal["auto", "browser", "built-in"] = "auto"
     """Who plays WAX's sound on the page."""
     viewers: int = 1

@@ -22,15 +22,6 @@ _WHO: Final[dict[SystemName, str]] = {"operator": "who drives", "audio-master": 
 _SYSTEMS: Final[tuple[SystemName, ...]] = ("thesis", "stock", "livekit", "livekit-whip")
 COLUMNS: Final = (OURS, BROWSERS, *(SYSTEMS[system] for system in _SYSTEMS))
 
-SPOKEN: Final[tuple[tuple[str, SystemName], ...]] = (
-    ("same-machine", "audio-master"),
-    ("stalls", "audio-master"),
-    ("cafe", "audio-master"),
-    ("wifi-bad", "audio-master"),
-    ("modem-56k", "operator"),
-)
-"""Where and to whom a voice speaks."""
-
 
 class Found(NamedTuple):
     """One cell with its figures by name: None was looked for and never reached."""
@@ -43,9 +34,9 @@ class Found(NamedTuple):
 class Goal:
     """`profile` and `system` are whose cells; judged is the median of `measure` over them.
 
-    It is `at_most` or `at_least` that, and at most `times` the best of the columns `of`, and
-    `plus` (at least, where more is better). Of what has a sign, as a drift, the size is judged.
-    Of a ``crowd`` it is what comes on top of the cells of one viewer.
+    It is `at_most` or `at_least` that, and at most `times` the least of the columns `of`, and
+    `plus`. Of what has a sign, as a drift, the size is judged. Of a ``crowd`` it is what comes on
+    top of the cells of one viewer.
     """
 
     profile: str
@@ -56,13 +47,12 @@ class Goal:
     times: float = 1.0
     plus: float = 0.0
     of: tuple[str, ...] = ()
-    more_is_better: bool = False
     experiment: str = GOALS
     kind: Literal["cells", "crowd"] = "cells"
 
     @property
     def is_floor(self) -> bool:
-        return self.at_least is not None or self.more_is_better
+        return self.at_least is not None
 
     @property
     def key(self) -> str:
@@ -124,9 +114,6 @@ def goals(drives: Iterable[str] = ()) -> Iterator[Goal]:
     yield Goal("modem-56k", drives_it, "set_points_per_s", at_least=18, experiment="steady")
     yield Goal(here, observes, "sound_drift_ms_per_min", 5 / 30, experiment="steady")
     yield Goal("satellite", observes, "breaks", 0, experiment="steady")
-    for profile, who in SPOKEN:
-        spoken: Any = {"experiment": "speech", "more_is_better": True, **browsers}
-        yield Goal(profile, who, "speech_quality", **spoken)
     for drive in drives:
         there: Any = {"experiment": "drive", **stock}
         yield Goal(drive, observes, sound, **there)
@@ -159,8 +146,7 @@ def judge(goal: Goal, cells: Sequence[Found]) -> Row:
     met: bool | None = value is not None
     if goal.of:
         known = [one for name in goal.of if (one := values[name]) is not None]
-        best = max if goal.is_floor else min
-        beside = goal.times * best(known) + goal.plus if known else None
+        beside = goal.times * min(known) + goal.plus if known else None
         limit = min((one for one in (limit, beside) if one is not None), default=None)
         met = met if known or value is None else None
     if met and value is not None and limit is not None:
@@ -191,7 +177,7 @@ def _what(goal: Goal) -> str:
     whose = f"{goal.of[0]}’s" if len(goal.of) == 1 else "the better peer’s"
     factor = "" if goal.times == 1 else f"{goal.times:.3g} × "
     more = f" + {goal.plus:g}" if goal.plus else ""
-    return f"{what} ({'≥' if goal.is_floor else '≤'} {factor}{whose}{more})"
+    return f"{what} (≤ {factor}{whose}{more})"
 
 
 def _cells(goal: Goal, cells: Sequence[Found], column: str) -> list[Found]:

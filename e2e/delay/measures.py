@@ -48,7 +48,6 @@ MEASURES: Final[dict[str, tuple[str, str]]] = {
     "crowd_least_per_s": ("crowd, least pictures", "/s"),
     "fail_safe_s": ("fail-safe mode", "s"),
     "link_late_percent": ("late in the emulator", "%"),
-    "speech_quality": ("speech, MOS-LQO", ""),
 }
 """Label and unit."""
 
@@ -58,9 +57,7 @@ def measured(
 ) -> dict[str, float | None]:
     """Take every figure that the readings have; None was looked for and never reached."""
     within = window(readings, settle_s=settle_s)
-    found: dict[str, float | None] = {
-        **figures(readings, within, is_speech=cell.content == "speech")
-    }
+    found: dict[str, float | None] = {**figures(readings, within)}
     steps_s = changes_s(cell.profile)
     if changes_began_ms is not None and len(steps_s) > 1:
         worse_ms, whole_ms = (changes_began_ms + 1000 * steps_s[place] for place in (0, -1))

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from e2e.delay.cell import Cell
-from e2e.delay.judging import SPOKEN
 from e2e.delay.names import LINKS, NARROW, PEERS, SYSTEMS, WIRED, SystemName, profile
 from e2e.link import DRIVE
 from e2e.measure.errors import MeasureError
@@ -110,9 +109,6 @@ def _long() -> Iterator[Cell]:
     yield _cell("same-machine", "audio-master", {**steady, "seconds": 1800.0})
     yield _cell("modem-56k", "operator", {**steady, "seconds": 300.0, "drives": True})
     yield _cell("satellite", "audio-master", {**steady, "seconds": 600.0})
-    for (name, system), player in product(SPOKEN, ("auto", "browser")):
-        speech = {"experiment": "speech", "content": "speech", "player": player, "seconds": 60.0}
-        yield _cell(name, system, speech)
     for drive, system in product(_drives(), _DRIVEN):
         yield _cell(drive, system, {"experiment": "drive", "seconds": 60.0})
 

@@ -78,7 +78,7 @@ def test_who_drives_the_modem_sends_as_often_as_promised() -> None:
     """What the goals of the modem are about is driven at 20 set-points a second, ours alone."""
     driven = [one.cell for one in planned() if one.cell.drives and not one.long]
     assert {one.profile for one in driven} == {"modem-56k"}
-    assert all(settings(one, "testcard")["drive"]["command_rate_hz"] == 20 for one in driven)
+    assert all(settings(one)["drive"]["command_rate_hz"] == 20 for one in driven)
 
 
 def test_the_median_is_judged_and_the_better_peer_counts() -> None:

@@ -13,14 +13,12 @@ from e2e.delay.browser import open_browser
 from e2e.delay.crowd import crowd
 from e2e.delay.measures import measured
 from e2e.delay.names import OURS, profile
-from e2e.delay.speech import judge, speak, speech_quality
 from e2e.delay.systems import start
 from e2e.instrument import PRELOAD, Instrument
-from e2e.instrument.sums import SETTLE_S, window
+from e2e.instrument.sums import SETTLE_S
 from e2e.link import Link
 from e2e.load.process import ProcessMeter
 from e2e.measure.command import OUT
-from e2e.measure.ear import BLOCK_MS
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row
 from wax.clock import SystemClock
@@ -32,7 +30,6 @@ if TYPE_CHECKING:
 
     from e2e.delay.browser import Browser
     from e2e.delay.cell import Cell
-    from e2e.delay.readings import Readings
     from e2e.link.statistics import Lateness, Statistics
 
 PICTURE_WITHIN_S: Final = 30.0
@@ -55,8 +52,6 @@ async def repeated(cell: Cell, n: int) -> list[Row]:
     Raises `NotRunError` and `MeasureError`; what was not seen of a peer or of the thesis's policy
     is a result, but a policy of ours without a picture has failed.
     """
-    if cell.content == "speech":
-        judge()
     rows = []
     for repeat in range(n):
         one = cell.model_copy(update={"repeat": repeat})
@@ -93,7 +88,7 @@ async def _watch(
     async with AsyncExitStack() as leaving:
         running = await leaving.enter_async_context(start(cell, link, folder))
         page = await leaving.enter_async_context(browser.window(PRELOAD))
-        instrument = Instrument(page.evaluate, browser.ear, records=cell.content == "speech")
+        instrument = Instrument(page.evaluate, browser.ear)
         before = await link.statistics()
         within_s = _picture_within_s(link)
         if await _goto(page, running.url, instrument, within_s):
@@ -123,8 +118,6 @@ async def _watch(
         readings = await instrument.readings()
         values["link_late_percent"] = 100 * _late_share(before, await link.statistics())
     values |= measured(cell, readings, settle_s, began_ms)
-    if cell.content == "speech":
-        values["speech_quality"] = _speech(readings, instrument, settle_s)
     detail: dict[str, object] = {"problem": problem} if problem else {}
     return values, detail
 
@@ -172,12 +165,6 @@ async def _goto(page: Page, url: str, instrument: Instrument, within_s: float) -
                 await asyncio.sleep(_LOOK_EVERY_S)
             return True
     return False
-
-
-def _speech(readings: Readings, instrument: Instrument, settle_s: float) -> float | None:
-    within = window(readings, settle_s=settle_s)
-    blocks = round(1000 * within.seconds / BLOCK_MS)
-    return speech_quality(speak(), instrument.recorded[-blocks:]) if blocks else None
 
 
 def _late_share(before: Statistics, after: Statistics) -> float:

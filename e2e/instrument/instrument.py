@@ -14,9 +14,6 @@ from wax.protocol.messages import SoundReport
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
-    import numpy as np
-    from numpy.typing import NDArray
-
     from e2e.measure.ear import Ear
 
 _PARTS: Final = ("clock", "hooks", "video_probe", "counts", "commands", "main")
@@ -57,10 +54,9 @@ class Instrument:
         ear: Ear,
         *,
         name: str = NAME,
-        records: bool = False,
     ) -> None:
         self._evaluate = evaluate
-        self._tap = ear.tap(records=records)
+        self._tap = ear.tap()
         self._at = f"window[{name!r}]"
         self._load: float | None = None
         self._loads = 0
@@ -74,11 +70,6 @@ class Instrument:
     async def hears(self, within_s: float) -> bool:
         """Wait until the browser sounds, and tell whether it did in time."""
         return await self._tap.hears(within_s)
-
-    @property
-    def recorded(self) -> list[NDArray[np.float32]]:
-        """What was heard, in blocks of 10 ms at 48 kHz; nothing unless it `records`."""
-        return self._tap.recorded or []
 
     async def readings(self) -> Readings:
         """Return everything from the page's opening until now.

@@ -62,14 +62,11 @@ def window(readings: Readings, *, settle_s: float = SETTLE_S, to_ms: float | Non
     return Window(from_ms, to_ms, sound_from_ms)
 
 
-def figures(readings: Readings, within: Window, *, is_speech: bool = False) -> dict[str, float]:
-    """Sum up one page, by the names of `e2e.delay.measures`; what there is not is left out.
-
-    In speech there are neither the test card's tones nor its bursts.
-    """
+def figures(readings: Readings, within: Window) -> dict[str, float]:
+    """Sum up one page, by the names of `e2e.delay.measures`; what there is not is left out."""
     ages = picture_ages(readings.pictures)
     aged = [(at, age) for at, age in ages if within.has(at)]
-    all_heard = [] if is_speech else sound_bursts(readings)
+    all_heard = sound_bursts(readings)
     heard = [one for one in all_heard if within.sound_from_ms <= one.heard_ms <= within.to_ms]
     shown = shown_ms(readings.pictures)
     counters = _within(readings.counters, within.from_ms, within.to_ms)
@@ -99,10 +96,9 @@ def figures(readings: Readings, within: Window, *, is_speech: bool = False) -> d
         for what in ("concealed", "stretched"):
             part = share(readings, what, sounds_ms, within.to_ms)
             found[f"{what}_percent"] = None if part is None else 100 * part
-        if not is_speech:
-            lengths_ms = pauses_ms(readings, sounds_ms, within.to_ms)
-            found["pauses"] = float(max(map(len, lengths_ms)))
-    found |= {} if is_speech else _pauses_per_min(readings, within)
+        lengths_ms = pauses_ms(readings, sounds_ms, within.to_ms)
+        found["pauses"] = float(max(map(len, lengths_ms)))
+    found |= _pauses_per_min(readings, within)
     return {name: value for name, value in found.items() if value is not None}
 
 

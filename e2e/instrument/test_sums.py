@@ -16,8 +16,8 @@ from e2e.measure.ear import Ear
 END_MS = OPENED_MS + 60_000
 
 
-def summed(page: Readings, *, to_ms: float | None = None, is_speech: bool = False) -> Any:
-    return figures(page, window(page, to_ms=to_ms), is_speech=is_speech)
+def summed(page: Readings, *, to_ms: float | None = None) -> Any:
+    return figures(page, window(page, to_ms=to_ms))
 
 
 def test_of_nothing_there_is_nothing() -> None:
@@ -246,13 +246,6 @@ def test_bytes_are_a_rate() -> None:
     found = summed(page)
     assert found["received_kb_per_s"] == pytest.approx(10)
     assert "sent_kb_per_s" not in found
-
-
-def test_speech_is_not_judged_by_the_cards_tones() -> None:
-    """Speech pauses and has tones of its own: no burst, no tone pause comes of it."""
-    page = readings(10)
-    page.sound.tone[400:500] = [0.0] * 100
-    assert {"sound_age_p50_ms", "pauses", "pauses_per_min"}.isdisjoint(summed(page, is_speech=True))
 
 
 def test_drift_is_not_moved_by_outliers() -> None:

@@ -82,6 +82,6 @@ if __name__ == "__main__":
         Stream(int(port), kind)
         for port, kind in zip(sys.argv[1:], (_AUDIO_PT, _VIDEO_PT), strict=True)
     )
-    with sources(None) as (camera, microphone):
+    with sources() as (camera, microphone):
         threading.Thread(target=feed_audio, args=(microphone, audio), daemon=True).start()
         feed_video(camera, video)

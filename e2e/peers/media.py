@@ -17,16 +17,13 @@ import numpy as np
 from aiortc import MediaStreamTrack
 from av import AudioFrame, VideoFrame
 
-from wax.capture.file.media_file import MediaFile
 from wax.capture.source import SAMPLE_RATE_HZ
 from wax.capture.testcard import TestCardAudio, TestCardVideo
 from wax.clock import SystemClock
 from wax.config.settings import AudioSettings, VideoSettings
-from wax.errors import SourceError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
 
     from wax.capture.source import AudioSource, VideoSource
 
@@ -36,22 +33,11 @@ OPUS_FRAME_SAMPLES: Final = SAMPLE_RATE_HZ // 50
 
 
 @contextmanager
-def sources(media: Path | None) -> Iterator[tuple[VideoSource, AudioSource]]:
-    """Open the test card, or the media file `media`, which then plays again and again.
-
-    Raises `SourceError` with a sentence when the file is no film with picture and sound.
-    """
+def sources() -> Iterator[tuple[VideoSource, AudioSource]]:
+    """Open the test card."""
     clock = SystemClock()
-    video, audio = VideoSettings(source="testcard"), AudioSettings(source="testcard", channels=1)
-    camera: VideoSource
-    microphone: AudioSource
-    if media is None:
-        camera, microphone = TestCardVideo(video, clock), TestCardAudio(audio, clock)
-    else:
-        if not media.is_file():
-            raise SourceError(f"{media} is no file; give --media the path of a film")
-        film = MediaFile(str(media), clock)
-        camera, microphone = film.video(video), film.audio(audio)
+    camera = TestCardVideo(VideoSettings(source="testcard"), clock)
+    microphone = TestCardAudio(AudioSettings(source="testcard", channels=1), clock)
     with ExitStack() as opened:
         for source in (camera, microphone):
             source.open()

@@ -5,10 +5,8 @@ from __future__ import annotations
 import asyncio
 import time
 from contextlib import asynccontextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from e2e.delay.speech import film_file
 from e2e.delay.systems.running import PORT
 from e2e.delay.systems.served import serving
 from e2e.measure.errors import MeasureError
@@ -16,6 +14,7 @@ from e2e.peers.livekit.installation import check_sdk, find_client, find_server
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
+    from pathlib import Path
 
     from playwright.async_api import Page
 
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
     from e2e.delay.systems.served import Served
     from e2e.link import Link
 
-FILMS: Final = Path(__file__).parents[3] / ".cache" / "lab"
 _PLAYS_WITHIN_S: Final = 10.0
 _LOOK_EVERY_S: Final = 0.1
 _PLAY_THE_SOUND: Final = """(() => {
@@ -77,19 +75,9 @@ async def start(cell: Cell, link: Link, folder: Path) -> AsyncIterator[Running]:
     """See `e2e.delay.systems.start`."""
     if cell.system != "stock":
         check_installed(_how(cell))
-    arguments = command(cell, link.server.address, await film(cell))
+    arguments = command(cell, link.server.address)
     async with serving(cell.system, link.server, folder, arguments) as served:
         yield Stock(served) if cell.system == "stock" else LiveKitRunning(served)
-
-
-async def film(cell: Cell) -> Path | None:
-    """Return the film that the cell shows, made once on a machine; None for the test card.
-
-    Raises `NotRunError` where it cannot be made.
-    """
-    if cell.content == "testcard":
-        return None
-    return await asyncio.to_thread(film_file, FILMS)
 
 
 def check_installed(how: str) -> None:
@@ -100,13 +88,12 @@ def check_installed(how: str) -> None:
         check_sdk()
 
 
-def command(cell: Cell, address: str, media: Path | None) -> list[str]:
-    """Return Python's arguments; without a film the test card is shown."""
-    shown = [] if media is None else ["--media", str(media)]
+def command(cell: Cell, address: str) -> list[str]:
+    """Return Python's arguments."""
     place = ["--port", str(PORT), "--host"]
     if cell.system == "stock":
-        return ["-m", "e2e.peers.stock", *place, "0.0.0.0", *shown]
-    return ["-m", "e2e.peers.livekit", "--how", _how(cell), *place, address, *shown]
+        return ["-m", "e2e.peers.stock", *place, "0.0.0.0"]
+    return ["-m", "e2e.peers.livekit", "--how", _how(cell), *place, address]
 
 
 def _how(cell: Cell) -> str:

@@ -22,9 +22,9 @@ def cell(system: SystemName, **keys: Any) -> Cell:
     return Cell(experiment="E1", profile="lan", system=system, **keys)
 
 
-def read(system: SystemName, media: str = "testcard", **keys: Any) -> config.Settings:
+def read(system: SystemName, **keys: Any) -> config.Settings:
     """Let WAX read what is written for it."""
-    text = tomlkit.dumps(settings(cell(system, **keys), media))
+    text = tomlkit.dumps(settings(cell(system, **keys)))
     return config.parse(tomllib.loads(text), "a test")
 
 
@@ -47,9 +47,9 @@ def test_video_first_is_for_both_roles() -> None:
 
 def test_the_thesis_keeps_its_constants() -> None:
     """The shipped file is the base; the cell changes the audio MU and the sources alone."""
-    tree = settings(cell("thesis", audio_mu_ms=200), "/films/film.mp4")
+    tree = settings(cell("thesis", audio_mu_ms=200))
     assert tree["thesis"].pop("audio_mu_ms") == 200
-    assert tree["video"].pop("source") == tree["audio"].pop("source") == "/films/film.mp4"
+    assert tree["video"].pop("source") == tree["audio"].pop("source") == "testcard"
     shipped = tomllib.loads(THESIS.read_text(encoding="utf-8"))
     del shipped["thesis"]["audio_mu_ms"], shipped["turns"]["turn_s"]
     for name, keys in shipped.items():
@@ -60,7 +60,7 @@ def test_the_thesis_keeps_its_constants() -> None:
 def test_the_thesis_is_what_wax_can_read() -> None:
     """WAX takes the file that is made for the thesis, with its own audio MU where none is given."""
     shipped = tomllib.loads(THESIS.read_text(encoding="utf-8"))
-    assert settings(cell("thesis"), "testcard")["thesis"] == shipped["thesis"]
+    assert settings(cell("thesis"))["thesis"] == shipped["thesis"]
     assert read("thesis", audio_mu_ms=300).turns.join == "auto"
 
 
@@ -73,7 +73,7 @@ def test_a_crowd_has_room() -> None:
 def test_another_system_is_refused() -> None:
     """A peer has no configuration of WAX."""
     with pytest.raises(MeasureError, match="stock is no system of WAX"):
-        settings(cell("stock"), "testcard")
+        settings(cell("stock"))
 
 
 def test_a_status_becomes_names_and_numbers() -> None:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import tomlkit
 
-from e2e.delay.systems.peers import film
 from e2e.delay.systems.served import STATE, Served, serving
 from e2e.delay.systems.settings import settings
 from e2e.harness.wait import eventually
@@ -102,9 +101,8 @@ class Wax:
 @asynccontextmanager
 async def start(cell: Cell, link: Link, folder: Path) -> AsyncIterator[Wax]:
     """See `e2e.delay.systems.start`."""
-    media = str(await film(cell) or "testcard")
     config = folder / "wax.toml"
-    config.write_text(tomlkit.dumps(settings(cell, media)), encoding="utf-8")
+    config.write_text(tomlkit.dumps(settings(cell)), encoding="utf-8")
     async with serving(
         "wax", link.server, folder, ["-m", "wax", "--config", str(config)]
     ) as served:

@@ -83,7 +83,7 @@ async def staged(
     `NotRunError` or `MeasureError`.
     """
     cell = Cell(experiment="G", profile=profile, system="operator")
-    tree = toml.merged(settings(cell, "testcard"), {"voice": {"speaker": "speaker"}})
+    tree = toml.merged(settings(cell), {"voice": {"speaker": "speaker"}})
     async with AsyncExitStack() as leaving:
         folder = Path(leaving.enter_context(TemporaryDirectory(prefix="wax-voice-")))
         config, words = folder / "wax.toml", folder / "words.wav"

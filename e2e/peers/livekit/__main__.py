@@ -12,7 +12,6 @@ import signal
 import sys
 from contextlib import AsyncExitStack
 from ipaddress import IPv4Address
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from e2e.measure.errors import MeasureError
@@ -22,7 +21,6 @@ from e2e.peers.livekit.publish import by_sdk, by_whip
 from e2e.peers.livekit.server import LiveKit, Ports
 from e2e.peers.livekit.tokens import Key, in_room
 from e2e.peers.media import set_bitrate, sources
-from wax.errors import SourceError
 
 if TYPE_CHECKING:
     from collections.abc import Coroutine, Sequence
@@ -40,13 +38,11 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--signal-port", type=int, default=_PORTS.signal)
     parser.add_argument("--media-tcp-port", type=int, default=_PORTS.media_tcp)
     parser.add_argument("--media-udp-port", type=int, default=_PORTS.media_udp)
-    film = "publish a film, instead of the test card"
-    parser.add_argument("--media", type=lambda path: Path(path).absolute(), help=film)
     return parser.parse_args(arguments)
 
 
 async def run(asked: argparse.Namespace) -> None:
-    """Run everything until it is cancelled. Raises `MeasureError` or `SourceError`."""
+    """Run everything until it is cancelled. Raises `MeasureError`."""
     program, script, is_sdk = find_server(), find_client(), asked.how == "sdk"
     publish = by_sdk if is_sdk else by_whip
     key, address = Key.make(), str(asked.host)
@@ -54,7 +50,7 @@ async def run(asked: argparse.Namespace) -> None:
     livekit = LiveKit(program, address, ports, key, is_by_default=is_sdk)
     pages = Pages(f"ws://{address}:{ports.signal}", key, script, is_adaptive=is_sdk)
     async with AsyncExitStack() as running:
-        sent = running.enter_context(sources(asked.media))
+        sent = running.enter_context(sources())
         running.push_async_callback(livekit.kill)
         await livekit.start()
         running.push_async_callback(pages.stop)
@@ -99,7 +95,7 @@ def main() -> int:
         asyncio.run(until_signalled(run(asked)))
     except asyncio.CancelledError:
         return 0
-    except (AssertionError, MeasureError, SourceError) as error:
+    except (AssertionError, MeasureError) as error:
         print(error, file=sys.stderr)
     return 1
 

@@ -1,4 +1,4 @@
-"""Publish the test card, or a film, to LiveKit: by its SDK or by WHIP, until that ends."""
+"""Publish the test card to LiveKit: by its SDK or by WHIP, until that ends."""
 
 from __future__ import annotations
 
