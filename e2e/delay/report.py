@@ -6,9 +6,10 @@ A table for each link: the systems in rows, the figures in columns, and what the
 from __future__ import annotations
 
 import sys
-from html import escape
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from pydantic import ValidationError
 
 from e2e.delay.judging import found
@@ -21,17 +22,10 @@ from e2e.measure.row import summarize
 from e2e.measure.table import number
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-    from pathlib import Path
+    from collections.abc import Sequence
 
     from e2e.delay.cell import Cell
     from e2e.delay.judging import Found
-
-_STYLE: Final = (
-    "body{font:14px system-ui;margin:2em}table{border-collapse:collapse}"
-    "td,th{border:1px solid #999;padding:2px 6px;text-align:right;vertical-align:top}"
-    "th:first-child{text-align:left}.said{font-style:italic}"
-)
 
 
 def write(folder: Path) -> Path | None:
@@ -59,41 +53,34 @@ def newest(folder: Path) -> list[Result]:
 
 def html(results: Sequence[Result]) -> str:
     """Make the page: no script, every text escaped."""
-    origin = results[-1].origin
     cells = found(row for result in results for row in result.rows)
+    names = sorted({one.cell.profile for one in cells}, key=lambda one: (*LINKS, one).index(one))
+    links = [_link(name, [one for one in cells if one.cell.profile == name]) for name in names]
     problems = [f"{one.case}: {one.problem}" for one in results if one.problem]
-    links = {one.cell.profile for one in cells}
-    parts = [
-        '<!doctype html><html lang="en"><meta charset="utf-8"><title>Delay</title>',
-        f"<style>{_STYLE}</style><h1>Delay</h1>",
-        f"<p>Commit {escape(origin.commit)}, {escape(str(origin.machine))}.</p>",
-        *(f"<p>{escape(one)}</p>" for one in (AGE, *GIVEN, *problems)),
-        *(
-            part
-            for link in sorted(links, key=lambda one: (*LINKS, one).index(one))
-            for part in _link(link, [one for one in cells if one.cell.profile == link])
-        ),
-    ]
-    return "\n".join(parts)
+    loader = FileSystemLoader(Path(__file__).parent)
+    page = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
+    return page.get_template("report.jinja").render(
+        origin=results[-1].origin, notes=(AGE, *GIVEN, *problems), links=links
+    )
 
 
-def _link(name: str, cells: Sequence[Found]) -> Iterator[str]:
+def _link(name: str, cells: Sequence[Found]) -> dict[str, Any]:
+    """Return a table; each value comes with what is told on hover."""
     columns = [one for one in MEASURES if any(one in cell.values for cell in cells)]
-    yield f"<h2>{escape(shown(name))}</h2><p>{escape(profile(name).about)}</p><table>"
-    heads = (f"{label}, {unit}".rstrip(", ") for label, unit in map(MEASURES.__getitem__, columns))
-    yield _row("th", ["n", *heads], "")
+    rows: list[tuple[str, str, list[tuple[str, str]]]] = []
     for mu_ms in sorted({one.cell.audio_mu_ms or 500 for one in cells}):
         if said := words(name, mu_ms):
             texts = {one: (said[one].text, said[one].where) for one in said}
             values = [texts.get(one, ("", "")) for one in columns]
-            yield _row("td", [("", ""), *values], f"thesis, {mu_ms} ms", "said")
+            rows.append((f"thesis, {mu_ms} ms", "said", [("", ""), *values]))
     groups: dict[str, list[Found]] = {}
     for one in sorted(cells, key=lambda one: list(SYSTEMS).index(one.cell.system)):
         groups.setdefault(one.cell.variant, []).append(one)
     for here in groups.values():
         values = [(f"{len(here)}", ""), *(_value(measure, here) for measure in columns)]
-        yield _row("td", values, _who(here[0].cell))
-    yield "</table>"
+        rows.append((_who(here[0].cell), "", values))
+    heads = [", ".join(filter(None, MEASURES[one])) for one in columns]
+    return {"name": shown(name), "about": profile(name).about, "heads": heads, "rows": rows}
 
 
 def _who(cell: Cell) -> str:
@@ -110,12 +97,6 @@ def _value(measure: str, cells: Sequence[Found]) -> tuple[str, str]:
     if 2 * len(known) < len(tried) or not known:
         return ("never" if tried else "–"), told
     return number(summarize(known).median), told
-
-
-def _row(tag: str, values: Iterable[str | tuple[str, str]], head: str, kind: str = "") -> str:
-    pairs = (value if isinstance(value, tuple) else (value, "") for value in values)
-    texts = "".join(f'<{tag} title="{escape(why)}">{escape(one)}</{tag}>' for one, why in pairs)
-    return f'<tr class="{kind}"><th>{escape(head)}</th>{texts}</tr>'
 
 
 if __name__ == "__main__":

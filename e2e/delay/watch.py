@@ -4,26 +4,28 @@ from __future__ import annotations
 
 import asyncio
 import time
-from contextlib import AsyncExitStack, suppress
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Final
 
 import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 
 from e2e.delay.browser import open_browser
-from e2e.delay.crowd import crowd
 from e2e.delay.measures import measured
 from e2e.delay.names import OURS, profile
 from e2e.delay.systems import start
+from e2e.harness.page_clock import unix_ms
 from e2e.instrument import PRELOAD, Instrument
 from e2e.instrument.sums import SETTLE_S
 from e2e.link import Link
+from e2e.load.crowd.crowd import Crowd
+from e2e.load.crowd.sample import Offering
 from e2e.load.process import ProcessMeter
 from e2e.measure.command import OUT
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row
-from wax.clock import SystemClock
 
 if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Awaitable, Callable
     from pathlib import Path
 
     from playwright.async_api import Page
@@ -97,9 +99,9 @@ async def _watch(
             await instrument.hears(_HEARS_WITHIN_S)  # what never sounds is seen in the readings
             settle_s = max(SETTLE_S, time.monotonic() - picture_s)
             if cell.viewers > 1:
-                others = await leaving.enter_async_context(crowd(cell, link, running.url))
+                others = await leaving.enter_async_context(_crowd(cell, link, running.url))
                 settle_s = time.monotonic() - picture_s + SETTLE_S
-            began_ms = _unix_ms(await link.start_changes())
+            began_ms = unix_ms(await link.start_changes())
             until_s = picture_s + settle_s + cell.seconds - SETTLE_S
             await asyncio.sleep(picture_s + settle_s - time.monotonic())
             told = await running.told()
@@ -120,6 +122,28 @@ async def _watch(
     values |= measured(cell, readings, settle_s, began_ms)
     detail: dict[str, object] = {"problem": problem} if problem else {}
     return values, detail
+
+
+@asynccontextmanager
+async def _crowd(cell: Cell, link: Link, url: str) -> AsyncIterator[Callable[[], Awaitable[float]]]:
+    """Have all but one of the cell's viewers at the server's end; raises `MeasureError`.
+
+    There they load neither the link nor the browser's decoder. Yields what returns the fewest
+    pictures a second that any of those had who are behind no modem. LiveKit's viewers join through
+    its own library and not by one offer; nobody plans such a cell.
+    """
+    offering = Offering(url.rstrip("/"), "stock" if cell.system == "stock" else "wax")
+    with Crowd(offering, slow=cell.slow, through=link.server.command) as others:
+        await asyncio.to_thread(others.hold, cell.viewers - 1)
+        first = await asyncio.to_thread(others.count)
+
+        async def least_per_s() -> float:
+            last = await asyncio.to_thread(others.count)
+            pairs = list(zip(first.viewers, last.viewers, strict=True))[cell.slow :]
+            fewest = min(after.video.frames - before.video.frames for before, after in pairs)
+            return fewest / (last.at_s - first.at_s)
+
+        yield least_per_s
 
 
 async def _costs(pid: int, browser: Browser) -> dict[str, float]:
@@ -178,7 +202,3 @@ def _late_share(before: Statistics, after: Statistics) -> float:
 
 def _beyond(late: Lateness) -> int:
     return sum(late.packets[late.up_to_ms.index(LATE_MS) + 1 :])
-
-
-def _unix_ms(monotonic_s: float) -> float:
-    return SystemClock().wall_ms() - (time.monotonic() - monotonic_s) * 1000

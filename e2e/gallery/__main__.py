@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from playwright.async_api import Browser
 
-    from e2e.gallery.state import State
+    from e2e.gallery.states import State
 
 SCREENSHOTS: Final = ROOT / "web/screenshots"
 README: Final = {

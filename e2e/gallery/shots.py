@@ -14,7 +14,7 @@ from e2e.measure.command import OUT
 
 if TYPE_CHECKING:
     from e2e.gallery.scene import Scene
-    from e2e.gallery.state import State
+    from e2e.gallery.states import State
     from e2e.gallery.views import View
 
 FOLDER: Final = OUT / "gallery"

@@ -1,125 +1,105 @@
-"""Every state of the page, and the words by which it is known: a renamed one is one edit here."""
+"""Every state of the page, how it comes about, and the words by which it is known."""
 
 from __future__ import annotations
 
 import re
-from typing import Final
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
 
 from e2e.gallery import broken, driving, panels, watching
-from e2e.gallery.state import State
+from e2e.gallery.scene import Scene, scene
+from e2e.gallery.views import COMPUTER, PHONE
 
-_DRIVING: Final = re.compile("You are driving")
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Awaitable, Callable
+
+    from playwright.async_api import Browser, Locator, Page
+
+    from e2e.gallery.views import Device
+
+_SAYS_WITHIN_MS: Final = 15_000.0
 
 
-def _any(*words: str) -> re.Pattern[str]:
-    return re.compile("|".join(words), re.IGNORECASE)
+@dataclass(frozen=True, slots=True)
+class State:
+    """`tell` brings it about, by what a person or the world does, never by the page's inside.
+
+    The state is reached when the page `says` so, whatever the case, or when `shows` finds it.
+    `has_stop`: the Stop button belongs to this state.
+    """
+
+    key: str
+    title: str
+    tell: Callable[[Scene], Awaitable[None]]
+    says: str | re.Pattern[str]
+    shows: Callable[[Page], Locator] | None = None
+    has_stop: bool = True
+    devices: tuple[Device, ...] = (COMPUTER, PHONE)
+
+    def mark(self, page: Page) -> Locator:
+        """Find what tells that the page is in this state."""
+        if self.shows is not None:
+            return self.shows(page)
+        return page.get_by_text(self.says).locator("visible=true").first
+
+    @asynccontextmanager
+    async def reached(self, browser: Browser, device: Device) -> AsyncIterator[Scene]:
+        """Have the page in this state; raises `AssertionError` or Playwright's `Error`."""
+        async with scene(browser, device) as stage:
+            await self.tell(stage)
+            await self.mark(stage.viewer.page).wait_for(state="visible", timeout=_SAYS_WITHIN_MS)
+            yield stage
 
 
 STATES: Final = (
+    State("connecting", "Connecting", watching.connecting, "connecting", has_stop=False),
+    State("first-visit", "A first visit", watching.first_visit, "welcome"),
+    State("free", "Watching, the robot is free", watching.free, "robot is free"),
     State(
-        "connecting",
-        "Connecting",
-        watching.connecting,
-        _any("connecting"),
-        has_stop=False,
+        "somebody-drives", "Watching, somebody drives", watching.somebody_drives, "Ada is driving"
     ),
-    State("first-visit", "A first visit", watching.first_visit, _any("welcome", "first time")),
-    State("free", "Watching, the robot is free", watching.free, _any("robot is free")),
+    State("waiting", "Waiting", watching.waiting, "number 2"),
+    State("next", "You are next", watching.you_are_next, "you are next"),
+    State("called", "Called: are you ready?", watching.called, "are you ready"),
+    State("driving", "Driving", driving.driving, "You are driving"),
+    State("slow", "Driving slowly: the picture is late", driving.slow, "picture is late"),
+    State("paused", "Paused: the picture stands still", driving.paused, "no fresh picture"),
+    State("stopped-by-you", "Stopped, by you", driving.stopped_by_you, "you stopped the robot"),
     State(
-        "somebody-drives",
-        "Watching, somebody drives",
-        watching.somebody_drives,
-        _any("Ada is driving", "Ada drives"),
+        "stopped-by-another", "Stopped, by another", driving.stopped_by_another, "stopped by wanda"
     ),
-    State("waiting", "Waiting", watching.waiting, _any("number 2", "2nd in")),
-    State("next", "You are next", watching.you_are_next, _any("you are next")),
-    State("called", "Called: are you ready?", watching.called, _any("are you ready")),
-    State("driving", "Driving", driving.driving, _DRIVING),
-    State("slow", "Driving slowly: the picture is late", driving.slow, _any("picture is late")),
+    State("stopped-by-host", "Stopped, by the host", driving.stopped_by_host, "stopped by host"),
     State(
-        "paused",
-        "Paused: the picture stands still",
-        driving.paused,
-        _any("no fresh picture", "waits until you can see"),
+        "stopped-watched", "Stopped, seen by who watches", driving.stopped_watched, "stopped by ada"
     ),
-    State(
-        "stopped-by-you",
-        "Stopped, by you",
-        driving.stopped_by_you,
-        _any("stopped by", "you stopped", "you have stopped"),
-    ),
-    State(
-        "stopped-by-another",
-        "Stopped, by another",
-        driving.stopped_by_another,
-        _any("stopped by wanda", "wanda has? ?stopped"),
-    ),
-    State(
-        "stopped-by-host",
-        "Stopped, by the host",
-        driving.stopped_by_host,
-        _any("stopped by the host", "stopped by host", "host has stopped"),
-    ),
-    State(
-        "stopped-watched",
-        "Stopped, seen by who watches",
-        driving.stopped_watched,
-        _any("stopped by ada", "ada has? ?stopped"),
-    ),
-    State("turn-over", "Your turn is over", watching.turn_over, _any("thank")),
-    State(
-        "robot-lost",
-        "The robot does not answer",
-        broken.robot_lost,
-        _any("robot: ", "the robot does not answer", "robot is lost"),
-    ),
-    State(
-        "camera-failed",
-        "The camera fails",
-        broken.camera_failed,
-        _any("camera delivers no picture"),
-    ),
+    State("turn-over", "Your turn is over", watching.turn_over, "thanks for driving"),
+    State("robot-lost", "The robot does not answer", broken.robot_lost, "robot: "),
+    State("camera-failed", "The camera fails", broken.camera_failed, "delivers no picture"),
     State(
         "picture-frozen",
         "The picture stands still",
         broken.picture_frozen,
-        _any("picture is .* old", "stands still", "frozen"),
+        re.compile("picture is .* old"),
     ),
-    State("no-answer", "No answer for a moment", broken.no_answer, _any("no answer", "answering")),
-    State("reconnecting", "Reconnecting", broken.reconnecting, _any("reconnecting")),
-    State(
-        "server-gone",
-        "The server is gone",
-        broken.server_gone,
-        _any("reconnecting", "connection lost", "not connected"),
-    ),
-    State(
-        "removed",
-        "Removed by the host",
-        watching.removed,
-        _any("asked you to leave"),
-        has_stop=False,
-    ),
-    State("closed", "Closed for today", watching.closed, _any("is closed"), has_stop=False),
-    State(
-        "full",
-        "No place",
-        watching.full,
-        _any("only place is taken"),
-        has_stop=False,
-    ),
-    State("picture-off", "The picture is off", panels.picture_off, _any("picture is off")),
-    State("blanked", "Switched off by the host", panels.blanked, _any("host has switched")),
-    State("console", "The host's console", panels.console, _any("door and privacy")),
-    State("people", "Who is here", panels.people, _any("your name")),
-    State("settings", "The settings", panels.settings, _any("picture size")),
-    State("details", "The details", panels.details, _any("picture age")),
-    State("rules", "What happens if something fails", panels.rules, _any("no page can change")),
+    State("no-answer", "No answer for a moment", broken.no_answer, "no answer"),
+    State("reconnecting", "Reconnecting", broken.reconnecting, "reconnecting"),
+    State("server-gone", "The server is gone", broken.server_gone, "reconnecting"),
+    State("removed", "Removed by the host", watching.removed, "asked you to leave", has_stop=False),
+    State("closed", "Closed for today", watching.closed, "is closed", has_stop=False),
+    State("full", "No place", watching.full, "only place is taken", has_stop=False),
+    State("picture-off", "The picture is off", panels.picture_off, "picture is off"),
+    State("blanked", "Switched off by the host", panels.blanked, "host has switched"),
+    State("console", "The host's console", panels.console, "door and privacy"),
+    State("people", "Who is here", panels.people, "your name"),
+    State("settings", "The settings", panels.settings, "picture size"),
+    State("details", "The details", panels.details, "picture age"),
+    State("rules", "What happens if something fails", panels.rules, "no page can change"),
     State(
         "big-screen",
         "On a big screen (?view=big-screen)",
         watching.big_screen,
-        _any("scan to drive"),
+        "scan to drive",
         shows=lambda page: page.get_by_role("img", name=re.compile("^QR code")),
         has_stop=False,
     ),

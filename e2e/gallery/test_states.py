@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from playwright.async_api import Browser, ViewportSize
 
     from e2e.gallery.scene import Scene
-    from e2e.gallery.state import State
+    from e2e.gallery.states import State
     from e2e.gallery.views import Device, Theme
 
 pytestmark = pytest.mark.timeout(180)

@@ -1,10 +1,12 @@
-"""Aligns a page's clock with that of this machine's processes."""
+"""Aligns the clocks of a page, of this machine's processes, and Unix time."""
 
 from __future__ import annotations
 
 import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
+
+from wax.clock import SystemClock
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -32,3 +34,8 @@ async def page_clock(evaluate: Callable[[str], Awaitable[Any]]) -> PageClock:
         after_s = time.monotonic()
         clocks.append(PageClock((after_s - before_s) / 2, (before_s + after_s) / 2 - page_s))
     return min(clocks)
+
+
+def unix_ms(monotonic_s: float) -> float:
+    """Return Unix time at a moment of `time.monotonic`, which pages, cards and the ear have too."""
+    return SystemClock().wall_ms() + (monotonic_s - time.monotonic()) * 1000

@@ -171,13 +171,6 @@ class Viewer:
         await self.switch("Picture").click()
         await self.closes("Settings")
 
-    async def chooses_a_way(self, name: str) -> None:
-        """Choose how the directions drive, by its name among the settings."""
-        await self.open("Settings")
-        ways = self.page.get_by_role("region", name="How you drive", exact=True)
-        await ways.get_by_role("radio", name=name, exact=True).check()
-        await self.closes("Settings")
-
     async def closes(self, panel: str) -> None:
         """Close a panel by its tab, so that nothing of it has the keyboard."""
         tab = self.button(panel)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from e2e.delay.browser import open_browser
-from e2e.instrument.cards import LIE_MS, LyingClock, lies
+from e2e.instrument.cards import LIE_MS, lies
 from e2e.instrument.error import judged, own_error, shift
 from e2e.instrument.synthetic import readings
 from e2e.link import Link
@@ -16,24 +16,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from e2e.delay.readings import Readings
-
-
-def test_the_clock_lies_in_every_other_second_only() -> None:
-    """Its wall clock is honest, then 100 ms behind, changing at half seconds; the other is true."""
-
-    class At:
-        def __init__(self, wall_ms: int) -> None:
-            self._wall_ms = wall_ms
-
-        def now_s(self) -> float:
-            return 7.0
-
-        def wall_ms(self) -> int:
-            return self._wall_ms
-
-    told = [LyingClock(At(wall_ms)).wall_ms() for wall_ms in (400, 500, 1499, 1500)]
-    assert told == [400, 400, 1399, 1500]
-    assert LyingClock(At(500)).now_s() == 7.0
 
 
 @pytest.mark.parametrize("wrong_ms", [0.0, -8.0, 30.0])

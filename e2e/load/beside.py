@@ -10,7 +10,7 @@ from functools import partial
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.load.crowd import Crowd
+from e2e.load.crowd.crowd import Crowd
 from e2e.load.fan_out import grown
 from e2e.load.process import all_received, two_cores
 from e2e.load.servers import WAX, serving_board

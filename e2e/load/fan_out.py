@@ -9,7 +9,7 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from e2e.load.crowd import Crowd
+from e2e.load.crowd.crowd import Crowd
 from e2e.load.process import two_cores, udp_receive_errors
 from e2e.load.servers import JANUS, STOCK, WAX, serving, serving_janus
 from e2e.measure.errors import MeasureError, NotRunError
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from contextlib import AbstractAsyncContextManager
 
-    from e2e.load.crowd import Sample
+    from e2e.load.crowd.sample import Sample
     from e2e.load.servers import JanusServer, MeasuredServer
 
 VIEWERS: Final = {WAX: (1, 16, 32, 50), STOCK: (1, 3, 6), JANUS: (1, 25, 50)}

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from e2e.harness.wait import eventually
-from e2e.load.crowd import Crowd
+from e2e.load.crowd.crowd import Crowd
 from e2e.load.servers import SIDES, STOCK, WAX, serving
 from e2e.measure.row import Row, judged
 

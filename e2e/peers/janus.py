@@ -8,18 +8,18 @@ from __future__ import annotations
 
 import asyncio
 import shutil
-import sys
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Final
 
 import aiohttp
 
+from e2e.harness.child import Child, child
 from e2e.harness.wait import eventually
 from e2e.measure.errors import MeasureError, NotRunError
-from e2e.measure.suite import ROOT
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
+    from contextlib import AbstractAsyncContextManager
     from pathlib import Path
 
 MOUNTPOINT: Final = 1
@@ -85,17 +85,9 @@ async def running(folder: Path, port: int) -> AsyncIterator[asyncio.subprocess.P
         await process.wait()
 
 
-@asynccontextmanager
-async def feeding(port: int) -> AsyncIterator[None]:
+def feeding(port: int) -> AbstractAsyncContextManager[Child]:
     """Send the test card to the mountpoint of the Janus whose API is on `port`."""
-    process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "e2e.peers.janus_feed", str(port + 1), str(port + 2)), cwd=ROOT
-    )
-    try:
-        yield
-    finally:
-        process.kill()
-        await process.wait()
+    return child("e2e.peers.janus_feed", port + 1, port + 2)
 
 
 async def _answers(port: int, folder: Path) -> None:

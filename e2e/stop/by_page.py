@@ -8,11 +8,9 @@ from contextlib import asynccontextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from e2e.harness.page_clock import PageClock, page_clock
-from e2e.harness.tab import Tab
-from e2e.harness.wait import eventually
+from e2e.harness.page_clock import page_clock
 from e2e.measure.errors import MeasureError
-from e2e.stop.page import KEY, chromiums
+from e2e.stop.page import Tab, chromiums
 from wax.config.settings import Settings
 
 if TYPE_CHECKING:
@@ -28,10 +26,6 @@ for (const type of ["blur", "visibilitychange"])
     addEventListener(type, () => { window.waxLost ??= performance.now(); }, true);
 """
 """Notes when the page got its first event."""
-_JOIN: Final = """
-[...document.querySelectorAll("button")].find((one) => one.innerText === "Join the queue")?.click()
-"""
-_DRIVES: Final = "document.body.innerText.includes('You are driving')"
 
 
 class Wheel:
@@ -102,28 +96,6 @@ async def thaw_camera(scene: Scene) -> None:
 # --- the hands are taken off ---------------------------------------------------------------------
 
 
-class HeldKey:
-    """A tab that drives by a key that is held."""
-
-    def __init__(self, tab: Tab) -> None:
-        self.tab = tab
-        self.clock: PageClock
-
-    async def drive(self) -> None:
-        """Wait until the page drives; join if it has no turn."""
-
-        async def drives() -> bool:
-            await self.tab.evaluate(_JOIN)
-            return bool(await self.tab.evaluate(_DRIVES))
-
-        await eventually(drives, "the tab drives", within_s=20)
-
-    async def press(self) -> None:
-        await self.tab.key("keyUp", KEY)
-        await asyncio.sleep(0.08)
-        await self.tab.key("keyDown", KEY)
-
-
 @asynccontextmanager
 async def tab(scene: Scene, *, script: str = "") -> AsyncIterator[None]:
     """Let a tab drive that is told when it is hidden; Playwright's own are always in front.
@@ -134,7 +106,7 @@ async def tab(scene: Scene, *, script: str = "") -> AsyncIterator[None]:
         page = await launch(scene.stage.server.url)
         browser = page.viewer.page.context.browser
         assert browser is not None
-        held = HeldKey(await Tab.open(browser, scene.stage.server.url, _NOTE + script))
+        held = await Tab.open(browser, scene.stage.server.url, _NOTE + script)
         await held.drive()
         scene.prop, scene.press = held, held.press
         yield
@@ -142,19 +114,19 @@ async def tab(scene: Scene, *, script: str = "") -> AsyncIterator[None]:
 
 async def hide(scene: Scene) -> float:
     """Open another tab in front of it."""
-    held: HeldKey = scene.prop
-    held.clock = await page_clock(held.tab.evaluate)
-    await held.tab.evaluate("delete window.waxLost")
-    await held.tab.open_another()
+    held: Tab = scene.prop
+    held.clock = await page_clock(held.evaluate)
+    await held.evaluate("delete window.waxLost")
+    await held.open_another()
     return time.monotonic()
 
 
 async def show(scene: Scene) -> float:
     """Come back; return when the page's first event was."""
-    held: HeldKey = scene.prop
-    await held.tab.close_another()
-    lost_ms = await held.tab.evaluate("Number(window.waxLost)")
+    held: Tab = scene.prop
+    await held.close_another()
+    lost_ms = await held.evaluate("Number(window.waxLost)")
     if not isinstance(lost_ms, float | int):
         raise MeasureError("another-tab: the page was told of nothing")
-    await held.tab.key("keyUp", KEY)
+    await held.key("keyUp")
     return held.clock.monotonic_s(lost_ms)

@@ -11,7 +11,7 @@ from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 from weakref import WeakKeyDictionary
 
 import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
@@ -21,7 +21,8 @@ from e2e.harness import toml
 from e2e.harness.board import Board
 from e2e.harness.server import Server
 from e2e.harness.wait import eventually
-from e2e.load.crowd import Crowd, Offering
+from e2e.load.crowd.crowd import Crowd
+from e2e.load.crowd.sample import Offering
 from e2e.measure.errors import MeasureError
 from e2e.stop.record import Record
 
@@ -128,55 +129,27 @@ class FirmwareRobot(Robot):
 
 
 class Stage:
-    """Use as an async context manager; inside, the server has found the robot."""
+    """A robot, and the server that has found it."""
 
-    def __init__(
-        self,
-        folder: Path,
-        *settings: Mapping[str, Any],
-        load: Load = DEFAULT,
-        environment: Mapping[str, str] | None = None,
-        end: Callable[[Path], Robot] = FirmwareRobot,
-    ) -> None:
+    def __init__(self, robot: Robot, server: Server, load: Load) -> None:
+        self.robot = robot
+        self.server = server
         self.load = load
-        self.robot = end(folder)
-        tree = toml.merged(_LONG_TURNS, load.media, {"robot": self.robot.settings}, *settings)
-        self.server = Server(folder, tomlkit.dumps(tree))
-        self.server.environment |= dict(self.robot.environment) | dict(environment or {})
-        self.record = self.robot.record
+        self.record = robot.record
         self.crowd: Crowd | None = None
-        self._ending = AsyncExitStack()
 
-    async def __aenter__(self) -> Self:
-        async with AsyncExitStack() as ending:
-            await self.robot.start()
-            ending.push_async_callback(self.robot.stop)
-            ending.push_async_callback(self.server.kill)
-            await self._start()
-            if self.load.observers:
-                offering = Offering(url=self.server.url, how="wax")
-                self.crowd = ending.enter_context(await asyncio.to_thread(Crowd, offering))
-            await self._hold(self.load.observers)
-            self._ending = ending.pop_all()
-        return self
+    async def start(self) -> None:
+        """Start the server, a few at a time, since starting takes a core."""
+        async with _STARTING.setdefault(asyncio.get_running_loop(), asyncio.Semaphore(2)):
+            await self.server.start()
+            await self.answers()
 
-    async def __aexit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        driver = None
-        with suppress(MeasureError, psutil.Error):
-            driver = self.driver_pid
-        async with self._ending:
-            if kind is None and self.load.observers:
-                await self._is_loaded()
-        if driver is not None:  # a person aboard keeps it, when its server is gone
-            with suppress(ProcessLookupError):
-                os.kill(driver, signal.SIGKILL)
-
-    async def _hold(self, observers: int) -> None:
+    async def hold(self, observers: int) -> None:
         """Have so many observers, none for a server that is no more."""
         if self.crowd is not None:
             await asyncio.to_thread(self.crowd.hold, observers)
 
-    async def _is_loaded(self) -> None:
+    async def is_loaded(self) -> None:
         """Raise `MeasureError` if observers were lost: the load was not as stated."""
         here = len((await self.server.status())["viewers"])
         if here < self.load.observers:
@@ -193,20 +166,8 @@ class Stage:
     async def again(self) -> None:
         """Restart the killed server on the same port."""
         await self.server.kill()
-        await asyncio.gather(self._hold(0), self._start())
-        await self._hold(self.load.observers)
-
-    async def _start(self) -> None:
-        """Start the server, a few at a time, since starting takes a core."""
-        async with _STARTING.setdefault(asyncio.get_running_loop(), asyncio.Semaphore(2)):
-            await self.server.start()
-            await self.answers()
-
-    @property
-    def board(self) -> Board:
-        """The robot, where it is the board with our firmware."""
-        assert isinstance(self.robot, FirmwareRobot)
-        return self.robot.board
+        await asyncio.gather(self.hold(0), self.start())
+        await self.hold(self.load.observers)
 
     @property
     def driver_pid(self) -> int:
@@ -300,7 +261,34 @@ async def staged(
 
     `end` makes the robot: it is at the other end of the driver's link.
     """
+    drivers: list[int] = []
     with TemporaryDirectory(prefix="wax-stop-") as folder:
-        stage = Stage(Path(folder), *tables, settings, load=load, environment=environment, end=end)
-        async with stage:
-            yield stage
+        robot = end(Path(folder))
+        tree = toml.merged(_LONG_TURNS, load.media, {"robot": robot.settings}, *tables, settings)
+        server = Server(Path(folder), tomlkit.dumps(tree))
+        server.environment |= dict(robot.environment) | dict(environment or {})
+        stage = Stage(robot, server, load)
+        async with AsyncExitStack() as leaving:
+            # A person aboard keeps it, when its server is gone.
+            leaving.callback(_kill, drivers)
+            await robot.start()
+            leaving.push_async_callback(robot.stop)
+            leaving.push_async_callback(server.kill)
+            await stage.start()
+            if load.observers:
+                offering = Offering(url=server.url, how="wax")
+                stage.crowd = leaving.enter_context(await asyncio.to_thread(Crowd, offering))
+                await stage.hold(load.observers)
+            try:
+                yield stage
+                if load.observers:
+                    await stage.is_loaded()
+            finally:
+                with suppress(MeasureError, psutil.Error):
+                    drivers.append(stage.driver_pid)
+
+
+def _kill(pids: list[int]) -> None:
+    for pid in pids:
+        with suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)

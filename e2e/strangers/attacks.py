@@ -19,9 +19,8 @@ from functools import partial
 from typing import Any, Final
 
 from e2e.strangers import by_http, by_udp, wire
-from e2e.strangers.ground import Attack, Ground, together
+from e2e.strangers.ground import Attack, Ground, address, together
 from e2e.strangers.intruder import Intruder, NoPlaceError
-from e2e.strangers.strangers import address
 
 _TAIL_S: Final = 1.0
 """For answers that are under way when an attack ends."""

@@ -12,9 +12,8 @@ from struct import unpack
 from typing import TYPE_CHECKING, Final
 
 from e2e.strangers import wire
-from e2e.strangers.ground import together
+from e2e.strangers.ground import address, together
 from e2e.strangers.intruder import Intruder, ask
-from e2e.strangers.strangers import address
 
 if TYPE_CHECKING:
     from collections import Counter

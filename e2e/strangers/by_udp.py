@@ -8,8 +8,8 @@ from itertools import cycle
 from typing import TYPE_CHECKING, Final
 
 from e2e.strangers import wire
+from e2e.strangers.ground import address
 from e2e.strangers.intruder import Intruder
-from e2e.strangers.strangers import address
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -1,13 +1,18 @@
-"""Where an attack takes place, and until when."""
+"""Where an attack takes place, until when, and from which addresses."""
 
 from __future__ import annotations
 
 import asyncio
+import sys
 import time
 from collections import Counter
+from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from itertools import cycle
 from typing import TYPE_CHECKING, Any
+
+from e2e.harness.child import Child, child
+from e2e.measure.errors import NotRunError
 
 if TYPE_CHECKING:
     import random
@@ -64,3 +69,23 @@ async def together(works: Iterable[Awaitable[Any]]) -> None:
     for result in await asyncio.gather(*works, return_exceptions=True):
         if isinstance(result, BaseException) and not isinstance(result, OSError | TimeoutError):
             raise result
+
+
+def address(number: int) -> str:
+    """Return one of the loopback addresses that nothing else uses, from 0."""
+    return f"127.0.{1 + number // 250}.{2 + number % 250}"
+
+
+def needs_loopback_net() -> None:
+    """Raise `NotRunError` where only 127.0.0.1 is the loopback, as on macOS."""
+    if sys.platform != "linux":
+        raise NotRunError("this needs the whole of 127.0.0.0/8, which only Linux has")
+
+
+@asynccontextmanager
+async def strangers(module: str, *arguments: object) -> AsyncIterator[Child]:
+    """Run one of the modules of this folder; it has begun when the block begins."""
+    needs_loopback_net()
+    async with child(f"e2e.strangers.{module}", *arguments) as found:
+        await found.line()
+        yield found

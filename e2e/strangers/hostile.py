@@ -23,16 +23,16 @@ from e2e.measure.row import counted, summarize, summed, timed
 from e2e.measure.suite import ROOT
 from e2e.stop.operator import RawOperator
 from e2e.stop.stage import STOPS_AT_EACH_TRIAL, Load, staged
+from e2e.strangers.ground import address, strangers
 from e2e.strangers.intruder import ask
-from e2e.strangers.strangers import address, strangers
 from wax.errors import SignallingError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
+    from e2e.harness.child import Child
     from e2e.measure.row import Row
     from e2e.stop.stage import Stage
-    from e2e.strangers.strangers import Strangers
 
 MORE_MS: Final = 10.0
 FPS_SHARE: Final = 0.95
@@ -141,7 +141,7 @@ class Watch:
 
     async def attacked(
         self,
-        gang: Strangers,
+        gang: Child,
         name: str,
         seconds: float,
         *,
@@ -155,7 +155,7 @@ class Watch:
         self._peak_mib = before_mib = self._meter.rss_mib()
         seen = await self.look(seconds)
         seen.stops_ms = await self.stops(stops, seen.until_s + stops_s)
-        seen.account = await gang.account(seconds + stops_s + 4 * _PATIENCE_S)
+        seen.account = json.loads(await gang.line(seconds + stops_s + 4 * _PATIENCE_S))
         seen.more_mib = self._peak_mib - before_mib
         return self.filled(seen)
 
@@ -285,7 +285,7 @@ class Watch:
             await asyncio.sleep(_LOOK_S)
 
 
-async def begin(attackers: Strangers, name: str, seconds: float, seed: int = 0) -> None:
+async def begin(attackers: Child, name: str, seconds: float, seed: int = 0) -> None:
     """Let the attackers begin; their account comes when the time is over."""
     await attackers.say(f"{name} {seconds} {seed}")
     await attackers.line()
@@ -401,13 +401,13 @@ def rows(key: str, found: Attacked, load: Load) -> list[Row]:
     return judged
 
 
-async def _host(joiner: Strangers, n: float) -> float | None:
+async def _host(joiner: Child, n: float) -> float | None:
     """Let the host come in and leave in the middle; return how many s it took."""
     await asyncio.sleep(n / 2)
     return await _join(joiner, "host")
 
 
-async def _join(joiner: Strangers, who: str) -> float | None:
+async def _join(joiner: Child, who: str) -> float | None:
     await joiner.say(who)
     took_s: float | None = json.loads(await joiner.line())["took_s"]
     return took_s

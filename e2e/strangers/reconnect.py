@@ -21,12 +21,12 @@ from tests.link.profile import Change, Loss, load
 from e2e.delay.systems import PORT
 from e2e.delay.systems.served import serving
 from e2e.harness.chromium import chromium_at
+from e2e.harness.page_clock import unix_ms
 from e2e.harness.viewer import Viewer
 from e2e.link import Link
 from e2e.link.namespace import BROWSER_ADDRESS, DEVICE
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row, summed
-from wax.clock import SystemClock
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
@@ -106,7 +106,7 @@ class Driving:
         if begin_s < time.monotonic():
             raise MeasureError("the page came back too late for the next outage")
         await asyncio.sleep(end_s - time.monotonic())
-        return SystemClock().wall_ms() + (end_s - time.monotonic()) * 1000
+        return unix_ms(end_s)
 
     async def other_network(self) -> float:
         """Give the browser's machine another address, after a while without; return when."""
@@ -114,7 +114,7 @@ class Driving:
         self._addresses = new, old
         await self._ip("address", "del", f"{old}/24", "dev", DEVICE)
         await asyncio.sleep(random.uniform(*_BRIEFLY_S))
-        back_ms = SystemClock().wall_ms()
+        back_ms = unix_ms(time.monotonic())
         await self._ip("address", "add", f"{new}/24", "dev", DEVICE)
         await self._ip("route", "replace", "default", "dev", DEVICE)
         return back_ms
@@ -173,7 +173,8 @@ FAULTS: Final = {
 }
 
 
-async def _measure(key: str, n: int) -> list[Row]:
+async def reconnect(key: str, n: int) -> list[Row]:
+    """Lose the link `n` times in one way; a turn that is lost misses the goal."""
     took_ms: list[float | None] = []
     lost = 0
     async with _driving(n if key == "outage" else 0) as driving:
@@ -196,14 +197,6 @@ async def _measure(key: str, n: int) -> list[Row]:
         )
         for judged, goal_ms in (("median", GOAL_P50_MS), ("p95", GOAL_P95_MS))
     ]
-
-
-def reconnect(key: str, n: int) -> list[Row]:
-    """Lose the link `n` times in one way; raises `MeasureError` or `NotRunError`.
-
-    A turn that is lost misses the goal.
-    """
-    return asyncio.run(_measure(key, n))
 
 
 def _with_outages(profile: Profile, outages_s: Sequence[tuple[float, float]]) -> Profile:

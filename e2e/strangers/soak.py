@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from itertools import cycle
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.load.crowd import Crowd
+from e2e.load.crowd.crowd import Crowd
 from e2e.load.memory import FLAT_MIB, handles, is_empty
 from e2e.load.servers import WAX, serving
 from e2e.measure.age import Ages
@@ -186,6 +186,6 @@ def rows(found: Soaked) -> list[Row]:
     ]  # fmt: skip
 
 
-def soaked(n: int) -> list[Row]:
+async def soaked(n: int) -> list[Row]:
     """Serve for `n` seconds and judge."""
-    return rows(asyncio.run(soak(float(n))))
+    return rows(await soak(float(n)))

@@ -49,7 +49,7 @@ def _hostile(key: str, table: Mapping[str, Any], load: Load) -> list[Case]:
 
 def _lost(key: str, n: int, minutes: float) -> Case:
     run = partial(reconnect, key)
-    return Case(f"reconnect-{key}", f"times, {FAULTS[key]}", n, run, 2, minutes)
+    return measured(f"reconnect-{key}", n, run, f"times, {FAULTS[key]}", 2, minutes=minutes)
 
 
 SUITE: Final = Suite(
@@ -63,8 +63,8 @@ SUITE: Final = Suite(
         *_hostile("hostile", {}, AS_SHIPPED),
         *_hostile("public-robot", *public_robot()),
         Case("parsers", "inputs for each parser", 4000, parsers, 200, 4),
-        Case("soak", "seconds of coming and going", 300, soaked, 60, 5.5),
-        Case("soak-half-hour", "seconds of the same", 1800, soaked, 60, 31, long=True),
+        measured("soak", 300, soaked, "seconds of coming and going", 60, minutes=5.5),
+        measured("soak-half-hour", 1800, soaked, "seconds of the same", 60, minutes=31, long=True),
         *(
             Case(
                 f"fuzz-{name}", f"inputs, {target.what}", 1_000_000, partial(parser, target),

@@ -28,13 +28,14 @@ from e2e.stop.stage import LIGHT, STOPS_AT_EACH_TRIAL, staged
 from e2e.strangers import wire
 from e2e.strangers.attacks import ATTACKS, MIX
 from e2e.strangers.by_http import silent_offer
+from e2e.strangers.ground import address, strangers
 from e2e.strangers.hostile import STOP_MS, Watch, hostile, public_robot
 from e2e.strangers.intruder import Intruder, ask
-from e2e.strangers.strangers import Strangers, address, strangers
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Mapping
 
+    from e2e.harness.child import Child
     from e2e.harness.server import Server
     from e2e.stop.stage import Load, Stage
 
@@ -82,7 +83,7 @@ async def stage(
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="session")
-async def gang(stage: Stage) -> AsyncIterator[Strangers]:
+async def gang(stage: Stage) -> AsyncIterator[Child]:
     """Have the attackers' process."""
     async with strangers("attacks", stage.server.port) as made:
         yield made
@@ -108,14 +109,12 @@ async def watch(stage: Stage) -> AsyncIterator[Watch]:
         if name not in (MIX, CROWD)
     ],
 )
-async def test_an_attack_stops_no_robot_and_no_stop(
-    name: str, watch: Watch, gang: Strangers
-) -> None:
+async def test_an_attack_stops_no_robot_and_no_stop(name: str, watch: Watch, gang: Child) -> None:
     """The robot drives on, Stop is heard, newcomers are served, and memory stays."""
     await _attacked(name, SECONDS, 0, watch, gang)
 
 
-async def test_all_attacks_by_chance_are_no_worse(watch: Watch, gang: Strangers) -> None:
+async def test_all_attacks_by_chance_are_no_worse(watch: Watch, gang: Child) -> None:
     """Whatever is drawn: WAX_SEED repeats one that failed."""
     seed = int(os.environ.get("WAX_SEED") or random.randrange(2**32))
     print(f"WAX_SEED={seed}")
@@ -124,7 +123,7 @@ async def test_all_attacks_by_chance_are_no_worse(watch: Watch, gang: Strangers)
 
 
 @pytest.mark.full
-async def test_forty_hostile_viewers_delay_no_stop(watch: Watch, gang: Strangers) -> None:
+async def test_forty_hostile_viewers_delay_no_stop(watch: Watch, gang: Child) -> None:
     """Whoever watches beside them stops the robot in time, by HTTP and by the data channel."""
     seen = await watch.attacked(gang, CROWD, 5, stops=5, stops_s=7.5)
     assert len(seen.stops_ms) == 5
@@ -132,7 +131,7 @@ async def test_forty_hostile_viewers_delay_no_stop(watch: Watch, gang: Strangers
 
 
 async def _attacked(
-    name: str, seconds: float, seed: int, watch: Watch, gang: Strangers
+    name: str, seconds: float, seed: int, watch: Watch, gang: Child
 ) -> Mapping[str, Any]:
     seen = await watch.attacked(gang, name, seconds, stops=2, stops_s=STOPS_S, seed=seed)
     assert seen.harm == [], seen

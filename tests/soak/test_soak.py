@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 
 import pytest
-from e2e.load.crowd import Crowd
+from e2e.load.crowd.crowd import Crowd
 from e2e.load.memory import BATCHES, FLAT_MIB, come_and_go
 from e2e.load.servers import WAX, serving
 from e2e.strangers.soak import Sample, Soaked, rows, soak

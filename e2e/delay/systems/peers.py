@@ -7,7 +7,7 @@ import time
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Final
 
-from e2e.delay.systems.running import PORT
+from e2e.delay.systems.running import PORT, Running
 from e2e.delay.systems.served import serving
 from e2e.measure.errors import MeasureError
 from e2e.peers.livekit.installation import check_sdk, find_client, find_server
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from playwright.async_api import Page
 
     from e2e.delay.cell import Cell
-    from e2e.delay.systems.running import Running
-    from e2e.delay.systems.served import Served
     from e2e.link import Link
 
 _PLAYS_WITHIN_S: Final = 10.0
@@ -33,23 +31,7 @@ _PLAY_THE_SOUND: Final = """(() => {
 """Presses the button for sound if there is one, and returns what the page says of itself."""
 
 
-class Stock:
-    """The page plays without a press, and the server has no status."""
-
-    def __init__(self, served: Served) -> None:
-        self.url = served.url
-        self.pid = served.pid
-        self._served = served
-
-    async def opened(self, window: Page) -> None:
-        """Return at once: there is nothing to press."""
-
-    async def told(self) -> dict[str, float | str]:
-        self._served.check()
-        return {}
-
-
-class LiveKitRunning(Stock):
+class LiveKitRunning(Running):
     """LiveKit, a child of the process that publishes and serves the page."""
 
     async def opened(self, window: Page) -> None:
@@ -77,7 +59,7 @@ async def start(cell: Cell, link: Link, folder: Path) -> AsyncIterator[Running]:
         check_installed(_how(cell))
     arguments = command(cell, link.server.address)
     async with serving(cell.system, link.server, folder, arguments) as served:
-        yield Stock(served) if cell.system == "stock" else LiveKitRunning(served)
+        yield Running(served) if cell.system == "stock" else LiveKitRunning(served)
 
 
 def check_installed(how: str) -> None:

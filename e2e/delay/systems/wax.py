@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import tomlkit
 
+from e2e.delay.systems.running import Running
 from e2e.delay.systems.served import STATE, Served, serving
 from e2e.delay.systems.settings import settings
 from e2e.harness.wait import eventually
@@ -30,11 +31,9 @@ _LET_GO_S: Final = 0.3
 _LOOK_EVERY_S: Final = 0.1
 
 
-class Wax:
+class Wax(Running):
     def __init__(self, served: Served, *, joins: bool, drives: bool = False) -> None:
-        self.url = served.url
-        self.pid = served.pid
-        self._served = served
+        super().__init__(served)
         self._joins = joins
         self._drives = drives
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from e2e.delay.voice.stage import ear_ahead_ms, staged
-from e2e.harness.page_clock import page_clock
+from e2e.delay.voice.stage import staged
+from e2e.harness.page_clock import page_clock, unix_ms
 from e2e.measure.ear import BLOCK, BLOCK_MS
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import timed
@@ -89,7 +89,7 @@ def delays(mouth: NDArray[np.float64], speaker: NDArray[np.float64]) -> list[flo
 
 def _played(tap: Tap) -> list[Piece]:
     """Return what the ear heard on the monotonic clock, the loudness of each ms."""
-    ahead_ms = ear_ahead_ms()
+    ahead_ms = unix_ms(0.0)
     per_ms = round(BLOCK / BLOCK_MS)
     return [
         (block.start_ms - ahead_ms, np.sqrt((samples.reshape(-1, per_ms) ** 2).mean(axis=1)))

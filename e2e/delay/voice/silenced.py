@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from e2e.delay.systems.wax import has, press
-from e2e.delay.voice.stage import ear_ahead_ms, staged
-from e2e.harness.page_clock import PageClock, page_clock
+from e2e.delay.voice.stage import staged
+from e2e.harness.page_clock import PageClock, page_clock, unix_ms
 from e2e.harness.wait import eventually
 from e2e.measure.ear import BLOCK_MS
 from e2e.measure.errors import MeasureError
@@ -120,4 +120,4 @@ async def _silent(scene: _Scene, act: str) -> tuple[float | None, float]:
         raise MeasureError("the host's page has no such button")
     at_s = scene.hosts_clock.monotonic_s(acted_ms)
     await asyncio.sleep((MOST_MS + _PHASE_S * 1000) / 1000)
-    return silent_after_ms(tap.heard, at_s * 1000 + ear_ahead_ms()), at_s
+    return silent_after_ms(tap.heard, unix_ms(at_s)), at_s

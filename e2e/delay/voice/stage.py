@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-import time
 import wave
 from contextlib import AsyncExitStack, asynccontextmanager
 from pathlib import Path
@@ -24,7 +23,6 @@ from e2e.harness.wait import eventually
 from e2e.link import Link
 from e2e.measure.ear import open_ear
 from wax.access import host_link
-from wax.clock import SystemClock
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -110,11 +108,6 @@ async def staged(
         system = Wax(served, joins=True)
         await system.opened(window)
         yield Stage(browser, window, system, robots, state)
-
-
-def ear_ahead_ms() -> float:
-    """Return how far the ear's clock, which tells Unix time, is ahead of the monotonic one."""
-    return SystemClock().wall_ms() - time.monotonic() * 1000
 
 
 def _preload(*, listens: bool) -> str:

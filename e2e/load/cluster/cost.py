@@ -11,7 +11,6 @@ import os
 import sys
 import time
 import uuid
-from asyncio.subprocess import PIPE
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Final
 
@@ -19,13 +18,12 @@ import aiohttp
 import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 from livekit import rtc
 
+from e2e.harness.child import child
 from e2e.load.cluster.engine import KEY, ROOMS
 from e2e.load.cluster.stage import staged
 from e2e.load.process import ProcessMeter
 from e2e.load.servers import WAX
-from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row, judged, summarize
-from e2e.measure.suite import ROOT
 from e2e.peers.livekit.tokens import signed
 
 if TYPE_CHECKING:
@@ -121,24 +119,10 @@ async def _renewal_s(url: str, server: ProcessMeter) -> float:
 
 @asynccontextmanager
 async def _observers(url: str) -> AsyncIterator[None]:
-    """Have them inside the block."""
-    process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "e2e.load.cluster.cost", url), stdin=PIPE, stdout=PIPE, cwd=ROOT
-    )
-    assert process.stdout is not None
-    try:
-        async with asyncio.timeout(_ENTER_S):
-            if not await process.stdout.readline():
-                raise MeasureError("the observers did not get into the room")
+    """Have them inside the block; who vanishes is sent to for a while."""
+    async with child("e2e.load.cluster.cost", url, leaves_s=_LEAVE_S) as observers:
+        await observers.line(_ENTER_S)
         yield
-    finally:
-        assert process.stdin is not None
-        process.stdin.close()  # who vanishes is sent to for a while
-        try:
-            await asyncio.wait_for(process.wait(), _LEAVE_S)
-        except TimeoutError:
-            process.kill()
-            await process.wait()
 
 
 async def _observe(url: str) -> None:

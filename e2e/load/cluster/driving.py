@@ -9,16 +9,15 @@ from __future__ import annotations
 
 import asyncio
 import sys
-from asyncio.subprocess import PIPE
-from contextlib import asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager
 from typing import TYPE_CHECKING, Any, Final
 
+from e2e.harness.child import child
 from e2e.harness.wait import eventually
 from e2e.load.cluster.page import longest_gap_ms, now_ms, unix_ms
 from e2e.load.process import pinned
 from e2e.load.strokes import changes
 from e2e.measure.row import Row, timed
-from e2e.measure.suite import ROOT
 from e2e.stop.record import Record
 from wax.client.operator import Operator
 
@@ -33,6 +32,7 @@ _AFTER_S: Final = 0.5
 """By then a command has come that is newer than the block."""
 _PRESS_S: Final = 0.1
 _AGAIN_S: Final = 0.4
+_LEAVES_S: Final = 10.0
 _SWEEP: Final = 100
 _SLOWEST: Final = 0.3
 _STEP: Final = 0.005
@@ -85,20 +85,13 @@ def speeds_ms(frames: Sequence[Seen]) -> list[float]:
 @asynccontextmanager
 async def driving(stage: Stage) -> AsyncIterator[Bystander]:
     """Drive inside the block; raises `AssertionError` if the robot does not move."""
-    with pinned(stage.robots_core):
-        process = await asyncio.create_subprocess_exec(
-            *(sys.executable, "-m", "e2e.load.cluster.driving", stage.server.url),
-            stdin=PIPE,
-            cwd=ROOT,
-        )
-    found = Bystander(Record(stage.board.log_path))
-    try:
+    async with AsyncExitStack() as leaving:
+        with pinned(stage.robots_core):
+            operator = child("e2e.load.cluster.driving", stage.server.url, leaves_s=_LEAVES_S)
+            await leaving.enter_async_context(operator)
+        found = Bystander(Record(stage.board.log_path))
         await eventually(found.moves, "the operator drives", within_s=20)
         yield found
-    finally:
-        assert process.stdin is not None
-        process.stdin.close()
-        await process.wait()
 
 
 def sweep(seq: int) -> float:

@@ -3,10 +3,3 @@
 Each is the client of the protocol: it receives without decoding, and says what a page and its
 browser say, since a viewer costs a server more by what they say than by what they hear.
 """
-
-from __future__ import annotations
-
-from e2e.load.crowd.crowd import Crowd
-from e2e.load.crowd.sample import Offering, Sample
-
-__all__ = ["Crowd", "Offering", "Sample"]

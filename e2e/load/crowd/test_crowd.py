@@ -6,8 +6,9 @@ import asyncio
 
 import pytest
 
-from e2e.load.crowd import Crowd, Offering
+from e2e.load.crowd.crowd import Crowd
 from e2e.load.crowd.modem import Line
+from e2e.load.crowd.sample import Offering
 from e2e.load.servers import SIDES, WAX, serving
 from e2e.measure.errors import MeasureError
 

@@ -15,7 +15,6 @@ VERSION: Final = "1.11.0"
 
 _ROOT: Final = Path(__file__).parents[3]
 _BUILT: Final = _ROOT / ".cache/livekit/server"
-_SDK: Final = "livekit"
 _PACKAGE: Final = _ROOT / "web/node_modules/livekit-client"
 
 
@@ -48,7 +47,7 @@ def find_client() -> Path:
 
 def check_sdk() -> None:
     """Raise `NotRunError` where its Python SDK is missing."""
-    if importlib.util.find_spec(_SDK) is None:
+    if importlib.util.find_spec("livekit") is None:
         raise NotRunError("the package livekit is not installed; type make check")
 
 

@@ -1,0 +1,54 @@
+"""A module of ours in a process of its own, to which one speaks by lines."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from asyncio.subprocess import PIPE
+from contextlib import asynccontextmanager, suppress
+from typing import TYPE_CHECKING, Final
+
+from e2e.measure.errors import MeasureError
+from e2e.measure.suite import ROOT
+
+if TYPE_CHECKING:
+    from asyncio.subprocess import Process
+    from collections.abc import AsyncIterator
+
+_LATEST_S: Final = 60.0
+
+
+class Child:
+    def __init__(self, process: Process) -> None:
+        self._process = process
+
+    async def line(self, within_s: float = _LATEST_S) -> bytes:
+        """Return its next line; raises `MeasureError` if it has ended."""
+        assert self._process.stdout is not None
+        said = await asyncio.wait_for(self._process.stdout.readline(), within_s)
+        if not said:
+            raise MeasureError("a process ended too soon; its last words are above")
+        return said
+
+    async def say(self, text: str) -> None:
+        assert self._process.stdin is not None
+        self._process.stdin.write(text.encode() + b"\n")
+        await self._process.stdin.drain()
+
+
+@asynccontextmanager
+async def child(module: str, *arguments: object, leaves_s: float = 0.0) -> AsyncIterator[Child]:
+    """Run it inside the block; then its input ends, and it is killed once `leaves_s` are over."""
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", module, *map(str, arguments)), stdin=PIPE, stdout=PIPE, cwd=ROOT
+    )
+    try:
+        yield Child(process)
+    finally:
+        assert process.stdin is not None
+        process.stdin.close()
+        with suppress(TimeoutError):
+            await asyncio.wait_for(process.wait(), leaves_s)
+        if process.returncode is None:
+            process.kill()
+            await process.wait()
