@@ -8,6 +8,7 @@ import pytest
 
 from e2e.harness import toml
 from e2e.harness.robot import moves, turn_by_key
+from e2e.harness.viewer import box_of
 from e2e.harness.wait import eventually
 from e2e.stop.camera import SOURCE
 from wax.sentence import Sentence
@@ -93,10 +94,8 @@ async def test_a_large_camera_dies_and_driving_goes_on(
     await viewer.button("Make Tail large").click()
     await shows(viewer, 2, 640)
     await turn_by_key(server, viewer)
-    driving_view = viewer.page.locator("video").first
-    box = await driving_view.bounding_box()
-    assert box is not None
-    assert box["width"] >= 120, "whoever drives does not see the driving view"
+    driving_view = await box_of(viewer.page.locator("video").first)
+    assert driving_view["width"] >= 120, "whoever drives does not see the driving view"
     before = (await server.status())["counters"]["commands.accepted"]
     pulled = server.state_folder.parent / "pull"
     pulled.touch()

@@ -14,6 +14,7 @@ from e2e.harness import toml
 from e2e.harness.gamepad import LEFT_OF_CROSS, START, B, InjectedGamepad
 from e2e.harness.robot import moves, nothing_is_held, stands_still, undisturbed
 from e2e.harness.touch_screen import TouchPoints
+from e2e.harness.viewer import box_of
 from e2e.harness.wait import eventually
 from e2e.test_drive import HIDE, LOSSES, PHONE
 
@@ -41,16 +42,10 @@ def on_a_board(board: Board) -> str:
     return toml.card_with(robot='driver = "serial"', robot__serial=serial)
 
 
-def joystick(viewer: Viewer) -> Locator:
-    return viewer.page.get_by_label("Joystick", exact=True)
-
-
 async def travel_px(viewer: Viewer) -> float:
     """How far the joystick's knob goes."""
-    await joystick(viewer).scroll_into_view_if_needed()
-    box = await joystick(viewer).bounding_box()
-    assert box is not None, "there is no joystick"
-    return 0.35 * box["width"]
+    await viewer.joystick.scroll_into_view_if_needed()
+    return 0.35 * (await box_of(viewer.joystick))["width"]
 
 
 @asynccontextmanager
@@ -114,7 +109,7 @@ async def test_the_joystick_drives_as_far_as_it_is_pushed(
         viewer = await open_viewer(server, drives=True, **PHONE)
         travel = await travel_px(viewer)
         points = await TouchPoints.of(viewer)
-        await points.press(0, joystick(viewer))
+        await points.press(0, viewer.joystick)
         await asyncio.sleep(0.5)
         assert not board.moves
         await points.slide(0, 0, -0.6 * travel)
@@ -159,7 +154,7 @@ async def pushing(server: Server, open_viewer: OpenViewer) -> tuple[Viewer, Touc
     viewer = await open_viewer(server, drives=True, **PHONE)
     travel = await travel_px(viewer)
     points = await TouchPoints.of(viewer)
-    await points.press(0, joystick(viewer))
+    await points.press(0, viewer.joystick)
     await points.slide(0, -travel, 0)
     assert await moves(server)
     return viewer, points
@@ -176,7 +171,7 @@ async def test_a_joystick_out_of_hands_stops(
     assert await stands_still(server)
     await points.lift(0)
     await nothing_is_held(server)
-    await points.press(0, joystick(viewer))
+    await points.press(0, viewer.joystick)
     await points.slide(0, -await travel_px(viewer), 0)
     assert await moves(server)
     await points.cancel()
@@ -190,7 +185,7 @@ async def test_a_second_finger_on_the_joystick_does_nothing(
 ) -> None:
     """It neither moves nor releases it; the first one, lifted, stops."""
     viewer, points = pushing
-    await points.press(1, joystick(viewer))
+    await points.press(1, viewer.joystick)
     await points.lift(1)
     assert await moves(server)
     await points.lift(0)

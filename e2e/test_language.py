@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 import pytest
 from playwright.async_api import expect
 
+from e2e.harness.viewer import box_of
+
 if TYPE_CHECKING:
-    from playwright.async_api import FloatRect, Locator, Page
+    from playwright.async_api import Locator, Page
 
     from e2e.conftest import OpenViewer
     from e2e.harness.server import Server
@@ -40,12 +42,6 @@ CUT_OFF = """() => [...document.querySelectorAll("button, input, select")].filte
 
 def _button(page: Page, name: str | re.Pattern[str]) -> Locator:
     return page.get_by_role("button", name=name, exact=True)
-
-
-async def _box(locator: Locator) -> FloatRect:
-    box = await locator.bounding_box()
-    assert box is not None, f"{locator} is not shown"
-    return box
 
 
 async def _is_in(page: Page, language: str) -> None:
@@ -90,9 +86,9 @@ async def test_a_long_language_from_right_to_left_keeps_the_page_usable(
     for width, height in SIZES:
         await page.set_viewport_size({"width": width, "height": height})
         await expect(_button(page, LEFT)).to_be_visible()
-        left, right = await _box(_button(page, LEFT)), await _box(_button(page, RIGHT))
+        left, right = await box_of(_button(page, LEFT)), await box_of(_button(page, RIGHT))
         assert left["x"] + left["width"] <= right["x"]
-        stop = await _box(_button(page, STOP))
+        stop = await box_of(_button(page, STOP))
         assert stop["y"] >= 0
         assert stop["y"] + stop["height"] <= height
         for _panel in ("people", "settings"):

@@ -8,12 +8,13 @@ import pytest
 from playwright.async_api import expect
 
 from e2e.harness.robot import turn_by_key
+from e2e.harness.viewer import box_of
 from e2e.harness.wait import eventually
 from e2e.test_drive import PHONE
 from wax.client import Operator
 
 if TYPE_CHECKING:
-    from playwright.async_api import FloatRect, Locator
+    from playwright.async_api import FloatRect
 
     from e2e.conftest import OpenViewer
     from e2e.harness.server import Server
@@ -24,12 +25,6 @@ DRIVE_BUTTONS: Final = ("Forward", "Back", "Left", "Right")
 LAYOUTS: Final = ((1280, 800), (900, 560), (390, 844), (844, 390))
 """A large window, the smallest that counts as one, and a phone held upright and across."""
 PANELS: Final = ("People", "Settings", "Details", "Safety")
-
-
-async def _box(locator: Locator) -> FloatRect:
-    box = await locator.bounding_box()
-    assert box is not None, f"{locator} is not shown"
-    return box
 
 
 def _overlap(one: FloatRect, other: FloatRect) -> bool:
@@ -90,11 +85,11 @@ async def test_a_phone_has_everything_under_the_thumbs(
         await viewer.closes("Settings")
         assert await viewer.page.evaluate("() => document.documentElement.scrollWidth") <= 390
         assert await viewer.page.evaluate("() => window.scrollY") == 0
-        stick = viewer.page.get_by_label("Joystick", exact=True)
+        stick = viewer.joystick
         is_stick = control == "Joystick"
         drives = [stick] if is_stick else [viewer.button(name) for name in DRIVE_BUTTONS]
         for name in (*drives, viewer.button("Stop")):
-            box = await _box(name)
+            box = await box_of(name)
             assert min(box["width"], box["height"]) >= THUMB_PX, (name, box)
             assert _is_within(box, 390, 844), (name, box)
 
@@ -105,19 +100,19 @@ async def test_nothing_that_is_opened_hides_what_a_driver_must_see(driver: Viewe
     page = driver.page
     for width, height in LAYOUTS:
         await page.set_viewport_size({"width": width, "height": height})
-        box = await _box(page.get_by_role("region", name="Picture", exact=True))
+        box = await box_of(page.get_by_role("region", name="Picture", exact=True))
         assert box["width"] / box["height"] == pytest.approx(640 / 480, rel=0.02), (width, height)
         assert _is_within(box, width, height), (width, height)
     for width, height in LAYOUTS:
         await page.set_viewport_size({"width": width, "height": height})
         for panel in PANELS:
             await driver.open(panel)
-            opened = await _box(page.get_by_role("region", name=panel, exact=True))
-            assert not _overlap(opened, await _box(page.get_by_role("region", name="Turn")))
+            opened = await box_of(page.get_by_role("region", name=panel, exact=True))
+            assert not _overlap(opened, await box_of(page.get_by_role("region", name="Turn")))
             for name in (*DRIVE_BUTTONS, "Stop"):
                 where = (width, height, panel, name)
-                assert not _overlap(opened, await _box(driver.button(name))), where
-            assert _is_within(await _box(driver.button("Stop")), width, height), (width, panel)
+                assert not _overlap(opened, await box_of(driver.button(name))), where
+            assert _is_within(await box_of(driver.button("Stop")), width, height), (width, panel)
 
 
 @pytest.mark.timeout(60)

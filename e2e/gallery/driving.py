@@ -28,7 +28,7 @@ async def driving(scene: Scene) -> None:
     points = await TouchPoints.of(viewer)
 
     async def pushes() -> None:
-        await points.press(0, viewer.page.get_by_label("Joystick", exact=True))
+        await points.press(0, viewer.joystick)
         await points.slide(0, -_PUSH_PX, 0)
 
     await until_it_moves(scene.server, pushes, lambda: points.lift(0))

@@ -6,12 +6,13 @@ import asyncio
 import itertools
 import json
 import os
-import time
 from contextlib import asynccontextmanager, suppress
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
+
+from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
@@ -50,15 +51,15 @@ class Session:
         self._ids = itertools.count(1)
         self._asked: dict[int, asyncio.Future[Any]] = {}
 
-    async def send(self, method: str, *, within_s: float = ANSWER_WITHIN_S, **params: Any) -> Any:
+    async def send(self, method: str, **params: Any) -> Any:
         """Send a command, return its result; raises `AssertionError` with the browser's message."""
         number = next(self._ids)
         answered = self._asked[number] = asyncio.get_running_loop().create_future()
         try:
             await self._socket.send_json({"id": number, "method": method, "params": params})
-            answer = await asyncio.wait_for(answered, within_s)
+            answer = await asyncio.wait_for(answered, ANSWER_WITHIN_S)
         except TimeoutError:
-            raise AssertionError(f"{method}: no answer within {within_s:g} s") from None
+            raise AssertionError(f"{method}: no answer within {ANSWER_WITHIN_S} s") from None
         except ConnectionError as error:
             raise AssertionError(f"{method}: {error}") from None
         finally:
@@ -86,20 +87,9 @@ class Firefox:
         self._session = session
         self._context = context
 
-    @classmethod
-    async def first(cls, session: Session, preload: str) -> Firefox:
-        """Return the open window; `preload` runs before each page's own script."""
-        tree = await session.send("browsingContext.getTree")
-        await session.send("script.addPreloadScript", functionDeclaration=f"() => {{ {preload} }}")
-        return cls(session, tree["contexts"][0]["context"])
-
-    async def goto(self, url: str, *, within_s: float = ANSWER_WITHIN_S) -> None:
+    async def goto(self, url: str) -> None:
         await self._session.send(
-            "browsingContext.navigate",
-            context=self._context,
-            url=url,
-            wait="complete",
-            within_s=within_s,
+            "browsingContext.navigate", context=self._context, url=url, wait="complete"
         )
 
     async def evaluate(self, expression: str) -> Any:
@@ -142,52 +132,50 @@ async def firefox(
 ) -> AsyncIterator[Firefox]:
     """Start a headless Firefox with a fresh profile; it ends at the end of the block.
 
-    `preferences` are set beside the usual ones.
+    `preferences` are set beside the usual ones; `preload` runs before each page's own script.
     """
+    wanted = {**PREFERENCES, **preferences}
+    lines = [f"user_pref({json.dumps(k)}, {json.dumps(v)});" for k, v in wanted.items()]
+    (profile / "user.js").write_text("\n".join(lines) + "\n", encoding="utf-8")
     with (profile / LOG).open("wb") as log:
         process = await asyncio.create_subprocess_exec(
-            path,
-            *arguments(profile, {**PREFERENCES, **preferences}),
+            *(path, "--headless", "--no-remote", "--profile", str(profile)),
+            *("--remote-debugging-port", "0"),
             stdin=asyncio.subprocess.DEVNULL,
             stdout=log,
             stderr=log,
             env=None if ear is None else {**os.environ, **ear.variables},
         )
     try:
-        url = await listens(profile, process)
-        async with aiohttp.ClientSession() as http, talking(http, url) as session:
-            yield await Firefox.first(session, preload)
+        url = await _listens(profile, process)
+        async with aiohttp.ClientSession() as http, _talking(http, url) as session:
+            tree = await session.send("browsingContext.getTree")
+            script = f"() => {{ {preload} }}"
+            await session.send("script.addPreloadScript", functionDeclaration=script)
+            yield Firefox(session, tree["contexts"][0]["context"])
     finally:
         if process.returncode is None:
             process.terminate()
         await process.wait()
 
 
-def arguments(profile: Path, preferences: Mapping[str, bool | int | str]) -> list[str]:
-    """Write the preferences into a fresh profile; return what to start Firefox with."""
-    lines = [f"user_pref({json.dumps(k)}, {json.dumps(v)});" for k, v in preferences.items()]
-    (profile / "user.js").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return ["--headless", "--no-remote", "--profile", str(profile), "--remote-debugging-port", "0"]
-
-
-async def listens(profile: Path, process: Process) -> str:
-    """Wait until it accepts connections and return its URL; its log is `LOG` in the profile.
-
-    Raises `AssertionError` with the log when it has ended or takes too long.
-    """
+async def _listens(profile: Path, process: Process) -> str:
+    """Wait until it accepts connections and return its URL; its log is `LOG` in the profile."""
     found = profile / "WebDriverBiDiServer.json"
-    deadline_s = time.monotonic() + START_WITHIN_S
-    while process.returncode is None and time.monotonic() < deadline_s:
+
+    async def url() -> str:
         with suppress(OSError, ValueError, KeyError):  # not there yet, or half of it
             server = json.loads(found.read_text(encoding="utf-8"))
             return f"ws://{server['ws_host']}:{server['ws_port']}"
-        await asyncio.sleep(0.05)
-    log = (profile / LOG).read_text(encoding="utf-8", errors="replace")
-    raise AssertionError(f"Firefox does not listen ({process.returncode}): {log}")
+        log = (profile / LOG).read_text(encoding="utf-8", errors="replace")
+        assert process.returncode is None, f"Firefox has ended ({process.returncode}): {log}"
+        return ""
+
+    return await eventually(url, "Firefox listens", within_s=START_WITHIN_S, every_s=0.05)
 
 
 @asynccontextmanager
-async def talking(http: aiohttp.ClientSession, url: str) -> AsyncIterator[Session]:
+async def _talking(http: aiohttp.ClientSession, url: str) -> AsyncIterator[Session]:
     """Open a session with the Firefox that listens at `url`."""
     async with http.ws_connect(f"{url}/session", max_msg_size=0) as socket:
         session = Session(socket)

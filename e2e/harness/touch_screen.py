@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from e2e.harness.viewer import box_of
+
 if TYPE_CHECKING:
     from playwright.async_api import CDPSession, Locator
 
@@ -23,8 +25,7 @@ class TouchPoints:
 
     async def press(self, finger: int, on: Locator) -> None:
         """Put one more finger down."""
-        box = await on.bounding_box()
-        assert box is not None, "there is nothing to press"
+        box = await box_of(on)
         self._points[finger] = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
         await self._send("touchStart", self._points)
 

@@ -14,7 +14,7 @@ from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-    from playwright.async_api import BrowserContext, Locator, Page, Route
+    from playwright.async_api import BrowserContext, FloatRect, Locator, Page, Route
 
     from e2e.measure.ear import Block, Ear, Tap
 
@@ -28,6 +28,13 @@ LUMA = """() => {
 """The brightest of what the page's picture shows, 0…255."""
 BLACK = 16
 LEAVE = re.compile(r"^(Leave the queue|End my turn)$")
+
+
+async def box_of(locator: Locator) -> FloatRect:
+    """Return where something is in the window; raises `AssertionError` where it is not shown."""
+    box = await locator.bounding_box()
+    assert box is not None, f"{locator} is not shown"
+    return box
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from e2e.harness.gamepad import START, InjectedGamepad
 from e2e.harness.touch_screen import TouchPoints
+from e2e.harness.viewer import box_of
 from e2e.load.strokes import Stroke
 
 if TYPE_CHECKING:
@@ -80,9 +81,7 @@ async def _joystick(viewer: Viewer) -> Hand:
     points = await TouchPoints.of(viewer)
     stick = viewer.joystick
     await stick.scroll_into_view_if_needed()
-    box = await stick.bounding_box()
-    assert box is not None, "there is no joystick"
-    ahead_px = -_PUSHED * box["height"] / 2
+    ahead_px = -_PUSHED * (await box_of(stick))["height"] / 2
 
     async def push() -> None:
         await points.press(0, stick)
