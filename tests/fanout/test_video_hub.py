@@ -37,13 +37,13 @@ class Camera:
     """Puts pictures into a hub, 1/30 s of capture time apart, faster than real time."""
 
     def __init__(self, hub: VideoHub) -> None:
-        self._hub = hub
+        self.hub = hub
         self._taken_s = 50.0
         self._random = np.random.default_rng(4)
 
     def picture(self) -> None:
         i420 = self._random.integers(0, 255, (72, 64), dtype=np.uint8)
-        self._hub.slot.put(Picture(i420, self._taken_s))
+        self.hub.slot.put(Picture(i420, self._taken_s))
         self._taken_s += 1 / 30
 
 
@@ -56,8 +56,14 @@ async def hub() -> AsyncIterator[VideoHub]:
 
 
 async def _next(camera: Camera, lane: VideoLane) -> EncodedPicture:
-    """Film until the lane has a picture."""
+    """Film until the lane has a picture.
+
+    A keyframe that comes after newer pictures of the old rendition is not taken; the streams ask
+    for another then.
+    """
     async with asyncio.timeout(5):
+        if lane.is_waiting:
+            camera.hub.request_keyframe(lane)
         while (picture := lane.take()) is None:
             camera.picture()
             await asyncio.sleep(0.002)
