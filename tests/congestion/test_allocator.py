@@ -283,7 +283,7 @@ def test_sound_alone_may_take_everything() -> None:
     assert allocation.reason == Sentence("sent.no_picture")
 
 
-def test_a_encoding_that_is_fixed_stays() -> None:
+def test_an_encoding_that_is_fixed_stays() -> None:
     """The configuration's encoding is used on any link."""
     viewer = Viewer()
     viewer.encoding = SOUNDS[0]

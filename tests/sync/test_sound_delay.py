@@ -165,7 +165,7 @@ def test_the_sound_that_breaks_at_the_bound_is_told() -> None:
     assert not ear.delay.is_useless
 
 
-def test_a_encoding_change_a_new_peer_and_the_first_second_count_for_nothing() -> None:
+def test_an_encoding_change_a_new_peer_and_the_first_second_count_for_nothing() -> None:
     """What is made up while sound begins or changes its encoding raises no delay."""
     delay = SoundDelay(None)
     assert _decide(delay, 0.25, concealed_ms=250.0) is None

@@ -35,7 +35,7 @@ def payload_bytes(rate_bps: float, most_bytes: int = MAX_PAYLOAD_BYTES) -> int:
 
 
 def sound_bps(encoding: SoundEncoding, redundancy: int) -> float:
-    """Return the rate of a encoding with this many earlier units in each packet."""
+    """Return the rate of an encoding with this many earlier units in each packet."""
     again_bytes = _BLOCK_BYTES * redundancy + 1 if redundancy else 0
     packets_per_s = 1000 / encoding.mu_ms
     return (
