@@ -478,7 +478,7 @@ def test_a_clogged_line_ends_with_a_stop(board: Board) -> None:
         PortThreads(port, SystemClock(), Flood()).run()
     assert not port.is_open
     board.deaf = False
-    assert board.listen(0.05).endswith(b"SSS")
+    board.until(lambda: board.heard.endswith(b"SSS"))
 
 
 def test_a_board_that_takes_nothing_is_a_lost_one(
