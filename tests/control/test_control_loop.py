@@ -101,6 +101,7 @@ class Bench:
         self,
         *,
         grace_s: float = 3.0,
+        ready_s: float = 0.0,
         limits: Limits = FakeDriver.limits,
         robot: RobotSettings = AGILE,
         max_stop_distance_m: float = 1.0,
@@ -112,7 +113,7 @@ class Bench:
         self.clock: Turnable = clock or TurnedClock()
         self.driver = driver or FakeDriver()
         self.driver.limits = limits
-        self.turns = Turns(TurnSettings(turn_s=60.0, grace_s=grace_s))
+        self.turns = Turns(TurnSettings(turn_s=60.0, grace_s=grace_s, ready_s=ready_s))
         self.delays_s: dict[int, float] = {A: 0.1, B: 0.1}
         self.events: list[TurnEvent] = []
         self.calls_before_event: list[tuple[object, ...]] = []
@@ -755,6 +756,24 @@ def test_who_begins_knows_where_the_axes_are(bench: Bench) -> None:
     bench.loop.leave(B)
     bench.step()
     assert bench.loop.first_axes == {}
+
+
+def test_who_is_called_answers_and_drives() -> None:
+    """The loop hands on that somebody is there, and what the host decides of the queue."""
+    bench = Bench(ready_s=10.0)
+    bench.loop.hold_queue(True)
+    bench.enter(A, B)
+    assert bench.turns.operator is None
+    bench.loop.hold_queue(False)
+    assert bench.turns.operator == A
+    bench.step(50.0)
+    call = bench.turns.call
+    assert call is not None
+    assert call.viewer == B
+    bench.loop.here(B)
+    assert bench.turns.call is None
+    bench.step(10.0)
+    assert bench.turns.operator == B
 
 
 @pytest.mark.parametrize("hold", ["stop", "fault"])

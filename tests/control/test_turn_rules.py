@@ -34,6 +34,18 @@ def make(*viewers: int, invited: tuple[int, ...] = (), **settings: Any) -> Turns
     return turns
 
 
+def test_nobody_acts_for_others() -> None:
+    """An answer of somebody who is not here and a command that is not the operator's are nothing;
+    who only watches has no place to lose.
+    """
+    turns = make(A, B, idle_s=10.0)
+    assert turns.answer(C, 1.0) == ()
+    turns.drives(B, 9.0)
+    assert turns.tick(10.0)[0] == TurnEnded(1, A, Why.IDLE)
+    turns.connect(C, 11.0)
+    assert turns.change(C, STRANGER, 11.0) == ()
+
+
 # --- one person, one place -------------------------------------------------------------------
 
 

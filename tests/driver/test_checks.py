@@ -72,6 +72,7 @@ def test_a_state_passes_as_it_is() -> None:
         (RobotState(connected=True, ttl_s=math.nan), "has nan for ttl_s"),
         (RobotState(connected=True, ttl_s=math.inf), "has inf for ttl_s"),
         (RobotState(connected=True, ttl_s="0.5"), "has '0.5' for ttl_s"),  # type: ignore[arg-type]  # likewise
+        (RobotState(connected=True, gauges=["warm"]), r"has \['warm'\] for gauges, not at most"),  # type: ignore[arg-type]  # likewise
         (RobotState(connected=True, aboard="Ada"), "has 'Ada' for aboard, not an Aboard"),  # type: ignore[arg-type]  # likewise
     ],
 )

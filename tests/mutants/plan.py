@@ -21,7 +21,7 @@ _LONG: Final = ("properties", "black_channel", "hand_over")
 """Parts of the names of tests that try many cases, and take as long."""
 
 _GATE: Final = ("test_gate", "test_lying_page", "test_gate_properties", "test_black_channel")
-_LOOP: Final = ("test_control_loop",)
+_LOOP: Final = ("test_control_loop", "test_operating")
 _CONTROL: Final[dict[str, tuple[str, ...]]] = {
     "beats": ("test_beats",),
     "command": _GATE,
@@ -40,7 +40,7 @@ _CONTROL: Final[dict[str, tuple[str, ...]]] = {
     "speed": ("test_speed", *_GATE),
     "stop_latch": ("test_stop_latch", *_LOOP),
     "stopping_distance": ("test_stopping_distance", "test_speed"),
-    "turns": ("test_turns", "test_turns_properties"),
+    "turns": ("test_turns", "test_turn_rules", "test_fairness", "test_turns_properties"),
     "video_freshness": ("test_video_freshness", "test_picture_clock", *_GATE),
 }
 _ROBOT: Final[dict[str, tuple[str, ...]]] = {
@@ -62,7 +62,7 @@ _OTHERS: Final[dict[str, tuple[str, ...]]] = {
     "commands/proof/measure": ("commands/proof/test_measure",),
     "commands/proof/verdict": ("commands/proof/test_verdict",),
     "rtc/link_monitor": ("rtc/test_link_monitor",),  # the link's delay, which commands are granted
-    "session/stop_presses": ("session/test_stop_presses",),
+    "session/stop_presses": ("session/test_stop_presses", "session/test_session_rooms"),
     "session/token_bucket": ("session/test_token_bucket",),
 }
 _CORE_FILES: Final = (

@@ -339,6 +339,15 @@ def test_bytes_say_farewell_with_three_stops() -> None:
     assert single().known() == {}
 
 
+@pytest.mark.parametrize("dialect", [framed(), single()])
+def test_a_silent_board_is_named_by_its_port(dialect: BytesDialect | FramesDialect) -> None:
+    """Of a board that says nothing nothing is known, neither whether it moves nor where it is."""
+    complaint = dialect.complaint("/dev/x")
+    assert (complaint.code, complaint.values) == ("robot.no_answer_on", {"port": "/dev/x"})
+    assert dialect.moving is None
+    assert dialect.pose is None
+
+
 def test_bytes_boards_need_not_answer() -> None:
     """Such a board is there as long as its port is; whether it moves nobody knows."""
     dialect = single()

@@ -224,6 +224,20 @@ def test_the_host_is_told_who_presses_and_ignores_an_address(control: Control) -
     assert presses.press(person("new"), is_host=False) == 7
 
 
+def test_the_host_is_told_of_so_many_addresses(control: Control) -> None:
+    """The newest ones, and all that are ignored, since only there that is taken back."""
+    decisions = HostDecisions()
+    presses = stops(control, decisions=decisions)
+    addresses = [f"192.0.2.{number}" for number in range(100)]
+    decisions.muted_addresses.update(addresses[90:99])
+    for number, address in enumerate(addresses):
+        with suppress(ForbiddenError):
+            presses.press(person(f"eve {number}", address), is_host=False)
+    told = {one.address for one in presses.pressers()}
+    assert set(addresses[90:99]) <= told
+    assert not told & set(addresses[:80])
+
+
 def test_stops_are_recorded(control: Control, tmp_path: Path) -> None:
     """Each press that counts, and who released it; a refused release ends nothing."""
     clock = TurnedClock()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from wax.commands.proof.measure import Sample
-from wax.commands.proof.verdict import FAULTS, Fault, Finding, Findings, spread
+from wax.commands.proof.verdict import FAULTS, Fault, Finding, Findings, faults_of, spread
 
 BY_FRAME = next(fault for fault in FAULTS if fault.ends == "frame")
 BY_ROBOT = next(fault for fault in FAULTS if fault.ends == "robot")
@@ -102,6 +102,14 @@ def test_braking_is_measured_from_the_frame() -> None:
 def test_braking_that_no_frame_began_is_not_measured() -> None:
     """Where the robot stops by itself a late frame says nothing of its brakes."""
     assert found(GOOD, fault=BY_ROBOT).measured_braking_mps2 is None
+
+
+def test_only_a_line_is_called_a_cable() -> None:
+    """Every robot has the same faults; what is cut at one without a line of ours is its link."""
+    assert faults_of("line") == FAULTS
+    others = faults_of("driver")
+    assert [(one.key, one.ends) for one in others] == [(one.key, one.ends) for one in FAULTS]
+    assert [one.title.code for one in others if one not in FAULTS] == ["fault.link"]
 
 
 def test_a_spread_counts_what_did_not_come() -> None:

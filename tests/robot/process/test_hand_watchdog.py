@@ -93,6 +93,13 @@ class Chair:
         )
         return self.do(self.watchdog.hear(control, self.now_s))
 
+    def axis(self, position: float) -> tuple[Call, ...]:
+        self.sequence += 1
+        axis = Axis(
+            sequence=self.sequence, sent_s=self.now_s, turn=self.turn, name="pan", position=position
+        )
+        return self.do(self.watchdog.hear(axis, self.now_s))
+
     def halt(self) -> tuple[Call, ...]:
         self.sequence += 1
         halt = Halt(sequence=self.sequence, sent_s=self.now_s, turn=self.turn)
@@ -134,12 +141,11 @@ def test_without_a_control_nothing_moves() -> None:
 
 
 def test_with_the_control_at_rest_it_is_as_without() -> None:
-    """Set-points, axes and stops pass as they are."""
+    """Set-points, axes and stops pass as they are, and a silence falls due as it does."""
     chair = driven()
     assert chair.say(AHEAD) == (Apply(AHEAD, 1),)
-    chair.sequence += 1
-    axis = Axis(sequence=chair.sequence, sent_s=chair.now_s, turn=1, name="pan", position=0.5)
-    assert chair.watchdog.hear(axis, chair.now_s) == (SetAxis("pan", 0.5, 1),)
+    assert chair.watchdog.silent_at_s == pytest.approx(chair.now_s + SILENCE_S)
+    assert chair.axis(0.5) == (SetAxis("pan", 0.5, 1),)
     assert chair.halt() == (StopDriver(1),)
 
 
@@ -392,6 +398,11 @@ def driven_shared() -> Chair:
     chair.run(0.2)
     assert (chair.mode, chair.twist) == ("free", STANDSTILL)
     return chair
+
+
+def test_a_shared_robot_looks_where_it_is_told() -> None:
+    """The person's share is of the motion, not of what the axes do."""
+    assert driven_shared().axis(0.5) == (SetAxis("pan", 0.5, 1),)
 
 
 @pytest.mark.parametrize("rules", [RULES, replace(RULES, soft_braking=True)])
