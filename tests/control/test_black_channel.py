@@ -206,7 +206,9 @@ class Channel:
             return replace(record, data=data, truth=None)
         other = _other(sent.sender)
         data = seal(self.rng, other, record.channel, text)
-        return replace(record, link=other, data=data, truth=replace(sent, sender=other))
+        # It names a beat that they were never sent, which releases nothing, whoever drives by then.
+        truth = None if sent.kind == "release" else replace(sent, sender=other)
+        return replace(record, link=other, data=data, truth=truth)
 
     def _misdirected(self, record: Record, sent: Sent, seq: int) -> Record:
         """Bring it to another's connection, to the other channel, or to another turn or stop."""
@@ -343,6 +345,8 @@ class Oracle:
                     self.is_stopped
                     and truth.sender == self.operator
                     and truth.stop == self.stops
+                    and truth.beat
+                    is not None  # who has heard none may still be as old as they like
                     and age_s <= 2.0
                     and truth.sent_s >= self.pressed_s - ROUNDING_S
                 ):
