@@ -59,8 +59,6 @@ const OPENING_MS = 20_000;
 const LOAD_AGAIN_MS = 5000;
 /** Where the first picture and sound have not come after so long, there may be none. */
 const MEDIA_WITHIN_MS = 4000;
-/** What the robot's microphone heard of this user has passed after so long, at most. */
-const ECHO_MS = { least: 500, most: 2500 } as const;
 /** How long a request of the person aboard is shown. */
 const REQUEST_MS = 15_000;
 const PAD_NEWS = {
@@ -142,7 +140,6 @@ export function startSession(): Session {
   const letGo = () => controller.letGo();
   const stopControl = new StopControl({ state, link, client: () => identity.client, letGo, say });
 
-  let echo: ReturnType<typeof setTimeout> | undefined;
   const talk = new Talk({
     link: () => link.peer,
     uplink: () => ({
@@ -153,18 +150,11 @@ export function startSession(): Session {
     changed: (voice) => {
       state.voice.value = voice;
     },
-    duck(isDucked) {
-      clearTimeout(echo);
-      const { soundMs, roundTripMs } = state.facts.peek();
-      const echoMs = 2 * ((soundMs ?? 0) + (roundTripMs ?? 0));
-      if (isDucked) sound.isDucked = true;
-      else echo = setTimeout(unduck, Math.max(ECHO_MS.least, Math.min(echoMs, ECHO_MS.most)));
+    soundMs: () => state.facts.peek().soundMs ?? 0,
+    duck: (isDucked) => {
+      sound.isDucked = isDucked;
     },
   });
-
-  function unduck(): void {
-    sound.isDucked = false;
-  }
 
   function say(what: string | Saying): void {
     state.notice.value = { text: typeof what === "string" ? says(what) : what };

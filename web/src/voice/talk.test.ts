@@ -23,6 +23,7 @@ let made: FakeMicrophone[];
 let open: ReturnType<typeof vi.fn>;
 let gone: (sentence: string) => void;
 let duck: ReturnType<typeof vi.fn>;
+let soundMs: number;
 let talk: Talk;
 
 beforeEach(() => {
@@ -38,12 +39,14 @@ beforeEach(() => {
     return one as unknown as Microphone;
   });
   duck = vi.fn();
+  soundMs = 100;
   talk = new Talk({
     link: () => link,
     uplink: () => uplink,
     changed: (now) => {
       voice = now;
     },
+    soundMs: () => soundMs,
     duck: duck as (isDucked: boolean) => void,
     open: open as unknown as typeof Microphone.open,
   });
@@ -194,6 +197,27 @@ describe("the robot is not heard meanwhile", () => {
     await press();
     expect(duck).toHaveBeenLastCalledWith(true);
     talk.release("finger 1");
+    await vi.advanceTimersByTimeAsync(499);
+    expect(duck).toHaveBeenLastCalledWith(true);
+    await vi.advanceTimersByTimeAsync(1);
+    expect(duck).toHaveBeenLastCalledWith(false);
+  });
+
+  it("nor before the last word has come back, for a while at most", async () => {
+    soundMs = 400;
+    uplink = { ...WIDE, roundTripMs: 200 };
+    await press();
+    talk.release("finger 1");
+    await vi.advanceTimersByTimeAsync(1199);
+    expect(duck).toHaveBeenLastCalledWith(true);
+    await press();
+    await vi.advanceTimersByTimeAsync(5000);
+    expect(duck).toHaveBeenLastCalledWith(true);
+    soundMs = 9000;
+    talk.release("finger 1");
+    await vi.advanceTimersByTimeAsync(2499);
+    expect(duck).toHaveBeenLastCalledWith(true);
+    await vi.advanceTimersByTimeAsync(1);
     expect(duck).toHaveBeenLastCalledWith(false);
   });
 
@@ -209,17 +233,19 @@ describe("the robot is not heard meanwhile", () => {
     await vi.advanceTimersByTimeAsync(100);
     expect(duck).toHaveBeenLastCalledWith(true);
     device.level = 0.1;
-    await vi.advanceTimersByTimeAsync(100);
+    await vi.advanceTimersByTimeAsync(600);
     expect(duck).toHaveBeenLastCalledWith(false);
     talk.told(true, null);
     expect(duck).toHaveBeenLastCalledWith(true);
     talk.told(false, null);
+    await vi.advanceTimersByTimeAsync(500);
     expect(duck).toHaveBeenLastCalledWith(false);
   });
 
   it("but is where nothing of the voice is played", async () => {
     await press();
     talk.told(false, says("The host has muted all voices."));
+    await vi.advanceTimersByTimeAsync(500);
     expect(duck).toHaveBeenLastCalledWith(false);
   });
 });

@@ -38,6 +38,8 @@ export interface TalkOptions {
   link: () => VoiceLink | null;
   uplink: () => Uplink;
   changed: (voice: Voice) => void;
+  /** The age of the robot's sound here. */
+  soundMs: () => number;
   /** Silences what this page plays, so that its user does not hear themselves come back. */
   duck: (isDucked: boolean) => void;
   open?: typeof Microphone.open;
@@ -48,6 +50,8 @@ const LOOK_EVERY_MS = 100;
 const SPEAKS_LEVEL = 0.4;
 /** The device stays open for so long after the last word, since to open it takes that word's time. */
 const KEPT_OPEN_MS = 30_000;
+/** What the robot's microphone heard of this user has passed after so long. */
+const ECHO_MS = { least: 500, most: 2500 } as const;
 
 /**
  * Sends the microphone while something holds it: a finger, a key, or the open microphone. Nothing of
@@ -67,6 +71,7 @@ export class Talk {
   #sent: { link: VoiceLink; track: MediaStreamTrack | null } | null = null;
   #looking: ReturnType<typeof setInterval> | undefined;
   #closing: ReturnType<typeof setTimeout> | undefined;
+  #echo: ReturnType<typeof setTimeout> | undefined;
 
   constructor(private readonly options: TalkOptions) {}
 
@@ -201,7 +206,7 @@ export class Talk {
 
   /**
    * Silences the robot where this voice could come back. An open microphone must not do that all the
-   * time: only while it is spoken into, or heard there.
+   * time: only while it is spoken into, or heard there, and until that has come back.
    */
   #duck(): void {
     const { isOn, isHeard, level, problem } = this.#voice;
@@ -209,7 +214,14 @@ export class Talk {
     const isDucked = isOn && problem === null && isSpeaking;
     if (isDucked === this.#isDucked) return;
     this.#isDucked = isDucked;
-    this.options.duck(isDucked);
+    clearTimeout(this.#echo);
+    if (isDucked) {
+      this.options.duck(true);
+      return;
+    }
+    const echoMs = 2 * (this.options.soundMs() + (this.options.uplink().roundTripMs ?? 0));
+    const waitMs = Math.max(ECHO_MS.least, Math.min(echoMs, ECHO_MS.most));
+    this.#echo = setTimeout(() => this.options.duck(false), waitMs);
   }
 
   #tell(change: Partial<Voice>): void {
