@@ -39,7 +39,7 @@ export default defineConfig({
     proxy: { "/api": "http://localhost:8080" },
   },
   test: {
-    include: ["src/**/*.test.{ts,tsx}"],
+    include: ["{src,scripts}/**/*.test.{js,ts,tsx}"],
     setupFiles: ["src/testing/setup.ts"],
     restoreMocks: true,
     // Files share processes, which saves half of the time. setup.ts gives each modules of its own, and

@@ -16,7 +16,7 @@ function isStandard(video: object): boolean {
 /** Whether a page can do it here; Firefox has a button of its own instead. */
 export function canLeavePage(scope: typeof globalThis = globalThis): boolean {
   const video: Partial<Video> = scope.HTMLVideoElement?.prototype ?? {};
-  if (isStandard(video)) return scope.document.pictureInPictureEnabled;
+  if (isStandard(video)) return scope.document.pictureInPictureEnabled ?? false;
   return typeof video.webkitSetPresentationMode === "function";
 }
 
@@ -29,7 +29,7 @@ export function isApart(video: Video): boolean {
 
 /** Rejects where the browser refuses, as before the first picture. */
 export async function leavePage(video: Video): Promise<void> {
-  if (isStandard(video)) await video.requestPictureInPicture();
+  if (isStandard(video)) await video.requestPictureInPicture?.();
   else if (video.webkitSupportsPresentationMode?.("picture-in-picture")) {
     video.webkitSetPresentationMode?.("picture-in-picture");
   } else throw new Error("not supported");
@@ -37,7 +37,7 @@ export async function leavePage(video: Video): Promise<void> {
 
 export async function comeBack(video: Video): Promise<void> {
   if (!isApart(video)) return;
-  if (isStandard(video)) await video.ownerDocument.exitPictureInPicture();
+  if (isStandard(video)) await video.ownerDocument.exitPictureInPicture?.();
   else video.webkitSetPresentationMode?.("inline");
 }
 

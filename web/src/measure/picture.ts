@@ -89,7 +89,8 @@ export function watchFrames(
   meter: Pick<PictureMeter, "presented">,
   receiver: () => RTCRtpReceiver | undefined,
 ): () => void {
-  if (!("requestVideoFrameCallback" in video)) return () => {};
+  const request = video.requestVideoFrameCallback?.bind(video);
+  if (!request) return () => {};
   let handle = 0;
   let delivered: { by: RTCRtpReceiver; rtp: number | undefined } | null = null;
   const deliveredBefore = () => {
@@ -101,8 +102,8 @@ export function watchFrames(
   const onFrame: VideoFrameRequestCallback = (nowMs, metadata) => {
     const rtp = metadata.rtpTimestamp ?? deliveredBefore();
     meter.presented(rtp, metadata.presentationTime || nowMs);
-    handle = video.requestVideoFrameCallback(onFrame);
+    handle = request(onFrame);
   };
-  handle = video.requestVideoFrameCallback(onFrame);
-  return () => video.cancelVideoFrameCallback(handle);
+  handle = request(onFrame);
+  return () => video.cancelVideoFrameCallback?.(handle);
 }

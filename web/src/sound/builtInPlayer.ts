@@ -268,7 +268,10 @@ export class BuiltInPlayer {
  */
 function outputTime(context: AudioContext, nowMs: number): AudioTimestamp {
   if (IS_FIREFOX) {
-    return { contextTime: context.currentTime - context.outputLatency, performanceTime: nowMs };
+    return {
+      contextTime: context.currentTime - (context.outputLatency ?? 0),
+      performanceTime: nowMs,
+    };
   }
   return context.getOutputTimestamp();
 }
