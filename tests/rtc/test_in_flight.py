@@ -9,7 +9,7 @@ from random import Random
 from typing import TYPE_CHECKING, Literal
 
 import pytest
-from hypothesis import Phase, given
+from hypothesis import Phase, example, given
 from hypothesis import strategies as st
 from tests.examples import examples
 from tests.rtc.browser_feedback import feedback_packet
@@ -320,6 +320,7 @@ REPORTS = st.lists(
 )
 
 
+@example([(1, -1, [None], 0), (2, -1, [None], 0), (0, -1, [], 0)], 0)
 @given(REPORTS, st.sampled_from([0, 65_450]))
 def test_it_tells_what_the_plain_way_tells(
     trace: list[tuple[int, int, list[float | None], int]], before: int
@@ -335,7 +336,9 @@ def test_it_tells_what_the_plain_way_tells(
             plain.sent[plain.next] = now_s
             plain.next += 1
         start = plain.next + back
-        arrived = [*arrivals, 50.0]  # a browser reports up to the newest that has arrived
+        # A browser reports up to the newest that has arrived, and misses nothing beyond.
+        is_beyond = start + len(arrivals) >= plain.next
+        arrived = [*([50.0] * len(arrivals) if is_beyond else arrivals), 50.0]
         for _ in range(1 + again):
             told = transmissions.reported(feedback(start & 0xFFFF, arrived), now_s)
             assert trains(told) == plain.reported(start & 0xFFFF, arrived)
