@@ -36,8 +36,7 @@ def tape_list(shelf: Shelf) -> str:
         "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()
         for line in lines
     ]
-    total = sum(one.size_bytes for one in parts)
-    return "\n".join([*table, f"{len(parts)} parts, {total / 1e9:.2f} GB in {shelf.folder}"])
+    return "\n".join([*table, f"{_counted(parts)} in {shelf.folder}"])
 
 
 def tape_keep(shelf: Shelf, names: Sequence[str]) -> str:
