@@ -118,6 +118,26 @@ async def test_it_serves_until_it_is_stopped(state_folder: Path) -> None:
     assert (audio["failures"], audio["cut_ms"]) == (0, 0)
 
 
+async def test_its_opening_hours_are_a_calendar() -> None:
+    """As they are configured, in their time zone, for whoever asks."""
+    tree = {
+        "access": {"hours": ["mon-fri 09:00-18:00"], "time_zone": "Europe/Berlin"},
+        "server": {"host": "127.0.0.1", "port": 0},
+        "network": {"udp_port": 0},
+        "page": {"name": "Rover"},
+    }
+    app = App(settings=Settings.model_validate(tree), clock=SystemClock())
+    ports: asyncio.Queue[int] = asyncio.Queue()
+    running = asyncio.create_task(app.run(ports.put_nowait))
+    url = f"http://127.0.0.1:{await asyncio.wait_for(ports.get(), 10)}/open.ics"
+    async with aiohttp.ClientSession() as session, session.get(url) as response:
+        text = await response.text()
+    app.stop()
+    await running
+    assert "\r\nSUMMARY:Rover\r\n" in text
+    assert "\r\nDTSTART;TZID=Europe/Berlin:" in text
+
+
 async def test_a_driver_that_raises_takes_nothing_down(
     state_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

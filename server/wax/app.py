@@ -12,6 +12,7 @@ import asyncio
 import contextlib
 import os
 import signal
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Final
 
 import structlog
@@ -30,6 +31,7 @@ from wax.capture.source_thread import SourceThread
 from wax.capture.timestamp_overlay import TimestampOverlay
 from wax.cluster.cluster import Cluster, PublishedSources
 from wax.cluster.room_directory import published, upload_left_bps
+from wax.config.opening_hours import OpeningHours, zone_of
 from wax.control.loop import ControlLoop
 from wax.control.picture_clock import PictureClock
 from wax.control.turns import Turns
@@ -311,6 +313,7 @@ class App:
                 picture_clock=lambda: self._picture_clock,
                 is_stopping=self._stopping.is_set,
             ),
+            calendar=_calendar(settings, clock),
         )
         self.tls = make_tls(settings.server, clock)
         self._host_link = HostLinkSocket(settings.server.state_dir, self.new_host_link)
@@ -583,6 +586,18 @@ def _claim(settings: Settings) -> str:
 def _branding(settings: Settings, service: Service, *, has_voice: bool) -> BrandedPage:
     data = _page_data(service, settings.sync, has_voice=has_voice)
     return BrandedPage(settings.page, data, settings.server.public_url)
+
+
+def _calendar(settings: Settings, clock: Clock) -> bytes | None:
+    """Return the file of the opening hours; None where the robot is always open."""
+    access = settings.access
+    if not access.hours:
+        return None
+    from wax.web.opening_calendar import opening_calendar  # noqa: PLC0415 - a fifth of a second
+
+    hours = OpeningHours.of(access.hours, zone_of(access.time_zone))
+    now = datetime.fromtimestamp(clock.wall_ms() / 1000, UTC)
+    return opening_calendar(hours, settings.page, settings.server.public_url, now)
 
 
 def _page_data(service: Service, sync: RoleSyncSettings, *, has_voice: bool) -> dict[str, str]:

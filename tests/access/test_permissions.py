@@ -35,6 +35,7 @@ CELLS: dict[permissions.Act, str] = {
     "GET /assets": ANYBODY,
     "GET /page.css": ANYBODY,
     "GET /preview": ANYBODY,
+    "GET /open.ics": ANYBODY,
     "GET /healthz": ANYBODY,
     "GET /readyz": ANYBODY,
     "GET /api/ice": ANYBODY,

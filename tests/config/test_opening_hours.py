@@ -78,6 +78,19 @@ def test_the_clock_is_put_forward_over_a_window() -> None:
     assert hours.opens_next(at("2026-03-28 12:00")) == at("2026-04-05 02:30")
 
 
+def test_the_week_to_come() -> None:
+    """Each opening once, the next first, without what is open already; touching windows are one."""
+    hours = make("mon-fri 09:00-18:00", "fri 18:00-24:00", "sat 00:00-02:00")
+    assert hours.openings(at("2026-11-26 12:00")) == [
+        (at("2026-11-27 09:00"), at("2026-11-28 02:00")),
+        (at("2026-11-30 09:00"), at("2026-11-30 18:00")),
+        (at("2026-12-01 09:00"), at("2026-12-01 18:00")),
+        (at("2026-12-02 09:00"), at("2026-12-02 18:00")),
+        (at("2026-12-03 09:00"), at("2026-12-03 18:00")),
+    ]
+    assert make().openings(at("2026-11-26 12:00")) == []
+
+
 @pytest.mark.parametrize(
     "text",
     [

@@ -176,6 +176,7 @@ async def client(
             clock,
         ),
         missing=lambda: room.missing,
+        calendar=b"BEGIN:VCALENDAR\r\n",
     )
     cookies = CookieJar(unsafe=True)
     server = TestServer(made.application())
@@ -282,6 +283,26 @@ async def test_a_page_without_a_picture_says_so(
         assert answer.status == 404
         assert (await answer.json())["error"] == "This page has no picture."
         assert await (await client.get("/page.css")).text() == ""
+
+
+async def test_the_opening_hours_are_a_file_that_is_kept(client: Client) -> None:
+    """For an hour, and then it is asked whether it has changed; nothing is made anew for that."""
+    first = await client.get("/open.ics")
+    assert (first.status, first.content_type) == (200, "text/calendar")
+    assert await first.read() == b"BEGIN:VCALENDAR\r\n"
+    assert first.headers["Cache-Control"] == "public, max-age=3600"
+    again = await client.get("/open.ics", headers={"If-None-Match": first.headers["ETag"]})
+    assert (again.status, await again.read()) == (304, b"")
+
+
+async def test_a_robot_that_is_always_open_has_no_calendar(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A sentence says so."""
+    async with await _served(PageSettings(), tmp_path, monkeypatch) as client:
+        answer = await client.get("/open.ics")
+        assert answer.status == 404
+        assert (await answer.json())["sentence"] == {"code": "request.always_open"}
 
 
 async def test_a_page_that_has_not_changed_is_not_sent_again(

@@ -72,6 +72,7 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
     "GET /assets": _ANYBODY,
     "GET /page.css": _ANYBODY,
     "GET /preview": _ANYBODY,
+    "GET /open.ics": _ANYBODY,
     "GET /healthz": _ANYBODY,
     "GET /readyz": _ANYBODY,
     "POST /api/host": _ANYBODY,

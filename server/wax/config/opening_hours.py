@@ -22,8 +22,11 @@ PATTERN: Final = (
     rf"^(?P<first>{_DAY})(?:-(?P<last>{_DAY}))?"
     r" (?P<opens>(?:[01]\d|2[0-3]):[0-5]\d)-(?P<closes>(?:[01]\d|2[0-3]):[0-5]\d|24:00)$"
 )
+_DAY_MINUTES: Final = 24 * 60
 _LOOK_AHEAD_DAYS: Final = 9
 """A week and the days that reach into it."""
+_WEEK: Final = timedelta(days=7, hours=-2)
+"""From the first opening to before the same one of the week after, whatever the clock does."""
 
 
 def zone_of(name: str) -> tzinfo:
@@ -38,6 +41,11 @@ class Window:
     days: frozenset[int]
     opens: int
     closes: int
+
+    @property
+    def closes_after(self) -> int:
+        """When it closes, in minutes after the midnight before it opens."""
+        return self.closes if self.closes > self.opens else self.closes + _DAY_MINUTES
 
     @classmethod
     def parse(cls, text: str) -> Self:
@@ -67,28 +75,45 @@ class OpeningHours:
         """Whether it is open at a time (aware)."""
         return not self.windows or any(opens <= now < closes for opens, closes in self._near(now))
 
+    def openings(self, now: datetime) -> list[tuple[datetime, datetime]]:
+        """Return when it opens after `now`, and closes again, for a week; none if always open.
+
+        Windows that touch are one.
+        """
+        found: list[tuple[datetime, datetime]] = []
+        for opens, closes in sorted(one for one in self._near(now) if one[0] > now):
+            if found and opens <= found[-1][1]:
+                found[-1] = (found[-1][0], max(closes, found[-1][1]))
+            elif not found or opens < found[0][0] + _WEEK:
+                found.append((opens, closes))
+        return found
+
     def opens_next(self, now: datetime) -> datetime | None:
         """Return when it opens after `now`; None if it is always open."""
-        return min((opens for opens, _ in self._near(now) if opens > now), default=None)
+        return next((opens for opens, _ in self.openings(now)), None)
+
+    def on(self, day: date, window: Window) -> tuple[datetime, datetime] | None:
+        """Return when a window of that day opens and closes, in UTC.
+
+        None where the clock is put forward over all of it.
+        """
+        opens = self.local(day, window.opens).astimezone(UTC)
+        closes = self.local(day, window.closes_after).astimezone(UTC)
+        return (opens, closes) if opens < closes else None
 
     def _near(self, now: datetime) -> Iterator[tuple[datetime, datetime]]:
         today = now.astimezone(self.zone).date()
         for ahead in range(-1, _LOOK_AHEAD_DAYS):
             day = today + timedelta(days=ahead)
             for window in self.windows:
-                if day.weekday() in window.days:
-                    over = window.closes <= window.opens
-                    closes_on = day + timedelta(days=1) if over else day
-                    opens, closes = self._at(day, window.opens), self._at(closes_on, window.closes)
-                    if opens < closes:  # the clock may be put forward over all of it
-                        yield opens, closes
+                if day.weekday() in window.days and (span := self.on(day, window)) is not None:
+                    yield span
 
-    def _at(self, day: date, minutes: int) -> datetime:
-        extra, minutes = divmod(minutes, 24 * 60)
-        local = datetime.combine(
-            day + timedelta(days=extra), time(minutes // 60, minutes % 60), tzinfo=self.zone
-        )
-        return local.astimezone(UTC)
+    def local(self, day: date, minutes: int) -> datetime:
+        """Return the time that a clock there shows so many minutes after the midnight of a day."""
+        extra, minutes = divmod(minutes, _DAY_MINUTES)
+        shown = time(minutes // 60, minutes % 60)
+        return datetime.combine(day + timedelta(days=extra), shown, tzinfo=self.zone)
 
 
 def _minutes(text: str) -> int:

@@ -28,6 +28,7 @@ _MOST_ORIGINS: Final = 16
 """So many names and addresses of this server have a page that is kept."""
 _PACKED: Final = ".gz"
 _UNPACKED_TYPE: Final = "application/octet-stream"
+_CALENDAR_TYPE: Final = "text/calendar; charset=utf-8"
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,10 +40,14 @@ class _File:
 
 
 class BuiltPage:
-    """Reads `folder`; raises `OSError` if there is no page. `branded` makes it the host's."""
+    """Reads `folder`; raises `OSError` if there is no page. `branded` makes it the host's.
 
-    def __init__(self, folder: Path, branded: BrandedPage) -> None:
+    `calendar` is the file of the opening hours, None where the robot is always open.
+    """
+
+    def __init__(self, folder: Path, branded: BrandedPage, calendar: bytes | None = None) -> None:
         self._branded = branded
+        self._calendar = None if calendar is None else _file(calendar, _CALENDAR_TYPE)
         self._index = (folder / "index.html").read_text(encoding="utf-8")
         self._pages: dict[str, _File] = {}
         self._files = {
@@ -77,6 +82,12 @@ class BuiltPage:
         file = _File(picture.content, None, picture.content_type, picture.digest)
         shown = {"Cross-Origin-Resource-Policy": "cross-origin"}
         return await _send(request, file, keeps(request, picture.digest) | shown)
+
+    async def calendar(self, request: web.Request) -> web.StreamResponse:
+        """Answer with the opening hours; raises `NotForUsError` where there are none."""
+        if self._calendar is None:
+            raise NotForUsError(Sentence("request.always_open"), 404)
+        return await _send(request, self._calendar, {"Cache-Control": "public, max-age=3600"})
 
 
 def keeps(request: web.Request, digest: str) -> dict[str, str]:

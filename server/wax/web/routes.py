@@ -159,7 +159,10 @@ class Lifted(BaseModel):
 
 
 class Routes:
-    """Answers HTTP; `status` makes the status page's JSON, `missing` tells what is not ready."""
+    """Answers HTTP; `status` makes the status page's JSON, `missing` tells what is not ready.
+
+    `calendar` is the file of the opening hours, None where the robot is always open.
+    """
 
     def __init__(
         self,
@@ -174,6 +177,7 @@ class Routes:
         access: Access,
         offers_hz: float,
         missing: Callable[[], dict[str, str]],
+        calendar: bytes | None = None,
     ) -> None:
         self._guards = guards
         self._access = access
@@ -195,11 +199,12 @@ class Routes:
         self._status = status
         self._branding = branding
         self._missing = missing
+        self._calendar = calendar
 
     def application(self) -> web.Application:
         """Make the application; raises `StartError` if the page was not built."""
         try:
-            self._built = BuiltPage(PAGE, self._branding)
+            self._built = BuiltPage(PAGE, self._branding, self._calendar)
         except OSError as error:
             raise StartError(
                 "the page is not built; run `make run`, or `pip install .` again"
@@ -214,6 +219,7 @@ class Routes:
                 web.get("/", self.page),
                 web.get(STYLE_PATH, self.style),
                 web.get(PICTURE_PATH, self.preview),
+                web.get("/open.ics", self.calendar),
                 web.get("/healthz", self.health),
                 web.get("/readyz", self.readiness),
                 web.get("/api/status", self.status),
@@ -247,6 +253,9 @@ class Routes:
 
     async def preview(self, request: web.Request) -> web.StreamResponse:
         return await self._built.preview(request)
+
+    async def calendar(self, request: web.Request) -> web.StreamResponse:
+        return await self._built.calendar(request)
 
     async def health(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
         return web.json_response({"ok": True})
