@@ -86,7 +86,7 @@ STATES: Final = (
     State("reconnecting", "Reconnecting", broken.reconnecting, "reconnecting"),
     State("server-gone", "The server is gone", broken.server_gone, "reconnecting"),
     State("removed", "Removed by the host", watching.removed, "asked you to leave", has_stop=False),
-    State("closed", "Closed for today", watching.closed, "is closed", has_stop=False),
+    State("closed", "Closed, and when it opens", watching.closed, "is closed", has_stop=False),
     State("full", "No place", watching.full, "only place is taken", has_stop=False),
     State("picture-off", "The picture is off", panels.picture_off, "picture is off"),
     State("blanked", "Switched off by the host", panels.blanked, "host has switched"),

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Final
 
 from e2e.harness.wait import eventually
+from wax.config.opening_hours import DAYS
 
 if TYPE_CHECKING:
     from e2e.gallery.scene import Scene
@@ -104,11 +106,13 @@ async def removed(scene: Scene) -> None:
 
 
 async def closed(scene: Scene) -> None:
-    """Have the host close for today."""
-    await scene.serves()
-    host = await scene.comes("Host", is_host=True)
-    await scene.opens()
-    host.say(type="close", closed=True)
+    """Come on a day of the week on which it does not open."""
+    today = datetime.now(UTC).weekday()
+    first, last = (DAYS[(today + later) % len(DAYS)] for later in (2, 5))
+    hours = [f"{first}-{last} 09:00-18:00", f"{last} 20:00-01:00"]
+    await scene.serves(access={"hours": hours})
+    viewer = await scene.prepares()
+    await viewer.page.goto(scene.server.url)
 
 
 async def big_screen(scene: Scene) -> None:

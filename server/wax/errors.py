@@ -20,9 +20,14 @@ WaxError
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from wax.sentence import Sentence, says
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wax.protocol.messages import Opening
 
 
 class WaxError(Exception):
@@ -105,12 +110,12 @@ class ForbiddenError(WaxError):
 class NotAdmittedError(ForbiddenError):
     """Somebody who may not come in, or not stay.
 
-    `opens_wall_ms` (since 1970) is when they may, None if that is not the matter or not known.
+    `openings` are when they may in the week to come; none if that is not the matter or not known.
     """
 
-    def __init__(self, sentence: Sentence | str, opens_wall_ms: float | None = None) -> None:
+    def __init__(self, sentence: Sentence | str, openings: Sequence[Opening] = ()) -> None:
         super().__init__(sentence)
-        self.opens_wall_ms = opens_wall_ms
+        self.openings = openings
 
 
 class StateError(WaxError):

@@ -120,7 +120,10 @@ def test_outside_the_hours_only_the_host_comes_in() -> None:
     for one in (ANN, FRIEND):
         error = refused(door, one)
         assert error.sentence == CLOSED
-        assert error.opens_wall_ms == (MONDAY_S + 21 * HOUR_S) * 1000
+        first, *others = error.openings
+        assert first.opens_wall_ms == (MONDAY_S + 21 * HOUR_S) * 1000
+        assert first.closes_wall_ms == (MONDAY_S + 23 * HOUR_S) * 1000
+        assert len(others) == 4
     assert door.check(HOST, MONDAY_S).queue
     assert door.check(ANN, MONDAY_S + 21 * HOUR_S).queue
 
@@ -141,7 +144,7 @@ def test_without_hours_the_host_opens() -> None:
     """Nobody knows when, so nobody is told."""
     door = make()
     door.close(True, MONDAY_S)
-    assert refused(door, ANN).opens_wall_ms is None
+    assert refused(door, ANN).openings == []
     assert not door.is_open(MONDAY_S + 1000 * HOUR_S)
 
 

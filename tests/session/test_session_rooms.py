@@ -65,7 +65,11 @@ def rig(monkeypatch: pytest.MonkeyPatch, rooms: Rooms) -> Rig:
     """Have a room here with one place, and two elsewhere with two each."""
     FakePeer.made = []
     monkeypatch.setattr(entry_module, "Peer", FakePeer)
-    tree = {"turns": {"turn_s": 30.0, "grace_s": 2.0}, "server": {"max_viewers": 1}}
+    tree = {
+        "access": {"hours": ["mon-sun 00:00-24:00"]},
+        "turns": {"turn_s": 30.0, "grace_s": 2.0},
+        "server": {"max_viewers": 1},
+    }
     return Rig(tree, cast("Cluster", rooms))
 
 
@@ -158,15 +162,16 @@ async def test_a_page_that_is_closed_gives_its_seat_back(rig: Rig, rooms: Rooms)
 
 
 async def test_a_closed_door_empties_the_rooms(rig: Rig, rooms: Rooms) -> None:
-    """As it does here; the host's own pages stay, and who asks is told why."""
+    """As it does here; the host's own pages stay, and who asks is told why, and until when."""
     host = await rig.enter("hedy-111", is_host=True)
     rig.room.rooms.seat(EVE, TAB)
     rig.room.rooms.seat(replace(visitor("hedy-111"), sign_in=rig.sign_in()), "tab-2222")
     host.says(type="close", closed=True)
     rig.wait(0.1, host)
     assert rooms.removed == [(NAME, True)]
-    with pytest.raises(NotAdmittedError, match=str(CLOSED)):
+    with pytest.raises(NotAdmittedError, match=str(CLOSED)) as told:
         rig.room.rooms.seat(EVE, TAB)
+    assert len(told.value.openings) == 1
     with pytest.raises(NotAdmittedError, match=str(CLOSED)):
         rig.room.rooms.queue(EVE, TAB, "join")
 

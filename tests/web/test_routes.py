@@ -733,7 +733,7 @@ async def test_who_may_not_come_in_reads_when_they_may(client: Client, access: A
         "error": "The robot is closed.",
         "sentence": {"code": "door.closed"},
         "ended": True,
-        "opens_wall_ms": None,
+        "openings": [],
     }
 
 

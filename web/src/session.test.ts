@@ -2,7 +2,7 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Session } from "./actions";
 import type { PeerEvents } from "./link/peer";
-import { MAX_NAME_CHARS, type StateIn, type StateOut } from "./messages";
+import { type Ended, MAX_NAME_CHARS, type StateIn, type StateOut } from "./messages";
 import { startSession } from "./session";
 import { aboard, hello, room, sentToRoom, served } from "./testing/messages";
 import { LateWords } from "./words/lateWords";
@@ -317,7 +317,7 @@ it("says so when it is to acknowledge and this browser cannot", async () => {
 });
 
 describe("a page that may not stay", () => {
-  const ended = { type: "ended", text: says("The robot is closed."), opens_wall_ms: null } as const;
+  const ended = { type: "ended", text: says("The robot is closed."), openings: [] } satisfies Ended;
 
   it("shows why, stays away, and comes back when it is asked to", () => {
     open();
@@ -334,7 +334,8 @@ describe("a page that may not stay", () => {
   it("comes back by itself when the robot opens, not with everybody at once", () => {
     vi.spyOn(Math, "random").mockReturnValue(0.5);
     open();
-    receive({ ...ended, opens_wall_ms: Date.now() + 3_600_000 });
+    const opens_wall_ms = Date.now() + 3_600_000;
+    receive({ ...ended, openings: [{ opens_wall_ms, closes_wall_ms: opens_wall_ms + 1 }] });
     vi.advanceTimersByTime(3_609_000);
     expect(peers).toHaveLength(1);
     vi.advanceTimersByTime(2000);
@@ -500,7 +501,7 @@ describe("a page for which the server has no place", () => {
   it("leaves the rooms where it may not stay", () => {
     session.actions.comeBack();
     open();
-    receive({ type: "ended", text: says("You were removed."), opens_wall_ms: null });
+    receive({ type: "ended", text: says("You were removed."), openings: [] });
     expect(away.leave).toHaveBeenCalledOnce();
   });
 });

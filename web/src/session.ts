@@ -332,8 +332,9 @@ export function startSession(): Session {
     state.room.value = null;
     state.console.value = null;
     state.invitation.value = null;
-    if (ended.opens_wall_ms === null) return;
-    const pauseMs = Math.max(0, ended.opens_wall_ms - Date.now()) + Math.random() * OPENING_MS;
+    const [next] = ended.openings;
+    if (!next) return;
+    const pauseMs = Math.max(0, next.opens_wall_ms - Date.now()) + Math.random() * OPENING_MS;
     // `setTimeout` counts to 24 days; nobody leaves the page open for longer.
     setTimeout(
       () => {

@@ -124,6 +124,6 @@ it("is needed by who drives, waits or watches, not by who only hears", () => {
   expect(needs.value).toBe(true);
   state.room.value = room({ operator: 1 });
   expect(needs.value).toBe(true);
-  state.ended.value = { type: "ended", text: says("Closed."), opens_wall_ms: null };
+  state.ended.value = { type: "ended", text: says("Closed."), openings: [] };
   expect(needs.value).toBe(false);
 });

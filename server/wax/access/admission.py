@@ -8,6 +8,7 @@ from ipaddress import ip_network
 from typing import TYPE_CHECKING, Final
 
 from wax.errors import FullError, NotAdmittedError
+from wax.protocol.messages import Opening
 from wax.records.entries import Ban
 from wax.sentence import Sentence
 
@@ -110,8 +111,7 @@ class Admission:
         if any(_is_meant(one, visitor) for one in self._bans):
             raise NotAdmittedError(BANNED)
         if not self.is_open(now_s):
-            opens_s = self.opens_s(now_s)
-            raise NotAdmittedError(CLOSED, None if opens_s is None else opens_s * 1000)
+            raise NotAdmittedError(CLOSED, self._openings(now_s))
         settings = self._settings
         if visitor.invited_to is not None:
             return Grant(hear=True, queue=visitor.invited_to == "queue" or settings.strangers_queue)
@@ -126,6 +126,14 @@ class Admission:
         count = sum(one.identity == visitor.identity for one in inside)
         if not visitor.is_host and count >= self._settings.max_tabs:
             raise FullError(TOO_MANY_TABS)
+
+    def _openings(self, now_s: float) -> list[Opening]:
+        return [
+            Opening(
+                opens_wall_ms=opens.timestamp() * 1000, closes_wall_ms=closes.timestamp() * 1000
+            )
+            for opens, closes in self._hours.openings(_at(now_s))
+        ]
 
 
 def _is_meant(ban: Ban, visitor: Visitor) -> bool:

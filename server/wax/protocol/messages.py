@@ -807,13 +807,20 @@ class Notice(_Outgoing):
 class Ended(_Outgoing):
     """The last message to a viewer who may not stay; the page does not come back by itself.
 
-    `text` is for them. `opens_wall_ms` (since 1970) is when the robot opens, null if that is not
-    the matter or nobody knows.
+class Opening(_Outgoing):
+    """From when until when the robot is open (since 1970)."""
+
+    opens_wall_ms: float
+    closes_wall_ms: float
+
+
+    `text` is for them. `openings` are when the robot is open in the week to come, the next first:
+    then the page comes back by itself. There are none if that is not the matter or nobody knows.
     """
 
     type: Literal["ended"] = "ended"
     text: Sentence
-    opens_wall_ms: float | None
+    openings: list[Opening]
 
 
 class ConsoleViewer(_Outgoing):
@@ -845,11 +852,12 @@ class Presser(_Outgoing):
 
 
 class Console(_Outgoing):
-    """What only the host sees; sent when it changes. `opens_wall_ms` is as in `Ended`.
+    """What only the host sees; sent when it changes.
 
     `pressers` are those of the last ten minutes, the newest first, without operators and hosts.
     `reused` is the address, shortened, from which a host's cookie that had been replaced was used
     again, null if none was: somebody may have a copy.
+    `opens_wall_ms` (since 1970) is when it opens by its hours, null if it is open or nobody knows.
     """
 
     type: Literal["console"] = "console"

@@ -13,6 +13,8 @@ from wax.records.entries import RecordedPerson
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from wax.access.access import Access
     from wax.control.loop import ControlLoop
     from wax.control.turns import Turns
@@ -33,7 +35,7 @@ class Door(Protocol):
     """What the room does for the host."""
 
     def send_away(
-        self, viewer: Viewer, sentence: Sentence, opens_wall_ms: float | None = None
+        self, viewer: Viewer, sentence: Sentence, openings: Sequence[messages.Opening] = ()
     ) -> None:
         """Tell a viewer why they may not stay, and forget them."""
 

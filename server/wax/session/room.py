@@ -21,7 +21,7 @@ from wax.session.rooms import Rooms
 from wax.session.stop_presses import StopPresses
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from wax.access.access import Access
     from wax.access.admission import Visitor
@@ -308,12 +308,12 @@ class Room:
     # --- for the host (Door) ---------------------------------------------------------------
 
     def send_away(
-        self, viewer: Viewer, sentence: Sentence, opens_wall_ms: float | None = None
+        self, viewer: Viewer, sentence: Sentence, openings: Sequence[messages.Opening] = ()
     ) -> None:
         """Tell a viewer why they may not stay, and forget them."""
         _LOG.info("viewer sent away", viewer=viewer.number, why=str(sentence))
-        self._rooms.send_away(viewer.visitor.identity, sentence)
-        viewer.send(messages.Ended(text=sentence, opens_wall_ms=opens_wall_ms))
+        self._rooms.send_away(viewer.visitor.identity, sentence, openings)
+        viewer.send(messages.Ended(text=sentence, openings=list(openings)))
         peer, viewer.peer = viewer.peer, None
         with viewer.boundary:
             viewer.release()
@@ -333,7 +333,7 @@ class Room:
             try:
                 grant = self._access.admit(visitor)
             except NotAdmittedError as error:
-                self.send_away(viewer, error.sentence, error.opens_wall_ms)
+                self.send_away(viewer, error.sentence, error.openings)
             else:
                 viewer.be(visitor, grant)
                 self._control.change(viewer.number, _person(viewer))

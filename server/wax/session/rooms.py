@@ -18,7 +18,7 @@ from wax.sentence import Sentence
 from wax.session.seats import Seats
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
     from wax.access.access import Access
     from wax.access.admission import Visitor
@@ -87,7 +87,7 @@ class Rooms:
         self._share = settings.max_share_per_address
         self._seats = Seats()
         self._unchecked: list[str] = []
-        self._sent_away: dict[str, tuple[Sentence, float]] = {}
+        self._sent_away: dict[str, tuple[Sentence, Sequence[messages.Opening], float]] = {}
 
     # --- seats -------------------------------------------------------------------------------
 
@@ -112,7 +112,7 @@ class Rooms:
             grant = self._access.admit(visitor)
         except NotAdmittedError as error:
             if seated is not None:
-                self._end(name, error.sentence)
+                self._end(name, error.sentence, error.openings)
             raise
         if seated is None:
             self._check_room(visitor)
@@ -143,19 +143,22 @@ class Rooms:
             raise here
         return self.seat(visitor, tab)
 
-    def send_away(self, identity: str, sentence: Sentence) -> None:
+    def send_away(
+        self, identity: str, sentence: Sentence, openings: Sequence[messages.Opening] = ()
+    ) -> None:
         """Take all seats of a browser; for a minute it is told the sentence."""
         for seated in self._seats.of_identity(identity):
-            self._end(seated.person, sentence)
+            self._end(seated.person, sentence, openings)
 
     def check_all(self) -> None:
         """Look soon whether everybody may still watch."""
         self._unchecked = self._seats.people()
 
     def _check_sent_away(self, name: str, now_s: float) -> None:
-        self._sent_away = {one: told for one, told in self._sent_away.items() if now_s < told[1]}
+        self._sent_away = {one: told for one, told in self._sent_away.items() if now_s < told[2]}
         if name in self._sent_away:
-            raise NotAdmittedError(self._sent_away[name][0])
+            sentence, openings, _ = self._sent_away[name]
+            raise NotAdmittedError(sentence, openings)
 
     def _check_room(self, visitor: Visitor) -> None:
         """Raise `FullError` if there is no place left for one more page of this person."""
@@ -169,9 +172,9 @@ class Rooms:
         if not visitor.is_host and self._seats.at(visitor.address) >= most:
             raise FullError(_TOO_MANY, retry_after_s=_FULL_AFTER_S)
 
-    def _end(self, name: str, sentence: Sentence) -> None:
+    def _end(self, name: str, sentence: Sentence, openings: Sequence[messages.Opening]) -> None:
         self._seats.take(name)
-        self._sent_away[name] = (sentence, self._clock.now_s() + _SENT_AWAY_S)
+        self._sent_away[name] = (sentence, openings, self._clock.now_s() + _SENT_AWAY_S)
         self._cluster.remove(name, for_good=True)
 
     # --- the queue ---------------------------------------------------------------------------
@@ -242,7 +245,7 @@ class Rooms:
                 try:
                     self._access.admit(self._access.again(seated.visitor))
                 except NotAdmittedError as error:
-                    self._end(name, error.sentence)
+                    self._end(name, error.sentence, error.openings)
         del self._unchecked[:_CHECKED_AT_ONCE]
 
     def news(self, room: messages.RoomState, now_s: float) -> str | None:

@@ -474,7 +474,8 @@ async def _tell_errors(request: web.Request, handler: Handler) -> web.StreamResp
     try:
         return await handler(request)
     except NotAdmittedError as error:
-        more = {"ended": True, "opens_wall_ms": error.opens_wall_ms}
+        openings = [one.model_dump() for one in error.openings]
+        more = {"ended": True, "openings": openings}
         return _refuse(request, HTTP_STATUS[NotAdmittedError], error.sentence, more)
     except NotForUsError as error:
         return _refuse(request, error.status, error.sentence)

@@ -85,7 +85,7 @@ it("says why what is seen is not the robot now", () => {
     session.state.ended.value = {
       type: "ended",
       text: says("Closed for today."),
-      opens_wall_ms: null,
+      openings: [],
     };
   });
   expect(problem()).toBe("Closed for today.");
@@ -146,7 +146,7 @@ it("has a picture whatever was chosen in this browser before", () => {
 it("comes back after it was sent away, again and again", () => {
   const end = tend(session, { reload: vi.fn() });
   for (let i = 1; i <= 3; i++) {
-    session.state.ended.value = { type: "ended", text: says("Full."), opens_wall_ms: null };
+    session.state.ended.value = { type: "ended", text: says("Full."), openings: [] };
     vi.advanceTimersByTime(60_000);
     expect(session.actions.comeBack).toHaveBeenCalledTimes(i);
     session.state.ended.value = null;

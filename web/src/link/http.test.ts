@@ -48,8 +48,14 @@ it("says in plain words what comes so, as from a proxy, or at least the status",
 it("keeps the sentence of who may not stay, to be shown for long", async () => {
   refuses('{"error": "Closed.", "sentence": {"code": "door.closed"}, "ended": true}');
   const text = { code: "door.closed" };
-  const ended = { type: "ended", text, opens_wall_ms: null };
+  const ended = { type: "ended", text, openings: [] };
   await expect(ask("api/offer")).rejects.toMatchObject({ ended });
+  const opening = { opens_wall_ms: 5, closes_wall_ms: 6 };
+  const openings = [null, 7, { opens_wall_ms: "5", closes_wall_ms: 6 }, opening];
+  refuses(JSON.stringify({ sentence: text, ended: true, openings }));
+  await expect(ask("api/offer")).rejects.toMatchObject({
+    ended: { ...ended, openings: [opening] },
+  });
   refuses('{"error": "Closed.", "ended": true}');
   await expect(ask("api/offer")).rejects.toMatchObject({ ended: { text: says("Closed.") } });
 });

@@ -1,6 +1,6 @@
 /** HTTP requests to the server; errors are sentences for people. */
 
-import type { Ended } from "../messages";
+import type { Ended, Opening } from "../messages";
 import { isSentence, ours, type Saying, said, says } from "../words/said";
 
 /** The server refused (`isRefusal`) or did not answer. */
@@ -60,7 +60,7 @@ export async function ask(path: string, init: RequestInit = {}): Promise<Answer>
   const body = await response.json().catch(() => null);
   if (response.ok && body !== null) return body;
   const sentence = told(body) ?? ours("link.answered", { status: String(response.status) });
-  const ended = body?.ended === true ? endedFor(sentence, body.opens_wall_ms) : null;
+  const ended = body?.ended === true ? endedFor(sentence, body.openings) : null;
   throw new RequestError(sentence, true, retryAfterMs(response), ended);
 }
 
@@ -71,8 +71,17 @@ function told(body: { sentence?: unknown; error?: unknown } | null): Saying | nu
   return english === null ? null : says(english);
 }
 
-function endedFor(text: Saying, opens: unknown): Ended {
-  return { type: "ended", text, opens_wall_ms: typeof opens === "number" ? opens : null };
+function endedFor(text: Saying, openings: unknown): Ended {
+  return {
+    type: "ended",
+    text,
+    openings: Array.isArray(openings) ? openings.filter(isOpening) : [],
+  };
+}
+
+function isOpening(one: unknown): one is Opening {
+  const { opens_wall_ms, closes_wall_ms } = (one ?? {}) as Partial<Opening>;
+  return typeof opens_wall_ms === "number" && typeof closes_wall_ms === "number";
 }
 
 /** The seconds in `Retry-After` (RFC 9110, 10.2.3) as ms; our server sends no dates. */

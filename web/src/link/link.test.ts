@@ -1,5 +1,5 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import type { Operated, StateOut } from "../messages";
+import type { Ended, Operated, StateOut } from "../messages";
 import { hello, sentToRoom } from "../testing/messages";
 import { type Saying, says } from "../words/said";
 import { Link, type LinkState } from "./link";
@@ -378,7 +378,7 @@ it("hurries only where it waits", () => {
 });
 
 describe("a page that may not stay", () => {
-  const ended = { type: "ended", text: says("The robot is closed."), opens_wall_ms: null } as const;
+  const ended = { type: "ended", text: says("The robot is closed."), openings: [] } satisfies Ended;
 
   it("is told so, and does not come back by itself", () => {
     open();

@@ -130,11 +130,12 @@ it("sends no offer into a network that is dead, where it might arrive much later
 
 it("tells a refusal for good from one that may pass", async () => {
   const sentence = { code: "door.closed" };
-  const body = { error: "The robot is closed.", sentence, ended: true, opens_wall_ms: 5 };
+  const openings = [{ opens_wall_ms: 5, closes_wall_ms: 6 }];
+  const body = { error: "The robot is closed.", sentence, ended: true, openings };
   ice = async () => new Response(JSON.stringify(body), { status: 403 });
   const { connected, lost, refused } = connect();
   await connected;
-  const ended = { type: "ended", text: sentence, opens_wall_ms: 5 };
+  const ended = { type: "ended", text: sentence, openings };
   const text = { ...ended.text, english: "The robot is closed." };
   expect(refused).toHaveBeenCalledWith({ ...ended, text });
   expect(lost).not.toHaveBeenCalled();

@@ -129,7 +129,13 @@ function read(): string[] {
 
 const Picture = () => <Views isShown video={{ current: null }} />;
 const Ended = () => (
-  <EndedPage ended={{ type: "ended", text: says("1"), opens_wall_ms: Date.now() }} />
+  <EndedPage
+    ended={{
+      type: "ended",
+      text: says("1"),
+      openings: [{ opens_wall_ms: Date.now(), closes_wall_ms: Date.now() }],
+    }}
+  />
 );
 
 describe("in another language", () => {

@@ -140,16 +140,29 @@ describe("a call", () => {
 
 describe("who may not stay, hear or drive", () => {
   it("reads why, and when the robot opens, and may try again", () => {
+    vi.setSystemTime(new Date(2026, 10, 26, 12));
     show({ watching: [1] });
     act(() => {
       state.ended.value = {
         type: "ended",
         text: says("The robot is closed."),
-        opens_wall_ms: Date.now() + 86_400_000,
+        openings: [0, 1].map((day) => ({
+          opens_wall_ms: new Date(2026, 10, 27 + day, 18).getTime(),
+          closes_wall_ms: new Date(2026, 10, 27 + day, 21 + 3 * day).getTime(),
+        })),
       };
     });
     expect(getByRole(body, "heading", { name: "The robot is closed." })).toBeTruthy();
     expect(getByText(body, /It opens tomorrow at/)).toBeTruthy();
+    const zone = Intl.DateTimeFormat().resolvedOptions().timeZone;
+    const hours = getByRole(body, "list", { name: new RegExp(`in your time \\(${zone}\\)`) });
+    expect([...hours.children].map((one) => one.textContent?.replaceAll("\u202f", " "))).toEqual([
+      "Friday 6:00 PM – 9:00 PM",
+      "Saturday 6:00 PM – Sunday 12:00 AM",
+    ]);
+    // Relative, since a proxy may serve the page below a path.
+    const calendar = getByRole(body, "link", { name: "Add to my calendar" });
+    expect(calendar.getAttribute("href")).toBe("open.ics");
     expect(queryByRole(body, "button", { name: "Stop" })).toBeNull();
     act(() => button("Try again").click());
     expect(actions.comeBack).toHaveBeenCalledOnce();

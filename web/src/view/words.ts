@@ -7,6 +7,7 @@ import type {
   CameraInfo,
   ConsoleViewer,
   Hello,
+  Opening,
   RobotStatus,
   RoomState,
   Served,
@@ -175,6 +176,19 @@ export function whenWords(wallMs: number, nowMs: number, where = locale()): stri
 }
 
 const DAY_MS = 86_400_000;
+
+/** From when until when it is open, in the reader's own time: `Friday 18:00 – Saturday 01:00`. */
+export function openingWords({ opens_wall_ms, closes_wall_ms }: Opening, where = locale()): string {
+  const opens = new Date(opens_wall_ms);
+  const closes = new Date(closes_wall_ms);
+  const time = { hour: "numeric", minute: "2-digit" } as const;
+  const dayAndTime = { weekday: "long", ...time } as const;
+  const isSameDay = opens.toDateString() === closes.toDateString();
+  return t("when.from_to", {
+    from: opens.toLocaleString(where, dayAndTime),
+    to: closes.toLocaleString(where, isSameDay ? time : dayAndTime),
+  });
+}
 
 export function turnWords(room: RoomState | null, me: ViewerInfo | null): TurnWords {
   if (!room || !me) return { headline: t("turn.one_moment"), next: "" };
