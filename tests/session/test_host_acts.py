@@ -147,6 +147,21 @@ async def test_an_announcement_is_one_bounded_line(rig: Rig, host: FakePeer) -> 
     assert host.last("room")["host_settings"]["message"] == "Hello \\u202e all"
 
 
+async def test_an_announcement_goes_by_itself(rig: Rig, host: FakePeer) -> None:
+    """At the end that the host gave it, of which everybody is told; one without an end stays."""
+    host.says(type="announce", text="Back soon", for_s=2)
+    ends_s = rig.clock.now_s() + 2
+    rig.wait(0.3, host)
+    told = host.last("room")["host_settings"]
+    assert (told["message"], told["message_ends_server_ms"]) == ("Back soon", ends_s * 1000)
+    rig.wait(2.0, host)
+    told = host.last("room")["host_settings"]
+    assert (told["message"], told["message_ends_server_ms"]) == ("", None)
+    host.says(type="announce", text="Tea")
+    rig.wait(5.0, host)
+    assert host.last("room")["host_settings"]["message"] == "Tea"
+
+
 async def test_an_invitation_reaches_the_host_alone(rig: Rig, host: FakePeer) -> None:
     """And works as it says."""
     host.says(type="invite", purpose="watch", uses=2, valid_s=600)

@@ -61,6 +61,8 @@ const NO_FACTS: Facts = {
   freezes: null,
 };
 
+const MINUTE_MS = 60_000;
+
 /** What opens beside or below the picture, one at a time. */
 export type Panel = "people" | "settings" | "details" | "rules" | "host";
 
@@ -165,6 +167,8 @@ export interface State {
   isHost: ReadonlySignal<boolean>;
   /** Whether the host lets nobody see or hear anything now. */
   isBlanked: ReadonlySignal<boolean>;
+  /** Until when the host's message is shown, by this page's clock to the minute; null for good. */
+  messageEndsMs: ReadonlySignal<number | null>;
   /** Whole seconds left of the current turn, null when nobody drives. */
   secondsLeft: ReadonlySignal<number | null>;
   /** Whole seconds in which this page must say that somebody is there; null if it is not asked. */
@@ -264,6 +268,11 @@ export function createState(kept: Preferences): State {
     mayKeepTape: isInCharge,
     isHost: computed(() => hello.value?.is_host === true),
     isBlanked: computed(() => room.value?.host_settings.blanked === true),
+    messageEndsMs: computed(() => {
+      const endsMs = room.value?.host_settings.message_ends_server_ms ?? null;
+      if (endsMs === null || serverMs.value === null) return null;
+      return Math.round((Date.now() + endsMs - serverMs.value) / MINUTE_MS) * MINUTE_MS;
+    }),
     callSecondsLeft: computed(() => {
       const call = room.value?.call;
       const isMine = call && isConnected.value && call.viewer === hello.value?.viewer;

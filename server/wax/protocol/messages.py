@@ -317,10 +317,11 @@ class LimitSpeed(_Incoming):
 
 
 class Announce(_Incoming):
-    """A sentence for everybody; an empty one takes it away."""
+    """A sentence for everybody; an empty one takes it away, and `for_s` does so by itself."""
 
     type: Literal["announce"]
     text: Annotated[str, Field(max_length=200)]
+    for_s: Annotated[int, Field(ge=1, le=604_800)] | None = None
 
 
 class Invite(_Incoming):
@@ -639,14 +640,16 @@ class HostSettings(_Outgoing):
     """What the host has decided for everybody.
 
     `held`: no turn begins. `locked`: only invited people may stay. `blanked`: a card instead of
-    picture and sound, and the robot stands. `message` is the host's to all, empty if there is none.
-    `max_fraction` of the robot's speed is what guests may use.
+    picture and sound, and the robot stands. `message` is the host's to all, empty if there is none;
+    it goes by itself at `message_ends_server_ms`, never where that is null. `max_fraction` of the
+    robot's speed is what guests may use.
     """
 
     held: bool
     locked: bool
     blanked: bool
     message: str
+    message_ends_server_ms: float | None = None
     max_fraction: float
 
 
@@ -804,15 +807,15 @@ class Notice(_Outgoing):
     text: Sentence
 
 
-class Ended(_Outgoing):
-    """The last message to a viewer who may not stay; the page does not come back by itself.
-
 class Opening(_Outgoing):
     """From when until when the robot is open (since 1970)."""
 
     opens_wall_ms: float
     closes_wall_ms: float
 
+
+class Ended(_Outgoing):
+    """The last message to a viewer who may not stay.
 
     `text` is for them. `openings` are when the robot is open in the week to come, the next first:
     then the page comes back by itself. There are none if that is not the matter or nobody knows.
@@ -854,10 +857,10 @@ class Presser(_Outgoing):
 class Console(_Outgoing):
     """What only the host sees; sent when it changes.
 
+    `opens_wall_ms` (since 1970) is when it opens by its hours, null if it is open or nobody knows.
     `pressers` are those of the last ten minutes, the newest first, without operators and hosts.
     `reused` is the address, shortened, from which a host's cookie that had been replaced was used
     again, null if none was: somebody may have a copy.
-    `opens_wall_ms` (since 1970) is when it opens by its hours, null if it is open or nobody knows.
     """
 
     type: Literal["console"] = "console"

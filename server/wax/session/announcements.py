@@ -136,13 +136,7 @@ class Announcements:
             stop=None
             if stop is None
             else messages.StopInfo(number=stop.number, by=stop.by, viewer=stop.viewer),
-            host_settings=messages.HostSettings(
-                held=self._turns.is_held,
-                locked=self._access.admission.is_locked,
-                blanked=self._decisions.is_blanked,
-                message=self._decisions.message,
-                max_fraction=self._decisions.max_fraction,
-            ),
+            host_settings=self._host_settings(now_s),
             robot=messages.RobotStatus(
                 connected=state.connected,
                 problem=state.said,
@@ -227,6 +221,17 @@ class Announcements:
             asked=aboard.asked,
             asks=aboard.asks,
             takes_part=local.stick == "shares",
+        )
+
+    def _host_settings(self, now_s: float) -> messages.HostSettings:
+        message, ends_s = self._decisions.message_at(now_s)
+        return messages.HostSettings(
+            held=self._turns.is_held,
+            locked=self._access.admission.is_locked,
+            blanked=self._decisions.is_blanked,
+            message=message,
+            message_ends_server_ms=_ms(ends_s),
+            max_fraction=self._decisions.max_fraction,
         )
 
     def _call(self) -> messages.CallInfo | None:

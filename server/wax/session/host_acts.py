@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from wax.access.access import Access
+    from wax.clock import Clock
     from wax.control.loop import ControlLoop
     from wax.control.turns import Turns
     from wax.records.records import Records
@@ -52,6 +53,7 @@ class HostActs:
     def __init__(
         self,
         *,
+        clock: Clock,
         access: Access,
         decisions: HostDecisions,
         turns: Turns,
@@ -62,6 +64,7 @@ class HostActs:
         stops: StopPresses,
         public_url: str = "",
     ) -> None:
+        self._clock = clock
         self._access = access
         self._decisions = decisions
         self._turns = turns
@@ -101,7 +104,9 @@ class HostActs:
             case messages.LimitSpeed():
                 self._decisions.max_fraction = act.fraction
             case messages.Announce():
+                ends_s = None if act.for_s is None else self._clock.now_s() + act.for_s
                 self._decisions.message = printable(act.text.strip(), _MAX_MESSAGE_CHARS)
+                self._decisions.message_ends_s = ends_s
 
     def _at_the_door(self, host: Viewer, act: messages.HostIn) -> bool:
         """Carry out what is about who may be here; False if the act is not."""

@@ -112,6 +112,7 @@ class Room:
             watch=self._watches_from,
         )
         self._host_acts = HostActs(
+            clock=clock,
             access=access,
             decisions=decisions,
             turns=turns,

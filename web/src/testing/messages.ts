@@ -184,7 +184,14 @@ export function room(options: RoomOptions): RoomState {
     },
     call: null,
     stop,
-    host_settings: { held: false, locked: false, blanked: false, message: "", max_fraction: 1 },
+    host_settings: {
+      held: false,
+      locked: false,
+      blanked: false,
+      message: "",
+      message_ends_server_ms: null,
+      max_fraction: 1,
+    },
     robot: {
       connected: true,
       problem: null,

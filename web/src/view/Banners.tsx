@@ -2,10 +2,12 @@ import { said } from "../words/said";
 import { t } from "../words/words";
 import { AboardBanner } from "./AboardBanner";
 import { useState } from "./context";
+import { whenWords } from "./words";
 
 /** Above the picture: who is aboard, the host's words to all, and a link that does not work. */
 export function Banners() {
-  const { room, entryProblem } = useState();
+  const { room, messageEndsMs, entryProblem } = useState();
+  const endsMs = messageEndsMs.value;
   const message = room.value?.host_settings.message;
   const dismiss = () => {
     entryProblem.value = null;
@@ -16,6 +18,9 @@ export function Banners() {
       {message && (
         <p class="banner">
           <strong>{t("message.says")}</strong> <bdi>{message}</bdi>
+          {endsMs !== null && (
+            <span> {t("message.until", { when: whenWords(endsMs, Date.now()) })}</span>
+          )}
         </p>
       )}
       {entryProblem.value && (

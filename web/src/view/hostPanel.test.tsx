@@ -1,7 +1,14 @@
 // @vitest-environment dom
-import { getAllByRole, getByRole, getByText, queryByRole, queryByText } from "@testing-library/dom";
+import {
+  getAllByRole,
+  getByLabelText,
+  getByRole,
+  getByText,
+  queryByRole,
+  queryByText,
+} from "@testing-library/dom";
 import { act } from "preact/test-utils";
-import { describe, expect, it } from "vitest";
+import { describe, expect, it, vi } from "vitest";
 import type { Console, InvitationLink } from "../messages";
 import { room } from "../testing/messages";
 import { says } from "../words/said";
@@ -209,8 +216,45 @@ describe("the host's panel", () => {
       state.room.value = now;
     });
     act(() => within("Take it away").click());
-    asked({ type: "announce", text: "Tea!" }, { type: "announce", text: "" });
-    expect(getByText(body, "The host says:").parentElement?.textContent).toContain("Tea!");
+    const for_s = null;
+    asked({ type: "announce", text: "Tea!", for_s }, { type: "announce", text: "", for_s });
+    expect(getByText(body, "The host says:").parentElement?.textContent).toBe(
+      "The host says: Tea!",
+    );
+  });
+});
+
+describe("a message with an end", () => {
+  it.each([
+    ["15:00", 9000],
+    ["12:30", 24 * 3600],
+    ["09:00", 20.5 * 3600],
+  ])("goes at %s, the next time that a clock shows it", (time, for_s) => {
+    vi.setSystemTime(new Date(2026, 10, 26, 12, 30));
+    showHost();
+    const write = (field: HTMLInputElement, value: string) =>
+      act(() => {
+        field.value = value;
+        field.dispatchEvent(new Event("input", { bubbles: true }));
+      });
+    write(getByRole<HTMLInputElement>(body, "textbox", { name: "Message to all" }), "Tea");
+    write(getByLabelText<HTMLInputElement>(body, "Until (if you like)"), time);
+    act(() => button("Show").click());
+    expect(actions.actAsHost).toHaveBeenCalledWith({ type: "announce", text: "Tea", for_s });
+  });
+
+  it("says until when, as a clock at the reader's shows it", () => {
+    vi.setSystemTime(new Date(2026, 10, 26, 12, 30, 20));
+    show({ watching: [1] });
+    act(() => {
+      const now = room({ watching: [1] });
+      now.host_settings.message = "Tea";
+      // Two hours and a half after what the server's clock shows here, but for those 20 s.
+      now.host_settings.message_ends_server_ms = 18_000 + 8_980_300;
+      state.room.value = now;
+    });
+    const told = getByText(body, "The host says:").parentElement?.textContent;
+    expect(told?.replace("\u202f", " ")).toBe("The host says: Tea until today at 3:00 PM");
   });
 });
 

@@ -4,15 +4,18 @@ import { useActions, useState } from "../context";
 
 const MAX_CHARS = 200;
 
-/** A sentence that everybody sees until it is taken away. */
+/** A sentence that everybody sees until it is taken away, or until a time. */
 export function Message() {
   const { room } = useState();
   const { actAsHost } = useActions();
   const draft = useSignal("");
+  const ends = useSignal("");
   const shown = room.value?.host_settings.message ?? "";
   const announce = (text: string) => {
-    actAsHost({ type: "announce", text });
+    const for_s = text ? secondsUntil(ends.value, new Date()) : null;
+    actAsHost({ type: "announce", text, for_s });
     draft.value = "";
+    ends.value = "";
   };
   return (
     <section class="host-section" aria-labelledby="message-title">
@@ -35,6 +38,16 @@ export function Message() {
             draft.value = event.currentTarget.value;
           }}
         />
+        <label class="field">
+          <span>{t("message.ends")}</span>
+          <input
+            type="time"
+            value={ends.value}
+            onInput={(event) => {
+              ends.value = event.currentTarget.value;
+            }}
+          />
+        </label>
         <button type="submit" class="main-button" disabled={!draft.value.trim()}>
           {t("message.show")}
         </button>
@@ -46,4 +59,14 @@ export function Message() {
       </form>
     </section>
   );
+}
+
+/** How long until a clock here shows this time, as `15:00`; null for none. */
+function secondsUntil(time: string, now: Date): number | null {
+  const [hours, minutes] = time.split(":").map(Number);
+  if (hours === undefined || minutes === undefined) return null;
+  const ends = new Date(now);
+  ends.setHours(hours, minutes, 0, 0);
+  if (ends <= now) ends.setDate(ends.getDate() + 1);
+  return Math.ceil((ends.getTime() - now.getTime()) / 1000);
 }
