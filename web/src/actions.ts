@@ -27,6 +27,8 @@ export interface Actions extends HearingActions {
   /** Remembers on this device what matters to this page alone. */
   keep(change: Partial<Pick<Preferences, "path" | "welcomed">>): void;
   setAxis(name: string, position: number): void;
+  /** Has the browser tell when it is this user's turn, if it lets the page, or no more. */
+  tellMe(on: boolean): void;
   /** Brings all axes back to their middle. */
   recentre(): void;
   /** Holds one of the robot's controls, until the same holder releases it. */

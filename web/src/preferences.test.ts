@@ -30,6 +30,7 @@ it("finds again what was saved", () => {
     speed: "fast",
     path: false,
     welcomed: true,
+    tells: true,
     player: "built-in",
     language: "de",
     volume: 0.4,
@@ -54,7 +55,7 @@ it.each([
   "[]",
   "7",
   "null",
-  '{"name": 7, "sound": "yes", "speed": "warp", "policy": "thesis", "player": 1, "language": ["de"], "volume": 7, "muted": 1}',
+  '{"name": 7, "sound": "yes", "speed": "warp", "policy": "thesis", "player": 1, "language": ["de"], "volume": 7, "muted": 1, "tells": 1}',
 ])("starts with the defaults when it finds %j", (kept) => {
   expect(loadPreferences(store(kept))).toEqual({
     name: "",
@@ -66,6 +67,7 @@ it.each([
     speed: "slow",
     path: true,
     welcomed: false,
+    tells: false,
     player: null,
     language: null,
     volume: 1,

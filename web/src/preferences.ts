@@ -24,6 +24,8 @@ export interface Preferences extends DrivePreferences {
   welcomed: boolean;
   /** Which player plays the sound; null means the server's choice. */
   player: "browser" | "built-in" | null;
+  /** Whether the browser shows a notification when it is their turn. */
+  tells: boolean;
   /** The page's language, as a tag; null means the host's or the browser's choice. */
   language: string | null;
   /** From 0 to 1. */
@@ -46,6 +48,7 @@ const DEFAULTS: Preferences = {
   speed: "slow",
   path: true,
   welcomed: false,
+  tells: false,
   player: null,
   language: null,
   volume: 1,
@@ -77,6 +80,7 @@ export function loadPreferences(store: Store | null): Preferences {
     speed: kept.speed === "fast" ? "fast" : DEFAULTS.speed,
     path: typeof kept.path === "boolean" ? kept.path : DEFAULTS.path,
     welcomed: typeof kept.welcomed === "boolean" ? kept.welcomed : DEFAULTS.welcomed,
+    tells: kept.tells === true,
     // The built-in player was once called "own".
     player:
       PLAYERS.find((one) => one === (kept.player === "own" ? "built-in" : kept.player)) ?? null,

@@ -382,6 +382,32 @@ describe("a link with a secret", () => {
   });
 });
 
+describe("a notification at one's turn", () => {
+  const asks = (answer: NotificationPermission) => {
+    vi.stubGlobal("Notification", { permission: answer, requestPermission: async () => answer });
+    const serviceWorker = { register: async () => {}, ready: Promise.resolve() };
+    vi.stubGlobal("navigator", { serviceWorker, languages: ["en"] });
+  };
+  const wants = async (on: boolean) => {
+    session.actions.tellMe(on);
+    await vi.advanceTimersByTimeAsync(0);
+    return session.state.preferences.value.tells;
+  };
+
+  it("is kept where the browser allows it, until it is switched off", async () => {
+    asks("granted");
+    expect(await wants(true)).toBe(true);
+    expect(session.state.notice.value).toBeNull();
+    expect(await wants(false)).toBe(false);
+  });
+
+  it("is not where the browser does not, and says so", async () => {
+    asks("denied");
+    expect(await wants(true)).toBe(false);
+    expect(said(session.state.notice.value?.text)).toContain("shows no notifications");
+  });
+});
+
 it("rings once for each call of its own", () => {
   const made = vi.fn(function refuse() {
     throw new Error("no sound here");

@@ -43,6 +43,7 @@ import { hear } from "./sound/hearing";
 import { SoundPlayback } from "./sound/soundPlayback";
 import { createState } from "./state";
 import { recordHistory } from "./stats/record";
+import { askToTell, listenTells } from "./tellMe";
 import { listenTurnOver } from "./turnOver";
 import { listenTalk } from "./voice/listenTalk";
 import { Talk } from "./voice/talk";
@@ -444,6 +445,11 @@ export function startSession(): Session {
     },
     setLanguage: (language) => prefer({ language }),
     keep: prefer,
+    async tellMe(on) {
+      const tells = on && (await askToTell());
+      prefer({ tells });
+      if (on && !tells) say(t("face.tell_refused"));
+    },
     setAxis: (name, position) => controller.setAxis(name, position),
     recentre: () => controller.recentre(),
     holdControl: (holder, name) => controller.operating.press(holder, name),
@@ -508,6 +514,7 @@ export function startSession(): Session {
   returnFocusAfterPointer(document, signal);
   keepFocus(document, signal);
   listenTurnOver(state);
+  listenTells(state);
   freePicture(window, state, signal);
   window.addEventListener("pagehide", () => {
     link.close();

@@ -1,10 +1,12 @@
 import { useEffect } from "preact/hooks";
 import { alertTab } from "../alertTab";
+import { canTell } from "../tellMe";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { ENDING_S, type Face, face } from "./face";
 import { HoldButton } from "./HoldButton";
 import { robotName } from "./robotName";
+import { Switch } from "./Switch";
 
 /** The state, the time left, and the one obvious next thing. */
 export function TurnCard() {
@@ -41,6 +43,7 @@ export function TurnCard() {
       <Clock wait={now.wait} secondsLeft={seconds} />
       {now.releases && <HoldButton onHeld={releaseStop}>{t("face.release")}</HoldButton>}
       <QueueButton does={now.queue} />
+      {now.queue === "leave" && <TellMe />}
     </section>
   );
 }
@@ -75,6 +78,15 @@ function QueueButton({ does }: { does: Face["queue"] }) {
       {t(does === "end" ? "face.end" : "face.leave")}
     </button>
   );
+}
+
+/** A notification for who waits and looks at something else; only where the browser has them. */
+function TellMe() {
+  const { preferences } = useState();
+  const { tellMe } = useActions();
+  if (!canTell()) return null;
+  const isOn = preferences.value.tells && Notification.permission === "granted";
+  return <Switch name={t("face.tell_me")} isOn={isOn} onSwitch={tellMe} />;
 }
 
 /** Whoever looks at another tab sees in this one's title and icon when they are wanted. */

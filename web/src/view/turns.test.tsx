@@ -253,6 +253,19 @@ describe("the queue", () => {
     expect(button("Leave the queue")).toBeTruthy();
   });
 
+  it("offers a notification to who waits, where the browser has them", () => {
+    const offer = () => queryByRole(body, "switch", { name: "Tell me when it is my turn" });
+    show({ operator: 2, waiting: [1] });
+    expect(offer()).toBeNull();
+    vi.stubGlobal("Notification", { permission: "default" });
+    vi.stubGlobal("navigator", { serviceWorker: {} });
+    show({ operator: 2, watching: [1] });
+    expect(offer()).toBeNull();
+    show({ operator: 2, waiting: [1] });
+    act(() => offer()?.click());
+    expect(actions.tellMe).toHaveBeenCalledWith(true);
+  });
+
   it("is joined and left by a click, but not both by a double click", () => {
     show({ watching: [1] });
     button("Join the queue").click();

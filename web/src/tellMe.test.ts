@@ -1,0 +1,161 @@
+// @vitest-environment dom
+import { readFileSync } from "node:fs";
+import { beforeEach, expect, it, vi } from "vitest";
+import { loadPreferences } from "./preferences";
+import { createState, type State } from "./state";
+import { askToTell, canTell, listenTells } from "./tellMe";
+import { hello, room } from "./testing/messages";
+
+let state: State;
+let permission: NotificationPermission;
+let shown: string[];
+const requestPermission = vi.fn(async () => permission);
+const register = vi.fn(async () => {});
+
+beforeEach(() => {
+  permission = "granted";
+  shown = [];
+  vi.stubGlobal("Notification", {
+    get permission() {
+      return permission;
+    },
+    requestPermission,
+  });
+  const worker = {
+    getNotifications: async () =>
+      shown.map((text) => ({ close: () => shown.splice(shown.indexOf(text), 1) })),
+    showNotification: async (title: string, { body }: NotificationOptions) => {
+      shown.push(`${title}: ${body}`);
+    },
+  };
+  const serviceWorker = { register, ready: Promise.resolve(), getRegistration: async () => worker };
+  vi.stubGlobal("navigator", { serviceWorker });
+  state = createState({ ...loadPreferences(null), tells: true });
+  state.link.value = { is: "connected" };
+  state.hello.value = hello({ viewer: 1 });
+  listenTells(state);
+});
+
+async function hides(isHidden: boolean): Promise<void> {
+  vi.spyOn(document, "hidden", "get").mockReturnValue(isHidden);
+  document.dispatchEvent(new Event("visibilitychange"));
+  await settled();
+}
+
+async function is(now: Parameters<typeof room>[0], leftS: number, called = false): Promise<void> {
+  const call = called ? { viewer: 1, until_server_ms: 60_000 } : null;
+  state.room.value = { ...room(now), call };
+  state.serverMs.value = 60_000 - leftS * 1000;
+  await settled();
+}
+
+const settled = () => new Promise((done) => setTimeout(done));
+const waits = { operator: 2, waiting: [1] };
+
+it("tells 15 s before the turn, at the ready check, and when it has begun", async () => {
+  await hides(true);
+  await is(waits, 16);
+  expect(shown).toEqual([]);
+  await is(waits, 15);
+  expect(shown).toEqual(["WAX: Your turn begins in 15 s."]);
+  await is(waits, 14);
+  expect(shown).toHaveLength(1);
+  await is(waits, 5, true);
+  expect(shown).toEqual(["WAX: Your turn is next. Are you ready?"]);
+  await is({ operator: 1 }, 60);
+  expect(shown).toEqual(["WAX: You are driving"]);
+});
+
+it("takes it back when the page is looked at, and does not repeat what was seen", async () => {
+  await hides(true);
+  await is(waits, 15);
+  await hides(false);
+  expect(shown).toEqual([]);
+  await hides(true);
+  await is(waits, 10);
+  expect(shown).toEqual([]);
+});
+
+it("takes it back when it is another one's turn after all", async () => {
+  await hides(true);
+  await is(waits, 15);
+  await is({ operator: 2, waiting: [3, 1] }, 14);
+  expect(shown).toEqual([]);
+});
+
+it.each([
+  ["a page that is looked at", async () => hides(false)],
+  ["who waits behind others", async () => is({ operator: 2, waiting: [3, 1] }, 10)],
+  [
+    "who has not asked for it",
+    async () => {
+      state.preferences.value = { ...state.preferences.value, tells: false };
+    },
+  ],
+  [
+    "a browser that was told no since",
+    async () => {
+      permission = "denied";
+    },
+  ],
+])("tells nothing to %s", async (who, make) => {
+  await hides(true);
+  await make();
+  if (!who.includes("behind")) await is(waits, 10);
+  expect(shown).toEqual([]);
+});
+
+it("tells nothing while the host holds the queue", async () => {
+  await hides(true);
+  const held = room(waits);
+  held.host_settings.held = true;
+  state.room.value = held;
+  state.serverMs.value = 50_000;
+  await settled();
+  expect(shown).toEqual([]);
+});
+
+it("is not offered where there are no notifications, or the answer was no", () => {
+  expect(canTell()).toBe(true);
+  permission = "denied";
+  expect(canTell()).toBe(false);
+  permission = "default";
+  vi.stubGlobal("navigator", {});
+  expect(canTell()).toBe(false);
+});
+
+it("has its worker ready once it is allowed, and leaves it where it is not", async () => {
+  expect(await askToTell()).toBe(true);
+  expect(register).toHaveBeenCalledWith("tell.js");
+  register.mockClear();
+  permission = "denied";
+  expect(await askToTell()).toBe(false);
+  expect(register).not.toHaveBeenCalled();
+  permission = "granted";
+  register.mockRejectedValueOnce(new TypeError("no such file"));
+  expect(await askToTell()).toBe(false);
+});
+
+it("brings the page to the front when it is pressed", async () => {
+  const focus = vi.fn();
+  const close = vi.fn();
+  let pressed = (_: object) => {};
+  const scope = {
+    addEventListener: (_: string, listener: (event: object) => void) => {
+      pressed = listener;
+    },
+    clients: { matchAll: async () => [{ focus }] },
+  };
+  const source = readFileSync(`${import.meta.dirname}/../public/tell.js`, "utf8");
+  new Function("self", source)(scope);
+  let done = Promise.resolve();
+  pressed({
+    notification: { close },
+    waitUntil: (promise: Promise<void>) => {
+      done = promise;
+    },
+  });
+  await done;
+  expect(close).toHaveBeenCalledOnce();
+  expect(focus).toHaveBeenCalledOnce();
+});

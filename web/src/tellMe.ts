@@ -1,0 +1,76 @@
+/** The browser's own notification for who waits in a tab that nobody looks at. */
+
+import { computed } from "@preact/signals";
+import type { State } from "./state";
+import { robotName } from "./view/robotName";
+import { t } from "./words/words";
+
+/** So long before the turn, as long as everybody before keeps theirs to the end. */
+const SOON_S = 15;
+const TAG = "turn";
+
+type News = "soon" | "called" | "driving" | null;
+
+/** Whether this browser has notifications, and was not told to show none of this page. */
+export function canTell(): boolean {
+  const has = "Notification" in window && "serviceWorker" in navigator;
+  return has && Notification.permission !== "denied";
+}
+
+/** Asks for permission, which a browser lets a page do after a press only; returns whether it has it. */
+export async function askToTell(): Promise<boolean> {
+  if ((await Notification.requestPermission()) !== "granted") return false;
+  try {
+    // Phones show notifications only through a worker; relative, as the page may be below a path.
+    await navigator.serviceWorker.register("tell.js");
+    await navigator.serviceWorker.ready;
+    return true;
+  } catch {
+    return false;
+  }
+}
+
+/** Tells each news once while the page is hidden, and takes it back when it is over or seen. */
+export function listenTells(state: State): void {
+  const news = computed(() => newsOf(state));
+  let told: News = null;
+  let shown = Promise.resolve();
+  const look = () => {
+    const now = news.peek();
+    if (document.hidden && now === told) return;
+    told = now;
+    if (!state.preferences.peek().tells || !canTell()) return;
+    const words = document.hidden ? wordsOf(now, state) : null;
+    shown = shown.then(() => show(robotName(state.hello.peek()), words)).catch(() => {});
+  };
+  news.subscribe(look);
+  document.addEventListener("visibilitychange", look);
+}
+
+function newsOf({ drivingTurn, callSecondsLeft, secondsLeft, me, room }: State): News {
+  if (drivingTurn.value !== null) return "driving";
+  if (callSecondsLeft.value !== null) return "called";
+  if (me.value?.place !== 1 || room.value?.host_settings.held) return null;
+  const left = secondsLeft.value;
+  return left !== null && left <= SOON_S ? "soon" : null;
+}
+
+function wordsOf(news: News, { secondsLeft }: State): string | null {
+  switch (news) {
+    case "driving":
+      return t("turn.you_drive");
+    case "called":
+      return t("turn.called");
+    case "soon":
+      return t("face.tell_soon", { seconds: String(secondsLeft.peek()) });
+    case null:
+      return null;
+  }
+}
+
+/** Shows these words instead of those before, or nothing. */
+async function show(title: string, words: string | null): Promise<void> {
+  const worker = await navigator.serviceWorker.getRegistration();
+  for (const old of (await worker?.getNotifications({ tag: TAG })) ?? []) old.close();
+  if (words !== null) await worker?.showNotification(title, { body: words, tag: TAG });
+}
