@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax import state_dir
+from wax import __version__, state_dir
 from wax.access.access import Access
 from wax.access.host_link import HostLinkSocket
 from wax.access.secret_file import load_secret
@@ -54,7 +54,9 @@ from wax.rtc import private
 from wax.rtc.ice_servers import IceServers
 from wax.rtc.network import Network
 from wax.session.announcements import Announcements
+from wax.session.changes import Fault, Seen, faults
 from wax.session.host_decisions import HostDecisions
+from wax.session.news import News
 from wax.session.proof_runner import ProofRunner
 from wax.session.record_keeper import RecordKeeper, each, refused
 from wax.session.room import Room
@@ -87,6 +89,7 @@ if TYPE_CHECKING:
     from wax.control.turns import TurnEvent
     from wax.driver.interface import Driver
     from wax.encode.choice import Encoders
+    from wax.sentence import Sentence
     from wax.session.viewer import Viewer
     from wax.streams.interface import Service
 
@@ -206,6 +209,11 @@ class App:
             clock=clock,
             viewers=viewers,
             refused=lambda: refused(counters.snapshot() | self._control.counts()),
+            news=News(
+                clock=clock,
+                seen=lambda: self._seen(waiting=len(turns.queue)),
+                tell=each(),
+            ),
         )
         tape = self._tape_keeper = self._make_tape_keeper(viewers)
         self._control = ControlLoop(
@@ -342,6 +350,7 @@ class App:
             memory.settle()
             self._service_manager.ready()
             on_ready(self._entrance.port)
+            self._keeper.news.ready(__version__)
             await self._stopping.wait()
         finally:
             await self._shut_down()
@@ -468,6 +477,22 @@ class App:
             robot=lambda: self._control.robot_state,
             has_sound=self._tape.has_sound,
             has_cameras=self._tape.has_cameras,
+            news=self._keeper.news,
+        )
+
+    def _seen(self, *, waiting: int) -> Seen:
+        """Return what events may be made of, beside what the room calls for."""
+        problems: dict[Fault, Sentence | None] = {
+            ("camera" if name == "video" else "microphone", None): one.problem
+            for name, one in self._captures.items()
+        }
+        problems |= {("camera", one.name): one.problem for one in self._cameras}
+        state = self._control.robot_state
+        return Seen(
+            is_open=self._access.is_open,
+            waiting=waiting,
+            faults=faults(problems, state, self._settings.gauges, self._cluster.lost),
+            battery_fraction=state.battery_fraction,
         )
 
     def _camera_fails(self) -> bool:

@@ -71,6 +71,8 @@ async def test_a_troll_is_removed(rig: Rig, host: FakePeer, ban: bool) -> None:
     host.says(type="remove", viewer=2, ban=ban)
     assert troll.last("ended")["text"] == (BANNED if ban else REMOVED).wire()
     assert rig.names() == ["Guest 1"]
+    event = "viewer.banned" if ban else "viewer.removed"
+    assert {"type": event, "viewer": 2, "name": "Guest 2"} in rig.heard.take()
     if not ban:
         await rig.enter("troll-11")
         return

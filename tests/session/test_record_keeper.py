@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 import structlog
+from tests.heard_news import Heard
 from tests.turned_clock import TurnedClock
 from tests.visitors import visitor
 
@@ -68,6 +69,7 @@ class Rig:
         self.path = path
         self.viewers: list[Viewer] = []
         self.counts: dict[str, int] = {}
+        self.heard = Heard(self.clock)
         self.records = Records(
             self.clock, writer=RecordWriter(path, keep_days=30.0, clock=self.clock)
         )
@@ -76,6 +78,7 @@ class Rig:
             clock=self.clock,
             viewers=self.viewers,
             refused=lambda: dict(self.counts),
+            news=self.heard.news,
         )
 
     def written(self, table: str) -> list[dict[str, Any]]:
@@ -137,16 +140,22 @@ def test_turns_say_why_they_ended(rig: Rig) -> None:
     rig.keeper.turn_events((TurnEnded(1, 1, Why.LEFT), TurnStarted(2, 2, 180.0)))
     rows = [(row["number"], row["name"], row["why"]) for row in rig.written("turns")]
     assert rows == [(1, "Ada", "left"), (2, "Bob", "server stopped")]
+    assert rig.heard.take() == [
+        {"type": "turn.began", "turn": 1, "viewer": 1, "name": "Ada"},
+        {"type": "turn.ended", "turn": 1, "viewer": 1, "name": "Ada", "why": "left"},
+        {"type": "turn.began", "turn": 2, "viewer": 2, "name": "Bob"},
+        {"type": "turn.ended", "turn": 2, "viewer": 2, "name": "Bob", "why": "server_ending"},
+    ]
 
 
 def test_stops_have_who_and_until_when(rig: Rig) -> None:
     """A second press of the same stop is no second row; somebody without a page is named."""
     ada = viewer(1, "Ada")
-    rig.keeper.stop_pressed(ada, "Ada", 1)
-    rig.keeper.stop_pressed(None, "somebody", 2)
-    rig.keeper.stop_released("Hedy")
-    rig.keeper.stop_released("Hedy")
-    rig.keeper.stop_pressed(None, "somebody", 3)
+    rig.keeper.stop_pressed(ada, "Ada", 1, "operator")
+    rig.keeper.stop_pressed(None, "somebody", 2, "observer")
+    rig.keeper.stop_released(None, "Hedy", 1, "host")
+    rig.keeper.stop_released(None, "Hedy", 1, "host")
+    rig.keeper.stop_pressed(None, "somebody", 3, "observer")
     rows = rig.written("stops")
     assert [(row["number"], row["name"], row["released_by"]) for row in rows] == [
         (1, "Ada", "Hedy"),
@@ -154,6 +163,11 @@ def test_stops_have_who_and_until_when(rig: Rig) -> None:
     ]
     assert rows[1]["person"] == ""
     assert rig.keeper.stops == {"pressed": 3}
+    assert rig.heard.take() == [
+        {"type": "stop.pressed", "stop": 1, "role": "operator", "name": "Ada"},
+        {"type": "stop.released", "stop": 1, "role": "host", "name": None},
+        {"type": "stop.pressed", "stop": 3, "role": "observer", "name": None},
+    ]
 
 
 @pytest.mark.parametrize(
@@ -187,7 +201,7 @@ def test_a_pressed_stop_is_told_once(rig: Rig) -> None:
     """Not again as what the gate says while it lasts."""
     rig.viewers.append(viewer(1, "Ada"))
     rig.keeper.drive_status(1, True, None, 1.0)
-    rig.keeper.stop_pressed(None, "somebody", 1)
+    rig.keeper.stop_pressed(None, "somebody", 1, "observer")
     rig.keeper.drive_status(1, False, stopped_by(says("somebody")), 1.0)
     assert len(rig.written("stops")) == 1
 
@@ -201,6 +215,8 @@ def test_a_bad_link_does_not_fill_the_file(rig: Rig) -> None:
         rig.clock.time_s += 0.1
     assert rig.keeper.stops == {"too_old": 30}
     assert len(rig.written("stops")) == 3
+    event = {"type": "stop.automatic", "viewer": 1, "why": "too_old", "name": "Ada"}
+    assert rig.heard.take() == [event] * 3
 
 
 def test_refusals_are_counts(rig: Rig) -> None:
@@ -226,6 +242,45 @@ def test_an_error_here_reaches_nobody(rig: Rig) -> None:
         rig.keeper.look()
         rig.keeper.turn_events((TurnStarted(1, 1, 60.0),))
     assert [line["event"] for line in logs] == ["the records are incomplete"]
+
+
+def test_every_end_of_a_turn_has_its_event(rig: Rig) -> None:
+    """Whatever ends one, its code is among those that the schema lists."""
+    for number, why in enumerate(Why, 1):
+        rig.keeper.turn_events((TurnStarted(number, 1, 60.0), TurnEnded(number, 1, why)))
+    told = [one["why"] for one in rig.heard.take() if one["type"] == "turn.ended"]
+    assert told == [why.name.lower() for why in Why]
+
+
+def test_a_server_that_served_says_that_it_ends(rig: Rig) -> None:
+    """With its version and the time; one that never began says nothing."""
+    rig.keeper.close()
+    assert rig.heard.take() == []
+    rig.keeper.news.ready("1.2")
+    rig.keeper.look()
+    rig.keeper.close()
+    assert rig.heard.events[0].timestamp == "1970-01-01T00:00:00.000+00:00"
+    assert [one["type"] for one in rig.heard.take()] == [
+        "server.ready",
+        "door.opened",
+        "server.ending",
+    ]
+
+
+def test_events_that_fail_cost_no_record(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither the records nor the control loop notice; the log says so once."""
+
+    def fail(*_: object) -> None:
+        raise RuntimeError("bug")
+
+    monkeypatch.setattr(rig.keeper.news, "_tell_others", fail)
+    monkeypatch.setattr(rig.keeper.news, "_seen", fail)
+    rig.viewers.append(viewer(1, "Ada"))
+    with structlog.testing.capture_logs() as logs:
+        rig.keeper.look()
+        rig.keeper.turn_events((TurnStarted(1, 1, 60.0), TurnEnded(1, 1, Why.LEFT)))
+    assert [line["event"] for line in logs] == ["events are missing"]
+    assert [row["why"] for row in rig.written("turns")] == ["left"]
 
 
 def test_both_are_called() -> None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 
 import pytest
 from tests.control.rules import VOUCHED
+from tests.heard_news import Heard
 from tests.rtc.networks import network
 from tests.turned_clock import TurnedClock
 from tests.visitors import TAB, make_access, visitor
@@ -194,11 +195,13 @@ class Rig:
         self.viewers = Viewers(
             sync=settings.sync, turns=turns, has_camera=True, decisions=self.decisions
         )
+        self.heard = Heard(self.clock)
         self.keeper = RecordKeeper(
             records=self.records,
             clock=self.clock,
             viewers=self.viewers,
             refused=self.counters.snapshot,
+            news=self.heard.news,
         )
         self.loop = ControlLoop(
             clock=self.clock,

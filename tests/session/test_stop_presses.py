@@ -7,6 +7,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Literal, cast
 
 import pytest
+from tests.heard_news import Heard
 from tests.turned_clock import TurnedClock
 from tests.visitors import visitor
 
@@ -72,6 +73,7 @@ def stops(
     decisions: HostDecisions | None = None,
     records: Records | None = None,
     since_s: Mapping[str, float] | None = None,
+    heard: Heard | None = None,
 ) -> StopPresses:
     turns = cast("Turns", SimpleNamespace(operator=operator))
     clock = clock or TurnedClock()
@@ -82,24 +84,33 @@ def stops(
         turns=turns,
         control=cast("ControlLoop", control),
         keeper=RecordKeeper(
-            records=records or Records(clock), clock=clock, viewers=(), refused=dict
+            records=records or Records(clock),
+            clock=clock,
+            viewers=(),
+            refused=dict,
+            news=(heard or Heard(clock)).news,
         ),
         watch=lambda address: since_s or {} if address == BOB.visitor.address else {},
     )
 
 
 PRESSED = {
-    "the operator": ("operator", ADA, False, "Ada"),
-    "the host, who watches": ("operator", BOB, True, "Bob"),
-    "the host, without a page": ("operator", None, True, "the host"),
-    "a watcher": ("everybody", BOB, False, "Bob"),
+    "the operator": ("operator", ADA, False, "Ada", "operator"),
+    "the host, who watches": ("operator", BOB, True, "Bob", "host"),
+    "the host, without a page": ("operator", None, True, "the host", "host"),
+    "a watcher": ("everybody", BOB, False, "Bob", "observer"),
 }
 
 
-@pytest.mark.parametrize(("by", "viewer", "is_host", "name"), PRESSED.values(), ids=PRESSED)
-def test_pressed(control: Control, by: By, viewer: Viewer | None, is_host: bool, name: str) -> None:
-    """Everybody who may stop the robot can, under the name shown to people."""
-    assert stops(control, by).press(viewer, is_host=is_host) == 7
+@pytest.mark.parametrize(("by", "viewer", "is_host", "name", "role"), PRESSED.values(), ids=PRESSED)
+def test_pressed(
+    control: Control, by: By, viewer: Viewer | None, *, is_host: bool, name: str, role: str
+) -> None:
+    """Everybody who may stop the robot can, under the name shown to people; programs are told."""
+    heard = Heard(TurnedClock())
+    assert stops(control, by, heard=heard).press(viewer, is_host=is_host) == 7
+    own = None if viewer is None else name
+    assert heard.take() == [{"type": "stop.pressed", "stop": 7, "role": role, "name": own}]
     assert [(str(by), *rest) for by, *rest in control.asked] == [
         (name, viewer and viewer.number, is_host)
     ]

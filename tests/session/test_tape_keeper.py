@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 import structlog
+from tests.heard_news import Heard
 from tests.turned_clock import TurnedClock
 from tests.visitors import visitor
 
@@ -61,6 +62,7 @@ class Rig:
     def __init__(self, **settings: object) -> None:
         self.clock = TurnedClock(100.0)
         self.writing = Writing()
+        self.heard = Heard(self.clock)
         self.viewers: list[Viewer] = []
         self.robot = RobotState(connected=True)
         self.latched: LatchedStop | None = None
@@ -73,6 +75,7 @@ class Rig:
             robot=lambda: self.robot,
             has_sound=True,
             has_cameras=False,
+            news=self.heard.news,
         )
 
     def steer(self, wanted: Setpoint, sent: Twist = STANDSTILL) -> None:
@@ -179,6 +182,7 @@ def test_everybody_is_told_what_is_recorded(
         robot=lambda: RobotState(connected=True),
         has_sound=has_sound,
         has_cameras=has_cameras,
+        news=Heard(TurnedClock()).news,
     )
     assert str(keeper.status().why).startswith(what)
 
@@ -275,6 +279,7 @@ def test_keeping_again_and_again_costs_nothing(rig: Rig) -> None:
         assert rig.keeper.keep("operator") == Sentence("tape.kept")
     assert rig.keeper.keep("host")
     assert [by for _, by in rig.writing.kept] == ["operator", "host"]
+    assert [one["by"] for one in rig.heard.take()] == ["operator", "host"]
 
 
 def test_everybody_is_told_that_it_runs_and_why(rig: Rig) -> None:

@@ -124,6 +124,11 @@ class Cluster:
         return bool(self._rooms)
 
     @property
+    def lost(self) -> list[int]:
+        """Which rooms, counted from 1, get no picture now."""
+        return [number for number, one in enumerate(self._rooms, 1) if not one.is_live]
+
+    @property
     def capacity(self) -> int:
         """How many may watch in LiveKit's rooms together."""
         return sum(one.occupancy.most for one in self._rooms if one.livekit is not None)

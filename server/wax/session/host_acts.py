@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final, Literal, Protocol
 
 import structlog
 
 from wax.access.admission import BANNED
 from wax.logs.printable import printable
 from wax.protocol import messages
+from wax.protocol.events import Removed
 from wax.records.entries import RecordedPerson
 from wax.sentence import Sentence
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from wax.control.turns import Turns
     from wax.records.records import Records
     from wax.session.host_decisions import HostDecisions
+    from wax.session.news import News
     from wax.session.stop_presses import StopPresses
     from wax.session.viewer import Viewer
     from wax.session.viewers import Viewers
@@ -62,6 +64,7 @@ class HostActs:
         records: Records,
         door: Door,
         stops: StopPresses,
+        news: News,
         public_url: str = "",
     ) -> None:
         self._clock = clock
@@ -73,6 +76,7 @@ class HostActs:
         self._records = records
         self._door = door
         self._stops = stops
+        self._news = news
         self._public_url = public_url
 
     def handle(self, host: Viewer, act: messages.HostIn) -> None:
@@ -145,6 +149,9 @@ class HostActs:
         if act.ban:
             self._access.ban(viewer.visitor)
             self._door.check_rooms()  # their address, too
+        kind: Literal["viewer.removed", "viewer.banned"]
+        kind = "viewer.banned" if act.ban else "viewer.removed"
+        self._news.tell(Removed(type=kind, viewer=viewer.number, name=viewer.name))
         for one in self._viewers.of_identity(viewer.visitor.identity):
             self._door.send_away(one, BANNED if act.ban else REMOVED)
 

@@ -1,4 +1,4 @@
-"""Watches the room and tells the records what happens; whatever goes wrong here stays here."""
+"""Watches the room and tells the records and the news what happens; what goes wrong stays here."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ import math
 import re
 from collections import Counter
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, ParamSpec
+from typing import TYPE_CHECKING, Final, Literal, ParamSpec
 
 from wax.control.reasons import NOBODY_DRIVES, NOT_HELD, Hold, Limit, Refusal
 from wax.control.turns import TurnEnded, TurnStarted
 from wax.error_boundary import FirstErrorLogged
+from wax.protocol.events import StopEvent, StoppedByItself
 from wax.records.entries import NOBODY, RecordedPerson
 from wax.session.link_statistics import LinkStatistics
 
@@ -20,8 +21,10 @@ if TYPE_CHECKING:
 
     from wax.clock import Clock
     from wax.control.turns import TurnEvent
+    from wax.protocol.events import StopRole
     from wax.records.records import Records
     from wax.sentence import Sentence
+    from wax.session.news import News
     from wax.session.viewer import Viewer
 
 _P = ParamSpec("_P")
@@ -73,7 +76,9 @@ class RecordKeeper:
         clock: Clock,
         viewers: Iterable[Viewer],
         refused: Callable[[], Mapping[str, float]],
+        news: News,
     ) -> None:
+        self.news = news
         self._records = records
         self._clock = clock
         self._viewers = viewers
@@ -109,6 +114,7 @@ class RecordKeeper:
                         visit.link.sample(viewer)
             if self._clock.now_s() - self._updated_s >= _UPDATE_S:
                 self._update()
+        self.news.look()
 
     def close(self) -> None:
         """End what goes on, because the server does."""
@@ -118,6 +124,7 @@ class RecordKeeper:
             for number in list(self._visits):
                 self._went(number)
             self._update()
+        self.news.close()
 
     # --- turns and stops ---------------------------------------------------------------------
 
@@ -127,22 +134,26 @@ class RecordKeeper:
                 if isinstance(event, TurnStarted):
                     person = self._person(event.operator)
                     self._turns[event.number] = self._records.turn_began(event.number, person)
+                    self.news.turn_began(event.number, event.operator, person.name)
                 elif isinstance(event, TurnEnded) and event.number in self._turns:
                     self._records.turn_ended(self._turns.pop(event.number), event.why.value)
+                    self.news.turn_ended(event.why)
 
-    def stop_pressed(self, viewer: Viewer | None, name: str, stop: int) -> None:
+    def stop_pressed(self, viewer: Viewer | None, name: str, stop: int, role: StopRole) -> None:
         """Record that the stop was pressed; `viewer` is None for somebody without a page."""
         with self._contained:
             self.stops[PRESSED] += 1
             if self._stop is None:
                 person = RecordedPerson("", name) if viewer is None else _person_of(viewer)
                 self._stop = self._records.stop_pressed(stop, person, PRESSED)
+                self.news.tell(_stop_event("stop.pressed", viewer, stop, role))
 
-    def stop_released(self, name: str) -> None:
+    def stop_released(self, viewer: Viewer | None, name: str, stop: int, role: StopRole) -> None:
         with self._contained:
             if self._stop is not None:
                 self._records.stop_released(self._stop, name)
                 self._stop = None
+                self.news.tell(_stop_event("stop.released", viewer, stop, role))
 
     def drive_status(
         self, number: int, moving: bool, reason: Sentence | None, _share: float
@@ -158,7 +169,9 @@ class RecordKeeper:
             if now_s - self._stop_told_s >= _STOP_GAP_S:
                 self._stop_told_s = now_s
                 told = f"{why}: {reason}" if why == ROBOT else why.replace("_", " ")
-                self._records.stop_pressed(None, self._person(number), told)
+                person = self._person(number)
+                self._records.stop_pressed(None, person, told)
+                self.news.tell(StoppedByItself(viewer=number, why=why, name=person.name))
 
     # --- visits ------------------------------------------------------------------------------
 
@@ -232,6 +245,13 @@ def each(*callbacks: Callable[_P, object]) -> Callable[_P, None]:
 
 def _person_of(viewer: Viewer) -> RecordedPerson:
     return RecordedPerson(viewer.visitor.identity, viewer.name)
+
+
+def _stop_event(
+    kind: Literal["stop.pressed", "stop.released"], viewer: Viewer | None, stop: int, role: StopRole
+) -> StopEvent:
+    name = None if viewer is None else viewer.name
+    return StopEvent(type=kind, stop=stop, role=role, name=name)
 
 
 def _role(viewer: Viewer) -> str:

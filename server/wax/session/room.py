@@ -121,6 +121,7 @@ class Room:
             records=records,
             door=self,
             stops=self._stops,
+            news=keeper.news,
             public_url=settings.server.public_url,
         )
         self._entry = Entry(

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from wax.control.loop import ControlLoop
     from wax.control.stop_latch import Releaser
     from wax.control.turns import Turns
+    from wax.protocol.events import StopRole
     from wax.session.host_decisions import HostDecisions
     from wax.session.record_keeper import RecordKeeper
     from wax.session.viewer import Viewer
@@ -114,7 +115,8 @@ class StopPresses:
         refusal = self._control.release_stop(by, stop, sent_s)
         if refusal is not None:
             raise ForbiddenError(refusal.value)
-        self._keeper.stop_released(str(HOST) if viewer is None else viewer.name)
+        name, role = str(HOST) if viewer is None else viewer.name, self._role(viewer, is_host)
+        self._keeper.stop_released(viewer, name, stop, role)
 
     def pressers(self) -> list[PressingAddress]:
         """Return the addresses of the last ten minutes, and those that are ignored; newest first.
@@ -139,8 +141,14 @@ class StopPresses:
         number = self._control.press_stop(
             by, viewer=None if viewer is None else viewer.number, by_host=is_host
         )
-        self._keeper.stop_pressed(viewer, str(by), number)
+        self._keeper.stop_pressed(viewer, str(by), number, self._role(viewer, is_host))
         return number
+
+    def _role(self, viewer: Viewer | None, is_host: bool) -> StopRole:
+        if is_host:
+            return "host"
+        drives = viewer is not None and viewer.number == self._turns.operator
+        return "operator" if drives else "observer"
 
     def _check(self, visitor: Visitor | None, by: Sentence) -> None:
         if visitor is None or self._settings.by != "everybody":

@@ -1,0 +1,30 @@
+"""News for those who are not about them, and a list of what was told."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from wax.session.changes import Seen
+from wax.session.news import News
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.clock import Clock
+    from wax.protocol.events import Event
+
+QUIET = Seen(is_open=True, waiting=0)
+
+
+class Heard:
+    """Takes events, and tells them without what all have."""
+
+    def __init__(self, clock: Clock, seen: Callable[[], Seen] = lambda: QUIET) -> None:
+        self.events: list[Event] = []
+        self.news = News(clock=clock, seen=seen, tell=self.events.append)
+
+    def take(self) -> list[dict[str, Any]]:
+        """Return what was told since the last time."""
+        told = [event.model_dump(exclude={"version", "timestamp"}) for event in self.events]
+        self.events.clear()
+        return told
