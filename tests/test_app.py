@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import re
 from typing import TYPE_CHECKING, Any
 
 import aiohttp
 import numpy as np
 import pytest
+from tests.hooks.receiver import receiving, secret_file
 
 from wax.app import App
 from wax.capture.source import Picture
+from wax.capture.source_thread import SourceThread
 from wax.client.host import become_host
 from wax.clock import SystemClock
 from wax.config.settings import Settings
@@ -19,6 +22,7 @@ from wax.driver.checks import NO_ANSWER
 from wax.driver.interface import RobotState
 from wax.errors import StartError
 from wax.robot.simulated.robot import SimulatedRobot
+from wax.sentence import Sentence
 from wax.session.status import Status
 from wax.tape.reading import read_events
 from wax.tape.repaired import facts_of
@@ -288,6 +292,43 @@ async def test_what_happens_is_recorded_where_it_is_configured(state_folder: Pat
     read = read_events(part.events)
     assert read.problem is None
     assert {"steered", "reported"} <= {one.event.type for one in read.events}
+
+
+async def test_a_hook_is_told_from_the_beginning_to_the_end(tmp_path: Path) -> None:
+    """The server's last word is posted, too, and a receiver that is gone holds up nothing."""
+    async with receiving() as receiver:
+        urls = [receiver.url, "http://127.0.0.1:9/"]
+        tree: dict[str, Any] = {
+            "server": {"host": "127.0.0.1", "port": 0},
+            "network": {"udp_port": 0},
+            "video": {"source": "none"},
+            "audio": {"source": "none"},
+            "hook": [{"url": url, "secret_file": secret_file(tmp_path)} for url in urls],
+        }
+        app = App(settings=Settings.model_validate(tree), clock=SystemClock())
+        ready = asyncio.Event()
+        running = asyncio.create_task(app.run(lambda _: ready.set()))
+        await ready.wait()
+        for _ in range(2):
+            await asyncio.wait_for(receiver.arrived.get(), 10)
+        assert app._status()["hooks"] == app._hooks.status()
+        assert app._hooks.status()[1]["waiting"] == 2
+        assert [one.code for one in app._hooks.problems()] == ["hook.waiting"]
+        app.stop()
+        await asyncio.wait_for(running, 5)
+        types = [json.loads(body)["type"] for *_, body in receiver.asked]
+    assert types == ["server.ready", "door.opened", "server.ending"]
+
+
+def test_what_fails_is_seen_by_its_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A camera is not taken for the microphone, and who waits is counted."""
+    app = _app()
+    problems = {"camera": Sentence("camera.silent"), "microphone": Sentence("microphone.silent")}
+    monkeypatch.setattr(SourceThread, "problem", property(lambda one: problems[one._name]))
+    seen = app._seen(waiting=3)
+    assert (seen.is_open, seen.waiting) == (True, 3)
+    assert seen.faults["camera", None] == "camera.silent"
+    assert seen.faults["microphone", None] == "microphone.silent"
 
 
 async def test_nothing_is_recorded_unless_configured(state_folder: Path) -> None:

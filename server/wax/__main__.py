@@ -91,6 +91,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_prove_stop(commands)
     _add_records(commands)
     _add_tape(commands)
+    _add_hook(commands)
     _add_replay(commands)
     _add_doctor(commands)
     return parser
@@ -240,6 +241,20 @@ def _add_tape(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     delete.add_argument("names", nargs="*", metavar="NAME", help="as `wax tape list` has them")
     delete.add_argument("--all", action="store_true", help="everything")
     delete.add_argument("--before", metavar="DATE", help="such as 2026-11-01, or 2026-11-01T18:30")
+
+
+def _add_hook(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    hook = commands.add_parser(
+        "hook",
+        help="try whether [[hook]] reaches those who are to be told of events",
+        description="Try the receivers of events, or describe the events.",
+    )
+    hook.add_argument(
+        "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
+    )
+    acts = hook.add_subparsers(dest="act", metavar="ACT", required=True)
+    acts.add_parser("test", help="send each a sample, and say what came back")
+    acts.add_parser("schema", help="print the JSON Schema of all events")
 
 
 def _add_replay(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -411,6 +426,21 @@ def _tape(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _hook(arguments: argparse.Namespace) -> int:
+    if arguments.act == "schema":
+        from wax.protocol.events import schema
+
+        print(json.dumps(schema(), indent=1))
+        return 0
+    from wax.commands.hook.command import hook_test
+
+    settings = config.load(arguments.config)
+    with quiet_logs():
+        return asyncio.run(
+            hook_test(settings, SystemClock(), tell=lambda text: print(text, flush=True))
+        )
+
+
 def _replay(arguments: argparse.Namespace) -> int:
     from wax.commands.replay.command import replay
     from wax.tape.shelf import where
@@ -456,6 +486,7 @@ _COMMANDS: Final[dict[str, Callable[[argparse.Namespace], int]]] = {
     "config": _config,
     "devices": _devices,
     "doctor": _doctor,
+    "hook": _hook,
     "host-link": _host_link,
     "new-driver": _new_driver,
     "init": _init,

@@ -42,6 +42,7 @@ from wax.errors import StartError
 from wax.fanout.camera import Camera
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
+from wax.hooks.hooks import Hooks
 from wax.monitoring.listener import MetricsListener
 from wax.monitoring.metrics import Metrics
 from wax.monitoring.readiness import Readiness
@@ -204,6 +205,7 @@ class App:
         self._access = Access(
             settings.access, self._records, clock, load_secret(settings.server.state_dir)
         )
+        self._hooks = Hooks(settings.hook, clock, lambda: self._entrance.port)
         self._keeper = RecordKeeper(
             records=self._records,
             clock=clock,
@@ -212,7 +214,7 @@ class App:
             news=News(
                 clock=clock,
                 seen=lambda: self._seen(waiting=len(turns.queue)),
-                tell=each(),
+                tell=each(self._hooks.put),
             ),
         )
         tape = self._tape_keeper = self._make_tape_keeper(viewers)
@@ -292,6 +294,7 @@ class App:
             speaker=self._speaker,
             cameras=self._cameras,
             encoders=encoders,
+            hooks=self._hooks.status,
         )
         self._proof_runner = ProofRunner(
             control=self._control,
@@ -404,6 +407,7 @@ class App:
         if self._tape_keeper is not None:
             self._supervisor.spawn("tape", self._tape_keeper.run())
         self._supervisor.spawn("cluster", self._cluster.run())
+        self._supervisor.spawn("hooks", self._hooks.run())
         self._supervisor.spawn("service manager", self._service_manager.run())
 
     async def _shut_down(self) -> None:
@@ -416,7 +420,9 @@ class App:
                 await self._proof_runner.stop()
                 self._keeper.close()
                 # Together, not one after the other, so that several slow devices share one wait.
-                await asyncio.gather(self._room.close(), asyncio.to_thread(self._stop_threads))
+                await asyncio.gather(
+                    self._room.close(), asyncio.to_thread(self._stop_threads), self._hooks.close()
+                )
                 await self._host_link.close()
                 if self._metrics is not None:
                     await self._metrics.close()

@@ -78,6 +78,7 @@ def status() -> dict[str, Any]:
             "waiting": 2,
             "left_out": 5,
         },
+        "hooks": [{"name": "1 (example.org)", "problem": None, "waiting": 3, "lost": 6}],
     }
 
 
@@ -142,6 +143,8 @@ def test_what_is_exported(lateness: Lateness) -> None:
         ("wax_tape_bytes",): 8_000_000,
         ("wax_tape_waiting",): 2,
         ("wax_tape_left_out_total",): 5,
+        ("wax_hook_waiting", "1 (example.org)"): 3,
+        ("wax_hook_lost_total", "1 (example.org)"): 6,
     }
     assert {key: found.get(key) for key in expected} == expected
     assert ("wax_sound_age_seconds", "median", "all") not in found

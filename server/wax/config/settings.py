@@ -28,6 +28,7 @@ from wax.config.controls import (
     GaugeSettings,
     check_names,
 )
+from wax.config.hook import MAX_HOOKS, HookSettings, check_targets
 from wax.config.network import HostName, Network, PageUrl
 from wax.config.page import PageSettings
 from wax.config.publish import PublishSettings
@@ -680,6 +681,7 @@ class Settings(_Section):
     """The whole configuration."""
 
     publish: Annotated[list[PublishSettings], Field(max_length=16)] = []
+    hook: Annotated[list[HookSettings], Field(max_length=MAX_HOOKS)] = []
     camera: Annotated[list[CameraSettings], Field(max_length=MAX_CAMERAS)] = []
     controls: Annotated[list[ControlSettings], Field(max_length=MAX_CONTROLS)] = []
     gauges: Annotated[list[GaugeSettings], Field(max_length=MAX_GAUGES)] = []
@@ -711,6 +713,13 @@ class Settings(_Section):
                 f"local.url and robot.serial.url are both {self.local.url}; the hand control"
                 " needs a line of its own"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _hooks_lead_elsewhere(self) -> Self:
+        server = self.server
+        names = [server.host, *server.all_names]
+        check_targets(self.hook, server.port, names, self.robot.model_dump())
         return self
 
     @model_validator(mode="after")

@@ -78,6 +78,8 @@ class Metrics(Collector):
         yield from self._of_server(status)
         if status["tape"] is not None:
             yield from _of_tape(status["tape"])
+        if status["hooks"]:
+            yield from _of_hooks(status["hooks"])
 
     def _of_server(self, status: Mapping[str, Any]) -> Iterator[Metric]:
         refused = self._refused(status["counters"])
@@ -169,6 +171,13 @@ def _of_tape(tape: Mapping[str, Any]) -> Iterator[Metric]:
     yield CounterMetricFamily(
         "wax_tape_left_out", "What a slow or full disk kept off the tape", tape["left_out"]
     )
+
+
+def _of_hooks(hooks: Sequence[Mapping[str, Any]]) -> Iterator[Metric]:
+    waiting = {one["name"]: one["waiting"] for one in hooks}
+    yield _gauge("wax_hook_waiting", "Events that a hook has not taken yet", "hook", waiting)
+    lost = {one["name"]: one["lost"] for one in hooks}
+    yield _counter("wax_hook_lost", "Events that a hook never took", "hook", lost)
 
 
 def _histogram(lateness: Lateness) -> Metric:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from wax import __version__
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from wax.baseline.unit_hub import UnitHub
     from wax.capture.audio_blocks import Blocks
@@ -59,7 +59,9 @@ class Status:
         speaker: SpeakerThread | None = None,
         cameras: Sequence[Camera] = (),
         encoders: Sequence[Encoders] = (),
+        hooks: Callable[[], list[dict[str, object]]] = list,
     ) -> None:
+        self._hooks = hooks
         self._encoders = encoders
         self._cameras = cameras
         self._clock = clock
@@ -140,6 +142,7 @@ class Status:
             **self._voice(),
             "rooms": self._cluster.status(),
             "tape": _tape(self._tape),
+            "hooks": self._hooks(),
             "counters": self._counters.snapshot() | self._control.counts(),
             "tasks": len(asyncio.all_tasks()),
         }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime
 import json
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING, Final
 
 from wax import state_dir
@@ -15,11 +15,13 @@ from wax.config import settings as config
 from wax.encode.choice import choose
 from wax.encode.trials import LIMIT_S
 from wax.errors import ConfigError
+from wax.hooks.signature import read_secret
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from pathlib import Path
 
+    from wax.config.hook import HookSettings
     from wax.config.settings import CameraSettings, Settings
 
 _DEVICE_S: Final = 15.0
@@ -93,6 +95,10 @@ def _here(read: Callable[[], Settings], path: Path | None, stun: str | None) -> 
         Check("disk", lambda: machine.disk(state_dir.find(settings.server.state_dir))),
         Check("UDP buffer", machine.udp_buffer),
         Check("open files", lambda: machine.open_files(settings)),
+        *(
+            Check(f"hook {number}", partial(_hook, number, one))
+            for number, one in enumerate(settings.hook, 1)
+        ),
     ]
 
 
@@ -107,6 +113,12 @@ def _cameras(settings: Settings, *, running: bool) -> list[Check]:
         )
 
     return [check(one) for one in settings.camera]
+
+
+def _hook(number: int, hook: HookSettings) -> Verdict:
+    """Check whether a hook can sign, without telling it anything; raises `StartError`."""
+    read_secret(hook.secret_file, f"hook[{number - 1}].secret_file")
+    return ok(f"Events go to {hook.host}, signed; `wax hook test` tries it.")
 
 
 def _configuration(read: Callable[[], Settings], path: Path | None) -> tuple[Settings, Verdict]:

@@ -1,0 +1,1 @@
+"""`wax hook`: try the receivers of events, and describe the events."""

@@ -1,0 +1,106 @@
+"""`[[hook]]`: who is told what happens, and by which address."""
+
+from __future__ import annotations
+
+import ipaddress
+import re
+from typing import TYPE_CHECKING, Annotated, Any, Final
+from urllib.parse import urlsplit
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+from wax.config import allowed
+from wax.protocol.events import NAMES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+MAX_HOOKS: Final = 8
+
+_ENDPOINT: Final = re.compile(r"(\[[0-9A-Fa-f:.]+\]|[\w.-]+):(\d{1,5})(?![\w.:])")
+_HERE: Final = "localhost"
+_PORTS: Final = {"http": 80, "https": 443}
+
+
+def _whole(url: str) -> str:
+    if urlsplit(url).port == 0:  # raises ValueError for what is no port
+        raise ValueError("Port 0 is none")
+    return url
+
+
+HookUrl = Annotated[
+    str,
+    Field(
+        pattern=r"^https?://(\[[0-9A-Fa-f:.]+\]|[^\s/?#@:\[\]]+)(:\d{1,5})?([/?][^\s#]*)?$",
+        max_length=2000,
+        description='an address as "https://example.org/hook", without a user\'s name',
+    ),
+    AfterValidator(_whole),
+]
+
+
+EventName = Annotated[
+    str,
+    Field(
+        pattern=f"^({'|'.join(map(re.escape, NAMES))})$",
+        description=allowed.words({"enum": list(NAMES)}),
+    ),
+]
+
+
+class HookSettings(BaseModel):
+    """One receiver of events."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+    url: HookUrl
+    events: Annotated[list[EventName], Field(max_length=len(NAMES))] = []
+    secret_file: Annotated[str, Field(min_length=1)]
+    names: bool = False
+
+    @property
+    def host(self) -> str:
+        """The host of its address, which alone is shown: a path is often a password."""
+        return urlsplit(self.url).netloc
+
+
+def check_targets(
+    hooks: Iterable[HookSettings], own_port: int, own_names: Sequence[str], robot: object
+) -> None:
+    """Raise `ValueError` for a hook that leads to this server, or to the robot's own line.
+
+    `robot` is its table of the configuration: whatever in it reads as HOST:PORT is such a line.
+    """
+    own = {(_host(name), own_port) for name in (_HERE, *own_names)}
+    lines = {(_host(host), int(port)) for host, port in _endpoints(robot)}
+    for number, hook in enumerate(hooks):
+        parts = urlsplit(hook.url)
+        target = (_host(parts.hostname or ""), parts.port or _PORTS[parts.scheme])
+        if target in own:
+            raise ValueError(
+                f"hook[{number}].url: {hook.host} is this server itself; name the program that"
+                " is to be told"
+            )
+        if target in lines:
+            raise ValueError(
+                f"hook[{number}].url: {hook.host} is the robot's own line; name the program that"
+                " is to be told"
+            )
+
+
+def _host(name: str) -> str:
+    """Return what is the same for two spellings of a host, without asking anybody."""
+    name = name.strip("[]").rstrip(".").lower()
+    try:
+        address = ipaddress.ip_address(name)
+    except ValueError:
+        return name
+    return _HERE if address.is_loopback or address.is_unspecified else str(address)
+
+
+def _endpoints(tree: Any) -> Iterator[tuple[str, str]]:
+    if isinstance(tree, dict | list):
+        for one in tree.values() if isinstance(tree, dict) else tree:
+            yield from _endpoints(one)
+    elif isinstance(tree, str):
+        yield from _ENDPOINT.findall(tree)

@@ -1,0 +1,197 @@
+"""All receivers of events together: one that fails is nobody else's matter."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import structlog
+from tests.hooks.receiver import Receiver, receiving, secret_file
+from tests.turned_clock import TurnedClock
+
+from wax.config.hook import HookSettings
+from wax.errors import StartError
+from wax.hooks.hooks import Hook, Hooks
+from wax.hooks.outbox import KEPT_S
+from wax.hooks.post import session
+from wax.protocol.events import Removed, TapeKept
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+    from wax.protocol.events import Event
+
+BANNED = Removed(type="viewer.banned", viewer=2, name="Eve")
+KEPT = TapeKept(by="host")
+
+
+class Rig:
+    """One hook with a clock and a receiver."""
+
+    def __init__(self, receiver: Receiver, folder: Path) -> None:
+        self.receiver = receiver
+        self.folder = folder
+        self.clock = TurnedClock()
+
+    def settings(self, **keys: Any) -> HookSettings:
+        known = {"url": self.receiver.url, "secret_file": secret_file(self.folder)}
+        return HookSettings.model_validate(known | keys)
+
+    def hook(self, **keys: Any) -> Hook:
+        return Hook(1, self.settings(**keys), self.clock)
+
+    def bodies(self) -> list[dict[str, Any]]:
+        return [json.loads(body) for *_, body in self.receiver.asked]
+
+    async def step(self, hook: Hook, times: int = 1) -> None:
+        async with session(lambda: 0) as http:
+            for _ in range(times):
+                await hook.step(http)
+
+
+@pytest.fixture
+async def rig(tmp_path: Path) -> AsyncIterator[Rig]:
+    async with receiving() as receiver:
+        yield Rig(receiver, tmp_path)
+
+
+async def test_only_what_a_hook_asks_for_is_posted(rig: Rig) -> None:
+    """All of it where it names none; in order, each once."""
+    some, everything = rig.hook(events=["tape.kept"]), rig.hook()
+    for event in (BANNED, KEPT):
+        some.put(event)
+        everything.put(event)
+    await rig.step(some, 3)
+    assert [one["type"] for one in rig.bodies()] == ["tape.kept"]
+    rig.receiver.asked.clear()
+    await rig.step(everything, 3)
+    assert [one["type"] for one in rig.bodies()] == ["viewer.banned", "tape.kept"]
+    assert (everything.outbox.taken, len(everything.outbox)) == (2, 0)
+
+
+@pytest.mark.parametrize(("keys", "name"), [({}, None), ({"names": True}, "Eve")])
+async def test_names_are_told_only_where_configured(
+    rig: Rig, keys: dict[str, bool], name: str | None
+) -> None:
+    """Each hook has its own say; there is nothing else of a person in it."""
+    hook = rig.hook(**keys)
+    hook.put(BANNED)
+    await rig.step(hook)
+    [body] = rig.bodies()
+    assert body == {
+        "version": 1,
+        "timestamp": "",
+        "name": name,
+        "type": "viewer.banned",
+        "viewer": 2,
+    }
+
+
+async def test_what_failed_is_tried_again_as_the_same(rig: Rig) -> None:
+    """Not before it is time; then with the same id and body; nothing overtakes it."""
+    hook = rig.hook()
+    hook.put(BANNED)
+    hook.put(KEPT)
+    rig.receiver.status = 500
+    with structlog.testing.capture_logs() as logs:
+        await rig.step(hook, 5)
+    assert len(rig.receiver.asked) == 1
+    assert [(line["event"], line["hook"], line["what"], line["why"]) for line in logs] == [
+        (
+            "a hook did not take an event",
+            f"1 (127.0.0.1:{rig.receiver.port})",
+            "viewer.banned",
+            "It answers with status 500.",
+        )
+    ]
+    assert "secret-path" not in str(logs)
+    rig.receiver.status = 200
+    rig.clock.time_s += 1.0
+    await rig.step(hook, 2)
+    first, again, last = rig.receiver.asked
+    assert first[1]["webhook-id"] == again[1]["webhook-id"] != last[1]["webhook-id"]
+    assert first[2] == again[2]
+    assert [one["type"] for one in rig.bodies()][1:] == ["viewer.banned", "tape.kept"]
+
+
+async def test_ten_minutes_of_nothing_lose_the_event(rig: Rig) -> None:
+    """Fifteen attempts, a line each; the host reads that it waits, and then that it is lost."""
+    hooks = Hooks([rig.settings()], rig.clock, lambda: 0)
+    [hook] = hooks._hooks
+    hooks.put(KEPT)
+    rig.receiver.status = 503
+    with structlog.testing.capture_logs() as logs:
+        async with session(lambda: 0) as http:
+            await hook.step(http)
+            assert [str(one) for one in hooks.problems()] == [
+                f"An event waits for hook {hook.name}. It answers with status 503."
+            ]
+            while len(hook.outbox):
+                rig.clock.time_s += 1.0
+                await hook.step(http)
+    assert len(logs) == len(rig.receiver.asked) == 15
+    assert rig.clock.time_s == pytest.approx(1000.0 + KEPT_S, abs=2)
+    assert str(hooks.problems()[0]) == f"An event for hook {hook.name} was lost."
+    assert hooks.status() == [
+        {
+            "name": hook.name,
+            "problem": "It answers with status 503.",
+            "waiting": 0,
+            "taken": 0,
+            "lost": 1,
+        }
+    ]
+
+
+async def test_a_bug_here_is_a_failed_attempt(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever an attempt raises, the next is later, and nothing reaches the room."""
+    hook = rig.hook()
+    hook.put(KEPT)
+
+    async def fail(*_: object, **__: object) -> tuple[int, bytes]:
+        raise RuntimeError("bug")
+
+    monkeypatch.setattr(hook, "post", fail)
+    await rig.step(hook, 3)
+    assert len(hook.outbox) == 1
+    assert str(hook.outbox.problem) == "RuntimeError('bug')"
+
+
+async def test_an_event_that_cannot_be_written_reaches_nobody(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The control loop's callbacks end here: nothing is raised, and it is said once."""
+    hooks = Hooks([rig.settings()], rig.clock, lambda: 0)
+
+    def fail(_: Event) -> None:
+        raise RuntimeError("bug")
+
+    monkeypatch.setattr(hooks._hooks[0], "put", fail)
+    with structlog.testing.capture_logs() as logs:
+        hooks.put(KEPT)
+        hooks.put(KEPT)
+    assert [line["event"] for line in logs] == ["events are lost"]
+
+
+async def test_the_last_events_are_posted_at_the_end(rig: Rig) -> None:
+    """Even where the next attempt would be later; what is in vain is tried once."""
+    hooks = Hooks([rig.settings()], rig.clock, lambda: 0)
+    rig.receiver.status = 500
+    for event in (BANNED, KEPT):
+        hooks.put(event)
+    await hooks.close()
+    assert len(rig.receiver.asked) == 1
+    rig.receiver.status = 200
+    await hooks.close()
+    assert [one["type"] for one in rig.bodies()][1:] == ["viewer.banned", "tape.kept"]
+    await hooks.close()
+    assert len(rig.receiver.asked) == 3
+
+
+async def test_the_secret_is_read_at_the_start(rig: Rig) -> None:
+    """A hook that could not sign keeps the server from starting, with the key's name."""
+    gone = rig.settings(secret_file=str(rig.folder / "gone"))
+    with pytest.raises(StartError, match=r"^hook\[1\]\.secret_file: .*cannot be read"):
+        Hooks([rig.settings(), gone], rig.clock, lambda: 0)

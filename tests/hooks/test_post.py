@@ -1,0 +1,172 @@
+"""One attempt to post an event, whatever the other end does."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import threading
+from typing import TYPE_CHECKING
+
+import pytest
+from tests.hooks.receiver import Receiver, receiving
+
+from wax.hooks.outbox import Message
+from wax.hooks.post import HookError, post, session
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+MESSAGE = Message("msg_1", "queue.empty", b'{"type":"queue.empty"}', 0.0)
+SHORT_S = 0.05
+
+
+@pytest.fixture
+async def receiver() -> AsyncIterator[Receiver]:
+    async with receiving() as made:
+        yield made
+
+
+async def _post(
+    url: str, *, own_port: int = 0, limit_s: float = 3.0, wants_answer: bool = False
+) -> tuple[int, bytes]:
+    async with session(lambda: own_port) as http:
+        return await post(
+            http,
+            url,
+            MESSAGE,
+            secret=bytes(24),
+            unix_s=1_700_000_000,
+            limit_s=limit_s,
+            wants_answer=wants_answer,
+        )
+
+
+async def test_an_event_is_posted_and_signed(receiver: Receiver) -> None:
+    """One request with the body that was signed; any 2xx takes it."""
+    receiver.status = 202
+    assert await _post(receiver.url) == (202, b"")
+    [(path, headers, body)] = receiver.asked
+    assert (path, body) == ("/secret-path", MESSAGE.body)
+    assert headers["Content-Type"] == "application/json"
+    assert headers["User-Agent"].startswith("WAX/")
+    assert (headers["webhook-id"], headers["webhook-timestamp"]) == ("msg_1", "1700000000")
+    assert headers["webhook-signature"].startswith("v1,")
+
+
+@pytest.mark.parametrize("status", [301, 302, 303, 307, 308])
+async def test_no_redirect_is_followed(receiver: Receiver, status: int) -> None:
+    """It is a failure, with a sentence that says what to write instead."""
+    receiver.status = status
+    with pytest.raises(HookError, match=rf"redirects with status {status}, .* \[\[hook\]\] url"):
+        await _post(receiver.url)
+    assert [path for path, *_ in receiver.asked] == ["/secret-path"]
+
+
+@pytest.mark.parametrize("status", [400, 404, 410, 429, 500, 503])
+async def test_a_refusal_is_told_by_its_status(receiver: Receiver, status: int) -> None:
+    """Nothing of what it says is repeated: it is a stranger's text."""
+    receiver.status, receiver.text = status, "look at me"
+    with pytest.raises(HookError) as refused:
+        await _post(receiver.url)
+    assert str(refused.value) == f"It answers with status {status}."
+
+
+async def test_one_that_never_answers_costs_the_time_limit(receiver: Receiver) -> None:
+    """Then the connection ends, at the other end too."""
+    receiver.does = "hangs"
+    with pytest.raises(HookError, match=r"does not answer within 0\.05 s"):
+        await _post(receiver.url, limit_s=SHORT_S)
+    await asyncio.wait_for(receiver.ended.wait(), 5)
+
+
+@pytest.mark.parametrize("wants_answer", [False, True])
+async def test_an_endless_answer_is_not_read(receiver: Receiver, wants_answer: bool) -> None:
+    """What the kernels buffer is all that a receiver can get rid of, and the event is taken."""
+    receiver.does, receiver.status = "floods", 200
+    status, begins = await _post(receiver.url, wants_answer=wants_answer)
+    assert status == 200
+    assert len(begins) <= 2048
+    assert bool(begins) == wants_answer
+    await asyncio.wait_for(receiver.ended.wait(), 5)
+    assert receiver.sent_bytes < 50_000_000
+
+
+@pytest.mark.parametrize("wants_answer", [False, True])
+async def test_an_answer_that_drips_holds_nobody_up(receiver: Receiver, wants_answer: bool) -> None:
+    """Its status came, and that is all that counts."""
+    receiver.does, receiver.status = "drips", 200
+    status, begins = await _post(receiver.url, limit_s=SHORT_S, wants_answer=wants_answer)
+    assert status == 200
+    assert len(begins) < 80
+
+
+async def test_nobody_there_is_a_sentence() -> None:
+    """With the system's reason."""
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        port = taken.getsockname()[1]
+        with pytest.raises(HookError, match=r"cannot be reached: .*[Rr]efused"):
+            await _post(f"http://127.0.0.1:{port}/")
+
+
+async def test_what_is_no_http_is_a_sentence() -> None:
+    """And what it said is shown only as far as it fits."""
+
+    async def babble(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        writer.write(b"SSH-2.0-" + b"x" * 5000 + b"\r\n\r\n")
+        await writer.drain()
+        writer.close()
+
+    server = await asyncio.start_server(babble, "127.0.0.1", 0)
+    async with server:
+        port = server.sockets[0].getsockname()[1]
+        with pytest.raises(HookError, match="cannot be reached: ") as refused:
+            await _post(f"http://127.0.0.1:{port}/")
+    assert len(str(refused.value)) < 200
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0", "robot.example"])
+async def test_the_servers_own_port_is_never_reached(
+    receiver: Receiver, host: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By whatever address of this machine, and whatever name leads to one."""
+    real = socket.getaddrinfo
+
+    def look_up(name: str, *more: object) -> object:
+        return real("127.0.0.1" if name == "robot.example" else name, *more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(socket, "getaddrinfo", look_up)
+    with pytest.raises(HookError, match=r"cannot be reached: .*this server itself"):
+        await _post(f"http://{host}:{receiver.port}/", own_port=receiver.port)
+    assert receiver.asked == []
+
+
+async def test_a_name_is_looked_up_apart_from_the_event_loop(
+    receiver: Receiver, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A name server that hangs takes none of the loop's own threads, and ends with the limit."""
+    real, asked, go_on = socket.getaddrinfo, threading.Event(), threading.Event()
+    loop = asyncio.get_running_loop()
+
+    def hang(name: str, *more: object) -> object:
+        asked.set()
+        go_on.wait(5)
+        return real("127.0.0.1", *more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(socket, "getaddrinfo", hang)
+    with pytest.raises(HookError, match="does not answer within"):
+        await _post(f"http://robot.example:{receiver.port}/", limit_s=SHORT_S)
+    assert asked.is_set()
+    assert loop._default_executor is None  # type: ignore[attr-defined]
+    go_on.set()
+    for one in threading.enumerate():
+        if one.name.startswith("hook "):
+            one.join(5)
+
+
+async def test_a_name_is_found(receiver: Receiver) -> None:
+    """`localhost` is one that every machine knows; one that nobody knows is a sentence."""
+    assert await _post(f"http://localhost:{receiver.port}/") == (204, b"")
+    with pytest.raises(HookError, match="cannot be reached: "):
+        await _post(f"http://{'x' * 64}.invalid/")
