@@ -265,6 +265,7 @@ class App:
                 voices=self._voices,
                 tape=lambda: None if tape is None else tape.status(),
                 cameras=self._cameras,
+                hooks=self._hooks.problems,
             ),
             access=self._access,
             decisions=self._decisions,

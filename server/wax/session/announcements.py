@@ -44,10 +44,16 @@ def _no_tape() -> None:
     """Say nothing: the host does not record."""
 
 
+def _no_hooks() -> list[Sentence]:
+    """Say nothing: nobody is told of events, or all goes well."""
+    return []
+
+
 class Announcements:
     """Makes the messages for all pages and for new ones; changes no state.
 
-    `tape` returns what everybody is told of the recording, None where there is none.
+    `tape` returns what everybody is told of the recording, None where there is none; `hooks` what
+    the host is told of those.
     """
 
     def __init__(
@@ -64,7 +70,9 @@ class Announcements:
         voices: Voices | None = None,
         tape: Callable[[], messages.Tape | None] = _no_tape,
         cameras: Sequence[Camera] = (),
+        hooks: Callable[[], list[Sentence]] = _no_hooks,
     ) -> None:
+        self._hooks = hooks
         self._cameras = cameras
         self._tape = tape
         self._settings = settings
@@ -193,6 +201,7 @@ class Announcements:
                 for one in pressers
             ],
             reused=None if reused_at is None else shortened(reused_at),
+            hooks=self._hooks(),
         )
 
     def _console_line(self, viewer: Viewer) -> messages.ConsoleViewer:

@@ -49,6 +49,7 @@ describe("the host's panel", () => {
         opens_wall_ms: null,
         pressers: [],
         reused: null,
+        hooks: [],
       };
     });
   }
@@ -85,6 +86,7 @@ describe("the host's panel", () => {
       opens_wall_ms: null,
       pressers: [],
       reused: null,
+      hooks: [],
       ...some,
     };
   }
@@ -104,6 +106,18 @@ describe("the host's panel", () => {
       { type: "mute_address", presser: 3, muted: true },
       { type: "mute_address", presser: 3, muted: false },
     );
+  });
+
+  it("says which program takes no events, as long as that is so", () => {
+    showHost();
+    const hook = "1 (example.org)";
+    const why = { code: "hook.silent", values: { limit: 3 } };
+    act(() => tells({ hooks: [{ code: "hook.waiting", values: { hook, n: 2, why } }] }));
+    expect(getByText(panel(), /2 events wait for hook/).textContent).toBe(
+      "2 events wait for hook 1 (example.org). It does not answer within 3 s.",
+    );
+    act(() => tells({}));
+    expect(queryByText(panel(), /wait for hook/)).toBeNull();
   });
 
   it("warns of a copied cookie, and asks before it signs out the other hosts", () => {

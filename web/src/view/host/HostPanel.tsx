@@ -1,4 +1,5 @@
 import "../../style/host.css";
+import { said } from "../../words/said";
 import { useState } from "../context";
 import { ProofPanel } from "../ProofPanel";
 import { Calibration } from "./Calibration";
@@ -12,10 +13,15 @@ import { Turns } from "./Turns";
 
 /** Only for the host: who is here, and what may be done about them. */
 export function HostPanel() {
-  const { isHost } = useState();
+  const { isHost, console } = useState();
   if (!isHost.value) return null;
   return (
     <div class="host">
+      {console.value?.hooks.map(said).map((one) => (
+        <p key={one} role="status">
+          {one}
+        </p>
+      ))}
       <People />
       <Pressers />
       <Turns />
