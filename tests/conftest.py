@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-import atexit
 import gc
 import inspect
 import os
-import shutil
-import tempfile
 import threading
 import time
 from pathlib import Path
@@ -32,11 +29,6 @@ structlog.configure(
         structlog.dev.ConsoleRenderer(exception_formatter=structlog.dev.plain_traceback),
     ]
 )
-
-# No test reads or writes what the servers of whoever runs it remember.
-os.environ.pop("STATE_DIRECTORY", None)
-os.environ["XDG_STATE_HOME"] = tempfile.mkdtemp(prefix="wax-tests-")
-atexit.register(shutil.rmtree, os.environ["XDG_STATE_HOME"], ignore_errors=True)
 
 _DESCRIPTORS = "/proc/self/fd"
 _TELLS = Path(_DESCRIPTORS).is_dir()
@@ -63,6 +55,13 @@ def _descriptors() -> set[str]:
         if target.startswith(("socket:", "/dev/")):
             found.add(f"{number} {target}")
     return found
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _own_state(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Keep away from what the servers of whoever runs the tests remember."""
+    os.environ.pop("STATE_DIRECTORY", None)
+    os.environ["XDG_STATE_HOME"] = str(tmp_path_factory.mktemp("state"))
 
 
 @pytest.fixture(autouse=True)

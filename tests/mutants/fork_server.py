@@ -160,6 +160,8 @@ def _run(
         resource.setrlimit(resource.RLIMIT_AS, (_MEMORY_BYTES, _MEMORY_BYTES))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         os.chdir(tree)
+        # What the tests leave, killed or not, goes with the tree.
+        tempfile.tempdir = os.environ["TMPDIR"] = str(tree)
         sys.path[:0] = [str(tree), str(tree / "server")]
         prepare()
         code = int(pytest.main([*_OPTIONS, *tests]))
