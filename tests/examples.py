@@ -9,21 +9,24 @@ from __future__ import annotations
 from typing import Any, Final
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 _FULL: Final = 100
 """What Hypothesis tries where a test says nothing."""
 _LEAST: Final = 10
+UNTIMED: Final = (HealthCheck.too_slow,)
 
 
 def load_profiles() -> None:
     """Load the profile `quick`, and have `full` ready.
 
-    No example is timed: a busy machine is no failure. Both build on what Hypothesis has loaded by
+    Nothing is timed: a busy machine is no failure. Both build on what Hypothesis has loaded by
     itself: where CI is set, that draws the same examples each time and stores none.
     """
-    settings.register_profile("full", deadline=None, max_examples=_FULL)
-    settings.register_profile("quick", deadline=None, max_examples=_FULL // 10)
+    for name, most in (("full", _FULL), ("quick", _FULL // 10)):
+        settings.register_profile(
+            name, deadline=None, max_examples=most, suppress_health_check=UNTIMED
+        )
     settings.load_profile("quick")
 
 

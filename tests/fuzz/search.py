@@ -7,6 +7,7 @@ ends its process at the first such input, which is a file of the corpus then.
 from __future__ import annotations
 
 import importlib
+import os
 import re
 import subprocess
 import sys
@@ -73,6 +74,7 @@ def search(target: Target, inputs: int) -> Searched:
             + [f"-{name}={value}" for name, value in options.items()]
             + [str(folder) for folder in (kept, seeds, target.folder)],
             cwd=ROOT,
+            env=os.environ | {"TMPDIR": scratch},  # libFuzzer ends it without its last words
             capture_output=True,
             text=True,
             errors="replace",

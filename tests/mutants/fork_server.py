@@ -123,6 +123,7 @@ def open_fork_server() -> Iterator[ForkServer]:
         derandomize=True,
         database=None,
         deadline=None,
+        suppress_health_check=[hypothesis.HealthCheck.too_slow],
         phases=[hypothesis.Phase.explicit, hypothesis.Phase.generate],
     )
     for name in _LOADED:
