@@ -29,7 +29,7 @@ from aiortc.rtcsctptransport import (
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.rtc.networks import Mode, opened_network, rich_meter
-from tests.rtc.test_peer import Events, Noted, Pictures, Sounds
+from tests.rtc.test_peer import Events, Noted, Pictures, Sounds, until
 
 from wax.clock import SystemClock
 from wax.rtc import private, private_association
@@ -249,11 +249,9 @@ async def test_gaps_in_what_was_sent_are_none(link: Link) -> None:
     first = (link.ours._local_tsn - 1) % 2**32
     for _ in range(4):
         link.peer.send("state", "y")
-    await asyncio.sleep(0)
-    await asyncio.sleep(0)
+    await until(lambda: link.ours._local_tsn == (first + 5) % 2**32)
     sack = SackChunk()
     sack.cumulative_tsn, sack.advertised_rwnd, sack.gaps = first, 100_000, [(2, 2), (4, 4)]
-    assert link.ours._local_tsn == (first + 5) % 2**32
     await link.take(sack)
     assert link.peer.is_alive
     assert await link.answers("it goes on")
@@ -357,12 +355,12 @@ async def test_an_acknowledgement_is_no_longer_than_what_it_is_for(
     missing = link.next_tsn()
     for number in range(2, 400, 2):
         await link.take(link.data(missing + number, flags=FIRST | LAST | UNORDERED))
-    await asyncio.sleep(0.3)
+    await until(lambda: not link.ours._sack_needed)
     sent = _sent(link, monkeypatch)
     for size, gaps in ((1, 1), (100, 25), (1000, 199)):
         duplicate = link.data(missing + 2, flags=FIRST | LAST | UNORDERED, text=bytes(size))
         await link.take_packet(*[duplicate])
-        await asyncio.sleep(0.3)
+        await until(lambda: bool(sent))
         sack = sent.pop()
         assert isinstance(sack, SackChunk)
         assert len(sack.gaps) == gaps

@@ -95,14 +95,22 @@ async def _stands(link: Link) -> None:
 async def test_what_has_no_key_ends_and_alters_nothing(mode: Mode) -> None:
     """Of any kind and length, alone and all together, the viewer stays as they are."""
     async with opened(mode) as link:
+        forged = tuple((BEFORE_KEYS | AFTER_KEYS).values())
         told: list[bytes] = []
-        link.ours.transport._handle_rtcp_data = told.append  # type: ignore[assignment,method-assign]
+        handle = link.ours.transport._handle_rtcp_data
+
+        async def noted(data: bytes) -> None:
+            told.append(data)
+            await handle(data)
+
+        link.ours.transport._handle_rtcp_data = noted  # type: ignore[method-assign]
         hand_in = _hand_in(link)
-        for data in (BEFORE_KEYS | AFTER_KEYS).values():
+        for data in forged:
             hand_in(data)
             await asyncio.sleep(0)
         await _stands(link)
-        assert not told
+        # The browser's own reports come meanwhile; without its tag a forged one would be shorter.
+        assert not [one for one in told if any(data.startswith(one) for data in forged)]
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -148,17 +156,16 @@ async def test_what_was_overheard_does_nothing_when_it_comes_again(
     monkeypatch.setattr(private._Guard, "__call__", overheard)
     async with opened(mode) as link:
         await link.answers("once")
-        await asyncio.sleep(0.5)  # until it has reported, too
+        await asyncio.sleep(0.5)  # it may have reported by then, too
         hand_in = _hand_in(link)
         captured = list(heard)
         assert {data[0] for data in captured} >= {22, 23}
         for data in [*captured, *reversed(captured)]:
             hand_in(data)
             await asyncio.sleep(0)
-        await asyncio.sleep(0.05)
+        await _stands(link)  # what that takes comes behind all the others
         again = [text for what, text in link.events.seen if what == "received state"]
-        assert again == ["once"]
-        await _stands(link)
+        assert again.count("once") == 1
 
 
 @pytest.mark.parametrize("mode", MODES)
