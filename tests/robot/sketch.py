@@ -45,10 +45,11 @@ class Wheels:
         self._log = log
         self.now = (0, 0)
 
-    def turn(self, left: int, right: int, why: str) -> None:
+    def turn(self, left: int, right: int, why: str, after_s: float | None = None) -> None:
+        """Turn, or stand because nothing has come for so long."""
         if (left, right) != self.now:
             self.now = (left, right)
-            self._log.say("wheels", left=left, right=right, why=why)
+            self._log.say("wheels", left=left, right=right, why=why, after_s=after_s)
 
 
 class Mute:
@@ -109,7 +110,7 @@ class Bridge:
     def loop(self, elapsed_s: float) -> None:
         if time.monotonic() - self._last_motor_s > self.AUTO_STOP_S:
             self._targets = (0, 0)
-            self.wheels.turn(0, 0, "auto stop")
+            self.wheels.turn(0, 0, "auto stop", self.AUTO_STOP_S)
         else:
             self.wheels.turn(*self._targets, why="loop")
         for at, ticks in enumerate(self.wheels.now):
@@ -167,8 +168,10 @@ class Roboteq:
 
     def _move(self) -> None:
         is_fed = not self._watchdog_s or time.monotonic() - self._fed_s < self._watchdog_s
-        if self._is_stopped or not is_fed:
-            self.wheels.turn(0, 0, "emergency stop" if self._is_stopped else "watchdog")
+        if self._is_stopped:
+            self.wheels.turn(0, 0, "emergency stop")
+        elif not is_fed:
+            self.wheels.turn(0, 0, "watchdog", self._watchdog_s)
         else:
             self.wheels.turn(*self._wanted, why="told")
 

@@ -39,7 +39,8 @@ class Sketch:
         )
         self._until(lambda: self.all("plugged") != [], "it is plugged in")
         robot = config.load(CONFIG / FILES[kind]).robot.model_dump()
-        robot["serial"] |= {"url": str(folder / "port"), "reopen_s": 0.05}
+        # A set-point lasts as long as it may, so that a busy machine is not taken for silence.
+        robot["serial"] |= {"url": str(folder / "port"), "reopen_s": 0.05, "ttl_ms": 1000}
         robot["serial"]["text"] |= text
         self.settings = config.RobotSettings.model_validate(robot)
         self.driver = SerialRobot(self.settings, SystemClock())
@@ -130,15 +131,14 @@ def test_it_curves_as_it_is_told(sketch: Sketch) -> None:
 
 
 def test_a_pulled_cable_stops_it_in_its_own_time(sketch: Sketch) -> None:
-    """The board's watchdog stops it within its `ttl_ms`; put back it stands until driven anew."""
+    """The board's watchdog, set to its `ttl_ms`, stops it; put back it stands until driven anew."""
     sketch.drive()
     epoch = sketch.driver.state().epoch
     out_s = sketch.do("unplug")
     sketch._until(lambda: sketch.wheels == (0, 0), "its watchdog has stopped it")
     turned = sketch.all("wheels", out_s)
     assert turned[-1]["why"] in ("auto stop", "watchdog")
-    ttl_s = sketch.settings.serial.text.ttl_ms / 1000.0
-    assert turned[-1]["t_s"] - out_s <= ttl_s + 0.1
+    assert turned[-1]["after_s"] <= sketch.settings.serial.text.ttl_ms / 1000.0
     back_s = sketch.do("plug")
     assert sketch.until(lambda state: state.connected and state.epoch > epoch).connected
     for _ in range(20):
