@@ -127,8 +127,8 @@ def test_a_slow_reader_gets_the_newest(robot: SensingDriver) -> None:
     before = first(source)
     time.sleep(0.5)
     after = source.read()
-    assert (int(after.i420[0, 0]) - int(before.i420[0, 0])) % 250 > 10
-    assert SystemClock().now_s() - after.captured_s < 0.2
+    assert (int(after.i420[0, 0]) - int(before.i420[0, 0])) % 250 > 1
+    assert after.captured_s - before.captured_s > 0.25
 
 
 def test_it_has_the_senses_of_the_driver_and_no_other(
@@ -159,9 +159,13 @@ def test_sound_comes_in_order_on_its_channels(robot: SensingDriver) -> None:
     source = microphone(robot)
     source.open()
     until(lambda: not _fails(source))
-    blocks = [source.read() for _ in range(50)]
+    blocks, read_s = [], []
+    for _ in range(50):
+        blocks.append(source.read())
+        read_s.append(time.monotonic())
     numbers = [int(block.samples[0, 0]) for block in blocks]
-    assert numbers == list(range(numbers[0], numbers[0] + 50))
+    for step, pause_s in zip(np.diff(numbers), np.diff(read_s), strict=True):
+        assert step == 1 or (step > 1 and pause_s > 0.1)  # this process itself was held up
     assert all(np.array_equal(block.samples[:, 0], -block.samples[:, 1]) for block in blocks)
     assert {block.samples.shape for block in blocks} == {(480, 2)}
 
@@ -171,8 +175,9 @@ def test_old_sound_is_left_out(robot: SensingDriver) -> None:
     source = microphone(robot)
     source.open()
     until(lambda: not _fails(source))
+    before = source.read()
     time.sleep(1.0)
-    assert SystemClock().now_s() - source.read().captured_s < 0.5
+    assert source.read().captured_s - before.captured_s > 0.5
 
 
 def _opens(mouth: Speaker) -> bool:
@@ -296,12 +301,16 @@ def test_a_camera_that_fails_is_one_sentence_and_comes_back(
     for _ in range(20):
         robot.apply(STANDSTILL, 1)
         time.sleep(0.02)
+
+    def is_driven() -> bool:
+        robot.apply(STANDSTILL, 1)  # a busy machine may have been silent for too long
+        return (robot.state().connected, robot.state().problem) == (True, None)
+
+    until(is_driven)
+    until(lambda: not _fails(ear))
     state = robot.state()
-    assert (state.connected, state.problem) == (True, None)
-    if will in ("exit", "die"):
-        until(lambda: not _fails(ear))
-    else:
-        assert not _fails(ear)
+    assert state.extra["driver_restarts"] == 0
+    if will not in ("exit", "die"):
         assert state.extra["media_restarts"] == 0
     if will == "hang":
         return

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import select
 import signal
 from typing import TYPE_CHECKING
 
@@ -175,6 +176,39 @@ def test_without_a_person_aboard_the_end_of_the_pipe_is_the_end(time: Time, serv
     loop.run()
     assert "drive" in robot.told
     assert robot.told[-4:] == ["state", "state", "stop", "close"]
+
+
+def test_a_set_point_is_repeated_fifty_times_a_second(
+    time: Time, server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However seldom the server says one: by silence the robot would take it for gone."""
+    time.step_s = 0.0
+    at_once = select.select
+
+    def passes(readers: list[int], _w: object, _x: object, pause_s: float) -> object:
+        time.time_s += pause_s
+        return at_once(readers, [], [], 0.0)
+
+    monkeypatch.setattr(select, "select", passes)
+    beats_s: list[float] = []
+
+    class Timed(Robot):
+        def apply(self, twist: Twist, turn: int) -> None:
+            beats_s.append(time.time_s)
+
+    robot = Timed()
+    watchdog = DriverWatchdog(LIMITS, 10.0)
+    loop = ChildLoop(robot, watchdog, time, reader=server.reader, writer=server.writer)
+
+    def each_look() -> None:
+        server.listens()
+        if len(beats_s) == 51 and robot.each_look is each_look:
+            robot.each_look = lambda: None
+            server.dies()
+
+    robot.each_look = each_look
+    loop.run()
+    assert beats_s[50] - beats_s[0] == pytest.approx(1.0)
 
 
 class Spinning(Robot):

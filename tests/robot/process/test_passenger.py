@@ -114,12 +114,13 @@ def test_the_person_drives_and_stops_without_the_server(
 
 @pytest.mark.parametrize("dies", ["process", "server"])
 def test_a_stop_of_theirs_outlives_whatever_dies(
-    start: Callable[..., Server], log: Log, person: Person, dies: str
+    start: Callable[..., Server], log: Log, person: Person, tmp_path: Path, dies: str
 ) -> None:
     """Neither the next process nor the next server releases it, only the person does."""
     server = start()
     server.drive()
     log.stopped_s(person.does("0 0 stop"))
+    until(lambda: StopMark(tmp_path / "state" / "driver-claim.stopped").is_set)
     person.does("0 0 -")
     old = log.pid()
     if dies == "process":
@@ -151,9 +152,16 @@ def test_a_sharing_stick_drives_only_without_an_operator(
     assert not log.moves(touched_s)
     person.does("0 0 -")
     left_s = server.tell("leave")
-    time.sleep(0.1)
-    person.does("-1 0 -")
-    until(lambda: backward(log, left_s))
+
+    def drives() -> bool:
+        """Let go and push again, each for long enough to be felt, as a person does."""
+        person.does("0 0 -")
+        time.sleep(0.1)
+        person.does("-1 0 -")
+        time.sleep(0.1)
+        return backward(log, left_s)
+
+    until(drives)
 
 
 def test_the_next_server_takes_over_when_no_hand_is_on(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from typing import TYPE_CHECKING
 
@@ -24,8 +25,10 @@ TAKEN = "Another server on this machine has this robot: end that one first."
 
 def test_a_place_is_taken_once() -> None:
     """Another robot has its own; one that is left is free."""
-    first, second = RobotPlace(RobotSettings()), RobotPlace(RobotSettings())
-    other = RobotPlace(RobotSettings.model_validate({"boat": {"sail": 1}}))
+    mine, others = (
+        RobotSettings.model_validate({"boat": {"sail": sail, "of": os.getpid()}}) for sail in (1, 2)
+    )
+    first, second, other = RobotPlace(mine), RobotPlace(mine), RobotPlace(others)
     try:
         assert first.take()
         assert first.take()
