@@ -55,12 +55,20 @@ def feed(driver: Driver, twist: Twist, *, for_s: float, every_s: float = 0.02) -
 
 
 def driven(base: Hears, driver: Driver, twist: Twist) -> None:
-    """Drive until the base has heard it."""
+    """Drive until the base has heard it; from standstill, again where a machine was too busy."""
     end_s = time.monotonic() + 5.0
-    driver.apply(STANDSTILL, 1)
     while not any(told.twist == twist for told in base.told()):
         assert time.monotonic() < end_s, (base.told()[-5:], driver.state())
+        driver.apply(STANDSTILL, 1)
         feed(driver, twist, for_s=0.04)
+
+
+def standing(base: Hears) -> None:
+    """Wait until a standstill is the last that the base has heard: nothing else is on its way."""
+    end_s = time.monotonic() + 5.0
+    while not (told := base.told()) or not told[-1].twist.is_zero:
+        assert time.monotonic() < end_s, told[-5:]
+        time.sleep(0.005)
 
 
 def told(driver: Driver, tell: Callable[[], None], so: Callable[[RobotState], bool]) -> RobotState:

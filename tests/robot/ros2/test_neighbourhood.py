@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 from tests.robot.ros2.base import Base, own_domain
-from tests.robot.ros2.robots import driven, feed, opened, ros2_settings, told, until
+from tests.robot.ros2.robots import driven, feed, opened, ros2_settings, standing, told, until
 
 from wax.clock import SystemClock
 from wax.driver.interface import STANDSTILL, Twist
@@ -76,7 +76,7 @@ def test_a_second_publisher_stops_the_robot(
         other.say("geometry_msgs/msg/Twist", "/cmd_vel")
         until(driver, says("ros2.other_publisher"))
         assert not driver.state().connected
-        time.sleep(0.1)
+        standing(base)
         base.forget()
         feed(driver, AHEAD, for_s=0.5)
         assert base.told()
@@ -114,6 +114,7 @@ def test_a_frozen_standby_is_no_stranger(make: Callable[..., Driver], base: Base
     driven(base, driver, AHEAD)
     os.kill(vars(driver)["_session"]._standby._process.pid, signal.SIGSTOP)
     until(driver, lambda state: state.said == STARTS)
+    standing(base)
     base.forget()
     feed(driver, AHEAD, for_s=0.2)
     assert {told.twist for told in base.told()} == {STANDSTILL}

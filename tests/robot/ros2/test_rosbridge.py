@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from structlog.testing import capture_logs
 from tests.robot.ros2.bridge import Bridge
-from tests.robot.ros2.robots import driven, feed, opened, ros2_settings, told, until
+from tests.robot.ros2.robots import driven, feed, opened, ros2_settings, standing, told, until
 
 from wax.clock import SystemClock
 from wax.driver.interface import STANDSTILL, Twist
@@ -90,15 +90,21 @@ class TestOneServer:
         assert said["subscribe", "/odom"]["throttle_rate"] == 50
 
     def test_a_stop_is_said_long_enough(self, bridge: Bridge, driver: Driver) -> None:
-        """After a stop standstill comes 20 times a second and more, for 1.5 s and more."""
+        """After a stop standstill comes by this link as long as by any, and nothing else.
+
+        How often and how long is told by `test_conversation_on_ros2` on a clock turned by hand.
+        """
         driven(bridge, opened(driver), CURVE)
         at_s = time.monotonic()
         driver.stop(1)
-        time.sleep(1.7)
-        zeros = [told for told in bridge.told() if told.at_s > at_s + 0.05]
-        assert all(told.twist.is_zero and told.others == 0.0 for told in zeros)
-        assert len(zeros) >= 30
-        assert zeros[-1].at_s - at_s >= 1.45
+        standing(bridge)
+        bridge.forget()
+        end_s = at_s + 5.0
+        while not any(told.at_s > at_s + 1.4 for told in bridge.told()):
+            assert time.monotonic() < end_s
+            time.sleep(0.05)
+        assert all(told.twist.is_zero and told.others == 0.0 for told in bridge.told())
+        assert len(bridge.told()) > 3
 
     def test_odometry_is_read(self, bridge: Bridge, driver: Driver) -> None:
         """A pose comes from JSON as from DDS; what is no odometry is left aside."""
@@ -129,6 +135,7 @@ class TestOneServer:
             driver,
             lambda state: state.said is not None and state.said.code == "ros2.other_publisher",
         )
+        standing(bridge)
         bridge.forget()
         feed(driver, CURVE, for_s=0.3)
         assert all(told.twist.is_zero for told in bridge.told())
@@ -293,6 +300,7 @@ def test_a_frozen_standby_holds_the_robot_until_another_stands_by(bridge: Bridge
             assert time.monotonic() < end_s
             feed(driver, CURVE, for_s=0.05)
         assert driver.state().said == STARTS
+        standing(bridge)
         bridge.forget()
         feed(driver, CURVE, for_s=0.1)
         assert {told.twist for told in bridge.told()} == {STANDSTILL}

@@ -133,5 +133,4 @@ def test_a_driver_that_reads_nothing_does_not_freeze_it(played: Played) -> None:
             break
     time.sleep(0.05)
     played.end_driver()
-    assert len(played.told) >= 2
     assert set(played.told) == {STANDSTILL}
