@@ -21,7 +21,7 @@ import pytest
 from aiohttp import web
 from aiohttp.test_utils import TestServer
 from aioice import stun, turn
-from tests.deploy.running import free_port
+from tests.free_port import free_port
 
 from wax.clock import SystemClock
 from wax.commands.doctor.addresses import own_addresses

@@ -9,7 +9,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import pytest
-from tests.deploy.running import answers, free_port, serving
+from tests.deploy.running import answers, serving
+from tests.free_port import free_port
 
 from wax.client import Client
 

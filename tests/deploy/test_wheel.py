@@ -13,7 +13,8 @@ from pathlib import Path
 
 import aiohttp
 import pytest
-from tests.deploy.running import answers, free_port, serving
+from tests.deploy.running import answers, serving
+from tests.free_port import free_port
 
 from wax import __version__
 

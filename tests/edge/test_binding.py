@@ -7,6 +7,7 @@ import socket
 from typing import Any
 
 import pytest
+from tests.free_port import free_port
 
 from wax.edge.binding import listen
 
@@ -56,7 +57,8 @@ def test_localhost_needs_no_resolver(monkeypatch: pytest.MonkeyPatch) -> None:
         raise socket.gaierror(socket.EAI_AGAIN, "injected")
 
     monkeypatch.setattr(socket, "getaddrinfo", fail)
-    made = listen("localhost", 0)
+    # Not any: that which the system gives for one family may be taken in the other.
+    made = listen("localhost", free_port())
     assert ("127.0.0.1", made[0].getsockname()[1]) in [one.getsockname()[:2] for one in made]
     for one in made:
         one.close()

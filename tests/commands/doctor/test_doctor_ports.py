@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from aiohttp import web
 from aiohttp.test_utils import TestServer
+from tests.free_port import free_port
 
 from wax.commands.doctor import ports
 from wax.commands.doctor.network import network_of
@@ -33,7 +34,7 @@ def test_a_port_is_free_until_somebody_has_it(
 ) -> None:
     """A taken port is bad and says how to find who has it; once free, it is well."""
     with socket.socket(socket.AF_INET, kind) as other:
-        other.bind(("127.0.0.1", 0))
+        other.bind(("127.0.0.1", free_port(kind)))
         if kind == socket.SOCK_STREAM:
             other.listen()
         port = other.getsockname()[1]

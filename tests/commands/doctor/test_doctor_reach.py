@@ -13,7 +13,8 @@ import pytest
 from aiohttp import web
 from aiohttp.test_utils import TestServer
 from tests.commands.doctor.certificates import write_pair
-from tests.deploy.running import answers, free_port, serving
+from tests.deploy.running import answers, serving
+from tests.free_port import free_port
 
 from wax.client import client
 from wax.commands.doctor import ports, reach

@@ -18,6 +18,7 @@ from tests.commands.new_driver.walk_through import (
     python_lines,
     with_own_lines,
 )
+from tests.free_port import free_port
 
 from wax.commands.proof.remote import RemoteOperator
 from wax.session.proof_runner import NOT_ALL
@@ -49,12 +50,6 @@ def rover() -> Iterator[JsonRover]:
     rover.close()
 
 
-def free_port(kind: socket.SocketKind) -> int:
-    with socket.socket(type=kind) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
 class Shown:
     """The newest line that a program prints."""
 
@@ -83,7 +78,7 @@ class Shown:
 @contextlib.asynccontextmanager
 async def served(made: Environment, line: str, folder: Path) -> AsyncIterator[RemoteOperator]:
     """Type the command that serves the robot, and connect an operator without a browser."""
-    port = free_port(socket.SOCK_STREAM)
+    port = free_port()
     server = made.start(line, "--host", "127.0.0.1", "--port", str(port), "--udp-port", "0")
     operator = RemoteOperator(folder / "operator.log")
     try:
@@ -169,6 +164,10 @@ def own(tmp_path_factory: pytest.TempPathFactory, rover: JsonRover) -> Environme
     return environment
 
 
+def _is_ahead(left: float, right: float) -> bool:
+    return left == right > 0
+
+
 async def test_the_hosts_own_robot_is_driven(
     own: Environment, rover: JsonRover, tmp_path: Path
 ) -> None:
@@ -176,13 +175,13 @@ async def test_the_hosts_own_robot_is_driven(
     for check in ("ruff check", "ruff format --check", "mypy src"):
         own.type(check)
     async with served(own, DRIVE_IT[0], tmp_path) as operator:
-        await drive(operator, lambda: rover.moves)
-        assert rover.wheels[0] == rover.wheels[1] > 0
+        await drive(operator, lambda: _is_ahead(*rover.wheels))
         operator.tell("stop")
         assert await until(lambda: not rover.moves, 2)
 
 
 @pytest.mark.full
+@pytest.mark.alone
 def test_its_stop_is_proved(own: Environment, rover: JsonRover) -> None:
     """The last command drives it and cuts its links; what no program can cut it names."""
     line = DRIVE_IT[-1]

@@ -44,6 +44,7 @@ def prove(folder: Path, name: str) -> tuple[int, str, str]:
 
 
 @pytest.mark.full
+@pytest.mark.alone
 @pytest.mark.parametrize("name", ["Moving", "Posing"])
 def test_what_can_be_cut_is_proved_and_the_rest_is_named(tmp_path: Path, name: str) -> None:
     """A robot that stops in time passes where it was cut; the status says that this is not all."""

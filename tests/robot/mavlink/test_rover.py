@@ -14,8 +14,9 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from tests.free_port import free_port
 from tests.robot.mavlink.conftest import drive, feed, problem, ready, settings, until
-from tests.robot.mavlink.counterpart import free_port, wall_s
+from tests.robot.mavlink.counterpart import wall_s
 
 from wax.clock import SystemClock
 from wax.driver.interface import STANDSTILL, Twist
@@ -52,11 +53,15 @@ def test_it_tells_what_the_rover_tells(rig: Rig) -> None:
     ready(driver)
     until(driver, lambda state: state.moving is False and state.pose is not None)
     drive(driver, rover)
-    feed(driver, AHEAD_LEFT, 1.0)
+
+    def is_on_its_way() -> bool:
+        feed(driver, AHEAD_LEFT, 0.02)
+        pose = driver.state().pose
+        return pose is not None and pose.x_m > 0.1 and pose.y_m > 0.0 and pose.heading_rad > 0.2
+
+    rover.until(is_on_its_way, "is on its way")
     state = driver.state()
     assert state.moving
-    assert state.pose is not None
-    assert (state.pose.x_m > 0.1, state.pose.y_m > 0.0, state.pose.heading_rad > 0.2) == (True,) * 3
     assert state.battery_v == pytest.approx(8.1)
     assert state.battery_fraction == pytest.approx(0.62)
     assert (state.extra["mode"], state.extra["armed"], state.extra["failsafe_s"]) == (
@@ -82,10 +87,16 @@ def test_left_is_left_and_ahead_is_ahead(rig: Rig, mode: str) -> None:
     rover, driver = rig.rover(mode=mode), rig.driver(mode=mode)
     ready(driver)
     driver.apply(STANDSTILL, 1)
-    feed(driver, AHEAD_LEFT, 0.3)
-    told = rover.take()[-1]
-    assert told.linear_mps == pytest.approx(0.3, 0.01)
-    assert told.angular_rps == pytest.approx(0.5, 0.01)
+    told: list[Twist] = []
+
+    def is_told_to_move() -> bool:
+        feed(driver, AHEAD_LEFT, 0.02)
+        told.extend(twist for twist in rover.take() if not twist.is_zero)
+        return bool(told)
+
+    rover.until(is_told_to_move, "is told to move")
+    assert told[-1].linear_mps == pytest.approx(0.3, 0.01)
+    assert told[-1].angular_rps == pytest.approx(0.5, 0.01)
     kinds = {event["event"] for event in rover.events("velocity", "manual")}
     assert kinds == {"velocity" if mode == "guided" else "manual"}
 
@@ -132,6 +143,7 @@ def test_in_another_mode_the_line_is_left_to_others(rig: Rig) -> None:
     assert len(rover.events("heartbeat")) > before
 
 
+@pytest.mark.alone
 def test_a_stop_is_said_steadily_and_then_goes_on(rig: Rig) -> None:
     """Zeros come at 20 a second or more for 1.5 s, and then twice a second for ever."""
     rover, driver = rig.rover(), rig.driver()
@@ -201,6 +213,7 @@ def test_without_a_demand_the_host_is_warned(rig: Rig, capsys: pytest.CaptureFix
     assert "set its FS_GCS_ENABLE to 1" in capsys.readouterr().out
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize(("mode", "why"), [("guided", "guided timeout"), ("manual", "failsafe")])
 def test_the_rover_stops_by_itself_when_the_driver_dies(rig: Rig, mode: str, why: str) -> None:
     """Killed with its process, the driver says nothing more: the rover stops as it has promised."""
@@ -354,7 +367,7 @@ def test_a_rover_that_signs_needs_our_key(rig: Rig) -> None:
 
 def test_a_tcp_line_is_opened_again(rig: Rig) -> None:
     """A rover that goes away and comes back is driven again, in a later epoch, from standstill."""
-    port = free_port(socket.SOCK_STREAM)
+    port = free_port()
     there = f"tcpin:127.0.0.1:{port}"
     driver = rig.driver(url=f"tcp:127.0.0.1:{port}")
     assert str(port) in problem(driver, "mavlink.not_open")
@@ -459,6 +472,7 @@ class Radio:
 # --- speed --------------------------------------------------------------------------------------
 
 
+@pytest.mark.alone
 def test_a_set_point_is_on_the_wire_at_once(
     rig: Rig, record_property: Callable[[str, object], None]
 ) -> None:

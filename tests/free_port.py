@@ -1,0 +1,24 @@
+"""Ports for programs that are told theirs before they take it."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import socket
+from contextlib import suppress
+from typing import Final
+
+_FIRST: Final = 20_000
+_MANY: Final = 12_000
+"""Below those that systems give to whoever asks for any, so that nobody else is given one."""
+_NUMBERS: Final = itertools.count(os.getpid() * 97)
+"""Each process of the tests begins elsewhere."""
+
+
+def free_port(kind: socket.SocketKind = socket.SOCK_STREAM) -> int:
+    """Return a port of the loopback interface that nobody uses, and another one each time."""
+    while True:
+        port = _FIRST + next(_NUMBERS) % _MANY
+        with socket.socket(socket.AF_INET, kind) as probe, suppress(OSError):
+            probe.bind(("127.0.0.1", port))
+            return port
