@@ -24,12 +24,22 @@ TAKES_S = 0.01
 """By each picture, so that 30 a second are 0.3 of a core."""
 
 
+class Watched(NewestSlot[Picture]):
+    """Tells after which picture a newer one was asked for last."""
+
+    asked = -1
+
+    def newer_than(self, number: int, timeout_s: float) -> tuple[int, Picture] | None:
+        self.asked = number
+        return super().newer_than(number, timeout_s)
+
+
 class Studio:
     """A rendition whose encoder takes a known time, and a camera before it."""
 
     def __init__(self) -> None:
         self.clock = TurnedClock()
-        self.slot: NewestSlot[Picture] = NewestSlot()
+        self.slot = Watched()
         self.made: Queue[EncodedPicture] = Queue()
         self.rendition = Rendition(
             settings=SETTINGS,
@@ -56,8 +66,12 @@ class Studio:
         for _ in range(100):
             taken_s = 50.0 + self.slot.count / 30
             self.slot.put(Picture(np.zeros((72, 64), np.uint8), taken_s))
-            with suppress(Empty):  # what was taken before it began is not encoded
-                return self.made.get(timeout=0.05)
+            while True:
+                wants_the_next = self.slot.asked == self.slot.count
+                with suppress(Empty):
+                    return self.made.get(timeout=0.001)
+                if wants_the_next:  # what was taken before it began is not encoded
+                    break
         raise AssertionError("nothing is encoded")
 
 

@@ -119,8 +119,10 @@ async def test_a_joiner_gets_a_keyframe_and_the_crowd_few(hub: VideoHub) -> None
     while monotonic() - started_s < 1.0:
         hub.request_keyframe(first)
         seen.append(await _next(camera, first))
+    # The one at the beginning, the joiner's, and one each 0.3 s.
+    most = 3 + (monotonic() - started_s) / 0.3
     assert joined.keyframe
-    assert 2 <= sum(one.keyframe for one in seen) <= 6
+    assert 2 <= sum(one.keyframe for one in seen) <= most
 
 
 async def test_a_slower_rendition_skips_pictures(hub: VideoHub) -> None:
@@ -139,10 +141,11 @@ async def test_a_change_of_size_has_no_gap(hub: VideoHub) -> None:
     await _next(camera, lane)
     hub.choose(lane, SMALL)
     assert hub.wanted == [BIG, SMALL]
-    renditions = [(await _next(camera, lane)).rendition for _ in range(8)]
-    assert renditions[-1] == SMALL
-    assert renditions == sorted(renditions, key=[BIG, SMALL].index)
+    async with asyncio.timeout(10):
+        while (await _next(camera, lane)).rendition == BIG:
+            pass
     assert hub.wanted == [SMALL]
+    assert {(await _next(camera, lane)).rendition for _ in range(4)} == {SMALL}
 
 
 async def test_what_was_dropped_stays_counted(hub: VideoHub) -> None:
