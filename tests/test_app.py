@@ -30,6 +30,7 @@ from wax.tape.shelf import Shelf
 from wax.web import routes
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
 
@@ -91,14 +92,22 @@ async def test_the_page_is_told_what_to_prepare(
     await running
 
 
-async def _status(url: str, state_folder: Path) -> dict[str, Any]:
-    """Return what the host is told."""
+async def _status(
+    url: str, state_folder: Path, tells: Callable[[dict[str, Any]], bool]
+) -> dict[str, Any]:
+    """Return what the host is told, once it tells that."""
     jar = aiohttp.CookieJar(unsafe=True)
-    async with aiohttp.ClientSession(cookie_jar=jar, raise_for_status=True) as session:
+    async with (
+        aiohttp.ClientSession(cookie_jar=jar, raise_for_status=True) as session,
+        asyncio.timeout(20),
+    ):
         await become_host(session, url, state_folder)
-        async with session.get(f"{url}/api/status") as response:
-            status: dict[str, Any] = await response.json()
-            return status
+        while True:
+            async with session.get(f"{url}/api/status") as response:
+                status: dict[str, Any] = await response.json()
+            if tells(status):
+                return status
+            await asyncio.sleep(0.1)
 
 
 async def test_it_serves_until_it_is_stopped(state_folder: Path) -> None:
@@ -107,18 +116,20 @@ async def test_it_serves_until_it_is_stopped(state_folder: Path) -> None:
     ports: asyncio.Queue[int] = asyncio.Queue()
     running = asyncio.create_task(app.run(ports.put_nowait))
     url = f"http://127.0.0.1:{await asyncio.wait_for(ports.get(), 10)}"
-    await asyncio.sleep(1.2)
-    status = await _status(url, state_folder)
+
+    def tells_of_both(status: dict[str, Any]) -> bool:
+        video, audio = status["streams"]["video"], status["streams"]["audio"]
+        return bool(20 < video["captured_fps"] < 40 < audio["captured_hz"])
+
+    status = await _status(url, state_folder, tells_of_both)
     app.stop()
     await asyncio.wait_for(running, 5)
     assert (status["viewers"], status["turn"]["operator"]) == ([], None)
     assert status["robot"]["kind"] == "simulated"
     video = status["streams"]["video"]
     assert (video["problem"], video["dropped"], video["wanted"]) == (None, 0, [])
-    assert 20 < video["captured_fps"] < 40
     assert video["encoder"] == {"chosen": "libvpx", "ms": {}, "refused": {}, "failed": {}}
     audio = status["streams"]["audio"]
-    assert audio["captured_hz"] > 40
     assert (audio["failures"], audio["cut_ms"]) == (0, 0)
 
 
@@ -155,8 +166,9 @@ async def test_a_driver_that_raises_takes_nothing_down(
     ports: asyncio.Queue[int] = asyncio.Queue()
     running = asyncio.create_task(app.run(ports.put_nowait))
     url = f"http://127.0.0.1:{await asyncio.wait_for(ports.get(), 10)}"
-    await asyncio.sleep(0.3)
-    status = await _status(url, state_folder)
+    status = await _status(
+        url, state_folder, lambda status: status["robot"]["problem"] == str(NO_ANSWER)
+    )
     assert not running.done()
     app.stop()
     await asyncio.wait_for(running, 5)
@@ -276,7 +288,15 @@ async def test_what_happens_is_recorded_where_it_is_configured(state_folder: Pat
     ready = asyncio.Event()
     running = asyncio.create_task(app.run(lambda _: ready.set()))
     await ready.wait()
-    await asyncio.sleep(2.0)
+
+    def captures() -> bool:
+        streams: Any = app._status()["streams"]
+        return bool(streams["video"]["captured_fps"] and streams["audio"]["captured_hz"])
+
+    async with asyncio.timeout(20):
+        while not captures():  # noqa: ASYNC110  # as the page asks
+            await asyncio.sleep(0.05)
+    await asyncio.sleep(2.0)  # of which a second and more is to be on the tape
     told = app._status()["tape"]
     assert isinstance(told, dict)
     assert (told["problem"], told["left_out"]) == (None, 0)

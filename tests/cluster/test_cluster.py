@@ -129,7 +129,7 @@ async def test_all_are_told_while_there_is_something_to_tell(
     cluster.tell(lambda: "news")
     await until(lambda: len(livekit.of("SendData")) >= 4)
     assert {body["room"] for body in livekit.of("SendData")} == {"a", "b"}
-    assert cluster.watching == 18
+    await until(lambda: cluster.watching == 18)
     assert [one["is_live"] for one in cluster.status()] == [True, True]
 
 

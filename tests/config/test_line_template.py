@@ -87,10 +87,10 @@ def test_what_is_said_is_understood(left: int, right: int) -> None:
 def test_no_line_takes_long(between: str) -> None:
     """Whatever a robot sends, a line is understood or not in a moment."""
     template = LineTemplate(between.join(["{_}"] * 20), ("_",))
-    began_s = time.perf_counter()
+    began_s = time.thread_time()
     for letter in "1.-":
         template.found(letter * 5000 + "x")
-    assert time.perf_counter() - began_s < 0.5
+    assert time.thread_time() - began_s < 0.5
 
 
 @pytest.mark.parametrize(

@@ -89,12 +89,22 @@ async def test_it_drives_and_tells(board: Board, robot: SerialRobot) -> None:
     }
 
 
+@pytest.mark.alone
 async def test_it_stops_by_itself_when_the_cable_is_pulled(
     board: Board, robot: SerialRobot
 ) -> None:
     """It stands 250 ms after its last frame at most, lives on, and stands when plugged in."""
     await drive(robot, board)
+
+    async def drives_on() -> None:
+        """Or it would be told to stand before the cable is out."""
+        while True:
+            robot.apply(AHEAD, 1)
+            await asyncio.sleep(0.01)
+
+    driving = asyncio.create_task(drives_on())
     out_s = await board.unplug()
+    driving.cancel()
 
     async def stands() -> bool:
         return not board.moves

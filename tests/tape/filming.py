@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, TypeVar, cast
 
 from tests.tape.packets import SIZE, in_order, pictures, sounds
 
@@ -21,12 +22,20 @@ from wax.tape.recorder import Format, Recorder
 from wax.tape.shelf import Shelf
 
 if TYPE_CHECKING:
+    from wax.encode.encoded import EncodedSound
     from wax.tape.media_file import Codec
 
-_LEAD_S = 1.5
+_Item = TypeVar("_Item", "EncodedPicture", "EncodedSound")
+
+_LEAD_S = 0.5
 _SECONDS = 8.0
 CAMERA_LATER_S = 0.25
 """So much later than the driving view a camera beside it begins."""
+
+
+def _moved(one: _Item, by_s: float) -> _Item:
+    """To make them may take a busy machine any time, so they begin later."""
+    return replace(one, captured_s=one.captured_s + by_s)
 
 
 def main(folder: Path, codec: Codec) -> None:
@@ -35,6 +44,9 @@ def main(folder: Path, codec: Codec) -> None:
     The camera has the other codec.
     """
     camera = CameraFormat("Door", "vp8" if codec == "h264" else "h264", SIZE)
+    made = pictures(codec, begin_s=0.0, seconds=_SECONDS)
+    made_beside = pictures(camera.codec, begin_s=CAMERA_LATER_S, seconds=_SECONDS)
+    heard = sounds(begin_s=0.0, seconds=_SECONDS)
     clock = SystemClock()
     begin_s = clock.now_s() + _LEAD_S
     recorder = Recorder(
@@ -43,10 +55,10 @@ def main(folder: Path, codec: Codec) -> None:
         format=Format(codec, SIZE, has_sound=True, keyframe_interval_s=1.0, cameras=(camera,)),
         clock=clock,
     )
-    film = pictures(codec, begin_s=begin_s, seconds=_SECONDS)
-    beside = pictures(camera.codec, begin_s=begin_s + CAMERA_LATER_S, seconds=_SECONDS)
+    beside = [_moved(one, begin_s) for one in made_beside]
     of_camera = {id(one) for one in beside}
-    items = in_order([*film, *beside, *sounds(begin_s=begin_s, seconds=_SECONDS)])
+    film = [_moved(one, begin_s) for one in made]
+    items = in_order([*film, *beside, *(_moved(one, begin_s) for one in heard)])
     recorder.start()
     for item in items:
         time.sleep(max(0.0, item.captured_s - clock.now_s()))
