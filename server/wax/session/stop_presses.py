@@ -188,11 +188,9 @@ class StopPresses:
             one = PressingAddress(self._numbers, address, by)
         one.by, one.presses, one.newest_s = by, one.presses + 1, now_s
         self._pressers[address] = one
-        if len(self._pressers) > _MOST_TOLD:
-            muted = self._decisions.muted_addresses
-            oldest = next((each for each in self._pressers if each not in muted), None)
-            if oldest is not None:
-                del self._pressers[oldest]
+        heeded = [each for each in self._pressers if each not in self._decisions.muted_addresses]
+        if len(heeded) > _MOST_TOLD:
+            del self._pressers[heeded[0]]
 
 
 def _named(viewer: Viewer) -> Sentence:
