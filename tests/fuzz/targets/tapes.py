@@ -137,7 +137,7 @@ EVENTS: Final = Target(
     hear=_hear_events,
     seeds=(_events(),),
     words=(
-        b"zstd", b"lz4", b"", b"wax.tape", b"origin_ns", b"format", b"/wax/missed", b"NaN", b"null",
+        b"zstd", b"lz4", b"wax.tape", b"origin_ns", b"format", b"/wax/missed", b"NaN", b"null",
         b"\x28\xb5\x2f\xfd", b"\x06", b"\x05", b"\x0c", b"\xff" * 8, b"\x89MCAP0\r\n",
     ),
     max_bytes=16_384,
