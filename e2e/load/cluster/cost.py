@@ -15,7 +15,6 @@ from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Final
 
 import aiohttp
-import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 from livekit import rtc
 
 from e2e.harness.child import child
@@ -46,7 +45,7 @@ _NICENESS: Final = 10
 
 async def room_cost(n: int) -> list[Row]:
     """Measure `n` pairs of windows: nobody in the room and `OBSERVERS`; and renewals of seats."""
-    cpu, mbit, robots_cpu = [], [], []
+    cpu, robots_cpu = [], []
     async with staged("engine") as stage:
         nodes = [ProcessMeter(node.pid) for node in stage.engine.nodes]
         server = ProcessMeter(stage.server.pid)
@@ -54,8 +53,7 @@ async def room_cost(n: int) -> list[Row]:
             none = await _window(nodes)
             async with _observers(stage.engine.url(0)):
                 many = await _window(nodes)
-            cpu.append((many[0] - none[0]) / OBSERVERS * 100)
-            mbit.append((many[1] - none[1]) / OBSERVERS)
+            cpu.append((many - none) / OBSERVERS * 100)
             robots_cpu.append(await _renewal_s(stage.server.url, server) / RENEW_S * 100)
 
     def row(
@@ -68,24 +66,16 @@ async def room_cost(n: int) -> list[Row]:
     core = "% of a core"
     return [
         row("node cpu", "what an observer in a room costs LiveKit's node", core, cpu),
-        row("node bytes", "… and is sent, all headers", "Mbit/s", mbit),
         row("server cpu", "… and costs the robot's own server", core, robots_cpu, _CPU_PERCENT),
     ]
 
 
-async def _window(nodes: Sequence[ProcessMeter]) -> tuple[float, float]:
-    """Return processor time, s, and what the loopback interface carried, Mbit, a second."""
+async def _window(nodes: Sequence[ProcessMeter]) -> float:
+    """Return the processor time that they take, in seconds of each."""
     await asyncio.sleep(_SETTLE_S)
-    before_s, before = time.monotonic(), _used(nodes)
+    before_s, used_s = time.monotonic(), sum(one.cpu_s() for one in nodes)
     await asyncio.sleep(_WINDOW_S)
-    took_s = time.monotonic() - before_s
-    cpu_s, sent = (new - old for old, new in zip(before, _used(nodes), strict=True))
-    return cpu_s / took_s, sent * 8e-6 / took_s
-
-
-def _used(nodes: Sequence[ProcessMeter]) -> tuple[float, float]:
-    sent = psutil.net_io_counters(pernic=True)["lo"].bytes_sent
-    return sum(one.cpu_s() for one in nodes), float(sent)
+    return (sum(one.cpu_s() for one in nodes) - used_s) / (time.monotonic() - before_s)
 
 
 async def _renewal_s(url: str, server: ProcessMeter) -> float:
