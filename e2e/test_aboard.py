@@ -38,15 +38,13 @@ async def test_the_person_aboard_asks_and_takes_over(
     """Everybody reads it; the operator, who holds a key, drives again only after letting go."""
     page, watching = driver.page, await open_viewer(server)
     await expect(page.get_by_role("alert").first).to_contain_text("Please wait.", timeout=20_000)
-
-    async def speed_mps() -> float:
-        return float((await server.status())["robot"]["speed_mps"])
-
-    async def goes_back() -> bool:
-        return await speed_mps() < -0.02
-
     await page.keyboard.down("ArrowUp")
-    await eventually(goes_back, "the person aboard drives back", within_s=20, every_s=0.05)
+    await server.until(
+        lambda told: told["robot"]["speed_mps"] < -0.02,
+        "the person aboard drives back",
+        within_s=20,
+        every_s=0.05,
+    )
     for one in (page, watching.page):
         words = one.get_by_text(re.compile("The person aboard is driving"))
         await expect(words.first).to_be_visible()
@@ -55,7 +53,7 @@ async def test_the_person_aboard_asks_and_takes_over(
     async def goes_ahead() -> bool:
         await page.keyboard.up("ArrowUp")
         await page.keyboard.down("ArrowUp")
-        return await speed_mps() > 0.02
+        return bool((await server.status())["robot"]["speed_mps"] > 0.02)
 
     await eventually(goes_ahead, "the operator drives again", within_s=20, every_s=0.4)
     await page.keyboard.up("ArrowUp")

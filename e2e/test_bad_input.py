@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Final
 import pytest
 
 from e2e.harness.robot import pose, turn_by_key
-from e2e.harness.wait import eventually
 from wax.client import Client
 
 if TYPE_CHECKING:
@@ -86,13 +85,12 @@ async def test_bad_messages_are_counted_and_harmless(server: Server, driver: Vie
             for message in messages:
                 getattr(stranger, channel).send(message)
                 await asyncio.sleep(0.02)
-
-            async def counted(
-                before: int = refused(before), least: int = len(messages) - 3
-            ) -> bool:
-                return refused(await server.status()) - before >= least
-
-            await eventually(counted, "nearly all are counted", within_s=3)
+            least = refused(before) + len(messages) - 3
+            await server.until(
+                lambda told, least=least: refused(told) >= least,
+                "nearly all are counted",
+                within_s=3,
+            )
             assert await stranger.pongs(5.0), "the peer no longer answers"
             assert stranger.peer.connectionState == "connected"
             assert not (await pose(server)).moved(start)

@@ -68,17 +68,15 @@ async def test_one_is_large_and_the_others_are_small(
     await shows(viewer, 2, 160)
     await viewer.open("Settings")
     await viewer.switch("Other cameras").click()
-
-    async def is_sent_no_other() -> bool:
-        return bool((await sent(server))["cameras"] == [None, None])
-
-    await eventually(is_sent_no_other, "whoever wants the driving view alone is sent no other")
+    await server.until(
+        lambda told: told["viewers"][-1]["streams"]["cameras"] == [None, None],
+        "whoever wants the driving view alone is sent no other",
+    )
     await viewer.page.close()
-
-    async def encodes_nothing() -> bool:
-        return not any(one["wanted"] for one in (await server.status())["cameras"])
-
-    await eventually(encodes_nothing, "nothing is encoded that nobody sees")
+    await server.until(
+        lambda told: not any(one["wanted"] for one in told["cameras"]),
+        "nothing is encoded that nobody sees",
+    )
 
 
 @pytest.mark.timeout(120)

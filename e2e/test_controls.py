@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import pytest
 
 from e2e.harness.robot import moves, stands_still
-from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
     from e2e.conftest import OpenViewer
@@ -27,13 +26,10 @@ turn_s = 600.0
 """
 
 
-async def robot_has(server: Server, name: str, value: float, within_s: float = 3.0) -> None:
+async def robot_has(server: Server, name: str, value: float) -> None:
     """Wait until the simulated robot itself says so."""
-
-    async def so() -> bool:
-        return bool((await server.status())["robot"][name] == value)
-
-    await eventually(so, f"the robot's {name} is {value}", within_s=within_s)
+    what = f"the robot's {name} is {value}"
+    await server.until(lambda told: told["robot"][name] == value, what, within_s=3)
 
 
 async def press(viewer: Viewer, name: str) -> None:

@@ -18,7 +18,7 @@ from e2e.harness.installed import FIREFOX, installed, needed
 from e2e.harness.microphone import hearing
 from e2e.harness.probe import LIVE_MS
 from e2e.harness.robot import moves, stands_still, undisturbed
-from e2e.harness.wait import eventually
+from e2e.harness.wait import eventually, until
 from e2e.measure.ear import open_ear
 
 if TYPE_CHECKING:
@@ -99,7 +99,6 @@ async def test_firefox_shows_sounds_and_drives(
         assert probe.loudness(tap.take()) > 0.02
 
         await window.evaluate(button("Join the queue"))
-
         await reads(window, "You are driving")
 
         async def moves_by_key() -> bool:
@@ -131,11 +130,8 @@ async def test_firefox_speaks_to_the_robot(serve: Serve, tmp_path: Path) -> None
         await reads(window, "You are driving")
         await window.key("keyDown", "t")
         await reads(window, "You are heard.")
-
-        async def enough() -> bool:
-            return len(speech.read(played)) > (HEARD_S + 0.5) * speech.RATE_HZ
-
-        await eventually(enough, "the speaker plays", within_s=20)
+        enough = (HEARD_S + 0.5) * speech.RATE_HZ
+        await until(lambda: len(speech.read(played)) > enough, "the speaker plays", within_s=20)
         await window.key("keyUp", "t")
         heard = speech.read(played)[speech.RATE_HZ // 2 :]
         assert speech.in_order(heard, words) >= 0.5

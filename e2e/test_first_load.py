@@ -13,7 +13,7 @@ from aiohttp.test_utils import TestServer
 
 from e2e.harness import toml
 from e2e.harness.viewer import Viewer
-from e2e.harness.wait import eventually
+from e2e.harness.wait import until
 from e2e.measure.suite import ROOT
 
 if TYPE_CHECKING:
@@ -128,12 +128,8 @@ async def test_it_works_below_a_path(chromium: Browser, serve: Serve, tmp_path: 
         await viewer.page.goto(viewer.url)
         await viewer.sees_picture()
         await viewer.page.get_by_role("button", name="Stop", exact=True).first.click()
-        await eventually(lambda: _among(asked, "/robot/api/stop"), "the stop is asked for")
+        await until(lambda: "/robot/api/stop" in asked, "the stop is asked for")
     assert all(path.startswith("/robot/") for path in asked), asked
-
-
-async def _among(asked: list[str], path: str) -> bool:
-    return path in asked
 
 
 def test_no_other_host_is_named_in_it() -> None:

@@ -15,7 +15,7 @@ from e2e.harness.gamepad import LEFT_OF_CROSS, START, B, InjectedGamepad
 from e2e.harness.robot import moves, nothing_is_held, stands_still, undisturbed
 from e2e.harness.touch_screen import TouchPoints
 from e2e.harness.viewer import box_of
-from e2e.harness.wait import eventually
+from e2e.harness.wait import until
 from e2e.test_drive import HIDE, LOSSES, PHONE
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ async def wheels_mmps(board: Board) -> tuple[int, int]:
     """Return what frames ask of the wheels from now on, once that is the same for half a second."""
     begun_s = time.monotonic()
 
-    async def steady() -> tuple[int, int] | None:
+    def steady() -> tuple[int, int] | None:
         if time.monotonic() < begun_s + 1.0:
             return None
         asked = {
@@ -85,16 +85,13 @@ async def wheels_mmps(board: Board) -> tuple[int, int]:
         }
         return asked.pop() if len(asked) == 1 else None
 
-    found = await eventually(steady, "frames ask steadily for motion", within_s=4)
+    found = await until(steady, "frames ask steadily for motion", within_s=4)
     assert found is not None
     return found
 
 
 async def comes_to_rest(board: Board) -> None:
-    async def rests() -> bool:
-        return not board.moves
-
-    await eventually(rests, "the wheels stand", within_s=1)
+    await until(lambda: not board.moves, "the wheels stand", within_s=1)
 
 
 # --- in proportion, to the wire ------------------------------------------------------------------

@@ -9,7 +9,6 @@ from playwright.async_api import expect
 
 from e2e.harness.robot import turn_by_key
 from e2e.harness.viewer import box_of
-from e2e.harness.wait import eventually
 from e2e.test_drive import PHONE
 from wax.client import Operator
 
@@ -128,11 +127,11 @@ async def test_a_half_typed_name_stays_and_who_waits_can_read_why(
         await viewer.queue.get_by_text("driving").first.wait_for()
         await viewer.page.keyboard.type("a")
         await viewer.name.press("Enter")
-
-        async def named() -> bool:
-            return "Ada" in [line["name"] for line in (await server.status())["viewers"]]
-
-        await eventually(named, "the whole name is known", within_s=3)
+        await server.until(
+            lambda told: "Ada" in [line["name"] for line in told["viewers"]],
+            "the whole name is known",
+            within_s=3,
+        )
         await viewer.page.set_viewport_size({"width": 844, "height": 390})
         await viewer.join()
         hint = viewer.page.get_by_text("You drive when it is your turn.", exact=True)

@@ -12,7 +12,7 @@ import pytest
 import tomlkit
 
 from e2e.harness.server import COMMAND
-from e2e.harness.wait import eventually
+from e2e.harness.wait import until
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
@@ -117,11 +117,7 @@ async def test_a_stop_is_proved_where_it_is_in_time(
 async def test_broken_off_it_leaves_a_robot_that_stands(tmp_path: Path, board: Board) -> None:
     """Its parent's end makes the robot stand in the middle, and it says that it proved nothing."""
     process = await start_proof(tmp_path, board)
-
-    async def moves() -> bool:
-        return board.moves
-
-    await eventually(moves, "the robot is driven", within_s=60, every_s=0.02)
+    await until(lambda: board.moves, "the robot is driven", within_s=60, every_s=0.02)
     assert process.stdin is not None
     process.stdin.close()
     _, complaint = await asyncio.wait_for(ended(process), 15)

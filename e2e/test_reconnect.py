@@ -150,11 +150,7 @@ async def test_a_server_that_is_gone_is_told_within_a_second_and_found_again(
                 await asyncio.sleep(3)
         await server.kill()
         await server.start()
-
-        async def fresh() -> bool:
-            return len((await server.status())["viewers"]) == 1
-
-        await eventually(fresh, "the page is back", within_s=25)
+        await server.until(lambda told: len(told["viewers"]) == 1, "the page is back", within_s=25)
         await eventually(lambda: viewer.probe("playing()"), "the picture plays", within_s=10)
         assert_live(await viewer.cards(20))
 

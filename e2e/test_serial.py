@@ -5,7 +5,9 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import time
-from typing import TYPE_CHECKING, Final
+from functools import partial
+from operator import contains
+from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 import pytest_asyncio
@@ -14,11 +16,11 @@ from e2e.harness import toml
 from e2e.harness.commands import become_host
 from e2e.harness.line import SerialLine
 from e2e.harness.robot import until_it_moves
-from e2e.harness.wait import eventually
+from e2e.harness.wait import until
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Awaitable, Callable
+    from collections.abc import AsyncIterator, Callable
     from pathlib import Path
 
     from e2e.conftest import OpenViewer, Serve
@@ -46,36 +48,25 @@ def settings(port: Path, dialect: str) -> str:
 
 async def the_problem(server: Server) -> str:
     """Wait until the server says what is wrong with the robot."""
-
-    async def problem() -> str:
-        return str((await server.status())["robot"]["problem"] or "")
-
-    return await eventually(problem, "the server knows of the loss", within_s=3)
+    return await server.until(
+        lambda told: str(told["robot"]["problem"] or ""), "the server knows of the loss", within_s=3
+    )
 
 
-async def is_connected(server: Server) -> bool:
-    return bool((await server.status())["robot"]["connected"])
+def is_connected(status: dict[str, Any]) -> bool:
+    return bool(status["robot"]["connected"])
 
 
-async def hold(
-    server: Server, viewer: Viewer, key: str, drives: Callable[[], Awaitable[bool]]
-) -> None:
+async def hold(server: Server, viewer: Viewer, key: str, drives: Callable[[], bool]) -> None:
     """Hold a key until the robot moves."""
     keys = viewer.page.keyboard
 
     async def is_moving() -> bool:
         with contextlib.suppress(AssertionError):  # then whoever asked says so
-            return await eventually(drives, "the robot moves", within_s=1.5, every_s=0.02)
+            return await until(drives, "the robot moves", within_s=1.5, every_s=0.02)
         return False
 
     await until_it_moves(server, lambda: keys.down(key), lambda: keys.up(key), is_moving)
-
-
-def received(line: SerialLine, octet: bytes) -> Callable[[], Awaitable[bool]]:
-    async def so() -> bool:
-        return octet in line.received
-
-    return so
 
 
 @pytest.mark.timeout(90)
@@ -88,11 +79,11 @@ async def test_a_key_becomes_one_byte_and_its_release_another(
         for key, octet in (("ArrowUp", b"F"), ("s", b"B"), ("ArrowLeft", b"L"), ("d", b"R")):
             await asyncio.sleep(0.3)
             line.forget()
-            await hold(server, viewer, key, received(line, octet))
+            await hold(server, viewer, key, partial(contains, line.received, octet))
             assert b"S" not in line.received[line.received.rindex(octet) :]
             line.forget()
             await viewer.page.keyboard.up(key)
-            await eventually(received(line, b"S"), "a stop comes down the line", within_s=2)
+            await until(lambda: b"S" in line.received, "a stop comes down the line", within_s=2)
 
 
 @pytest.mark.timeout(120)
@@ -103,10 +94,10 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
     pulled plug there are stops, and motion only by a new press.
     """
 
-    async def drives() -> bool:
+    def drives() -> bool:
         return board.moves
 
-    async def stopped_itself() -> bool:
+    def stopped_itself() -> bool:
         return any(event["event"] == "ttl" for event in board.events())
 
     async with serve(tmp_path, settings(board.path, "frames")) as server:
@@ -135,12 +126,12 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
         # A line that fails for under half a second stops the robot by its own watchdog.
         await hold(server, viewer, "ArrowUp", drives)
         board.deafen(on=True)
-        await eventually(stopped_itself, "the watchdog stops it", within_s=1, every_s=0.005)
+        await until(stopped_itself, "the watchdog stops it", within_s=1, every_s=0.005)
         board.deafen(on=False)
         await asyncio.sleep(1.5)
         (stopped_s,) = (event["t_s"] for event in board.events() if event["event"] == "ttl")
         assert taken(board, stopped_s) == {"hello", "stop"}, "it moved without a new press"
-        assert await is_connected(server)
+        assert is_connected(await server.status())
         await viewer.page.keyboard.up("ArrowUp")
 
         # The page reports a lost line, which is opened again while the key is still held.
@@ -151,7 +142,7 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
         told = viewer.page.get_by_text(FOR_GUESTS)
         await told.first.wait_for(state="visible", timeout=2000)
         plugged_s = await board.plug()
-        await eventually(lambda: is_connected(server), "the line is opened again", within_s=5)
+        await server.until(is_connected, "the line is opened again", within_s=5)
         await told.first.wait_for(state="hidden", timeout=2000)
         await asyncio.sleep(1)
         assert taken(board, plugged_s) == {"hello", "stop"}, "it moved without a new press"
@@ -175,7 +166,7 @@ async def test_a_robot_that_is_missing_or_deaf_is_told(
     await board.unplug()
     async with serve(tmp_path, settings(board.path, "frames")) as server:
         viewer = await open_viewer(server)
-        assert not await is_connected(server)
+        assert not is_connected(await server.status())
         sentence = await the_problem(server)
         assert str(board.path) in sentence
         await viewer.page.get_by_text(FOR_GUESTS).first.wait_for(timeout=3000)
@@ -183,9 +174,9 @@ async def test_a_robot_that_is_missing_or_deaf_is_told(
         await become_host(viewer, server)
         await viewer.page.get_by_text(sentence).first.wait_for(timeout=3000)
         await board.plug()
-        await eventually(lambda: is_connected(server), "the robot is found", within_s=5)
+        await server.until(is_connected, "the robot is found", within_s=5)
         board.deafen(on=True)
         sentence = await the_problem(server)
         await viewer.page.get_by_text(sentence).first.wait_for(timeout=2000)
         board.deafen(on=False)
-        await eventually(lambda: is_connected(server), "the board answers again", within_s=5)
+        await server.until(is_connected, "the board answers again", within_s=5)

@@ -101,11 +101,8 @@ async def test_what_init_writes_drives_a_board(tmp_path: Path) -> None:
         server = Server(tmp_path, path.read_text(encoding="utf-8"))
         await server.start()
         try:
-
-            async def connected() -> bool:
-                return bool((await server.status())["robot"]["connected"])
-
-            await eventually(connected, "the server talks to the board", within_s=10)
+            what = "the server talks to the board"
+            await server.until(lambda told: told["robot"]["connected"], what, within_s=10)
             status = await server.status()
             assert status["robot"]["kind"] == "serial"
             video = status["streams"]["video"]

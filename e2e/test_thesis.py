@@ -62,11 +62,11 @@ async def test_the_browser_plays_the_system_of_2004(
     async with serve(tmp_path, thesis()) as server:
         viewer = await open_viewer(server)
         await viewer.listen()
-
-        async def in_step() -> bool:
-            return bool((await _streams(server))["mode"] == "synchronised")
-
-        await eventually(in_step, "sound and picture are in step", within_s=20)
+        await server.until(
+            lambda told: told["viewers"][0]["streams"]["mode"] == "synchronised",
+            "sound and picture are in step",
+            within_s=20,
+        )
         assert await viewer.probe("codec('audio')") == "audio/PCMU"
         await asyncio.sleep(3)  # until the browser's buffer has grown to the length of a unit
         viewer.forget()

@@ -15,7 +15,7 @@ from playwright.async_api import async_playwright, expect
 from e2e.harness import speech, toml
 from e2e.harness.chromium import launch_chromium
 from e2e.harness.viewer import Viewer
-from e2e.harness.wait import eventually
+from e2e.harness.wait import until
 from e2e.measure.ear import open_ear
 from e2e.measure.errors import NotRunError
 from wax.robot.simulated.flat import ADA
@@ -114,20 +114,16 @@ async def test_the_operator_is_heard_until_the_key_is_released_or_the_host_mutes
     await viewer.takes_the_wheel()
     await viewer.page.keyboard.down("KeyT")
     await is_heard.to_be_visible(timeout=10_000)
-
-    async def enough() -> bool:
-        return len(speech.read(played)) > (HEARD_BLOCKS + 50) * 480
-
-    await eventually(enough, "the speaker plays", within_s=15)
+    enough = (HEARD_BLOCKS + 50) * 480
+    await until(lambda: len(speech.read(played)) > enough, "the speaker plays", within_s=15)
     heard = speech.envelope(speech.read(played))[:HEARD_BLOCKS]
     assert speech.fit_in_loop(heard, speech.envelope(speech.voice(SPOKEN_S))) > 0.7
-
-    async def moves() -> bool:
-        status = await server.status()
-        return float(status["robot"]["speed_mps"]) > 0.05
-
     await viewer.page.keyboard.down("ArrowUp")
-    await eventually(moves, "the robot moves while its operator speaks", within_s=10)
+    await server.until(
+        lambda told: told["robot"]["speed_mps"] > 0.05,
+        "the robot moves while its operator speaks",
+        within_s=10,
+    )
     await viewer.page.keyboard.up("ArrowUp")
     await viewer.page.keyboard.up("KeyT")
     await is_heard.to_be_hidden()
@@ -200,19 +196,15 @@ async def test_who_speaks_does_not_hear_the_robot(
 
         words = speech.voice(SPOKEN_S)
 
-        async def are_heard() -> bool:
+        def are_heard() -> bool:
             heard = watcher.sound()[-EAR_BLOCKS * 480 :]
             return len(heard) == EAR_BLOCKS * 480 and speech.in_order(heard, words) >= 0.5
 
-        await eventually(are_heard, "the words are heard", within_s=20, every_s=0.5)
+        await until(are_heard, "the words are heard", within_s=20, every_s=0.5)
         assert len(viewer.heard()) >= EAR_BLOCKS // 2
         assert max(block.rms for block in viewer.heard()) == 0
         await viewer.page.keyboard.up("KeyT")
         viewer.forget()
-
-        async def hears() -> bool:
-            return any(block.rms > 0 for block in viewer.heard())
-
-        await eventually(hears, "the robot is heard again")
+        await until(lambda: any(block.rms > 0 for block in viewer.heard()), "it is heard again")
         assert viewer.errors == []
         await viewer.page.context.close()

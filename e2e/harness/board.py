@@ -9,7 +9,7 @@ from asyncio.subprocess import PIPE
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from e2e.harness.wait import eventually
+from e2e.harness.wait import until
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
@@ -110,13 +110,13 @@ class Board:
     async def _until(self, event: str, since_s: float) -> float:
         """Wait for an event after that moment and return its time."""
 
-        async def came() -> float:
+        def came() -> float:
             if not self.log_path.exists():
                 return 0.0
             found = [one["t_s"] for one in self.events(since_s) if one["event"] == event]
             return float(found[0]) if found else 0.0
 
-        return await eventually(came, f"the board's log says {event}", every_s=0.002)
+        return await until(came, f"the board's log says {event}", every_s=0.002)
 
 
 async def _build() -> str:

@@ -5,9 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeVar
-
-from e2e.harness.wait import eventually
+from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -78,15 +76,11 @@ async def undisturbed(server: Server, attempt: Callable[[], Awaitable[T]]) -> T:
 async def nothing_is_held(server: Server) -> None:
     """Wait until the operator's page has said so, without which no press moves anything."""
 
-    async def accepted() -> int:
-        return int((await server.status())["counters"].get("commands.accepted", 0))
+    def accepted(status: dict[str, Any]) -> int:
+        return int(status["counters"].get("commands.accepted", 0))
 
-    before = await accepted()
-
-    async def is_told() -> bool:
-        return await accepted() > before
-
-    await eventually(is_told, "the page says that nothing is held")
+    before = accepted(await server.status())
+    await server.until(lambda told: accepted(told) > before, "the page says that nothing is held")
 
 
 async def until_it_moves(

@@ -12,7 +12,7 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import aiohttp
 
@@ -24,8 +24,11 @@ from wax.errors import StateError
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
+    from collections.abc import Callable
 
     from playwright.async_api import BrowserContext
+
+T = TypeVar("T")
 
 COMMAND = Path(sys.executable).with_name("wax")
 CLIENT_ID = re.compile(r"\b[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}\b(?!\.local)")
@@ -197,6 +200,14 @@ class Server:
         assert code == 200, f"/api/status says {code}: {body}"
         assert isinstance(body, dict)
         return body
+
+    async def until(self, ask: Callable[[dict[str, Any]], T], what: str, **limits: float) -> T:
+        """Wait as `eventually` does for an answer by its status."""
+
+        async def answer() -> T:
+            return ask(await self.status())
+
+        return await eventually(answer, what, **limits)
 
     async def _serves_or_ended(self) -> bool:
         if self._process is not None and self._process.returncode is not None:

@@ -190,10 +190,7 @@ class Viewer:
         return await self.page.evaluate(f"window.waxProbe.{expression}")
 
     async def sees_picture(self, within_s: float = 15) -> None:
-        async def playing() -> bool:
-            return bool(await self.probe("playing()"))
-
-        await eventually(playing, "the picture plays", within_s=within_s)
+        await eventually(lambda: self.probe("playing()"), "the picture plays", within_s=within_s)
 
     async def is_dark(self) -> bool:
         """Return whether nothing in the picture is brighter than black."""

@@ -31,3 +31,12 @@ async def eventually(
         if time.monotonic() > deadline_s:
             raise AssertionError(f"not within {within_s:g} s: {what} (last answer: {answer!r})")
         await asyncio.sleep(every_s)
+
+
+async def until(ask: Callable[[], T], what: str, **limits: float) -> T:
+    """Wait as `eventually` does for what is known in this process."""
+
+    async def answer() -> T:
+        return ask()
+
+    return await eventually(answer, what, **limits)

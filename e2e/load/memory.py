@@ -7,7 +7,6 @@ import statistics
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from e2e.harness.wait import eventually
 from e2e.load.crowd.crowd import Crowd
 from e2e.load.servers import SIDES, STOCK, WAX, serving
 from e2e.measure.row import Row, judged
@@ -92,11 +91,9 @@ async def come_and_go(server: MeasuredServer, crowd: Crowd, batch: int) -> tuple
 
 async def is_empty(server: MeasuredServer) -> None:
     """Wait until all viewers are forgotten; our server keeps a place for the grace time."""
-
-    async def empty() -> bool:
-        return server.side == STOCK or not (await server.status())["viewers"]
-
-    await eventually(empty, "viewers who left are forgotten", within_s=_FORGET_S)
+    if server.side != STOCK:
+        what = "viewers who left are forgotten"
+        await server.until(lambda told: not told["viewers"], what, within_s=_FORGET_S)
     await asyncio.sleep(_SETTLE_S / 4)
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final, Self
 
-from e2e.harness.wait import eventually
+from e2e.harness.wait import until
 from wax.capture.testcard import TestCardVideo
 from wax.errors import SourceError
 
@@ -170,11 +170,7 @@ class Control:
 
     async def _moment(self, name: str) -> float:
         noted = self.folder / name
-
-        async def there() -> bool:
-            return noted.exists()
-
-        await eventually(there, f"the camera says {name}", within_s=5, every_s=0.005)
+        await until(noted.exists, f"the camera says {name}", within_s=5, every_s=0.005)
         at_s = float(noted.read_text(encoding="utf-8"))
         noted.unlink(missing_ok=True)
         return at_s

@@ -11,7 +11,6 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from e2e.harness.wait import eventually
 from e2e.stop import by_page
 from e2e.stop.camera import Control
 from e2e.stop.fault import Fault
@@ -92,12 +91,11 @@ async def _until_it_answers(scene: Scene) -> None:
 
 
 async def _cut_link(scene: Scene) -> float:
-    async def is_lost() -> bool:
-        return not (await scene.stage.server.status())["robot"]["connected"]
-
     since_s = time.monotonic()
     await scene.stage.robot.cut()
-    await eventually(is_lost, "the server knows of the loss", every_s=0.02)
+    await scene.stage.server.until(
+        lambda told: not told["robot"]["connected"], "the server knows of the loss", every_s=0.02
+    )
     return since_s
 
 

@@ -8,7 +8,7 @@ from contextlib import asynccontextmanager
 from multiprocessing import get_context
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.harness.wait import eventually
+from e2e.harness.wait import until
 from e2e.measure.errors import MeasureError
 from e2e.stop.operator import RawOperator
 from wax.client import Operator
@@ -80,11 +80,9 @@ async def press_stop(ways: Sequence[str], scene: Scene) -> float:
             await peer.press_stop()
         else:
             peer.say(type="stop")
-
-    async def told() -> bool:
-        return scene.operator.stopped is not None
-
-    await eventually(told, "the operator is told of the stop", every_s=0.01)
+    await until(
+        lambda: scene.operator.stopped is not None, "the operator is told of the stop", every_s=0.01
+    )
     return since_s
 
 
@@ -94,11 +92,7 @@ async def release_stop(scene: Scene) -> None:
     scene.operator.let_go()
     await asyncio.sleep(0.04)
     scene.operator.release(stop)
-
-    async def released() -> bool:
-        return scene.operator.stopped is None
-
-    await eventually(released, "the stop is released", every_s=0.01)
+    await until(lambda: scene.operator.stopped is None, "the stop is released", every_s=0.01)
 
 
 def _work(url: str, rate_hz: float, pipe: Connection[Any, Any]) -> None:

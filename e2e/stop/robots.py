@@ -16,7 +16,7 @@ from tests.robot.ros2.base import Base, own_domain
 from tests.robot.ros2.bridge import Bridge
 
 from e2e.harness.server import free_port
-from e2e.harness.wait import eventually
+from e2e.harness.wait import until
 from e2e.measure.suite import ROOT
 from e2e.stop.mock_pins import METER
 from e2e.stop.record import Record
@@ -121,11 +121,7 @@ class Sketch(Robot):
             *(sys.executable, str(_SKETCH), "bridge", str(self._port), str(self._log)),
             stdin=asyncio.subprocess.PIPE,
         )
-
-        async def is_there() -> bool:
-            return self._port.exists()
-
-        await eventually(is_there, "the sketch is plugged in")
+        await until(self._port.exists, "the sketch is plugged in")
 
     async def cut(self) -> None:
         self._say(b"unplug\n")

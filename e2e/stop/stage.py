@@ -20,7 +20,6 @@ import tomlkit
 from e2e.harness import toml
 from e2e.harness.board import Board
 from e2e.harness.server import Server
-from e2e.harness.wait import eventually
 from e2e.load.crowd.crowd import Crowd
 from e2e.load.crowd.sample import Offering
 from e2e.measure.errors import MeasureError
@@ -155,13 +154,11 @@ class Stage:
         if here < self.load.observers:
             raise MeasureError(f"of {self.load.observers} observers {here} were left at the end")
 
-    async def answers(self, within_s: float = 20) -> None:
+    async def answers(self) -> None:
         """Wait until the server knows of the robot."""
-
-        async def connected() -> bool:
-            return bool((await self.server.status())["robot"]["connected"])
-
-        await eventually(connected, "the robot is found", within_s=within_s, every_s=0.05)
+        await self.server.until(
+            lambda told: told["robot"]["connected"], "the robot is found", within_s=20, every_s=0.05
+        )
 
     async def again(self) -> None:
         """Restart the killed server on the same port."""

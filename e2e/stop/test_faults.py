@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, get_args
 import pytest
 import pytest_asyncio
 
-from e2e.harness.wait import eventually
 from e2e.measure.errors import MeasureError
 from e2e.measure.table import to_table
 from e2e.stop import by_page
@@ -142,11 +141,7 @@ async def test_a_load_that_did_not_hold_is_no_result() -> None:
         async with staged(load=replace(DEFAULT, observers=2)) as stage:
             assert stage.crowd is not None
             await asyncio.to_thread(stage.crowd.hold, 0)
-
-            async def forgotten() -> bool:
-                return not (await stage.server.status())["viewers"]
-
-            await eventually(forgotten, "the observers are forgotten")
+            await stage.server.until(lambda told: not told["viewers"], "the observers are gone")
 
     with pytest.raises(MeasureError, match="of 2 observers 0 were left"):
         await lose_them()

@@ -13,7 +13,7 @@ from contextlib import AsyncExitStack, asynccontextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 from e2e.harness.child import child
-from e2e.harness.wait import eventually
+from e2e.harness.wait import until
 from e2e.load.cluster.page import longest_gap_ms, now_ms, unix_ms
 from e2e.load.process import pinned
 from e2e.load.strokes import changes
@@ -46,7 +46,7 @@ class Bystander:
         self._gaps_ms: list[float] = []
         self._stops = 0
 
-    async def moves(self) -> bool:
+    def moves(self) -> bool:
         """Tell whether the newest command moves the robot."""
         self._record.read()
         return bool(self._record.frames) and self._record.frames[-1].moves
@@ -58,7 +58,7 @@ class Bystander:
         yield
         to_ms = now_ms()
         await asyncio.sleep(_AFTER_S)
-        await eventually(self.moves, "the robot moves again")
+        await until(self.moves, "the robot moves again")
         frames = self._record.frames
         self._gaps_ms.append(longest_gap_ms(speeds_ms(frames), from_ms, to_ms))
         stops_ms = [unix_ms(one.at_ms / 1000) for one in changes(frames) if not one.moving]
@@ -90,7 +90,7 @@ async def driving(stage: Stage) -> AsyncIterator[Bystander]:
             operator = child("e2e.load.cluster.driving", stage.server.url, leaves_s=_LEAVES_S)
             await leaving.enter_async_context(operator)
         found = Bystander(Record(stage.board.log_path))
-        await eventually(found.moves, "the operator drives", within_s=20)
+        await until(found.moves, "the operator drives", within_s=20)
         yield found
 
 

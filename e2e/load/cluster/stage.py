@@ -14,7 +14,6 @@ import tomlkit
 from e2e.harness import toml
 from e2e.harness.board import Board
 from e2e.harness.server import Server
-from e2e.harness.wait import eventually
 from e2e.load.cluster.engine import KEY, ROOMS, Engine, running
 from e2e.load.process import pinned, two_cores
 from e2e.load.servers import SETTINGS
@@ -37,9 +36,13 @@ def rooms(engine: Engine) -> list[dict[str, Any]]:
     ]
 
 
-async def are_live(server: Server, count: int) -> bool:
-    told: list[dict[str, Any]] = (await server.status())["rooms"]
-    return [room["is_live"] for room in told].count(True) == count
+async def are_live(server: Server, count: int, within_s: float) -> None:
+    """Wait until so many rooms are published to."""
+    await server.until(
+        lambda told: [room["is_live"] for room in told["rooms"]].count(True) == count,
+        f"{count} rooms are live",
+        within_s=within_s,
+    )
 
 
 @asynccontextmanager
@@ -51,7 +54,7 @@ async def published(
         tables = "\n".join(f"[[publish]]\n{tomlkit.dumps(room)}" for room in rooms(engine))
         text = toml.card_with(server="max_viewers = 1", **settings) + tables
         async with serve(folder, text) as server:
-            await eventually(lambda: are_live(server, 2), "both rooms are live", within_s=20)
+            await are_live(server, 2, within_s=20)
             yield engine, server
 
 
@@ -71,13 +74,13 @@ class Stage:
 
     async def is_live(self, number: int, *, live: bool) -> None:
         """Wait until the server publishes into the room of a node, or knows that it does not."""
-
-        async def is_so() -> bool:
-            told = (await self.server.status())["rooms"]
-            return bool(told[number]["is_live"]) is live
-
         what = f"node {number} is {'published to' if live else 'given up'}"
-        await eventually(is_so, what, within_s=_LIVE_WITHIN_S, every_s=_LOOK_S)
+        await self.server.until(
+            lambda told: told["rooms"][number]["is_live"] is live,
+            what,
+            within_s=_LIVE_WITHIN_S,
+            every_s=_LOOK_S,
+        )
 
     async def are_live(self) -> None:
         """Wait until both rooms are published to."""

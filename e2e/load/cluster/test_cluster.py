@@ -15,7 +15,7 @@ import tomlkit
 
 from e2e.harness import toml
 from e2e.harness.server import free_port
-from e2e.harness.wait import eventually
+from e2e.harness.wait import eventually, until
 from e2e.load.cluster.engine import KEY, ROOMS, Redis, call, running
 from e2e.load.cluster.stage import are_live, published
 from e2e.load.cluster.watcher import watching
@@ -73,11 +73,6 @@ async def driving(server: Server) -> AsyncIterator[list[bool]]:
         assert await operator.pongs()
 
 
-async def live(server: Server, count: int, within_s: float = NOTICED_S) -> None:
-    """Wait until so many rooms are published to."""
-    await eventually(lambda: are_live(server, count), f"{count} rooms are live", within_s=within_s)
-
-
 async def answered(client: Client) -> Any:
     """Return the answer to an offer as a page makes it."""
     await client.peer.setLocalDescription(await client.peer.createOffer())
@@ -110,7 +105,7 @@ async def test_a_full_server_sends_observers_elsewhere(serve: Serve, tmp_path: P
             assert (answer["type"], len(answer["rooms"])) == ("sent_to_room", 2)
             assert answer["hello"]["viewer"] == 0
         await engine.stop()
-        await live(server, 0, within_s=10)
+        await are_live(server, 0, within_s=10)
         async with person(server) as bob:
             with pytest.raises(SignallingError, match=r"503 .*Watching is full"):
                 await answered(bob)
@@ -128,12 +123,12 @@ async def test_a_killed_node_is_noticed_and_used_again(serve: Serve, tmp_path: P
         async with watching(other) as watcher:
             await watcher.watches()
             await engine.nodes[0].kill()
-            await live(server, 1)
+            await are_live(server, 1, NOTICED_S)
             watcher.pictures.clear()
             await watcher.watches()
             await asyncio.sleep(ENGINES_OWN_S)
             await engine.nodes[0].start()
-            await live(server, 2, within_s=BACK_S)
+            await are_live(server, 2, within_s=BACK_S)
             assert not watcher.is_out
         assert moved == []
 
@@ -142,10 +137,10 @@ async def test_a_node_that_hung_keeps_its_room(serve: Serve, tmp_path: Path) -> 
     """It counts as dead when it goes on, and would give its room to the other node for good."""
     async with published(serve, tmp_path) as (engine, server):
         engine.nodes[1].freeze()
-        await live(server, 1)
+        await are_live(server, 1, NOTICED_S)
         await asyncio.sleep(ENGINES_OWN_S)
         engine.nodes[1].thaw()
-        await live(server, 2, within_s=15)
+        await are_live(server, 2, within_s=15)
         assert len(await engine.redis.nodes_of_rooms()) == 2
 
 
@@ -159,7 +154,7 @@ async def test_without_redis_and_without_the_cluster_driving_goes_on(
         assert await server.status()
         for node in engine.nodes:
             await node.kill()
-        await live(server, 0)
+        await are_live(server, 0, NOTICED_S)
         assert moved == []
 
 
@@ -195,11 +190,7 @@ async def test_who_watches_elsewhere_stops_the_robot(serve: Serve, tmp_path: Pat
                 await ada.post("/api/stop", {})
             await ada.post("/api/seat", {})
             await ada.post("/api/stop", {})
-
-            async def stands() -> bool:
-                return moved[-1:] == [False]
-
-            await eventually(stands, "the robot stands")
+            await until(lambda: moved[-1:] == [False], "the robot stands")
         assert (await server.status())["stop"]["by"] == "somebody who watches elsewhere"
 
 
@@ -215,7 +206,7 @@ async def test_any_whip_server_gets_the_best_picture_and_the_sound(
         }
         toml_text = f"{toml.card_with(server='max_viewers = 1')}[[publish]]\n{tomlkit.dumps(table)}"
         async with serve(tmp_path, toml_text) as server, person(server) as ada:
-            await live(server, 1, within_s=10)
+            await are_live(server, 1, within_s=10)
 
             async def publishes() -> bool:
                 (robot,) = await engine.people(0)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from livekit import rtc
 
-from e2e.harness.wait import eventually
+from e2e.harness.wait import until
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Mapping
@@ -27,19 +27,15 @@ class Watcher:
 
     async def watches(self) -> None:
         """Wait until both renditions, the sound and the news have come."""
-
-        async def all_come() -> bool:
-            return len(self.pictures) == 2 and self._loud > 10 and len(self.told) > 1
-
-        await eventually(all_come, "two renditions, sound and news come", within_s=15)
+        await until(
+            lambda: len(self.pictures) == 2 and self._loud > 10 and len(self.told) > 1,
+            "two renditions, sound and news come",
+            within_s=15,
+        )
 
     async def leaves(self) -> None:
         """Wait until it has been taken out."""
-
-        async def is_out() -> bool:
-            return self.is_out
-
-        await eventually(is_out, "it is taken out of the room")
+        await until(lambda: self.is_out, "it is taken out of the room")
 
     def subscribed(
         self, track: Any, publication: rtc.RemoteTrackPublication, robot: rtc.RemoteParticipant
