@@ -105,14 +105,16 @@ def pytest_runtest_makereport(
     return report
 
 
-@pytest_asyncio.fixture(scope="session", loop_scope="session")
-async def ear() -> AsyncIterator[Ear | None]:
-    """Have a sound device for Chromium; None without PulseAudio."""
+async def sound_device() -> AsyncIterator[Ear | None]:
+    """Have a sound device for a browser; None without PulseAudio."""
     async with AsyncExitStack() as leaving:
         made = None
         with suppress(NotRunError):
             made = await leaving.enter_async_context(open_ear())
         yield made
+
+
+ear = pytest_asyncio.fixture(sound_device, scope="session", loop_scope="session")
 
 
 @pytest_asyncio.fixture(scope="session", loop_scope="session")
@@ -132,11 +134,9 @@ def serve(pytestconfig: pytest.Config) -> Serve:
         server = Server(folder, toml)
         pytestconfig.stash[SERVERS].append(server)
         try:
-            await server.start()
-            yield server
-            await server.stop()
+            async with server:
+                yield server
         finally:
-            await server.kill()
             pytestconfig.stash[SERVERS].remove(server)
 
     return serving
@@ -186,10 +186,8 @@ async def driver(server: Server, open_viewer: OpenViewer) -> Viewer:
 @pytest_asyncio.fixture(loop_scope="session")
 async def board(tmp_path: Path) -> AsyncIterator[Board]:
     """Plug the real firmware's core into a pseudo-terminal."""
-    made = Board(tmp_path)
-    await made.start()
-    yield made
-    await made.stop()
+    async with Board(tmp_path) as made:
+        yield made
 
 
 @pytest_asyncio.fixture(loop_scope="session")

@@ -36,12 +36,6 @@ OFFERED = ("Forward", "Left", "Right", "Back", "Stop")
 SERVER_SETTINGS = toml.card_with(turns=toml.BRIEF_GRACE, drive="click_to_move = true")
 
 
-def on_a_board(board: Board) -> str:
-    """Configure the firmware's core as the robot, whose line can be read."""
-    serial = f'url = "{board.path}"\ndialect = "frames"\nreopen_s = 0.2'
-    return toml.card_with(robot='driver = "serial"', robot__serial=serial)
-
-
 async def travel_px(viewer: Viewer) -> float:
     """How far the joystick's knob goes."""
     await viewer.joystick.scroll_into_view_if_needed()
@@ -102,7 +96,7 @@ async def test_the_joystick_drives_as_far_as_it_is_pushed(
     serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
 ) -> None:
     """A thumb in its middle moves nothing, half way less than at the rim, and lifted it stops."""
-    async with serve(tmp_path, on_a_board(board)) as server:
+    async with serve(tmp_path, toml.card_on(board.path)) as server:
         viewer = await open_viewer(server, drives=True, **PHONE)
         travel = await travel_px(viewer)
         points = await TouchPoints.of(viewer)
@@ -124,7 +118,7 @@ async def test_a_gamepad_drives_as_far_as_it_is_pushed(
     serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
 ) -> None:
     """Not before it was chosen; then its stick drives in proportion, and its loss stops."""
-    async with serve(tmp_path, on_a_board(board)) as server:
+    async with serve(tmp_path, toml.card_on(board.path)) as server:
         viewer = await open_viewer(server, drives=True)
         pad = await InjectedGamepad.plugged_in(viewer.page)
         await pad.push(1, -1)

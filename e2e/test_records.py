@@ -11,7 +11,7 @@ import aiohttp
 import pytest
 
 from e2e.harness import toml
-from e2e.harness.server import Server, free_port
+from e2e.harness.server import free_port
 from wax.access import host_link
 from wax.client import Client
 from wax.client.host import become_host
@@ -20,15 +20,15 @@ from wax.client.operator import Operator
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from e2e.conftest import Serve
+
 
 @pytest.mark.timeout(60)
-async def test_no_secret_and_nothing_raw_is_logged(tmp_path: Path) -> None:
+async def test_no_secret_and_nothing_raw_is_logged(serve: Serve, tmp_path: Path) -> None:
     """Neither log nor records hold what would let one in as somebody else, at any level."""
-    server = Server(tmp_path, toml.CARD + '[log]\nlevel = "debug"\n')
-    await server.start()
     state = tmp_path / "state" / "wax"
     evil = "\x1b]0;evil\x07\u202egnp.exe\n[warning] forged"
-    try:
+    async with serve(tmp_path, toml.CARD + '[log]\nlevel = "debug"\n') as server:
         async with Client(server.url, name=evil) as eve:
             eve.say(type="name", name=evil)
             eve.say(type="nonsense", **{evil: evil})
@@ -59,9 +59,6 @@ async def test_no_secret_and_nothing_raw_is_logged(tmp_path: Path) -> None:
         assert {one.key for one in jar} == {"wax-host", "wax-id"}
         assert all(len(one) >= 16 for one in secrets)
         assert "a host link was made" in server.log
-        await server.stop()
-    finally:
-        await server.kill()
     files = [server.log_path, *(one for one in state.iterdir() if one.is_file())]
     assert len(files) >= 2
     for file in files:
@@ -76,24 +73,22 @@ async def test_no_secret_and_nothing_raw_is_logged(tmp_path: Path) -> None:
 
 
 @pytest.mark.timeout(60)
-async def test_seen_from_outside(tmp_path: Path) -> None:
+async def test_seen_from_outside(serve: Serve, tmp_path: Path) -> None:
     """Metrics on their own port only, readiness on the page's."""
     port = free_port()
-    server = Server(tmp_path, toml.CARD + f"[metrics]\nport = {port}\n")
-    await server.start()
-    try:
-        async with Operator(server.url) as ada, aiohttp.ClientSession() as session:
-            await ada.join()
-            await ada.gets_turn()
-            await asyncio.sleep(0.5)
-            async with session.get(f"http://127.0.0.1:{port}/metrics") as response:
-                text = await response.text()
-            assert 'wax_viewers{role="operator"} 1.0' in text
-            assert "wax_loop_lateness_seconds_bucket" in text
-            async with session.get(f"{server.url}/metrics") as response:
-                assert response.status == 404
-            async with session.get(f"{server.url}/readyz") as response:
-                assert (response.status, (await response.json())["ready"]) == (200, True)
-        await server.stop()
-    finally:
-        await server.kill()
+    async with (
+        serve(tmp_path, toml.CARD + f"[metrics]\nport = {port}\n") as server,
+        Operator(server.url) as ada,
+        aiohttp.ClientSession() as session,
+    ):
+        await ada.join()
+        await ada.gets_turn()
+        await asyncio.sleep(0.5)
+        async with session.get(f"http://127.0.0.1:{port}/metrics") as response:
+            text = await response.text()
+        assert 'wax_viewers{role="operator"} 1.0' in text
+        assert "wax_loop_lateness_seconds_bucket" in text
+        async with session.get(f"{server.url}/metrics") as response:
+            assert response.status == 404
+        async with session.get(f"{server.url}/readyz") as response:
+            assert (response.status, (await response.json())["ready"]) == (200, True)

@@ -33,17 +33,8 @@ FOR_GUESTS: Final = str(Sentence("robot.trouble"))
 
 @pytest_asyncio.fixture(loop_scope="session")
 async def line(tmp_path: Path) -> AsyncIterator[SerialLine]:
-    cable = SerialLine(tmp_path)
-    cable.plug()
-    yield cable
-    cable.unplug()
-
-
-def settings(port: Path, dialect: str) -> str:
-    return toml.card_with(
-        robot='driver = "serial"',
-        robot__serial=f'url = "{port}"\ndialect = "{dialect}"\nreopen_s = 0.2',
-    )
+    with SerialLine(tmp_path) as cable:
+        yield cable
 
 
 async def the_problem(server: Server) -> str:
@@ -74,7 +65,7 @@ async def test_a_key_becomes_one_byte_and_its_release_another(
     serve: Serve, tmp_path: Path, line: SerialLine, open_viewer: OpenViewer
 ) -> None:
     """In the dialect of 2004 each press is one byte, sent on change, and the release is a stop."""
-    async with serve(tmp_path, settings(line.path, "bytes")) as server:
+    async with serve(tmp_path, toml.card_on(line.path, "bytes")) as server:
         viewer = await open_viewer(server, drives=True)
         for key, octet in (("ArrowUp", b"F"), ("s", b"B"), ("ArrowLeft", b"L"), ("d", b"R")):
             await asyncio.sleep(0.3)
@@ -100,7 +91,7 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
     def stopped_itself() -> bool:
         return any(event["event"] == "ttl" for event in board.events())
 
-    async with serve(tmp_path, settings(board.path, "frames")) as server:
+    async with serve(tmp_path, toml.card_on(board.path, "frames")) as server:
         viewer = await open_viewer(server, drives=True)
         turn = (await server.status())["turn"]["number"]
         await hold(server, viewer, "ArrowUp", drives)
@@ -164,7 +155,7 @@ async def test_a_robot_that_is_missing_or_deaf_is_told(
 ) -> None:
     """With none plugged in the picture plays; the host reads what to check, a guest does not."""
     await board.unplug()
-    async with serve(tmp_path, settings(board.path, "frames")) as server:
+    async with serve(tmp_path, toml.card_on(board.path, "frames")) as server:
         viewer = await open_viewer(server)
         assert not is_connected(await server.status())
         sentence = await the_problem(server)

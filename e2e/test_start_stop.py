@@ -12,7 +12,6 @@ import pytest
 from tests.full_pipe import full_pipe
 
 from e2e.harness import toml
-from e2e.harness.board import Board
 from e2e.harness.line import SerialLine
 from e2e.harness.robot import turn_by_key
 from e2e.harness.server import COMMAND, Server
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from e2e.conftest import OpenViewer, Serve
+    from e2e.harness.board import Board
 
 
 @pytest.mark.timeout(60)
@@ -29,13 +29,8 @@ async def test_the_robot_is_stopped_before_the_end(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
     """The last byte on the line is a stop when the server is ended while somebody drives."""
-    line = SerialLine(tmp_path)
-    line.plug()
-    try:
-        settings = toml.card_with(
-            robot='driver = "serial"', robot__serial=f'url = "{line.path}"\ndialect = "bytes"'
-        )
-        async with serve(tmp_path, settings) as server:
+    with SerialLine(tmp_path) as line:
+        async with serve(tmp_path, toml.card_on(line.path, "bytes")) as server:
             viewer = await open_viewer(server, drives=True)
 
             async def drives() -> bool:
@@ -49,8 +44,6 @@ async def test_the_robot_is_stopped_before_the_end(
             await server.stop(signal.SIGTERM)
             await asyncio.sleep(0.1)
             assert line.received.endswith(b"S")
-    finally:
-        line.unplug()
 
 
 @pytest.mark.timeout(90)
@@ -59,14 +52,10 @@ async def test_a_paused_standard_error_stops_nothing(
 ) -> None:
     """While nobody reads its log the server answers, drives, and Ctrl-C ends it as ever."""
     with full_pipe() as stderr:
-        server = Server(tmp_path, toml.CARD, stderr=stderr)
-        try:
-            await server.start()
+        async with Server(tmp_path, toml.CARD, stderr=stderr) as server:
             viewer = await open_viewer(server, drives=True)
             await turn_by_key(server, viewer)
             await server.stop(signal.SIGINT)
-        finally:
-            await server.kill()
 
 
 async def _at_a_terminal(folder: Path, *arguments: str) -> tuple[int, str]:
@@ -84,33 +73,24 @@ async def _at_a_terminal(folder: Path, *arguments: str) -> tuple[int, str]:
         os.close(ours)
 
 
-async def test_what_init_writes_drives_a_board(tmp_path: Path) -> None:
+async def test_what_init_writes_drives_a_board(serve: Serve, tmp_path: Path, board: Board) -> None:
     """With --yes and a board plugged in, the file that is written starts a server that has it.
 
     This machine has no camera: the page says so, and the microphone's absence is no problem.
     """
-    board = Board(tmp_path)
-    await board.start()
-    try:
-        path = tmp_path / "robot.toml"
-        code, said = await _at_a_terminal(
-            tmp_path, "init", "--yes", "--serial", str(board.path), "robot.toml"
-        )
-        assert code == 0, said
-        assert f"the board on {board.path}" in said
-        server = Server(tmp_path, path.read_text(encoding="utf-8"))
-        await server.start()
-        try:
-            what = "the server talks to the board"
-            await server.until(lambda told: told["robot"]["connected"], what, within_s=10)
-            status = await server.status()
-            assert status["robot"]["kind"] == "serial"
-            video = status["streams"]["video"]
-            assert video["captured_fps"] or "No camera was found" in video["problem"]
-        finally:
-            await server.stop()
-        again, said = await _at_a_terminal(tmp_path, "init", "--yes", "robot.toml")
-        assert again == 2
-        assert "is there already" in said
-    finally:
-        await board.stop()
+    path = tmp_path / "robot.toml"
+    code, said = await _at_a_terminal(
+        tmp_path, "init", "--yes", "--serial", str(board.path), "robot.toml"
+    )
+    assert code == 0, said
+    assert f"the board on {board.path}" in said
+    async with serve(tmp_path, path.read_text(encoding="utf-8")) as server:
+        what = "the server talks to the board"
+        await server.until(lambda told: told["robot"]["connected"], what, within_s=10)
+        status = await server.status()
+        assert status["robot"]["kind"] == "serial"
+        video = status["streams"]["video"]
+        assert video["captured_fps"] or "No camera was found" in video["problem"]
+    again, said = await _at_a_terminal(tmp_path, "init", "--yes", "robot.toml")
+    assert again == 2
+    assert "is there already" in said

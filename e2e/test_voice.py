@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import wave
-from contextlib import AsyncExitStack, suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,12 +10,11 @@ import pytest
 import pytest_asyncio
 from playwright.async_api import async_playwright, expect
 
+from e2e.conftest import sound_device
 from e2e.harness import speech, toml
 from e2e.harness.chromium import launch_chromium
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import until
-from e2e.measure.ear import open_ear
-from e2e.measure.errors import NotRunError
 from wax.robot.simulated.flat import ADA
 from wax.robot.simulated.resident import answers
 
@@ -55,22 +52,14 @@ async def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("words")
 
 
-@pytest_asyncio.fixture(scope="module", loop_scope="session")
-async def own_ear() -> AsyncIterator[Ear | None]:
-    """Have a sound device for the browser that talks; None without PulseAudio."""
-    async with AsyncExitStack() as leaving:
-        made = None
-        with suppress(NotRunError):
-            made = await leaving.enter_async_context(open_ear())
-        yield made
+own_ear = pytest_asyncio.fixture(sound_device, scope="module", loop_scope="session")
+"""For the browser that talks."""
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="session")
 async def talking(folder: Path, own_ear: Ear | None) -> AsyncIterator[Browser]:
     """Launch a browser whose microphone hears real words, again and again."""
-    with wave.open(str(folder / "words.wav"), "wb") as file:
-        file.setparams((1, 2, speech.RATE_HZ, 0, "NONE", ""))
-        file.writeframes(speech.voice(SPOKEN_S).tobytes())
+    speech.write(folder / "words.wav", speech.voice(SPOKEN_S))
     async with async_playwright() as playwright:
         browser = await launch_chromium(
             playwright,

@@ -19,8 +19,7 @@ _LOST_S: Final = 6.0
 async def robot_lost(scene: Scene) -> None:
     """Pull the cable between server and board while somebody drives."""
     board = await scene.board()
-    robot = {"driver": "serial", "serial": {"url": str(board.path)}}
-    await scene.serves(video=_CARD, audio=_CARD, robot=robot)
+    await scene.serves(video=_CARD, audio=_CARD, robot=board.robot)
     await scene.drives()
     await board.unplug()
 

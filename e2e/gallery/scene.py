@@ -75,11 +75,8 @@ class Scene:
         return server
 
     async def board(self) -> Board:
-        """Plug the real firmware in, for ``robot=serial(board)``."""
-        board = Board(self.folder)
-        await board.start()
-        self._stack.push_async_callback(board.stop)
-        return board
+        """Plug the real firmware in, for ``robot=board.robot``."""
+        return await self._stack.enter_async_context(Board(self.folder))
 
     def camera(self) -> Control:
         """Have a camera that freezes when it is told to, for ``video=…`` of `faults.camera`."""

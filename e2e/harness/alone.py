@@ -28,19 +28,13 @@ for its address by multicast DNS first, which no interface carries.
 
 async def watch(folder: Path) -> int:
     """Count the whole pictures among thirty presented ones."""
-    server = Server(folder, toml.CARD)
-    await server.start()
-    try:
-        async with async_playwright() as playwright:
-            browser = await launch_chromium(playwright, *LOOPBACK_FLAGS)
-            viewer = await Viewer.prepare(await browser.new_context(), server.url)
-            await viewer.page.goto(server.url)
-            await viewer.sees_picture()
-            cards = await viewer.cards(30)
-            await browser.close()
-        await server.stop()
-    finally:
-        await server.kill()
+    async with Server(folder, toml.CARD) as server, async_playwright() as playwright:
+        browser = await launch_chromium(playwright, *LOOPBACK_FLAGS)
+        viewer = await Viewer.prepare(await browser.new_context(), server.url)
+        await viewer.page.goto(server.url)
+        await viewer.sees_picture()
+        cards = await viewer.cards(30)
+        await browser.close()
     return sum(card.valid for card in cards)
 
 

@@ -7,7 +7,7 @@ import json
 import time
 from asyncio.subprocess import PIPE
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from e2e.harness.wait import until
 
@@ -33,6 +33,18 @@ class Board:
         self._process: Process | None = None
         self._offset = 0
         self._events: list[dict[str, Any]] = []
+
+    async def __aenter__(self) -> Self:
+        await self.start()
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await self.stop()
+
+    @property
+    def robot(self) -> dict[str, Any]:
+        """The configuration's `[robot]` for it."""
+        return {"driver": "serial", "serial": {"url": str(self.path)}}
 
     async def start(self) -> None:
         """Build the firmware if it has changed, and plug the board in."""

@@ -6,20 +6,30 @@ import asyncio
 import os
 import pty
 import tty
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 if TYPE_CHECKING:
     from pathlib import Path
 
 
 class SerialLine:
-    """The board's end of the line; `path` is what the server opens. Needs a running event loop."""
+    """The board's end of the line, plugged in inside its block; `path` is what the server opens.
+
+    Needs a running event loop.
+    """
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / "robot-line"
         self.received = bytearray()
         self._board: int | None = None
         self._port: int | None = None
+
+    def __enter__(self) -> Self:
+        self.plug()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.unplug()
 
     def plug(self) -> None:
         self._board, self._port = pty.openpty()

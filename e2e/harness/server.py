@@ -12,7 +12,7 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import aiohttp
 
@@ -49,7 +49,8 @@ class Server:
     """`toml` is its configuration, beside `MANY_PLAYED_BY_ONE`; `folder` takes that and the log.
 
     The log is what it says on both its outputs; `stderr` is another descriptor for the second.
-    Its status is for the host only, so this is one, by the socket of `wax host-link`.
+    Its status is for the host only, so this is one, by the socket of `wax host-link`. As an async
+    context manager it serves inside the block and has stopped well afterwards.
     """
 
     def __init__(
@@ -69,6 +70,21 @@ class Server:
         }
         """Added to this process's environment; the tests' plug-ins are found by their names."""
         self._process: Process | None = None
+
+    async def __aenter__(self) -> Self:
+        try:
+            await self.start()
+        except BaseException:
+            await self.kill()
+            raise
+        return self
+
+    async def __aexit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        try:
+            if kind is None:
+                await self.stop()
+        finally:
+            await self.kill()
 
     @property
     def log(self) -> str:

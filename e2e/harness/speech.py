@@ -50,6 +50,13 @@ def read(path: Path) -> NDArray[np.int16]:
         return np.frombuffer(file.readframes(file.getnframes()), np.int16)
 
 
+def write(path: Path, sound: NDArray[np.int16]) -> None:
+    """Write a WAV, as a browser's microphone reads it."""
+    with wave.open(str(path), "wb") as file:
+        file.setparams((1, 2, RATE_HZ, 0, "NONE", ""))
+        file.writeframes(sound.tobytes())
+
+
 def envelope(sound: NDArray[np.int16], block_ms: float = 10) -> NDArray[np.float64]:
     """Root mean square of each block, 0…1."""
     size = int(RATE_HZ * block_ms / 1000)

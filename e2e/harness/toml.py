@@ -11,6 +11,7 @@ from wax.config.settings import Settings
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from pathlib import Path
 
 MANY_PLAYED_BY_ONE: dict[str, Any] = {
     "server": {
@@ -53,6 +54,12 @@ def card_with(**sections: str) -> str:
     """Add tables to the test card, as ``turns="turn_s = 3.0"``; ``__`` in a name is a dot."""
     tables = [f"[{name.replace('__', '.')}]\n{keys}\n" for name, keys in sections.items()]
     return CARD + "\n".join(tables)
+
+
+def card_on(port: Path, dialect: str = "frames") -> str:
+    """Have the test card of a robot at the end of a serial line."""
+    serial = f'url = "{port}"\ndialect = "{dialect}"\nreopen_s = 0.2'
+    return card_with(robot='driver = "serial"', robot__serial=serial)
 
 
 def for_one_machine(text: str) -> str:

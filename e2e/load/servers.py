@@ -112,14 +112,11 @@ async def serving_board(
 ) -> AsyncIterator[tuple[MeasuredServer, Board]]:
     """Serve WAX with the board of our firmware; raises `MeasureError`."""
     with TemporaryDirectory(prefix="wax-load-") as folder:
-        board = Board(Path(folder))
-        await board.start()
-        robot = {"driver": "serial", "serial": {"url": str(board.path)}}
-        try:
-            async with serving(WAX, core, robot=robot, **settings) as server:
-                yield server, board
-        finally:
-            await board.stop()
+        async with (
+            Board(Path(folder)) as board,
+            serving(WAX, core, robot=board.robot, **settings) as server,
+        ):
+            yield server, board
 
 
 @asynccontextmanager

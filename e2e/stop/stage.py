@@ -112,7 +112,7 @@ class FirmwareRobot(Robot):
     def __init__(self, folder: Path) -> None:
         self.board = Board(folder)
         super().__init__(folder, Record(self.board.log_path))
-        self.settings = {"driver": "serial", "serial": {"url": str(self.board.path)}}
+        self.settings = self.board.robot
 
     async def start(self) -> None:
         await self.board.start()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-import wave
 from contextlib import AsyncExitStack, asynccontextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -27,8 +26,6 @@ from wax.access import host_link
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
-    import numpy as np
-    from numpy.typing import NDArray
     from playwright.async_api import Page
 
     from e2e.delay.browser import Browser
@@ -86,7 +83,7 @@ async def staged(
         folder = Path(leaving.enter_context(TemporaryDirectory(prefix="wax-voice-")))
         config, words = folder / "wax.toml", folder / "words.wav"
         config.write_text(tomlkit.dumps(tree), encoding="utf-8")
-        _write(words, speech.voice(SPOKEN_S) if pauses else speech.unbroken(SPOKEN_S))
+        speech.write(words, speech.voice(SPOKEN_S) if pauses else speech.unbroken(SPOKEN_S))
         link = await leaving.enter_async_context(Link(profile))
         robots = await leaving.enter_async_context(open_ear())
         arguments = ["-m", "wax", "--config", str(config)]
@@ -112,12 +109,6 @@ async def staged(
 
 def _preload(*, listens: bool) -> str:
     return f"const LISTENS = {str(listens).lower()};\n{_PRELOAD}"
-
-
-def _write(path: Path, words: NDArray[np.int16]) -> None:
-    with wave.open(str(path), "wb") as file:
-        file.setparams((1, 2, speech.RATE_HZ, 0, "NONE", ""))
-        file.writeframes(words.tobytes())
 
 
 async def _sees(window: Page) -> None:

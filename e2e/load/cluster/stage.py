@@ -108,12 +108,10 @@ async def staged(
         with pinned(engines_core):
             await engine.start()
         board = Board(folder)
-        robot = {"driver": "serial", "serial": {"url": str(board.path)}}
-        tables = {"publish": rooms(engine), "robot": robot, "server": {"max_viewers": 1}}
+        tables = {"publish": rooms(engine), "robot": board.robot, "server": {"max_viewers": 1}}
         server = Server(folder, tomlkit.dumps(toml.merged(SETTINGS, tables, settings)))
         with pinned(robots_core):
-            await board.start()
-            leaving.push_async_callback(board.stop)
+            await leaving.enter_async_context(board)
             leaving.push_async_callback(server.kill)
             await server.start()
         stage = Stage(engine, server, board, robots_core)

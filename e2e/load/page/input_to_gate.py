@@ -35,15 +35,10 @@ async def input_to_gate(way: Way, n: int) -> list[Row]:
     What is measured ends later than at the gate: with the whole frame on the serial line.
     """
     with TemporaryDirectory(prefix="wax-load-") as folder:
-        board = Board(Path(folder))
-        await board.start()
-        try:
-            robot = {"driver": "serial", "serial": {"url": str(board.path)}}
-            strokes, told_ms, error_ms = await _made(way, {"robot": robot}, n)
+        async with Board(Path(folder)) as board:
+            strokes, told_ms, error_ms = await _made(way, {"robot": board.robot}, n)
             record = Record(board.log_path)
             record.read()
-        finally:
-            await board.stop()
     found = rows(way, strokes, changes(record.frames), error_ms)
     if way.is_touched:
         values = summarize(told_ms).model_dump(include={"median", "p95", "p99", "max"})
