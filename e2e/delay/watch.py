@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
     from e2e.delay.browser import Browser
     from e2e.delay.cell import Cell
-    from e2e.link.statistics import Lateness, Statistics
 
 PICTURE_WITHIN_S: Final = 30.0
 THIN_PICTURE_WITHIN_S: Final = 45.0
@@ -42,7 +41,6 @@ FETCH_EVERY_S: Final = 240.0
 """The page keeps ten minutes; nothing shorter is disturbed."""
 BEYOND_S: Final = 100.0
 """What a cell may take beside its own time until it counts as hung."""
-LATE_MS: Final = 5.0
 FAIL_SAFE: Final = "viewer.streams.fail_safe_s"
 _HEARS_WITHIN_S: Final = 4.0
 _LOOK_EVERY_S: Final = 0.1
@@ -118,7 +116,10 @@ async def _watch(
         else:
             problem = f"there was no picture within {within_s:.0f} s"
         readings = await instrument.readings()
-        values["link_late_percent"] = 100 * _late_share(before, await link.statistics())
+        after = await link.statistics()
+        delivered = after.delivered - before.delivered
+        late = after.late - before.late
+        values["link_late_percent"] = 100 * late / delivered if delivered else 0.0
     values |= measured(cell, readings, settle_s, began_ms)
     detail: dict[str, object] = {"problem": problem} if problem else {}
     return values, detail
@@ -189,16 +190,3 @@ async def _goto(page: Page, url: str, instrument: Instrument, within_s: float) -
                 await asyncio.sleep(_LOOK_EVERY_S)
             return True
     return False
-
-
-def _late_share(before: Statistics, after: Statistics) -> float:
-    """Of the packets, how many the emulator itself delivered more than `LATE_MS` too late."""
-    late = total = 0
-    for old, new in ((before.down_late, after.down_late), (before.up_late, after.up_late)):
-        total += sum(new.packets) - sum(old.packets)
-        late += _beyond(new) - _beyond(old)
-    return late / total if total else 0.0
-
-
-def _beyond(late: Lateness) -> int:
-    return sum(late.packets[late.up_to_ms.index(LATE_MS) + 1 :])

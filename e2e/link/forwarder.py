@@ -1,7 +1,7 @@
 """The process that is the link: holds both namespaces and moves packets between their TUN devices.
 
 ``python -m e2e.link.forwarder`` reads the profile as one line of JSON, answers with one line
-(`Hello` or `Refusal`), and then answers each line ``statistics`` or ``start_changes`` with one.
+(`Hello`), and then answers each line ``statistics`` or ``start_changes`` with one.
 When its standard input ends, whoever had it has ended: it ends everything in the namespaces and
 itself, and with it they and the devices are gone.
 """
@@ -24,7 +24,7 @@ from tests.link.model import Direction
 from tests.link.profile import Profile
 
 from e2e.link import leftovers, namespace
-from e2e.link.statistics import Hello, Lateness, Refusal, Statistics
+from e2e.link.statistics import LATE_MS, Hello, Statistics
 from e2e.link.tun import open_tun, read_packets
 from e2e.measure.errors import NotRunError
 
@@ -41,7 +41,7 @@ class Way:
     def __init__(self, source: int, sink: int, direction: Direction) -> None:
         self.source = source
         self.direction = direction
-        self.late = Lateness()
+        self.delivered = self.late = 0
         self._sink = sink
 
     def take(self) -> None:
@@ -52,18 +52,17 @@ class Way:
     def deliver(self) -> None:
         now_s = time.monotonic()
         for due_s, packet in self.direction.due(now_s):
-            self.late.add((now_s - due_s) * 1000)
+            self.delivered += 1
+            self.late += (now_s - due_s) * 1000 > LATE_MS
             os.write(self._sink, packet)
 
 
 class Forwarder:
     """Moves until its input ends."""
 
-    def __init__(self, down: Way, up: Way, *, start_s: float, real_time: bool) -> None:
+    def __init__(self, down: Way, up: Way, *, real_time: bool) -> None:
         self._down = down
         self._up = up
-        self._start_s = start_s
-        self._start_cpu_s = time.process_time()
         self._real_time = real_time
         self._asked = b""
 
@@ -100,13 +99,11 @@ class Forwarder:
     def _statistics(self) -> dict[str, Any]:
         return asdict(
             Statistics(
-                running_s=time.monotonic() - self._start_s,
-                cpu_s=time.process_time() - self._start_cpu_s,
                 real_time=self._real_time,
                 down=self._down.direction.counters,
                 up=self._up.direction.counters,
-                down_late=self._down.late,
-                up_late=self._up.late,
+                delivered=self._down.delivered + self._up.delivered,
+                late=self._down.late + self._up.late,
             )
         )
 
@@ -121,19 +118,19 @@ def main() -> int:
         server, server_tun = _end(namespace.SERVER_ADDRESS)
         browser, browser_tun = _end(namespace.BROWSER_ADDRESS)
     except NotRunError as error:
-        _answer(asdict(Refusal(str(error))))
+        _answer(asdict(Hello(refused=str(error))))
         return 1
     start_s, real_time = time.monotonic(), be_first()
     forwarder = Forwarder(
         Way(server_tun, browser_tun, _direction(profile, "down", start_s)),
         Way(browser_tun, server_tun, _direction(profile, "up", start_s)),
-        start_s=start_s,
         real_time=real_time,
     )
     signal.signal(signal.SIGTERM, _leave)
     gc.disable()  # nothing here makes cycles, and a collection would be late packets
     try:
-        _answer(asdict(Hello(start_s, server, browser, Path(_USER_NAMESPACE).readlink() != user)))
+        networks = {"server": server, "browser": browser}
+        _answer(asdict(Hello(networks, Path(_USER_NAMESPACE).readlink() != user, start_s)))
         forwarder.run(control, _answer)
     finally:
         ours = {leftovers.namespace_of(server), leftovers.namespace_of(browser)}

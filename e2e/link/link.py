@@ -9,23 +9,22 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self
 
-from pydantic import TypeAdapter
 from tests.link.errors import LinkError
 from tests.link.profile import Profile, load
 
+from e2e.harness.child import ends
 from e2e.link import leftovers, namespace
-from e2e.link.statistics import Hello, Refusal, Statistics
+from e2e.link.statistics import HELLO, STATISTICS, Statistics
 from e2e.measure.errors import NotRunError
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
 _ROOT: Final = Path(__file__).parents[2]
 _ANSWER_WITHIN_S: Final = 15.0
 _END_WITHIN_S: Final = 6.0
-_FIRST_LINE: Final[TypeAdapter[Hello | Refusal]] = TypeAdapter(Hello | Refusal)
-_STATISTICS: Final = TypeAdapter(Statistics)
+_ADDRESSES: Final = {"server": namespace.SERVER_ADDRESS, "browser": namespace.BROWSER_ADDRESS}
 
 
 class End:
@@ -79,6 +78,37 @@ class End:
         await asyncio.gather(*(process.wait() for process in self._spawned))
 
 
+class Held:
+    """Namespaces that we hold too, so that they outlive process `pid`, which has made them.
+
+    `line` is what it has said first; `ends` are by name, which is the address where `addresses` has
+    none. Raises `NotRunError` where it could make none.
+    """
+
+    def __init__(self, pid: int, line: bytes, addresses: Mapping[str, str]) -> None:
+        hello = HELLO.validate_json(line)
+        if hello.refused:
+            raise NotRunError(hello.refused)
+        self.start_s = hello.start_s
+        paths = [f"fd/{network}" for network in hello.networks.values()]
+        paths += ["ns/user"] * hello.in_user_namespace
+        flags = os.O_RDONLY | os.O_CLOEXEC
+        self._held = [os.open(f"/proc/{pid}/{path}", flags) for path in paths]
+        user = self._held[-1] if hello.in_user_namespace else None
+        self.ends = {
+            name: End(addresses.get(name, name), held, user)
+            for name, held in zip(hello.networks, self._held, strict=False)
+        }
+
+    async def end(self) -> None:
+        """End everything in them, and let them go."""
+        networks = {leftovers.namespace_of(held) for held in self._held[: len(self.ends)]}
+        await asyncio.to_thread(leftovers.end_all, networks)
+        await asyncio.gather(*(end.reap() for end in self.ends.values()))
+        for held in self._held:
+            os.close(held)
+
+
 class Link:
     """``async with Link("lan") as link``: both ends are there inside, and nothing afterwards.
 
@@ -94,8 +124,7 @@ class Link:
     def __init__(self, profile: Profile | str) -> None:
         self.profile = load(profile) if isinstance(profile, str) else profile
         self._forwarder: Process | None = None
-        self._held: list[int] = []
-        self._ends: list[End] = []
+        self._held: Held | None = None
         self._asking = asyncio.Lock()
 
     async def __aenter__(self) -> Self:
@@ -112,13 +141,11 @@ class Link:
         )
         try:
             settings = self.profile.model_dump_json(exclude_unset=True)
-            first = _FIRST_LINE.validate_json(await self._ask(settings))
-            if isinstance(first, Refusal):
-                raise NotRunError(first.refused)
-            self._take(first)
+            held = self._held = Held(self._forwarder.pid, await self._ask(settings), _ADDRESSES)
         except BaseException:
             await self.__aexit__()
             raise
+        self.server, self.browser, self.start_s = *held.ends.values(), held.start_s
         return self
 
     async def __aexit__(self, *_: object) -> None:
@@ -127,23 +154,14 @@ class Link:
         forwarder, self._forwarder = self._forwarder, None
         assert forwarder.stdin is not None
         forwarder.stdin.close()
-        try:
-            await asyncio.wait_for(forwarder.wait(), _END_WITHIN_S)
-        except TimeoutError:
-            forwarder.kill()
-            await forwarder.wait()
-        if self._held:
+        await ends(forwarder, _END_WITHIN_S)
+        if self._held is not None:
             # For when the forwarder was killed; else nothing is found any more.
-            ours = {leftovers.namespace_of(held) for held in self._held[:2]}
-            await asyncio.to_thread(leftovers.end_all, ours)
-            await asyncio.gather(*(end.reap() for end in self._ends))
-        for held in self._held:
-            os.close(held)
-        self._held.clear()
+            await self._held.end()
 
     async def statistics(self) -> Statistics:
         """Return the counts so far. Raises `LinkError` when the forwarder has ended."""
-        return _STATISTICS.validate_json(await self._ask("statistics"))
+        return STATISTICS.validate_json(await self._ask("statistics"))
 
     async def start_changes(self) -> float:
         """Let the profile's changes, and its traces, begin now; return the monotonic time.
@@ -151,22 +169,6 @@ class Link:
         Until then the conditions stay as they begin. Raises `LinkError` as `statistics` does.
         """
         return float(await self._ask("start_changes"))
-
-    def _take(self, hello: Hello) -> None:
-        """Hold the namespaces ourselves too, so that they outlive a forwarder that is killed."""
-        assert self._forwarder is not None
-        process = f"/proc/{self._forwarder.pid}"
-        paths = [f"{process}/fd/{hello.server_network}", f"{process}/fd/{hello.browser_network}"]
-        if hello.in_user_namespace:
-            paths.append(f"{process}/ns/user")
-        for path in paths:
-            self._held.append(os.open(path, os.O_RDONLY | os.O_CLOEXEC))
-        server, browser = self._held[:2]
-        user = self._held[2] if hello.in_user_namespace else None
-        self.server = End(namespace.SERVER_ADDRESS, server, user)
-        self.browser = End(namespace.BROWSER_ADDRESS, browser, user)
-        self._ends = [self.server, self.browser]
-        self.start_s = hello.start_s
 
     async def _ask(self, line: str) -> bytes:
         forwarder = self._forwarder

@@ -31,16 +31,3 @@ class Host:
 
 
 HOSTS: Final[TypeAdapter[list[Host]]] = TypeAdapter(list[Host])
-
-
-@dataclass(frozen=True, slots=True)
-class Hello:
-    """What the wiring answers: descriptors of its namespaces, or why there are none."""
-
-    networks: dict[str, int] | None = None
-    """By the host's name, or the address of a router's outer side."""
-    in_user_namespace: bool = False
-    refused: str = ""
-
-
-HELLO: Final = TypeAdapter(Hello)

@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import Final
 
 from e2e.link import namespace
+from e2e.link.statistics import HELLO, Hello
 from e2e.measure.errors import NotRunError
-from e2e.reach.hosts import HELLO, HOSTS, Hello, Host
+from e2e.reach.hosts import HOSTS, Host
 
 _WORLD: Final = "world"
 _OUTSIDE: Final = "outside"
@@ -27,6 +28,7 @@ class Wiring:
 
     def __init__(self) -> None:
         self.networks: dict[str, int] = {}
+        """By the host's name, or the address of a router's outer side."""
         self._cables = 0
 
     def wire(self, hosts: list[Host]) -> None:
