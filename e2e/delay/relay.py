@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Final
 
 import aiohttp
 
+from e2e.harness.child import ends
 from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
@@ -52,11 +53,7 @@ async def http_through(end: End, host: str, port: int) -> AsyncIterator[aiohttp.
                 yield http
         finally:
             process.stdin.close()
-            try:
-                await asyncio.wait_for(process.wait(), _END_WITHIN_S)
-            except TimeoutError:
-                process.kill()
-                await process.wait()
+            await ends(process, _END_WITHIN_S)
 
 
 async def _ready(says: StreamReader) -> None:
@@ -71,20 +68,15 @@ async def _ready(says: StreamReader) -> None:
 
 
 async def _relay(path: str, host: str, port: int) -> None:
-    open_ones: set[asyncio.Task[None]] = set()
+    kept: list[asyncio.Task[None]] = []
 
     def accept(reader: StreamReader, writer: StreamWriter) -> None:
-        one = asyncio.create_task(_hand_on(reader, writer, host, port))
-        open_ones.add(one)
-        one.add_done_callback(open_ones.discard)
+        kept.append(asyncio.create_task(_hand_on(reader, writer, host, port)))
 
     server = await asyncio.start_unix_server(accept, path)
     print(flush=True)
     await asyncio.to_thread(sys.stdin.read)
     server.close()
-    for one in open_ones:
-        one.cancel()
-    await asyncio.gather(*open_ones, return_exceptions=True)
 
 
 async def _hand_on(reader: StreamReader, writer: StreamWriter, host: str, port: int) -> None:
@@ -105,10 +97,5 @@ async def _pump(source: StreamReader, sink: StreamWriter) -> None:
     sink.close()
 
 
-def main() -> None:
-    path, host, port = sys.argv[1:]
-    asyncio.run(_relay(path, host, int(port)))
-
-
 if __name__ == "__main__":
-    main()
+    asyncio.run(_relay(sys.argv[1], sys.argv[2], int(sys.argv[3])))

@@ -18,6 +18,21 @@ if TYPE_CHECKING:
 _LATEST_S: Final = 60.0
 
 
+async def kill(process: Process | None) -> None:
+    """End a process as a power cut does; safe to call twice, and where there is none."""
+    if process is not None and process.returncode is None:
+        with suppress(ProcessLookupError):
+            process.kill()
+        await process.wait()
+
+
+async def ends(process: Process, within_s: float) -> None:
+    """Wait until a process that was asked to has ended; kill it where that is too late."""
+    with suppress(TimeoutError):
+        await asyncio.wait_for(process.wait(), within_s)
+    await kill(process)
+
+
 class Child:
     def __init__(self, process: Process) -> None:
         self._process = process
@@ -47,8 +62,4 @@ async def child(module: str, *arguments: object, leaves_s: float = 0.0) -> Async
     finally:
         assert process.stdin is not None
         process.stdin.close()
-        with suppress(TimeoutError):
-            await asyncio.wait_for(process.wait(), leaves_s)
-        if process.returncode is None:
-            process.kill()
-            await process.wait()
+        await ends(process, leaves_s)

@@ -9,6 +9,7 @@ import signal
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING
 
+from e2e.harness.child import kill
 from e2e.harness.server import COMMAND, free_port
 
 if TYPE_CHECKING:
@@ -50,6 +51,4 @@ async def replayed(folder: Path) -> AsyncIterator[str]:
         process.send_signal(signal.SIGTERM)
         assert await asyncio.wait_for(process.wait(), 5) == 0
     finally:
-        if process.returncode is None:
-            process.kill()
-            await process.wait()
+        await kill(process)

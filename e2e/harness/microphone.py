@@ -7,6 +7,7 @@ import os
 from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final
 
+from e2e.harness.child import kill
 from e2e.harness.speech import RATE_HZ
 
 if TYPE_CHECKING:
@@ -49,9 +50,7 @@ async def hearing(ear: Ear, words: NDArray[np.int16]) -> AsyncIterator[None]:
         speaking.cancel()
         with suppress(asyncio.CancelledError):
             await speaking
-        with suppress(ProcessLookupError):
-            mouth.kill()
-        await mouth.wait()
+        await kill(mouth)
 
 
 async def _speak(mouth: asyncio.subprocess.Process, words: bytes) -> None:

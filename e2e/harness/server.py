@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar
 import aiohttp
 
 from e2e.harness import toml as configurations
+from e2e.harness.child import kill
 from e2e.harness.wait import eventually
 from e2e.measure.suite import ROOT
 from wax.client.host import become_host
@@ -147,8 +148,7 @@ class Server:
         try:
             code = await self.exit_code(10)
         except TimeoutError:
-            self._process.kill()
-            await self._process.wait()
+            await self.kill()
             raise AssertionError(f"still running 10 s after {how.name}") from None
         took_s = time.monotonic() - asked_s
         assert code == 0, f"exit status {code} after {how.name}"
@@ -159,9 +159,7 @@ class Server:
 
     async def kill(self) -> None:
         """Kill it without a goodbye to its viewers."""
-        if self._process is not None and self._process.returncode is None:
-            self._process.kill()
-            await self._process.wait()
+        await kill(self._process)
 
     async def get(self, path: str, cookies: aiohttp.CookieJar | None = None) -> tuple[int, Any]:
         """Return the HTTP status and the parsed JSON, or the text if it is not JSON.

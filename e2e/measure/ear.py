@@ -18,6 +18,7 @@ from weakref import WeakSet
 
 import numpy as np
 
+from e2e.harness.child import kill
 from e2e.measure.errors import MeasureError, NotRunError
 from wax.clock import SystemClock
 
@@ -195,7 +196,8 @@ async def open_ear() -> AsyncIterator[Ear]:
             listening = asyncio.create_task(ear.listen(recorder.stdout), name="ear")
             yield ear
         finally:
-            await _end(recorder, device)
+            await kill(recorder)
+            await kill(device)
             if listening is not None:
                 await listening  # to the pipe's end, which closes it
 
@@ -206,11 +208,3 @@ async def _there(socket: Path, device: Process) -> None:
         if device.returncode is not None or time.monotonic() > until_s:
             raise MeasureError("PulseAudio does not start")
         await asyncio.sleep(0.05)
-
-
-async def _end(*processes: Process | None) -> None:
-    for process in processes:
-        if process is not None:
-            with suppress(ProcessLookupError):
-                process.kill()
-            await process.wait()

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, TextIO
 
 import aiohttp
 
+from e2e.harness.child import kill
 from e2e.harness.server import free_port
 from e2e.harness.wait import eventually
 from e2e.measure.errors import NotRunError
@@ -53,9 +54,7 @@ class Redis:
 
     async def kill(self) -> None:
         """End it as a power cut does; safe to call twice."""
-        if self._process is not None and self._process.returncode is None:
-            self._process.kill()
-            await self._process.wait()
+        await kill(self._process)
 
     async def nodes(self) -> set[str]:
         """Return the ids of the nodes, which are drawn anew at each start."""

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 import pytest
 
+from e2e.harness.child import kill
 from e2e.harness.server import free_port
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
@@ -59,8 +60,7 @@ async def started(how: str = "sdk") -> AsyncIterator[Process]:
         if process.returncode is None:
             for child in psutil.Process(process.pid).children(recursive=True):
                 child.kill()
-            process.kill()
-            await process.wait()
+            await kill(process)
 
 
 async def url_of(process: Process) -> str:
