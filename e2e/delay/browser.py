@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from playwright.async_api import Error, async_playwright
 
-from e2e.delay.systems.running import origin
+from e2e.delay.systems.served import origin
 from e2e.harness.chromium import chromium_at
 from e2e.measure.ear import Ear, open_ear
 

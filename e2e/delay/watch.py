@@ -41,7 +41,6 @@ FETCH_EVERY_S: Final = 240.0
 """The page keeps ten minutes; nothing shorter is disturbed."""
 BEYOND_S: Final = 100.0
 """What a cell may take beside its own time until it counts as hung."""
-FAIL_SAFE: Final = "viewer.streams.fail_safe_s"
 _HEARS_WITHIN_S: Final = 4.0
 _LOOK_EVERY_S: Final = 0.1
 
@@ -102,15 +101,14 @@ async def _watch(
             began_ms = unix_ms(await link.start_changes())
             until_s = picture_s + settle_s + cell.seconds - SETTLE_S
             await asyncio.sleep(picture_s + settle_s - time.monotonic())
-            told = await running.told()
+            failed_s = await running.fail_safe_s()
             costs = await _costs(running.pid, browser)
             psutil.cpu_percent()
             await _wait(instrument, until_s)
             values["machine_busy"] = psutil.cpu_percent()
             values |= _shares(costs, await _costs(running.pid, browser))
-            if FAIL_SAFE in told:
-                more = (await running.told()).get(FAIL_SAFE, 0.0)
-                values["fail_safe_s"] = max(0.0, float(more) - float(told[FAIL_SAFE]))
+            if failed_s is not None:
+                values["fail_safe_s"] = max(0.0, (await running.fail_safe_s() or 0.0) - failed_s)
             if cell.viewers > 1:
                 values["crowd_least_per_s"] = await others()
         else:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -17,6 +17,12 @@ T = TypeVar("T")
 
 STILL_M = 0.002
 STILL_RAD = 0.004
+
+
+class Told(Protocol):
+    """A server that says how it and its robot are."""
+
+    async def status(self) -> dict[str, Any]: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +44,7 @@ class Pose:
         return math.atan2(math.sin(turn), math.cos(turn))
 
 
-async def pose(server: Server) -> Pose:
+async def pose(server: Told) -> Pose:
     robot = (await server.status())["robot"]
     return Pose(**robot["pose"])
 
@@ -50,7 +56,7 @@ async def moves(server: Server, during_s: float = 0.5) -> bool:
     return (await pose(server)).moved(before)
 
 
-async def lateness(server: Server) -> int:
+async def lateness(server: Told) -> int:
     """Count how often the server was late, or got commands late, and required a new press."""
     counters = (await server.status())["counters"]
     return sum(

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Final
 
 import tomlkit
 
-from e2e.delay.systems.running import PORT
-from e2e.delay.systems.served import serving
-from e2e.delay.systems.wax import press
+from e2e.delay.systems.served import PORT
+from e2e.delay.systems.wax import press, serving
 from e2e.harness.wait import eventually
 from e2e.instrument.cards import LIE_MS, lies
 from e2e.instrument.instrument import Instrument, preload
@@ -58,10 +57,8 @@ async def own_error(link: Link, browser: Browser, folder: Path) -> list[Row]:
     `MeasureError` when server or browser do not work, or where the instrument does not count
     what the page's built-in player plays.
     """
-    config = folder / "wax.toml"
-    config.write_text(tomlkit.dumps(_CONFIG), encoding="utf-8")
     async with (
-        serving("wax", link.server, folder, ["-m", "wax", "--config", str(config)]) as served,
+        serving(link.server, folder, tomlkit.dumps(_CONFIG)) as served,
         browser.window("\n".join(map(preload, _TWO))) as window,
     ):
         await window.goto(served.url)

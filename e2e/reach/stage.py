@@ -6,9 +6,10 @@ import asyncio
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Final
 
-from e2e.delay.systems.running import PORT
-from e2e.delay.systems.served import serving as served_at
+from e2e.delay.systems import wax
+from e2e.delay.systems.served import PORT
 from e2e.harness.chromium import chromium_at
+from e2e.harness.robot import pose
 from e2e.harness.wait import eventually
 from e2e.reach.hosts import Host
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
     from playwright.async_api import Browser, Playwright
 
-    from e2e.delay.systems.served import Served
+    from e2e.delay.systems.wax import Wax
     from e2e.harness.viewer import Viewer
     from e2e.reach.internet import Internet
 
@@ -36,7 +37,7 @@ URL: Final = f"http://{ROBOT.public}:{HTTP}"
 class Robot:
     """A server at the robot's host, and what it tells a program that is its host."""
 
-    def __init__(self, served: Served) -> None:
+    def __init__(self, served: Wax) -> None:
         self._served = served
 
     async def obeys(self, viewer: Viewer) -> None:
@@ -44,13 +45,11 @@ class Robot:
 
         async def moves() -> bool:
             await viewer.page.keyboard.down("ArrowUp")
-            before = (await self._served.json("/api/status"))["robot"]["pose"]
+            before = await pose(self._served)
             await asyncio.sleep(0.6)
-            after = (await self._served.json("/api/status"))["robot"]["pose"]
+            after = await pose(self._served)
             await viewer.page.keyboard.up("ArrowUp")
-            return bool(
-                abs(after["x_m"] - before["x_m"]) + abs(after["y_m"] - before["y_m"]) > 0.02
-            )
+            return after.distance_m(before) > 0.02
 
         await eventually(moves, "the robot moves")
 
@@ -58,10 +57,8 @@ class Robot:
 @asynccontextmanager
 async def serving(net: Internet, folder: Path, toml: str) -> AsyncIterator[Robot]:
     """Serve at the robot's host, with its state in ``state`` of `folder`, where its log is too."""
-    config = folder / "wax.toml"
-    config.write_text(toml, encoding="utf-8")
-    arguments = ["-m", "wax", "--config", str(config), "--host", "0.0.0.0", "--port", str(HTTP)]
-    async with served_at("wax", net["robot"], folder, arguments) as served:
+    place = ("--host", "0.0.0.0", "--port", str(HTTP))
+    async with wax.serving(net["robot"], folder, toml, *place) as served:
         await served.become_host(folder / "state")
         yield Robot(served)
 

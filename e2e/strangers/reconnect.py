@@ -18,8 +18,8 @@ import tomlkit
 from playwright.async_api import async_playwright
 from tests.link.profile import Change, Loss, load
 
-from e2e.delay.systems import PORT
-from e2e.delay.systems.served import serving
+from e2e.delay.systems.served import PORT
+from e2e.delay.systems.wax import serving
 from e2e.harness.chromium import chromium_at
 from e2e.harness.page_clock import unix_ms
 from e2e.harness.viewer import Viewer
@@ -142,12 +142,10 @@ async def _driving(outages: int) -> AsyncIterator[Driving]:
     outages_s = [(at_s, at_s + OUTAGE_S + random.random()) for at_s in begins_s]
     async with AsyncExitStack() as opening:
         folder = Path(opening.enter_context(tempfile.TemporaryDirectory(prefix="wax-")))
-        config = folder / "wax.toml"
         settings = _SETTINGS | {"server": _SERVER | {"state_dir": str(folder / "state")}}
-        config.write_text(tomlkit.dumps(settings), encoding="utf-8")
         link = await opening.enter_async_context(Link(_with_outages(load(_NETWORK), outages_s)))
         served = await opening.enter_async_context(
-            serving("wax", link.server, folder, ["-m", "wax", "--config", str(config)])
+            serving(link.server, folder, tomlkit.dumps(settings))
         )
         viewer = await opening.enter_async_context(_page(link, served.url))
         await viewer.sees_picture()

@@ -6,19 +6,17 @@ from typing import TYPE_CHECKING
 
 from e2e.delay.names import PEERS
 from e2e.delay.systems import peers, wax
-from e2e.delay.systems.running import PORT, Running, origin
 
 if TYPE_CHECKING:
     from contextlib import AbstractAsyncContextManager
     from pathlib import Path
 
     from e2e.delay.cell import Cell
+    from e2e.delay.systems.served import Served
     from e2e.link import Link
 
-__all__ = ["PORT", "Running", "origin", "start"]
 
-
-def start(cell: Cell, link: Link, folder: Path) -> AbstractAsyncContextManager[Running]:
+def start(cell: Cell, link: Link, folder: Path) -> AbstractAsyncContextManager[Served]:
     """Serve the cell's system inside the block; it is stopped afterwards, killed if needed.
 
     `folder` takes its configuration and log. Raises `NotRunError` when it cannot run here,

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import time
-from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Final
 
-from e2e.delay.systems.running import PORT, Running
-from e2e.delay.systems.served import serving
+from e2e.delay.systems.served import PORT, Served, serving
 from e2e.measure.errors import MeasureError
-from e2e.peers.livekit.installation import check_sdk, find_client, find_server
+from e2e.peers.livekit.installation import check_installed
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from contextlib import AbstractAsyncContextManager
     from pathlib import Path
 
     from playwright.async_api import Page
@@ -31,7 +29,7 @@ _PLAY_THE_SOUND: Final = """(() => {
 """Presses the button for sound if there is one, and returns what the page says of itself."""
 
 
-class LiveKitRunning(Running):
+class LiveKit(Served):
     """LiveKit, a child of the process that publishes and serves the page."""
 
     async def opened(self, window: Page) -> None:
@@ -42,41 +40,14 @@ class LiveKitRunning(Running):
                 raise MeasureError(f"LiveKit's page does not play in time: {state}")
             await asyncio.sleep(_LOOK_EVERY_S)
 
-    async def told(self) -> dict[str, float | str]:
-        """Return versions, and how often the publisher had to publish."""
-        health = await self._served.json("/healthz")
-        return {
-            "livekit_server": str(health["server"]),
-            "livekit_client": str(health["client"]),
-            "published": float(health["published"]),
-        }
 
-
-@asynccontextmanager
-async def start(cell: Cell, link: Link, folder: Path) -> AsyncIterator[Running]:
+def start(cell: Cell, link: Link, folder: Path) -> AbstractAsyncContextManager[Served]:
     """See `e2e.delay.systems.start`."""
-    if cell.system != "stock":
-        check_installed(_how(cell))
-    arguments = command(cell, link.server.address)
-    async with serving(cell.system, link.server, folder, arguments) as served:
-        yield Running(served) if cell.system == "stock" else LiveKitRunning(served)
-
-
-def check_installed(how: str) -> None:
-    """Raise `NotRunError` when LiveKit's server, its browser library or its SDK is missing."""
-    find_server()
-    find_client()
-    if how == "sdk":
-        check_sdk()
-
-
-def command(cell: Cell, address: str) -> list[str]:
-    """Return Python's arguments."""
     place = ["--port", str(PORT), "--host"]
     if cell.system == "stock":
-        return ["-m", "e2e.peers.stock", *place, "0.0.0.0"]
-    return ["-m", "e2e.peers.livekit", "--how", _how(cell), *place, address]
-
-
-def _how(cell: Cell) -> str:
-    return "whip" if cell.system == "livekit-whip" else "sdk"
+        arguments = ["-m", "e2e.peers.stock", *place, "0.0.0.0"]
+        return serving(Served, cell.system, link.server, folder, arguments)
+    how = "whip" if cell.system == "livekit-whip" else "sdk"
+    check_installed(how)
+    arguments = ["-m", "e2e.peers.livekit", "--how", how, *place, link.server.address]
+    return serving(LiveKit, cell.system, link.server, folder, arguments)

@@ -6,12 +6,12 @@ import asyncio
 import os
 import time
 from contextlib import asynccontextmanager, suppress
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import aiohttp
 
 from e2e.delay.relay import http_through
-from e2e.delay.systems.running import PORT
+from e2e.harness.child import ends
 from e2e.measure.errors import MeasureError
 from wax.client.host import become_host
 from wax.errors import StateError
@@ -22,28 +22,53 @@ if TYPE_CHECKING:
     from contextlib import AbstractAsyncContextManager
     from pathlib import Path
 
-    from e2e.link import End
+    from playwright.async_api import Page
 
+    from e2e.link import End, Link
+
+PORT: Final = 8080
+"""Each link has its own network, so it is free."""
 _START_WITHIN_S: Final = 40.0
 _STOP_WITHIN_S: Final = 5.0
 STATE: Final = "state"
 """The servers' XDG_STATE_HOME within their folder."""
 _ASK_EVERY_S: Final = 0.05
 _ANSWER_WITHIN: Final = aiohttp.ClientTimeout(total=10.0)
+S = TypeVar("S", bound="Served")
+
+
+def origin(link: Link) -> str:
+    """Return where a page of any system comes from."""
+    return f"http://{link.server.address}:{PORT}"
 
 
 class Served:
-    """One server that answers HTTP."""
+    """One server that answers HTTP; `url` is what the browser opens."""
 
     def __init__(
         self, name: str, process: Process, url: str, log: Path, http: aiohttp.ClientSession
     ) -> None:
         self.pid = process.pid
+        """Of the server; it may have children."""
         self.url = url
         self._name = name
         self._process = process
         self._log = log
         self._http = http
+
+    async def opened(self, window: Page) -> None:
+        """Do what a person does to hear, and for ``operator`` to drive, once the page is open.
+
+        Returns when the page says so. Raises `MeasureError` when it does not.
+        """
+
+    async def fail_safe_s(self) -> float | None:
+        """Return how long the thesis's policy was in its fail-safe mode; None without that policy.
+
+        Raises `MeasureError` when the server has ended.
+        """
+        self.check()
+        return None
 
     async def healthy(self) -> None:
         """Wait until it serves; raises `MeasureError` when it ends before or takes too long."""
@@ -96,17 +121,18 @@ class Served:
 
 @asynccontextmanager
 async def serving(
+    kind: type[S],
     name: str,
     end: End,
     folder: Path,
     arguments: Sequence[str],
+    *,
     variables: Mapping[str, str] | None = None,
-) -> AsyncIterator[Served]:
+) -> AsyncIterator[S]:
     """Run this Python at an end, log into `folder`; asked to stop afterwards, else killed.
 
-    `variables` are added to its environment.
-
-    Raises `MeasureError` with the end of its log when it does not get healthy.
+    `variables` are added to its environment. Raises `MeasureError` with the end of its log when it
+    does not get healthy.
     """
     path = folder / f"{name}.log"
     with path.open("wb") as log:
@@ -123,18 +149,10 @@ async def serving(
         )
     try:
         async with http_through(end, end.address, PORT) as http:
-            served = Served(name, process, f"http://{end.address}:{PORT}", path, http)
+            served = kind(name, process, f"http://{end.address}:{PORT}", path, http)
             await served.healthy()
             yield served
     finally:
-        await _stop(process)
-
-
-async def _stop(process: Process) -> None:
-    with suppress(ProcessLookupError):
-        process.terminate()
-    try:
-        await asyncio.wait_for(process.wait(), _STOP_WITHIN_S)
-    except TimeoutError:
-        process.kill()
-        await process.wait()
+        with suppress(ProcessLookupError):
+            process.terminate()
+        await ends(process, _STOP_WITHIN_S)

@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.delay.systems.running import PORT
+from e2e.delay.systems.served import PORT
 from e2e.harness.toml import MANY_PLAYED_BY_ONE, merged
 from e2e.measure.errors import MeasureError, NotRunError
 

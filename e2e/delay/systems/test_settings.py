@@ -10,7 +10,6 @@ import tomlkit
 
 from e2e.delay.cell import Cell
 from e2e.delay.systems.settings import THESIS, settings
-from e2e.delay.systems.wax import flat
 from e2e.measure.errors import MeasureError
 from wax.config import settings as config
 
@@ -74,9 +73,3 @@ def test_another_system_is_refused() -> None:
     """A peer has no configuration of WAX."""
     with pytest.raises(MeasureError, match="stock is no system of WAX"):
         settings(cell("stock"))
-
-
-def test_a_status_becomes_names_and_numbers() -> None:
-    """Nested numbers, truth values and texts get dotted names; lists and nulls are left out."""
-    status = {"a": {"b": 1, "c": {"d": "x", "e": None}}, "f": True, "g": [1], "h": 0.5}
-    assert flat(status) == {"a.b": 1.0, "a.c.d": "x", "f": 1.0, "h": 0.5}

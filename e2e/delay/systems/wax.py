@@ -9,20 +9,23 @@ from typing import TYPE_CHECKING, Any, Final
 
 import tomlkit
 
-from e2e.delay.systems.running import Running
-from e2e.delay.systems.served import STATE, Served, serving
+from e2e.delay.systems import served
+from e2e.delay.systems.served import STATE, Served
 from e2e.delay.systems.settings import settings
+from e2e.harness.robot import lateness
+from e2e.harness.toml import merged
 from e2e.harness.wait import eventually
 from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Mapping
+    from contextlib import AbstractAsyncContextManager
     from pathlib import Path
 
     from playwright.async_api import Page
 
     from e2e.delay.cell import Cell
-    from e2e.link import Link
+    from e2e.link import End, Link
 
 DRIVES_WITHIN_S: Final = 30.0
 _MOVES_WITHIN_S: Final = 1.0
@@ -31,29 +34,33 @@ _LET_GO_S: Final = 0.3
 _LOOK_EVERY_S: Final = 0.1
 
 
-class Wax(Running):
-    def __init__(self, served: Served, *, joins: bool, drives: bool = False) -> None:
-        super().__init__(served)
-        self._joins = joins
-        self._drives = drives
+class Wax(Served):
+    """Its page is the operator's where it `joins`, and holds a key all the time if it `drives`."""
+
+    joins = drives = False
+
+    async def status(self) -> dict[str, Any]:
+        """Return what it says of itself, once this is its host."""
+        told: dict[str, Any] = await self.json("/api/status")
+        return told
 
     async def opened(self, window: Page) -> None:
         await window.evaluate(press("Turn sound on"))
-        if not self._joins:
+        if not self.joins:
             return
-        before = await self._disturbances()
+        before = await lateness(self)
         await self._until(window, press("Join the queue"), "lets one join the queue")
         says = "document.body.innerText.includes('You are driving')"
         await self._until(window, says, "says that the browser drives")
-        if self._drives:
+        if self.drives:
             await self._drive(window, before)
 
-    async def told(self) -> dict[str, float | str]:
-        status = await self._served.json("/api/status")
-        first, *_ = sorted(status.pop("viewers"), key=lambda line: line["id"]) or [{}]
-        return flat(status) | flat({"viewer": first})
+    async def fail_safe_s(self) -> float | None:
+        viewers = sorted((await self.status())["viewers"], key=lambda line: line["id"])
+        streams: dict[str, Any] = viewers[0].get("streams") or {} if viewers else {}
+        return streams.get("fail_safe_s")
 
-    async def _drive(self, window: Page, before: float) -> None:
+    async def _drive(self, window: Page, before: int) -> None:
         """Hold a key; press it again if the server requires it.
 
         It does while the page sees no picture yet, and after it was late itself: a key that is
@@ -64,7 +71,7 @@ class Wax(Running):
             await window.keyboard.down("ArrowUp")
             if await self._moves():
                 return
-            now = await self._disturbances()
+            now = await lateness(self)
             if now == before:
                 break
             before = now
@@ -75,52 +82,43 @@ class Wax(Running):
     async def _moves(self) -> bool:
         until_s = time.monotonic() + _MOVES_WITHIN_S
         while time.monotonic() < until_s:
-            if (await self.told())["robot.speed_mps"] != 0:
+            if (await self.status())["robot"]["speed_mps"] != 0:
                 return True
             await asyncio.sleep(_LOOK_EVERY_S)
         return False
 
-    async def _disturbances(self) -> float:
-        """Count how often the server was late itself, or refused what the page said."""
-        told = await self.told()
-        return sum(
-            float(count)
-            for name, count in told.items()
-            if name == "counters.control.late" or name.startswith("counters.commands.refused.")
-        )
-
     async def _until(self, window: Page, expression: str, what: str) -> None:
         async def is_so() -> bool:
-            self._served.check()
+            self.check()
             return bool(await window.evaluate(expression))
 
         await eventually(is_so, f"the page of WAX {what}", within_s=DRIVES_WITHIN_S)
 
 
+def serving(
+    end: End,
+    folder: Path,
+    config: str,
+    *words: str,
+    variables: Mapping[str, str] | None = None,
+) -> AbstractAsyncContextManager[Wax]:
+    """Serve with this configuration; see `e2e.delay.systems.served.serving`."""
+    path = folder / "wax.toml"
+    path.write_text(config, encoding="utf-8")
+    arguments = ["-m", "wax", "--config", str(path), *words]
+    return served.serving(Wax, "wax", end, folder, arguments, variables=variables)
+
+
 @asynccontextmanager
-async def start(cell: Cell, link: Link, folder: Path) -> AsyncIterator[Wax]:
-    """See `e2e.delay.systems.start`."""
-    config = folder / "wax.toml"
-    config.write_text(tomlkit.dumps(settings(cell)), encoding="utf-8")
-    async with serving(
-        "wax", link.server, folder, ["-m", "wax", "--config", str(config)]
-    ) as served:
-        await served.become_host(folder / STATE / "wax")
-        yield Wax(served, joins=cell.system == "operator", drives=cell.drives)
-
-
-def flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, float | str]:
-    """Return the numbers and texts of a tree with dotted names; lists and nulls are left out."""
-    found: dict[str, float | str] = {}
-    for name, value in tree.items():
-        match value:
-            case dict():
-                found |= flat(value, f"{prefix}{name}.")
-            case int() | float():  # truth values too, as 1 and 0
-                found[prefix + name] = float(value)
-            case str():
-                found[prefix + name] = value
-    return found
+async def start(
+    cell: Cell, link: Link, folder: Path, variables: Mapping[str, str] | None = None, **more: Any
+) -> AsyncIterator[Wax]:
+    """See `e2e.delay.systems.start`; `more` are tables beside the cell's."""
+    config = tomlkit.dumps(merged(settings(cell), more))
+    async with serving(link.server, folder, config, variables=variables) as wax:
+        wax.joins, wax.drives = cell.system == "operator", cell.drives
+        await wax.become_host(folder / STATE / "wax")
+        yield wax
 
 
 def press(name: str) -> str:

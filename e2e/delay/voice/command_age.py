@@ -18,8 +18,6 @@ _REST_S: Final = 2.0
 """Between two stretches: what is still on its way belongs to neither."""
 _QUANTILES: Final = ("median", "p95", "p99", "max")
 _SOUNDS: Final = 0.001
-_TOO_OLD: Final = "counters.commands.refused.too_old"
-_ACCEPTED: Final = "counters.commands.accepted"
 
 
 @dataclass(slots=True)
@@ -82,11 +80,11 @@ async def _stretch(stage: Stage, into: Stretches, seconds: float, *, speaks: boo
         await stage.window.keyboard.down(key)
     await stage.taken()
     tap = stage.ear.tap()
-    before = await stage.system.told()
+    before = (await stage.system.status())["counters"]
     from_ms = float(await stage.window.evaluate("performance.now()"))
     await asyncio.sleep(seconds)
     to_ms = float(await stage.window.evaluate("performance.now()"))
-    after = await stage.system.told()
+    after = (await stage.system.status())["counters"]
     for key in held:
         await stage.window.keyboard.up(key)
     into.played += [block.rms > _SOUNDS for block in tap.heard]
@@ -95,11 +93,11 @@ async def _stretch(stage: Stage, into: Stretches, seconds: float, *, speaks: boo
     into.ages_ms += [
         server_ms - sent_ms for sent_ms, server_ms in pings if from_ms <= sent_ms <= to_ms
     ]
-    into.accepted += _grown(before, after, _ACCEPTED)
-    into.too_old += _grown(before, after, _TOO_OLD)
+    into.accepted += _grown(before, after, "commands.accepted")
+    into.too_old += _grown(before, after, "commands.refused.too_old")
     if into.accepted == 0:
         raise MeasureError("no command was accepted")
 
 
-def _grown(before: dict[str, float | str], after: dict[str, float | str], counter: str) -> float:
-    return float(after.get(counter, 0.0)) - float(before.get(counter, 0.0))
+def _grown(before: dict[str, float], after: dict[str, float], counter: str) -> float:
+    return after.get(counter, 0.0) - before.get(counter, 0.0)

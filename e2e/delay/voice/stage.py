@@ -10,14 +10,11 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import urlsplit
 
-import tomlkit
-
 from e2e.delay.browser import open_browser
 from e2e.delay.cell import Cell
-from e2e.delay.systems.served import STATE, serving
-from e2e.delay.systems.settings import settings
-from e2e.delay.systems.wax import Wax
-from e2e.harness import speech, toml
+from e2e.delay.systems.served import STATE
+from e2e.delay.systems.wax import start
+from e2e.harness import speech
 from e2e.harness.wait import eventually
 from e2e.link import Link
 from e2e.measure.ear import open_ear
@@ -29,6 +26,7 @@ if TYPE_CHECKING:
     from playwright.async_api import Page
 
     from e2e.delay.browser import Browser
+    from e2e.delay.systems.wax import Wax
     from e2e.measure.ear import Ear
 
 SPOKEN_S: Final = 12.0
@@ -78,20 +76,16 @@ async def staged(
     `NotRunError` or `MeasureError`.
     """
     cell = Cell(experiment="G", profile=profile, system="operator")
-    tree = toml.merged(settings(cell), {"voice": {"speaker": "speaker"}})
     async with AsyncExitStack() as leaving:
         folder = Path(leaving.enter_context(TemporaryDirectory(prefix="wax-voice-")))
-        config, words = folder / "wax.toml", folder / "words.wav"
-        config.write_text(tomlkit.dumps(tree), encoding="utf-8")
+        words = folder / "words.wav"
         speech.write(words, speech.voice(SPOKEN_S) if pauses else speech.unbroken(SPOKEN_S))
         link = await leaving.enter_async_context(Link(profile))
         robots = await leaving.enter_async_context(open_ear())
-        arguments = ["-m", "wax", "--config", str(config)]
-        served = await leaving.enter_async_context(
-            serving("wax", link.server, folder, arguments, robots.variables)
+        speaker = {"speaker": "speaker"}
+        system = await leaving.enter_async_context(
+            start(cell, link, folder, robots.variables, voice=speaker)
         )
-        state = folder / STATE / "wax"
-        await served.become_host(state)
         browser = await leaving.enter_async_context(
             open_browser(
                 link,
@@ -100,11 +94,10 @@ async def staged(
             )
         )
         window = await leaving.enter_async_context(browser.window(_preload(listens=listens)))
-        await window.goto(served.url)
+        await window.goto(system.url)
         await _sees(window)
-        system = Wax(served, joins=True)
         await system.opened(window)
-        yield Stage(browser, window, system, robots, state)
+        yield Stage(browser, window, system, robots, folder / STATE / "wax")
 
 
 def _preload(*, listens: bool) -> str:

@@ -58,7 +58,7 @@ async def run(asked: argparse.Namespace) -> None:
         token = in_room(key, "robot", publishes=True)
 
         def begun() -> None:
-            pages.published = 1
+            pages.is_published = True
             print(f"http://{address}:{asked.port}/", flush=True)
 
         parts = (publish(livekit.url, token, *sent, begun), livekit.fails(), published(pages))
@@ -70,7 +70,7 @@ async def run(asked: argparse.Namespace) -> None:
 async def published(pages: Pages) -> None:
     """Raise `MeasureError` where nothing is in time."""
     await asyncio.sleep(_PUBLISH_WITHIN_S)
-    if not pages.published:
+    if not pages.is_published:
         raise MeasureError(f"nothing was published within {_PUBLISH_WITHIN_S:g} s; see its log")
 
 

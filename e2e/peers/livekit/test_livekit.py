@@ -19,7 +19,7 @@ from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from e2e.measure.errors import NotRunError
 from e2e.measure.suite import ROOT
-from e2e.peers.livekit.installation import check_sdk, find_client, find_server
+from e2e.peers.livekit.installation import check_installed, find_server
 from e2e.peers.livekit.server import Ports, settings
 from e2e.peers.livekit.tokens import Key
 
@@ -80,9 +80,7 @@ async def refusal(process: Process) -> str:
 def _livekit() -> None:
     """Say why where there is none: unlike a browser, it is not on every machine that tests."""
     try:
-        find_server()
-        find_client()
-        check_sdk()
+        check_installed("sdk")
     except NotRunError as error:
         pytest.skip(str(error))
 
