@@ -17,6 +17,7 @@ from e2e.harness import toml
 from e2e.harness.commands import become_host
 from e2e.harness.robot import moves, stands_still
 from e2e.harness.wait import eventually
+from e2e.measure.ear import SILENT
 from wax.access.admission import BANNED, LOCKED
 from wax.client import Operator
 from wax.control.reasons import Refusal
@@ -35,8 +36,6 @@ pytestmark = pytest.mark.timeout(90)
 HERS: Final = "192.0.2.7"
 TROLLS: Final = "192.0.2.66"
 """Addresses for documentation (RFC 5737)."""
-SILENT: Final = 0.001
-
 
 SERVER_SETTINGS: Final = toml.card_with(
     server='trusted_proxies = ["127.0.0.1"]', turns=toml.BRIEF_GRACE, log='level = "debug"'

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from e2e.delay.readings import Sound
 from e2e.harness import probe, toml
 from e2e.harness.probe import assert_live
 from e2e.harness.wait import eventually
+from e2e.instrument.bursts import onsets_ms
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -109,7 +111,7 @@ async def ages_of(viewer: Viewer) -> Ages:
     cards = await viewer.cards(90)
     await asyncio.sleep(1)
     return Ages(
-        sound_ms=median(probe.burst_ages_ms(viewer.heard())),
+        sound_ms=median(at_ms % 1000 for at_ms in onsets_ms(Sound.of(viewer.heard()))),
         picture_ms=median(card.age_ms for card in cards if card.valid),
     )
 

@@ -6,7 +6,14 @@ stamps and the browser's readings are on the same clock.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Self
+
 from pydantic import BaseModel, ConfigDict
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from e2e.measure.ear import Block
 
 
 class _Columns(BaseModel):
@@ -29,11 +36,15 @@ class Sound(_Columns):
     """One row for each 10 ms as they were played."""
 
     start_ms: list[float] = []
-    rms: list[float] = []
     tone: list[float] = []
     """Amplitude of the test card's 300 Hz."""
     burst: list[float] = []
     """Amplitude of its 1 kHz, which begins at each whole second."""
+
+    @classmethod
+    def of(cls, heard: Sequence[Block]) -> Self:
+        """Take what an ear has heard."""
+        return cls(**{name: [getattr(one, name) for one in heard] for name in cls.model_fields})
 
 
 class Counters(_Columns):
@@ -101,8 +112,6 @@ class Readings(BaseModel):
     commands: Commands = Commands()
     set_points: SetPoints = SetPoints()
     connections: Connections = Connections()
-    limits: list[str] = []
-    """What this browser does not expose, in sentences."""
 
     @property
     def heard_counters(self) -> Counters:

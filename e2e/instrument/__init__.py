@@ -15,6 +15,6 @@ No script of ours is loaded under the page's policy, so neither browser needs it
 
 from __future__ import annotations
 
-from e2e.instrument.instrument import PRELOAD, Instrument, InstrumentError, preload
+from e2e.instrument.instrument import PRELOAD, Instrument
 
-__all__ = ["PRELOAD", "Instrument", "InstrumentError", "preload"]
+__all__ = ["PRELOAD", "Instrument"]

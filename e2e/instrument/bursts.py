@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
+from e2e.measure.ear import BLOCK_MS
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from e2e.delay.readings import Counters, Sound
 
-BLOCK_MS: Final = 10.0
 _ABSENT: Final = 0.02
 _PRESENT: Final = 0.1
 """A quarter of the burst's amplitude: surely it."""

@@ -23,10 +23,6 @@ _PLAUSIBLE_MS: Final = 600_000.0
 """A card farther from now is invalid: one picture in 256 has the right check by chance."""
 
 
-class InstrumentError(MeasureError):
-    """The instrument cannot do its work."""
-
-
 def preload(name: str = NAME) -> str:
     """Return the script to run before any of the page's; two of different names share a page."""
     folder = Path(__file__).parent / "page"
@@ -45,7 +41,7 @@ class Instrument:
     `evaluate` runs an expression in the page, awaits promises, returns JSON values.
 
     The page keeps the last 10 min at most; each call of `readings` fetches what is new. Where the
-    page is loaded again, what it had read since the last call is lost, and a limit says so.
+    page is loaded again, what it had read since the last call is lost.
     """
 
     def __init__(
@@ -59,9 +55,7 @@ class Instrument:
         self._tap = ear.tap()
         self._at = f"window[{name!r}]"
         self._load: float | None = None
-        self._loads = 0
         self._readings: Readings | None = None
-        self._read = self._missed = 0
 
     async def sees_picture(self) -> bool:
         """Tell whether a frame of any video has been presented."""
@@ -74,19 +68,17 @@ class Instrument:
     async def readings(self) -> Readings:
         """Return everything from the page's opening until now.
 
-        Raises `InstrumentError` where the page never had the instrument in it.
+        Raises `MeasureError` where the page never had the instrument in it.
         """
         # As text, which is handed over sooner than so many values.
         taken = await self._evaluate(f"JSON.stringify({self._at}?.take() ?? null)")
         if taken is not None and (found := json.loads(taken)) is not None:
             self._take(found)
         if self._readings is None:
-            raise InstrumentError(
+            raise MeasureError(
                 "The instrument is not in this page: add PRELOAD before the page is opened."
             )
-        heard = self._tap.take()
-        columns = {name: [getattr(one, name) for one in heard] for name in Sound.model_fields}
-        _extend(self._readings.sound, Sound(**columns))
+        _extend(self._readings.sound, Sound.of(self._tap.take()))
         self._readings.first_sound_ms = self._tap.first_ms
         # A copy: whoever keeps it shall not see it grow.
         return self._readings.model_copy(deep=True)
@@ -96,28 +88,13 @@ class Instrument:
         if known is None or (known.first_picture_ms is None and self._load != taken["load"]):
             # A blank page before the real one is no page.
             known = self._readings = Readings(opened_ms=taken["opened_ms"])
-            self._load, self._loads = taken["load"], 1
-        elif self._load != taken["load"]:
-            self._load, self._loads = taken["load"], self._loads + 1
-        self._read, self._missed = taken["cost"]["reads"], taken["cost"]["missed"]
+            self._load = taken["load"]
         if known.first_picture_ms is None:
             known.first_picture_ms = taken["first_picture_ms"]
         _extend(known.pictures, _pictures(taken["pictures"]))
         for name in ("counters", "player_sound", "commands", "set_points", "connections"):
             columns = getattr(known, name)
             _extend(columns, type(columns)(**taken[name]))
-        known.limits = [*taken["limits"], *self._own_limits()]
-
-    def _own_limits(self) -> list[str]:
-        limits = []
-        if self._loads > 1:
-            limits.append(f"The page was loaded {self._loads} times; some readings are lost.")
-        if self._missed:
-            limits.append(
-                f"{self._missed} of {self._missed + self._read} presented frames were"
-                " gone before the page could read them."
-            )
-        return limits
 
 
 def whole_ms(stamp40_ms: int, at_ms: float) -> float | None:

@@ -7,13 +7,14 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
+from e2e.measure.ear import BLOCK_MS
+
 if TYPE_CHECKING:
     from e2e.delay.readings import Counters, Sound
 
 TONE_PAUSE_MS: Final = 30.0
 CONCEALED_PAUSE_MS: Final = 100.0
 
-_BLOCK_MS: Final = 10.0
 _QUIET_TONE: Final = 0.0125
 _QUIET_BURST: Final = 0.1
 """Both a quarter, 12 dB, below what the card sends."""
@@ -54,7 +55,7 @@ def tone_pauses(sound: Sound, from_ms: float, to_ms: float) -> Pauses:
         elif quiet_ms is not None:
             _add(found, max(quiet_ms, from_ms), min(start_ms, to_ms))
             quiet_ms = None
-        end_ms = start_ms + _BLOCK_MS
+        end_ms = start_ms + BLOCK_MS
     if end_ms is not None and quiet_ms is None and to_ms - end_ms > _END_MS:
         quiet_ms = end_ms
     if quiet_ms is not None:
@@ -64,7 +65,7 @@ def tone_pauses(sound: Sound, from_ms: float, to_ms: float) -> Pauses:
 
 def _add(pauses: Pauses, begin_ms: float, end_ms: float) -> None:
     # Half a block of tolerance: block times are measured, not multiples of 10.
-    if end_ms - begin_ms >= TONE_PAUSE_MS - _BLOCK_MS / 2:
+    if end_ms - begin_ms >= TONE_PAUSE_MS - BLOCK_MS / 2:
         pauses.at_ms.append(begin_ms)
         pauses.length_ms.append(end_ms - begin_ms)
 

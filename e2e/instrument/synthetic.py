@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from e2e.delay.readings import Counters, Pictures, Readings, Sound
 from e2e.instrument.cards import lies
 
@@ -64,12 +62,7 @@ def blocks(
     count = round(100 * seconds)
     start_ms = [opened_ms + 10 * n for n in range(count)]
     burst = [0.4 * _share(at - age_ms, lie_ms) for at in start_ms]
-    return Sound(
-        start_ms=start_ms,
-        rms=[math.hypot(0.035, one / 1.414) for one in burst],
-        tone=[0.05] * count,
-        burst=burst,
-    )
+    return Sound(start_ms=start_ms, tone=[0.05] * count, burst=burst)
 
 
 def _share(true_ms: float, lie_ms: float) -> float:

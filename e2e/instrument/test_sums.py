@@ -7,11 +7,12 @@ from typing import Any
 import pytest
 
 from e2e.delay.readings import Connections, Pictures, PlayerSound, Readings, SetPoints
-from e2e.instrument.instrument import Instrument, InstrumentError, whole_ms
+from e2e.instrument.instrument import Instrument, whole_ms
 from e2e.instrument.pauses import Pauses, concealed_pauses, tone_pauses
 from e2e.instrument.sums import drift_per_min, figures, window
 from e2e.instrument.synthetic import OPENED_MS, blocks, counters, pictures, readings, shown
 from e2e.measure.ear import Ear
+from e2e.measure.errors import MeasureError
 
 END_MS = OPENED_MS + 60_000
 
@@ -158,7 +159,7 @@ def test_a_pause_in_the_tone_is_found_and_a_blink_is_not() -> None:
 def test_time_that_has_no_blocks_is_a_pause_too() -> None:
     """Blocks missing in the middle, and none for the last 3 of 13 s."""
     sound = blocks(10, 120)
-    for column in (sound.start_ms, sound.rms, sound.tone, sound.burst):
+    for column in (sound.start_ms, sound.tone, sound.burst):
         del column[450:470]
     found = tone_pauses(sound, OPENED_MS, OPENED_MS + 13_000)
     assert found.at_ms == [OPENED_MS + 4500, OPENED_MS + 10_000]
@@ -275,5 +276,5 @@ async def test_a_page_without_the_instrument_is_told() -> None:
     async def nothing(expression: str) -> None:
         assert "take" in expression
 
-    with pytest.raises(InstrumentError, match="PRELOAD"):
+    with pytest.raises(MeasureError, match="PRELOAD"):
         await Instrument(nothing, Ear({})).readings()

@@ -36,7 +36,7 @@ _FRAME_BYTES: Final = 8
 _TONE_HZ: Final = 300
 _BURST_HZ: Final = 1000
 _STARTS_WITHIN_S: Final = 10.0
-_SILENT: Final = 0.001
+SILENT: Final = 0.001
 _RECENT: Final = 100
 _APART_MS: Final = 100.0
 """Samples that come so much later than their row lets expect begin another row."""
@@ -106,7 +106,7 @@ class Tap:
         if self.recorded is not None:
             self.recorded.append(mono)
             self.both.append(both)
-        if block.rms > _SILENT and self.first_ms is None:
+        if block.rms > SILENT and self.first_ms is None:
             self.first_ms = block.start_ms
             self._sounds.set()
 

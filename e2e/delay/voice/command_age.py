@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from e2e.delay.voice.stage import staged
+from e2e.measure.ear import SILENT
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row, summarize
 
@@ -17,7 +18,6 @@ SECONDS: Final = 25.0
 _REST_S: Final = 2.0
 """Between two stretches: what is still on its way belongs to neither."""
 _QUANTILES: Final = ("median", "p95", "p99", "max")
-_SOUNDS: Final = 0.001
 
 
 @dataclass(slots=True)
@@ -87,7 +87,7 @@ async def _stretch(stage: Stage, into: Stretches, seconds: float, *, speaks: boo
     after = (await stage.system.status())["counters"]
     for key in held:
         await stage.window.keyboard.up(key)
-    into.played += [block.rms > _SOUNDS for block in tap.heard]
+    into.played += [block.rms > SILENT for block in tap.heard]
     await asyncio.sleep(_REST_S)
     pings = (await stage.taken())["pings"]
     into.ages_ms += [

@@ -12,7 +12,7 @@ from e2e.delay.systems.wax import has, press
 from e2e.delay.voice.stage import staged
 from e2e.harness.page_clock import PageClock, page_clock, unix_ms
 from e2e.harness.wait import eventually
-from e2e.measure.ear import BLOCK_MS
+from e2e.measure.ear import BLOCK_MS, SILENT
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import timed
 
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
 MOST_MS: Final = 1000
 """What sounds for so long after the act has not been silenced."""
-_SOUNDS: Final = 0.001
 _JUST_BEFORE_MS: Final = 50
 _SOUNDS_WITHIN_S: Final = 15.0
 _TELLS_WITHIN_S: Final = 10.0
@@ -80,7 +79,7 @@ def silent_after_ms(heard: Sequence[Block], act_ms: float) -> float | None:
 
     Raises `MeasureError` where it was silent before, or was not listened to for long enough.
     """
-    ends_ms = [block.start_ms + BLOCK_MS for block in heard if block.rms > _SOUNDS]
+    ends_ms = [block.start_ms + BLOCK_MS for block in heard if block.rms > SILENT]
     if not any(act_ms - _JUST_BEFORE_MS < end_ms <= act_ms for end_ms in ends_ms):
         raise MeasureError("the robot's speaker was silent before")
     if heard[-1].start_ms < act_ms + MOST_MS:

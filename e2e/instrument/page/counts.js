@@ -1,6 +1,6 @@
 // Looks at the browser's own counts every 100 ms, over all peer connections that there ever were:
 // what a closed one had counted stays in the sum, so that sums never fall.
-const makeCounts = (clock, hooks, limit) => {
+const makeCounts = (clock, hooks) => {
   const COLUMNS = [
     "played_samples",
     "concealed_samples",

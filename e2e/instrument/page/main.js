@@ -1,12 +1,9 @@
 // Puts the parts together under NAME, which no loop over the window's properties meets.
 if (window === window.top && !(NAME in window)) {
-  const limits = new Set();
-  // `holds` false takes the sentence back.
-  const limit = (sentence, holds = true) => (holds ? limits.add(sentence) : limits.delete(sentence));
   const clock = makeClock();
   const hooks = makeHooks();
-  const video = makeVideoProbe(clock, hooks, limit);
-  const counts = makeCounts(clock, hooks, limit);
+  const video = makeVideoProbe(clock, hooks);
+  const counts = makeCounts(clock, hooks);
   const commands = makeCommands(clock, hooks);
   const states = makeTable(["at_ms", "state"], 1000);
   hooks.on("state", (state) => states.add(rounded(clock.now(), 1), state));
@@ -32,14 +29,12 @@ if (window === window.top && !(NAME in window)) {
         load,
         opened_ms: clock.unix(0),
         first_picture_ms: video.first_ms(),
-        cost: video.cost,
         pictures: video.table.take(),
         player_sound: commands.playerSound.take(),
         counters: counts.table.take(),
         commands: commands.table.take(),
         set_points: commands.setPoints.take(),
         connections: states.take(),
-        limits: [...limits],
       }),
     },
   });

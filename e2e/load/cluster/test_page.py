@@ -18,8 +18,8 @@ from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from e2e.load.cluster.engine import KEY
 from e2e.load.cluster.stage import published
+from e2e.measure.ear import SILENT
 from e2e.test_firefox import button, opened
-from e2e.test_strangers import SILENT
 from wax.client.client import Client
 from wax.client.operator import Operator
 
