@@ -17,7 +17,7 @@ from e2e.harness.page_clock import unix_ms
 from e2e.instrument import PRELOAD, Instrument
 from e2e.instrument.sums import SETTLE_S
 from e2e.link import Link
-from e2e.load.crowd.crowd import Crowd
+from e2e.load.crowd.crowd import gathered
 from e2e.load.crowd.sample import Offering
 from e2e.load.process import ProcessMeter
 from e2e.measure.command import OUT
@@ -132,12 +132,12 @@ async def _crowd(cell: Cell, link: Link, url: str) -> AsyncIterator[Callable[[],
     its own library and not by one offer; nobody plans such a cell.
     """
     offering = Offering(url.rstrip("/"), "stock" if cell.system == "stock" else "wax")
-    with Crowd(offering, slow=cell.slow, through=link.server.command) as others:
-        await asyncio.to_thread(others.hold, cell.viewers - 1)
-        first = await asyncio.to_thread(others.count)
+    async with gathered(offering, slow=cell.slow, through=link.server.command) as others:
+        await others.hold(cell.viewers - 1)
+        first = await others.count()
 
         async def least_per_s() -> float:
-            last = await asyncio.to_thread(others.count)
+            last = await others.count()
             pairs = list(zip(first.viewers, last.viewers, strict=True))[cell.slow :]
             fewest = min(after.video.frames - before.video.frames for before, after in pairs)
             return fewest / (last.at_s - first.at_s)

@@ -13,9 +13,10 @@ from e2e.measure.suite import ROOT
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncIterator, Callable
 
 _LATEST_S: Final = 60.0
+_LONGEST_LINE_BYTES: Final = 1 << 20
 
 
 async def kill(process: Process | None) -> None:
@@ -35,6 +36,7 @@ async def ends(process: Process, within_s: float) -> None:
 
 class Child:
     def __init__(self, process: Process) -> None:
+        self.pid = process.pid
         self._process = process
 
     async def line(self, within_s: float = _LATEST_S) -> bytes:
@@ -47,15 +49,25 @@ class Child:
 
     async def say(self, text: str) -> None:
         assert self._process.stdin is not None
-        self._process.stdin.write(text.encode() + b"\n")
-        await self._process.stdin.drain()
+        with suppress(ConnectionError):  # whoever waits for its line is told that it has ended
+            self._process.stdin.write(text.encode() + b"\n")
+            await self._process.stdin.drain()
 
 
 @asynccontextmanager
-async def child(module: str, *arguments: object, leaves_s: float = 0.0) -> AsyncIterator[Child]:
-    """Run it inside the block; then its input ends, and it is killed once `leaves_s` are over."""
+async def child(
+    module: str,
+    *arguments: object,
+    leaves_s: float = 0.0,
+    through: Callable[[list[str]], list[str]] = list,
+) -> AsyncIterator[Child]:
+    """Run it inside the block; then its input ends, and it is killed once `leaves_s` are over.
+
+    `through` makes its command line the one that runs it elsewhere.
+    """
+    command = through([sys.executable, "-m", module, *map(str, arguments)])
     process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", module, *map(str, arguments)), stdin=PIPE, stdout=PIPE, cwd=ROOT
+        *command, stdin=PIPE, stdout=PIPE, cwd=ROOT, limit=_LONGEST_LINE_BYTES
     )
     try:
         yield Child(process)

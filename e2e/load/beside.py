@@ -10,7 +10,7 @@ from functools import partial
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.load.crowd.crowd import Crowd
+from e2e.load.crowd.crowd import gathered
 from e2e.load.fan_out import grown
 from e2e.load.process import all_received, two_cores
 from e2e.load.servers import WAX, serving_board
@@ -59,14 +59,16 @@ async def crowded(n: int) -> list[Row]:
     """Drive in `n` pairs alone and beside the crowd, every second pair beside it first."""
     server_core, crowd_core = two_cores()
     pairs: Pairs = []
-    async with serving_board(server_core) as (server, board):
-        with await asyncio.to_thread(Crowd, server.offering, crowd_core, slow=SLOW) as crowd:
-            for number in range(n):
-                found = {}
-                for is_beside in (bool(number % 2), not number % 2):
-                    await asyncio.to_thread(crowd.hold, OBSERVERS if is_beside else 0)
-                    found[is_beside] = await _drive(server, board, seconds=30.0)
-                pairs.append((found[False], found[True]))
+    async with (
+        serving_board(server_core) as (server, board),
+        gathered(server.offering, crowd_core, slow=SLOW) as crowd,
+    ):
+        for number in range(n):
+            found = {}
+            for is_beside in (bool(number % 2), not number % 2):
+                await crowd.hold(OBSERVERS if is_beside else 0)
+                found[is_beside] = await _drive(server, board, seconds=30.0)
+            pairs.append((found[False], found[True]))
     return crowd_rows(pairs)
 
 
@@ -131,12 +133,14 @@ async def _taped(*, is_on: bool) -> Drive:
     server_core, others_core = two_cores()
     with TemporaryDirectory(prefix="wax-load-") as folder:
         tape = {"enabled": is_on, "folder": f"{folder}/tape", "min_free_gb": 0.0}
-        async with serving_board(server_core, recording=tape) as (server, board):
-            with await asyncio.to_thread(Crowd, server.offering, others_core) as crowd:
-                await asyncio.to_thread(crowd.hold, 1)
-                await grown(crowd)
-                found = await _drive(server, board, seconds=20.0)
-                told = (await server.status())["tape"]
+        async with (
+            serving_board(server_core, recording=tape) as (server, board),
+            gathered(server.offering, others_core) as crowd,
+        ):
+            await crowd.hold(1)
+            await grown(crowd)
+            found = await _drive(server, board, seconds=20.0)
+            told = (await server.status())["tape"]
     if (told is not None) is not is_on or (told and told["problem"] is not None):
         raise MeasureError(f"the tape is not as it was to be: {told}")
     found.left_out = int(told["left_out"]) if told else 0

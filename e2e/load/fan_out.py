@@ -9,7 +9,7 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from e2e.load.crowd.crowd import Crowd
+from e2e.load.crowd.crowd import gathered
 from e2e.load.process import two_cores, udp_receive_errors
 from e2e.load.servers import JANUS, STOCK, WAX, serving, serving_janus
 from e2e.measure.errors import MeasureError, NotRunError
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from contextlib import AbstractAsyncContextManager
 
+    from e2e.load.crowd.crowd import Crowd
     from e2e.load.crowd.sample import Sample
     from e2e.load.servers import JanusServer, MeasuredServer
 
@@ -86,13 +87,12 @@ async def _points(side: str, n: int, server_core: int, viewers_core: int) -> lis
     )
     points: list[Point] = []
     try:
-        async with serve as server:
-            with await asyncio.to_thread(Crowd, server.offering, viewers_core) as crowd:
-                for number in VIEWERS[side]:
-                    await asyncio.to_thread(crowd.hold, number)
-                    await grown(crowd)
-                    await asyncio.sleep(_SETTLE_S)
-                    points.append(await _point(server, crowd, n))
+        async with serve as server, gathered(server.offering, viewers_core) as crowd:
+            for number in VIEWERS[side]:
+                await crowd.hold(number)
+                await grown(crowd)
+                await asyncio.sleep(_SETTLE_S)
+                points.append(await _point(server, crowd, n))
     except MeasureError as error:
         if not points and not isinstance(error, NotRunError):
             raise
@@ -103,10 +103,10 @@ async def _points(side: str, n: int, server_core: int, viewers_core: int) -> lis
 async def grown(crowd: Crowd) -> None:
     """Wait until each viewer gets nearly every picture; the point reports if that never comes."""
     deadline_s = time.monotonic() + _GROW_S
-    before = await asyncio.to_thread(crowd.count)
+    before = await crowd.count()
     while time.monotonic() < deadline_s:
         await asyncio.sleep(1.0)
-        now = await asyncio.to_thread(crowd.count)
+        now = await crowd.count()
         if received(before, now)[0] >= _LEAST_FPS_SHARE * FPS:
             return
         before = now
@@ -115,9 +115,9 @@ async def grown(crowd: Crowd) -> None:
 async def _point(server: MeasuredServer | JanusServer, crowd: Crowd, n: int) -> Point:
     errors, dropped = udp_receive_errors(), await server.dropped()
     viewers_s = crowd.meter.cpu_s()
-    first = await asyncio.to_thread(crowd.count)
+    first = await crowd.count()
     windows = [await _window(server) for _ in range(n)]
-    last = await asyncio.to_thread(crowd.count)
+    last = await crowd.count()
     measured_s = last.at_s - first.at_s
     cpu = statistics.fmean(windows)
     viewers_cpu = (crowd.meter.cpu_s() - viewers_s) / measured_s

@@ -7,13 +7,14 @@ import statistics
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from e2e.load.crowd.crowd import Crowd
+from e2e.load.crowd.crowd import gathered
 from e2e.load.servers import SIDES, STOCK, WAX, serving
 from e2e.measure.row import Row, judged
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from e2e.load.crowd.crowd import Crowd
     from e2e.load.servers import MeasuredServer
 
 VIEWERS: Final = {WAX: (1, 8, 16), STOCK: (1, 2, 4)}
@@ -60,15 +61,14 @@ async def memory(n: int) -> list[Row]:
 
 async def _use(side: str, batch: int) -> Use:
     """Server and viewers share the cores: nothing here depends on speed."""
-    async with serving(side) as server:
-        with await asyncio.to_thread(Crowd, server.offering) as crowd:
-            held_mib = []
-            for number in VIEWERS[side]:
-                await asyncio.to_thread(crowd.hold, number)
-                await asyncio.sleep(_SETTLE_S)
-                held_mib.append(await _rss_mib(server))
-            await asyncio.to_thread(crowd.hold, 0)
-            leaked, left = await come_and_go(server, crowd, batch)
+    async with serving(side) as server, gathered(server.offering) as crowd:
+        held_mib = []
+        for number in VIEWERS[side]:
+            await crowd.hold(number)
+            await asyncio.sleep(_SETTLE_S)
+            held_mib.append(await _rss_mib(server))
+        await crowd.hold(0)
+        leaked, left = await come_and_go(server, crowd, batch)
     return Use(one=held_mib[0], further=_slope(VIEWERS[side], held_mib), leaked=leaked, left=left)
 
 
@@ -80,7 +80,7 @@ async def come_and_go(server: MeasuredServer, crowd: Crowd, batch: int) -> tuple
     """
     after_mib, left = [], []
     for _ in range(BATCHES + 1):
-        await asyncio.to_thread(crowd.cycle, batch)
+        await crowd.cycle(batch)
         await is_empty(server)
         after_mib.append(await _rss_mib(server))
         left.append(await handles(server))

@@ -20,7 +20,7 @@ import tomlkit
 from e2e.harness import toml
 from e2e.harness.board import Board
 from e2e.harness.server import Server
-from e2e.load.crowd.crowd import Crowd
+from e2e.load.crowd.crowd import gathered
 from e2e.load.crowd.sample import Offering
 from e2e.measure.errors import MeasureError
 from e2e.stop.record import Record
@@ -28,6 +28,7 @@ from e2e.stop.record import Record
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Mapping
 
+    from e2e.load.crowd.crowd import Crowd
     from e2e.stop.operator import RawOperator
     from e2e.stop.record import Stopping
 
@@ -146,7 +147,7 @@ class Stage:
     async def hold(self, observers: int) -> None:
         """Have so many observers, none for a server that is no more."""
         if self.crowd is not None:
-            await asyncio.to_thread(self.crowd.hold, observers)
+            await self.crowd.hold(observers)
 
     async def is_loaded(self) -> None:
         """Raise `MeasureError` if observers were lost: the load was not as stated."""
@@ -273,8 +274,8 @@ async def staged(
             leaving.push_async_callback(server.kill)
             await stage.start()
             if load.observers:
-                offering = Offering(url=server.url, how="wax")
-                stage.crowd = leaving.enter_context(await asyncio.to_thread(Crowd, offering))
+                observers = gathered(Offering(url=server.url, how="wax"))
+                stage.crowd = await leaving.enter_async_context(observers)
                 await stage.hold(load.observers)
             try:
                 yield stage

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, get_args
@@ -140,7 +139,7 @@ async def test_a_load_that_did_not_hold_is_no_result() -> None:
     async def lose_them() -> None:
         async with staged(load=replace(DEFAULT, observers=2)) as stage:
             assert stage.crowd is not None
-            await asyncio.to_thread(stage.crowd.hold, 0)
+            await stage.crowd.hold(0)
             await stage.server.until(lambda told: not told["viewers"], "the observers are gone")
 
     with pytest.raises(MeasureError, match="of 2 observers 0 were left"):

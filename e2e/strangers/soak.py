@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from itertools import cycle
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.load.crowd.crowd import Crowd
+from e2e.load.crowd.crowd import gathered
 from e2e.load.memory import FLAT_MIB, handles, is_empty
 from e2e.load.servers import WAX, serving
 from e2e.measure.age import Ages
@@ -21,6 +21,7 @@ from wax.sentence import read
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from e2e.load.crowd.crowd import Crowd
     from e2e.load.servers import MeasuredServer
     from wax.client.sdp import Kind
 
@@ -68,15 +69,17 @@ async def soak(seconds: float) -> Soaked:
     """Serve for `seconds`; raises `MeasureError` if somebody who should be there is not."""
     found = Soaked(lasted_s=seconds)
     # The shipped grace: an operator whose machine hangs for a moment keeps their turn.
-    async with serving(WAX, turns={"turn_s": 86_400.0}) as server:
-        with await asyncio.to_thread(Crowd, server.offering) as crowd:
-            # What is made once, by the first of each kind, is no leak.
-            await _serve_all(server, crowd, Soaked(lasted_s=2 * _EVERY_S))
-            await is_empty(server)
-            before = await handles(server)
-            await _serve_all(server, crowd, found)
-            await is_empty(server)
-            found.left = await handles(server) - before
+    async with (
+        serving(WAX, turns={"turn_s": 86_400.0}) as server,
+        gathered(server.offering) as crowd,
+    ):
+        # What is made once, by the first of each kind, is no leak.
+        await _serve_all(server, crowd, Soaked(lasted_s=2 * _EVERY_S))
+        await is_empty(server)
+        before = await handles(server)
+        await _serve_all(server, crowd, found)
+        await is_empty(server)
+        found.left = await handles(server) - before
     return found
 
 
@@ -109,11 +112,11 @@ async def _come_and_go(crowd: Crowd, found: Soaked, ends_s: float) -> None:
         if time.monotonic() >= ends_s:
             break
         due_s = time.monotonic() + _EVERY_S
-        await asyncio.to_thread(crowd.hold, number)
+        await crowd.hold(number)
         found.joins += max(0, number - present)
         present = number
         await asyncio.sleep(max(0.0, due_s - time.monotonic()))
-    await asyncio.to_thread(crowd.hold, 0)
+    await crowd.hold(0)
 
 
 async def _watch(

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import asyncio
-
 import pytest
-from e2e.load.crowd.crowd import Crowd
+from e2e.load.crowd.crowd import gathered
 from e2e.load.memory import BATCHES, FLAT_MIB, come_and_go
 from e2e.load.servers import WAX, serving
 from e2e.strangers.soak import Sample, Soaked, rows, soak
@@ -26,9 +24,8 @@ async def test_half_a_minute_of_coming_and_going_leaves_nothing() -> None:
 @pytest.mark.timeout(1800)
 async def test_a_thousand_who_joined_and_left_leave_nothing() -> None:
     """No thread, descriptor or task, and no memory."""
-    async with serving(WAX) as server:
-        with await asyncio.to_thread(Crowd, server.offering) as crowd:
-            leaked_mib, left = await come_and_go(server, crowd, 1000 // BATCHES)
+    async with serving(WAX) as server, gathered(server.offering) as crowd:
+        leaked_mib, left = await come_and_go(server, crowd, 1000 // BATCHES)
     assert left == 0
     assert leaked_mib <= FLAT_MIB
 

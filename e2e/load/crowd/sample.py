@@ -47,12 +47,3 @@ class Sample(BaseModel):
     at_s: float
     viewers: tuple[ViewerCounts, ...] = ()
     problem: str | None = None
-
-    @property
-    def total(self) -> ViewerCounts:
-        """The sums over all viewers."""
-        return ViewerCounts(
-            video=sum((one.video for one in self.viewers), StreamCounts()),
-            audio=sum((one.audio for one in self.viewers), StreamCounts()),
-            answers=sum((one.answers for one in self.viewers), RtcpAnswers()),
-        )

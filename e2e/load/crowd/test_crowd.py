@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from e2e.load.crowd.crowd import Crowd
+from e2e.load.crowd.crowd import gathered
 from e2e.load.crowd.modem import Line
 from e2e.load.crowd.sample import Offering
 from e2e.load.servers import SIDES, WAX, serving
@@ -21,17 +21,16 @@ WATCHED_S = 3.0
 @pytest.mark.parametrize("side", SIDES)
 async def test_a_crowd_sees_hears_and_answers(side: str) -> None:
     """Each gets frames and sound; ours gets transport-wide feedback and reports of each."""
-    async with serving(side) as server:
-        with await asyncio.to_thread(Crowd, server.offering) as crowd:
-            await asyncio.to_thread(crowd.hold, VIEWERS)
-            await asyncio.sleep(1.0)
-            first = await asyncio.to_thread(crowd.count)
-            await asyncio.sleep(WATCHED_S)
-            last = await asyncio.to_thread(crowd.count)
-            viewers = (await server.status())["viewers"] if side == WAX else []
-            await asyncio.to_thread(crowd.hold, 1)
-            await asyncio.to_thread(crowd.cycle, 1)
-            assert len((await asyncio.to_thread(crowd.count)).viewers) == 1
+    async with serving(side) as server, gathered(server.offering) as crowd:
+        await crowd.hold(VIEWERS)
+        await asyncio.sleep(1.0)
+        first = await crowd.count()
+        await asyncio.sleep(WATCHED_S)
+        last = await crowd.count()
+        viewers = (await server.status())["viewers"] if side == WAX else []
+        await crowd.hold(1)
+        await crowd.cycle(1)
+        assert len((await crowd.count()).viewers) == 1
     for before, after in zip(first.viewers, last.viewers, strict=True):
         assert after.video.frames > before.video.frames
         assert after.audio.packets > before.audio.packets
@@ -42,13 +41,11 @@ async def test_a_crowd_sees_hears_and_answers(side: str) -> None:
         assert viewer["report"]["picture"]["rate_hz"] is not None
 
 
-def test_a_crowd_that_cannot_be_is_one_sentence() -> None:
+async def test_a_crowd_that_cannot_be_is_one_sentence() -> None:
     """Where nobody answers the near end says so, and the far end has ended."""
-    with (
-        pytest.raises(MeasureError, match=r"127\.0\.0\.1:9"),
-        Crowd(Offering(url="http://127.0.0.1:9", how="wax")) as crowd,
-    ):
-        crowd.hold(1)
+    with pytest.raises(MeasureError, match=r"127\.0\.0\.1:9"):
+        async with gathered(Offering(url="http://127.0.0.1:9", how="wax")) as crowd:
+            await crowd.hold(1)
 
 
 async def test_a_line_of_ones_own_keeps_order_and_addresses() -> None:
