@@ -36,14 +36,14 @@ class Drive:
         return self.end.turned_rad(self.start)
 
 
-async def drive_by_keys(server: Server, viewer: Viewer, *keys: str, seconds: float = 0.8) -> Drive:
+async def drive_by_keys(server: Server, viewer: Viewer, *keys: str) -> Drive:
     """Hold the keys together, let go, and see the robot stand."""
 
     async def attempt() -> Drive:
         start = await pose(server)
         for key in keys:
             await viewer.page.keyboard.down(key)
-        await asyncio.sleep(seconds)
+        await asyncio.sleep(0.8)
         for key in keys:
             await viewer.page.keyboard.up(key)
         assert await stands_still(server)

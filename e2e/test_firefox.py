@@ -186,9 +186,9 @@ async def test_firefox_drives_by_joystick_and_gamepad(serve: Serve, tmp_path: Pa
         async def touches() -> bool:
             box = await _middle(window, '[aria-label="Joystick"]')
             up = _at(box["x"], box["y"] - 0.8 * box["half"])
-            await window.pointer("touch", _at(box["x"], box["y"]), DOWN, up)
+            await window.touch(_at(box["x"], box["y"]), DOWN, up)
             moved = await moves(server, during_s=HOLD_S)
-            await window.pointer("touch", UP)
+            await window.touch(UP)
             assert await stands_still(server)
             return moved
 

@@ -37,15 +37,15 @@ class JitterBuffer:
     least_ms: float
 
 
-async def jitter_buffer(viewer: Viewer, kind: str, over_s: float = 1.0) -> JitterBuffer:
-    """Measure during the next `over_s`."""
+async def jitter_buffer(viewer: Viewer, kind: str) -> JitterBuffer:
+    """Measure for a second."""
 
     async def started() -> bool:
         return "jitterBufferDelay" in await viewer.inbound(kind)
 
     await eventually(started, f"{kind} arrives")
     first = await viewer.inbound(kind)
-    await asyncio.sleep(over_s)
+    await asyncio.sleep(1)
     last = await viewer.inbound(kind)
     count = last["jitterBufferEmittedCount"] - first["jitterBufferEmittedCount"]
     assert count > 0, f"no {kind} came out of the jitter buffer"

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from playwright.async_api import Error, async_playwright
 
-from e2e.gallery.shots import FOLDER, shoot, write_page
+from e2e.gallery.shots import shoot, write_page
 from e2e.gallery.states import STATES, named
 from e2e.gallery.views import ACROSS, DESKTOP, UPRIGHT, View
 from e2e.harness.chromium import launch_chromium
@@ -21,7 +21,6 @@ from e2e.measure.suite import ROOT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from pathlib import Path
 
     from playwright.async_api import Browser
 
@@ -37,7 +36,7 @@ README: Final = {
 _QUALITY: Final = 85
 
 
-async def gallery(states: Sequence[State], folder: Path = FOLDER) -> dict[str, str]:
+async def gallery(states: Sequence[State]) -> dict[str, str]:
     """Photograph these states; return why by the key of each that was not reached."""
     problems: dict[str, str] = {}
     async with async_playwright() as playwright:
@@ -45,7 +44,7 @@ async def gallery(states: Sequence[State], folder: Path = FOLDER) -> dict[str, s
         for state in states:
             print(f"{state.key} … ", end="", flush=True)
             try:
-                await _of_state(browser, state, folder)
+                await _of_state(browser, state)
             except (AssertionError, Error) as error:
                 problems[state.key] = " ".join(str(error).split())[:300]
             print(problems.get(state.key, "ok"))
@@ -53,15 +52,15 @@ async def gallery(states: Sequence[State], folder: Path = FOLDER) -> dict[str, s
     return problems
 
 
-async def _of_state(browser: Browser, state: State, folder: Path) -> None:
+async def _of_state(browser: Browser, state: State) -> None:
     for device in state.devices:
         async with state.reached(browser, device) as scene:
             for view in device.views:
                 await view.show(scene.viewer.page)
-                await shoot(scene, state, view, folder)
+                await shoot(scene, state, view)
 
 
-async def readme(folder: Path = SCREENSHOTS) -> None:
+async def readme() -> None:
     """Take the README's pictures anew."""
     async with async_playwright() as playwright:
         browser = await launch_chromium(playwright)
@@ -69,7 +68,7 @@ async def readme(folder: Path = SCREENSHOTS) -> None:
             async with named("driving").reached(browser, view.device) as scene:
                 page = scene.viewer.page
                 await view.show(page)
-                await page.screenshot(path=folder / name, type="jpeg", quality=_QUALITY)
+                await page.screenshot(path=SCREENSHOTS / name, type="jpeg", quality=_QUALITY)
         await browser.close()
 
 

@@ -132,8 +132,8 @@ class Scene:
         client = Operator(self.server.url, name=name, cookies=cookies)
         return await self._stack.enter_async_context(client)
 
-    async def somebody_drives(self, name: str = "Ada") -> Operator:
-        operator = await self.comes(name)
+    async def somebody_drives(self) -> Operator:
+        operator = await self.comes("Ada")
         await operator.join()
         return operator
 

@@ -30,9 +30,9 @@ class Shot:
     tree: str
 
 
-async def shoot(scene: Scene, state: State, view: View, folder: Path = FOLDER) -> None:
+async def shoot(scene: Scene, state: State, view: View) -> None:
     """Photograph the page as a person sees it, and print its accessibility tree."""
-    place = folder / state.key
+    place = FOLDER / state.key
     place.mkdir(parents=True, exist_ok=True)
     page = scene.viewer.page
     await page.screenshot(path=place / f"{view.key}.png", animations="disabled")
@@ -40,22 +40,22 @@ async def shoot(scene: Scene, state: State, view: View, folder: Path = FOLDER) -
     (place / f"{view.key}.yaml").write_text(tree + "\n", encoding="utf-8")
 
 
-def write_page(problems: dict[str, str], folder: Path = FOLDER) -> Path:
+def write_page(problems: dict[str, str]) -> Path:
     """Write the page over all that is in the folder; `problems` are by a state's key."""
     loader = FileSystemLoader(_TEMPLATES)
     env = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
-    states = [(state, _shots(state, folder), problems.get(state.key, "")) for state in STATES]
+    states = [(state, _shots(state), problems.get(state.key, "")) for state in STATES]
     text = env.get_template("gallery.html").render(states=states)
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "index.html"
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    path = FOLDER / "index.html"
     path.write_text(text, encoding="utf-8")
     return path
 
 
-def _shots(state: State, folder: Path) -> list[Shot]:
+def _shots(state: State) -> list[Shot]:
     found = []
     for view in (view for device in DEVICES for view in device.views):
-        picture = folder / state.key / f"{view.key}.png"
+        picture = FOLDER / state.key / f"{view.key}.png"
         if picture.exists():
             tree = picture.with_suffix(".yaml").read_text(encoding="utf-8")
             title = f"{view.size.title}, {view.theme}"

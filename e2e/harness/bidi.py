@@ -108,18 +108,15 @@ class Firefox:
     async def key(self, kind: str, value: str) -> None:
         """`kind` is ``keyDown`` or ``keyUp``; `value` as in WebDriver's table of keys."""
         action = {"type": kind, "value": value}
-        source = {"type": "key", "id": "keyboard", "actions": [action]}
+        await self._perform({"type": "key", "id": "keyboard", "actions": [action]})
+
+    async def _perform(self, source: Mapping[str, Any]) -> None:
         await self._session.send("input.performActions", context=self._context, actions=[source])
 
-    async def pointer(self, device: str, *actions: Mapping[str, Any]) -> None:
-        """Move, press and lift a ``mouse`` or ``touch``; `actions` as in WebDriver."""
-        source = {
-            "type": "pointer",
-            "id": device,
-            "parameters": {"pointerType": device},
-            "actions": [dict(action) for action in actions],
-        }
-        await self._session.send("input.performActions", context=self._context, actions=[source])
+    async def touch(self, *actions: Mapping[str, Any]) -> None:
+        """Move, press and lift a finger; `actions` as in WebDriver."""
+        touch = {"type": "pointer", "id": "touch", "parameters": {"pointerType": "touch"}}
+        await self._perform(touch | {"actions": [dict(action) for action in actions]})
 
 
 @asynccontextmanager

@@ -108,10 +108,10 @@ async def until_it_moves(
     raise AssertionError("the robot stands while it is driven")
 
 
-async def turn_by_key(server: Server, viewer: Viewer, key: str = "ArrowLeft") -> None:
+async def turn_by_key(server: Server, viewer: Viewer) -> None:
     """Hold a key until the robot moves."""
     keys = viewer.page.keyboard
-    await until_it_moves(server, lambda: keys.down(key), lambda: keys.up(key))
+    await until_it_moves(server, lambda: keys.down("ArrowLeft"), lambda: keys.up("ArrowLeft"))
 
 
 async def stands_still(server: Server, after_s: float = 0.5) -> bool:

@@ -54,10 +54,8 @@ class Server:
     context manager it serves inside the block and has stopped well afterwards.
     """
 
-    def __init__(
-        self, folder: Path, toml: str, *, port: int | None = None, stderr: int | None = None
-    ) -> None:
-        self.port = port or free_port()
+    def __init__(self, folder: Path, toml: str, *, stderr: int | None = None) -> None:
+        self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}"
         self.log_path = folder / "server.log"
         self._config_path = folder / "wax.toml"

@@ -6,7 +6,7 @@ import io
 import shutil
 import subprocess
 import wave
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import av
 import numpy as np
@@ -39,8 +39,7 @@ def voice(seconds: float) -> NDArray[np.int16]:
 def unbroken(seconds: float) -> NDArray[np.int16]:
     """Return the same without its pauses: what is silent is not being played."""
     spoken = voice(seconds)
-    blocks = spoken[: len(spoken) // _BLOCK * _BLOCK].reshape(-1, _BLOCK)
-    sounding = blocks[envelope(spoken) > _SOUNDS].reshape(-1)
+    sounding = _pieces(spoken, _BLOCK)[envelope(spoken) > _SOUNDS].reshape(-1)
     return np.resize(sounding, len(spoken)).astype(np.int16)
 
 
@@ -57,10 +56,9 @@ def write(path: Path, sound: NDArray[np.int16]) -> None:
         file.writeframes(sound.tobytes())
 
 
-def envelope(sound: NDArray[np.int16], block_ms: float = 10) -> NDArray[np.float64]:
-    """Root mean square of each block, 0…1."""
-    size = int(RATE_HZ * block_ms / 1000)
-    blocks = sound[: len(sound) // size * size].reshape(-1, size).astype(np.float64) / 32768
+def envelope(sound: NDArray[np.int16]) -> NDArray[np.float64]:
+    """Root mean square of each 10 ms, 0…1."""
+    blocks = _pieces(sound.astype(np.float64), _BLOCK) / 32768
     return np.asarray(np.sqrt((blocks**2).mean(axis=1)))
 
 
@@ -85,7 +83,7 @@ def in_order(heard: NDArray[np.int16], original: NDArray[np.int16]) -> float:
     gap costs one half second, not all that follow.
     """
     loop = _telephone(original)
-    places = [_place(piece, loop) for piece in _pieces(_telephone(heard))]
+    places = [_place(piece, loop) for piece in _pieces(_telephone(heard), _PIECE)]
     ahead = np.diff(places) - _PIECE
     off = (ahead + len(loop) // 2) % len(loop) - len(loop) // 2
     return float(np.mean(np.abs(off) <= _NEAR))
@@ -98,22 +96,20 @@ def likeness(phrase: NDArray[np.int16], sound: NDArray[np.int16]) -> float:
     """
     heard = np.concatenate((_telephone(sound), np.zeros(_SHORT)))
     energy = np.maximum(_slid(heard**2, np.ones(_SHORT)), 1.0)
-    whole = _telephone(phrase)
-    pieces = whole[: len(whole) // _SHORT * _SHORT].reshape(-1, _SHORT)
     found = [
         float((np.abs(_slid(heard, piece)) / np.sqrt(energy)).max() / np.linalg.norm(piece))
-        for piece in pieces
+        for piece in _pieces(_telephone(phrase), _SHORT)
     ]
     return float(np.median(found))
 
 
 def _telephone(sound: NDArray[np.int16]) -> NDArray[np.float64]:
     """Return the sound at 8 kHz, which carries a voice."""
-    return np.asarray(sound[: len(sound) // 6 * 6].reshape(-1, 6).mean(axis=1))
+    return np.asarray(_pieces(sound, 6).mean(axis=1))
 
 
-def _pieces(sound: NDArray[np.float64]) -> NDArray[np.float64]:
-    return sound[: len(sound) // _PIECE * _PIECE].reshape(-1, _PIECE)
+def _pieces(sound: NDArray[Any], size: int) -> NDArray[Any]:
+    return sound[: len(sound) // size * size].reshape(-1, size)
 
 
 def _place(piece: NDArray[np.float64], loop: NDArray[np.float64]) -> int:

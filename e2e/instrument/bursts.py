@@ -27,6 +27,7 @@ _EARLY_MS: Final = 50.0
 """Sound cannot be heard before it is made; so much is allowed for errors."""
 
 _NEAR_MS: Final = 2000.0
+_BESIDE_MS: Final = 500.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,19 +111,17 @@ def _whole_seconds(
     return add
 
 
-def skews_ms(
-    heard: Sequence[Burst], pictures: Sequence[tuple[float, float]], *, within_ms: float = 500.0
-) -> list[float]:
+def skews_ms(heard: Sequence[Burst], pictures: Sequence[tuple[float, float]]) -> list[float]:
     """Sound's age less the picture's at each burst: above 0 the sound comes after the picture.
 
-    The picture's age is the median of those presented within `within_ms` of the burst; where there
+    The picture's age is the median of those presented within `_BESIDE_MS` of the burst; where there
     was none, the burst is left out.
     """
     at_ms = [at for at, _ in pictures]
     skews = []
     for burst in heard:
-        first = bisect_left(at_ms, burst.heard_ms - within_ms)
-        end = bisect_right(at_ms, burst.heard_ms + within_ms)
+        first = bisect_left(at_ms, burst.heard_ms - _BESIDE_MS)
+        end = bisect_right(at_ms, burst.heard_ms + _BESIDE_MS)
         if first < end:
             skews.append(burst.age_ms - statistics.median(age for _, age in pictures[first:end]))
     return skews

@@ -15,23 +15,20 @@ def readings(
     sound_age_ms: float = 120.0,
     lie_ms: float = 0.0,
     sound: bool = True,
-    opened_ms: float = OPENED_MS,
 ) -> Readings:
     """Make 25 pictures and 100 blocks a second from the opening on; the clock may lie."""
     return Readings(
-        opened_ms=opened_ms,
-        first_picture_ms=opened_ms,
-        first_sound_ms=opened_ms if sound else None,
-        pictures=pictures(seconds, picture_age_ms, opened_ms, lie_ms),
-        sound=blocks(seconds, sound_age_ms, opened_ms, lie_ms) if sound else Sound(),
+        opened_ms=OPENED_MS,
+        first_picture_ms=OPENED_MS,
+        first_sound_ms=OPENED_MS if sound else None,
+        pictures=pictures(seconds, picture_age_ms, lie_ms),
+        sound=blocks(seconds, sound_age_ms, lie_ms) if sound else Sound(),
     )
 
 
-def pictures(
-    seconds: float, age_ms: float, opened_ms: float = OPENED_MS, lie_ms: float = 0.0
-) -> Pictures:
+def pictures(seconds: float, age_ms: float, lie_ms: float = 0.0) -> Pictures:
     count = round(25 * seconds)
-    at_ms = [opened_ms + 40 * n for n in range(count)]
+    at_ms = [OPENED_MS + 40 * n for n in range(count)]
     true_ms = [at - age_ms for at in at_ms]
     return Pictures(
         at_ms=at_ms,
@@ -55,12 +52,10 @@ def shown(*parts: tuple[float, float, float, int]) -> Pictures:
     return found
 
 
-def blocks(
-    seconds: float, age_ms: float, opened_ms: float = OPENED_MS, lie_ms: float = 0.0
-) -> Sound:
+def blocks(seconds: float, age_ms: float, lie_ms: float = 0.0) -> Sound:
     """Make the tone, and a burst at each whole second of the source's clock, in blocks of 10 ms."""
     count = round(100 * seconds)
-    start_ms = [opened_ms + 10 * n for n in range(count)]
+    start_ms = [OPENED_MS + 10 * n for n in range(count)]
     burst = [0.4 * _share(at - age_ms, lie_ms) for at in start_ms]
     return Sound(start_ms=start_ms, tone=[0.05] * count, burst=burst)
 
@@ -72,9 +67,7 @@ def _share(true_ms: float, lie_ms: float) -> float:
     return max(0.0, min(true_ms + 10, begin_ms + 100) - max(true_ms, begin_ms)) / 10
 
 
-def counters(
-    concealed: list[tuple[float, int]], *, rate_hz: int = 48_000, opened_ms: float = OPENED_MS
-) -> Counters:
+def counters(concealed: list[tuple[float, int]], *, rate_hz: int = 48_000) -> Counters:
     """Make looks every 100 ms: what was concealed since the last, in ms and in events."""
     rows = len(concealed)
     totals, events = [0.0], [0.0]
@@ -90,5 +83,5 @@ def counters(
         "concealed_samples": list(totals),
         "concealment_events": list(events),
     }
-    at_ms = [opened_ms + 100 * n for n in range(rows)]
+    at_ms = [OPENED_MS + 100 * n for n in range(rows)]
     return Counters(at_ms=at_ms, **columns)

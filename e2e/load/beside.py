@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any, Final
 from e2e.load.crowd.crowd import gathered
 from e2e.load.fan_out import grown
 from e2e.load.process import all_received, two_cores
-from e2e.load.servers import WAX, serving_board
+from e2e.load.servers import serving_board
 from e2e.load.strokes import changes, delays, steer_at_random
 from e2e.measure.age import Ages
 from e2e.measure.errors import MeasureError
-from e2e.measure.row import Row, judged, summarize
+from e2e.measure.row import Row, middle, summarize
 from e2e.stop.record import Record
 from wax.client import Operator
 
@@ -85,7 +85,7 @@ def crowd_rows(pairs: Pairs) -> list[Row]:
     beat = "… the control loop's beat, p99 of the last minute, worst"
     worst_ms = max(one.beat_p99_ms for one in beside)
     latest_ms = max(one.beat_gap_ms for one in beside)
-    row = partial(_row, n=len(pairs))
+    row = partial(middle, n=len(pairs))
     return [
         row("crowd: command", what, "ms", commands_ms, 5.0),
         row("crowd: picture", older, "ms", pictures_ms, 5.0),
@@ -111,18 +111,12 @@ def tape_rows(pairs: Pairs) -> list[Row]:
     left_out = float(sum(one.left_out for one in on))
     what = "the tape on, an operator and a viewer: more of the server's CPU"
     later = "… stroke → the byte on the line, p99, later"
-    row = partial(_row, n=len(pairs))
+    row = partial(middle, n=len(pairs))
     return [
         row("recording: cpu", what, "% of a core", percent, 3.0),
         row("recording: command", later, "ms", [later_ms], 2.0),
         row("recording: left out", "… what did not get onto it", "", [left_out], 0.0),
     ]
-
-
-def _row(key: str, what: str, unit: str, values: Sequence[float], goal: float, *, n: int) -> Row:
-    """Tell the median of the pairs, or the one value of all `n`."""
-    spread = summarize(values)
-    return judged(key, what, unit, {WAX: spread.median}, goal, n=n, spread=spread)
 
 
 def _p99_ms(drives: Sequence[Drive]) -> float:

@@ -50,6 +50,11 @@ def summarize(values: Sequence[float]) -> Summary:
     )
 
 
+def quantiles(values: Sequence[float]) -> dict[str, float | None]:
+    """Return what stands in the columns of a row that is told and not judged."""
+    return dict(summarize(values).model_dump(include={"median", "p95", "p99", "max"}))
+
+
 class Row(BaseModel):
     """`values` are numbers in `unit`, by the name of their column; None where there is none.
 
@@ -116,6 +121,22 @@ def summed(
         met=value is not None and value <= goal and not never and not wrong,
         detail={"wrong": wrong, "never": never} | detail,
     )
+
+
+def middle(
+    key: str,
+    what: str,
+    unit: str,
+    values: Sequence[float],
+    goal: float | None = None,
+    *,
+    n: int,
+    at_least: bool = False,
+) -> Row:
+    """Judge the median of values that WAX alone has; raises `MeasureError` if there are none."""
+    spread = summarize(values)
+    value = {"WAX": spread.median}
+    return judged(key, what, unit, value, goal, n=n, at_least=at_least, spread=spread)
 
 
 def counted(key: str, what: str, wrong: int, of: int, **detail: Any) -> Row:

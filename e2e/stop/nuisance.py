@@ -5,15 +5,15 @@ from __future__ import annotations
 import asyncio
 import time
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from e2e.measure.row import judged
 from e2e.stop.operator import RawOperator
 from e2e.stop.relay import Relay, Weather
-from e2e.stop.stage import LIGHT, Load, staged, together
+from e2e.stop.stage import LIGHT, staged, together
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from e2e.measure.row import Row
     from e2e.stop.record import Seen
@@ -25,11 +25,9 @@ GOAL: Final = 1.0
 _TEN_MINUTES_S: Final = 600.0
 
 
-async def nuisance(
-    n: int, *, at_once: int = AT_ONCE, load: Load = LIGHT, **settings: Any
-) -> list[Row]:
+async def nuisance(n: int, *, at_once: int = AT_ONCE) -> list[Row]:
     """Drive for `n` seconds over bad links, some at once, and count the stops."""
-    found = await together(*(_drive_badly(n / at_once, load, settings) for _ in range(at_once)))
+    found = await together(*(_drive_badly(n / at_once) for _ in range(at_once)))
     stops, drove_s = (sum(values) for values in list(zip(*found, strict=True))[:2])
     return [
         judged(
@@ -40,7 +38,7 @@ async def nuisance(
             GOAL,
             n=n,
             column="max",
-            load=load.beside(at_once),
+            load=LIGHT.beside(at_once),
             detail={
                 "stops": stops,
                 "one_way_ms": min(one_way_ms for _, _, one_way_ms, _ in found),
@@ -50,13 +48,11 @@ async def nuisance(
     ]
 
 
-async def _drive_badly(
-    for_s: float, load: Load, settings: Mapping[str, Any]
-) -> tuple[int, float, float, float]:
+async def _drive_badly(for_s: float) -> tuple[int, float, float, float]:
     """Return the stops, how long that was in s, and delay and lateness in ms."""
     relay = Relay(BAD)
     async with (
-        staged(load=load, **settings) as stage,
+        staged(load=LIGHT) as stage,
         RawOperator(stage.server, relay=relay) as operator,
     ):
         await asyncio.sleep(2.0)  # the link's delay must be known at the turn's start

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
     from e2e.strangers.ground import Ground
 
-PAGE: Final = wire.http("GET", "/", headers=[("Accept-Encoding", "gzip")])
-COOKIES: Final = wire.http("GET", "/healthz", headers=wire.many_cookies(64_000))
+PAGE: Final = wire.http("/", ("Accept-Encoding", "gzip"))
+COOKIES: Final = wire.http("/healthz", *wire.many_cookies(64_000))
 _PIPELINED: Final = 20
 _WRITTEN_BYTES: Final = 262_144
 _ANSWERED_BYTES: Final = 65_536
@@ -70,7 +70,7 @@ async def pipelined(
 async def never_read(ground: Ground, connections: int, addresses: int) -> None:
     """Ask for the largest file again and again, and read nothing."""
     path = await _largest_asset(ground.port)
-    request = wire.http("GET", path) * _PIPELINED
+    request = wire.http(path) * _PIPELINED
 
     async def one(number: int) -> None:
         async for _ in ground.ticks(_AGAIN_S):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 from google_crc32c import value as crc32c
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
 
 # --- RTCP ---------------------------------------------------------------------------------
@@ -73,15 +73,11 @@ def full_of(one: bytes) -> bytes:
 # --- HTTP ---------------------------------------------------------------------------------
 
 
-def http(
-    method: str, path: str, *, body: bytes = b"", headers: Iterable[tuple[str, str]] = ()
-) -> bytes:
-    """Write a request; of several headers with one name, each gets its line."""
-    lines = [f"{method} {path} HTTP/1.1", "Host: 127.0.0.1"]
+def http(path: str, *headers: tuple[str, str]) -> bytes:
+    """Ask for a path; of several headers with one name, each gets its line."""
+    lines = [f"GET {path} HTTP/1.1", "Host: 127.0.0.1"]
     lines += [f"{name}: {value}" for name, value in headers]
-    if body:
-        lines += ["Content-Type: application/json", f"Content-Length: {len(body)}"]
-    return "\r\n".join([*lines, "", ""]).encode() + body
+    return "\r\n".join([*lines, "", ""]).encode()
 
 
 def many_cookies(size_bytes: int) -> Sequence[tuple[str, str]]:

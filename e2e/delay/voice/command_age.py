@@ -35,16 +35,14 @@ class Stretches:
         return 100 * sum(self.played) / max(1, len(self.played))
 
 
-async def command_age(
-    profile: str, goal_ms: float, n: int, *, seconds: float = SECONDS
-) -> list[Row]:
+async def command_age(profile: str, goal_ms: float, n: int) -> list[Row]:
     """Drive, `n` times speaking and `n` times silent in turn, and compare."""
     silent, speaking = Stretches(), Stretches()
     async with staged(profile) as stage:
         for number in range(n):
             pair = (silent, speaking) if number % 2 else (speaking, silent)
             for one in pair:
-                await _stretch(stage, one, seconds, speaks=one is speaking)
+                await _stretch(stage, one, speaks=one is speaking)
     return rows(profile, goal_ms, silent, speaking)
 
 
@@ -74,7 +72,7 @@ def rows(profile: str, goal_ms: float, silent: Stretches, speaking: Stretches) -
     ]
 
 
-async def _stretch(stage: Stage, into: Stretches, seconds: float, *, speaks: bool) -> None:
+async def _stretch(stage: Stage, into: Stretches, *, speaks: bool) -> None:
     held = ("ArrowUp", "KeyT") if speaks else ("ArrowUp",)
     for key in held:
         await stage.window.keyboard.down(key)
@@ -82,7 +80,7 @@ async def _stretch(stage: Stage, into: Stretches, seconds: float, *, speaks: boo
     tap = stage.ear.tap()
     before = (await stage.system.status())["counters"]
     from_ms = float(await stage.window.evaluate("performance.now()"))
-    await asyncio.sleep(seconds)
+    await asyncio.sleep(SECONDS)
     to_ms = float(await stage.window.evaluate("performance.now()"))
     after = (await stage.system.status())["counters"]
     for key in held:

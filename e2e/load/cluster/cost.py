@@ -12,6 +12,7 @@ import sys
 import time
 import uuid
 from contextlib import asynccontextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import aiohttp
@@ -21,8 +22,7 @@ from e2e.harness.child import child
 from e2e.load.cluster.engine import KEY, ROOMS
 from e2e.load.cluster.stage import staged
 from e2e.load.process import ProcessMeter
-from e2e.load.servers import WAX
-from e2e.measure.row import Row, judged, summarize
+from e2e.measure.row import Row, middle
 from e2e.peers.livekit.tokens import signed
 
 if TYPE_CHECKING:
@@ -56,17 +56,11 @@ async def room_cost(n: int) -> list[Row]:
             cpu.append((many - none) / OBSERVERS * 100)
             robots_cpu.append(await _renewal_s(stage.server.url, server) / RENEW_S * 100)
 
-    def row(
-        key: str, what: str, unit: str, values: Sequence[float], goal: float | None = None
-    ) -> Row:
-        spread = summarize(values)
-        value = {WAX: spread.median}
-        return judged(f"room: {key}", what, unit, value, goal, n=n, spread=spread)
-
-    core = "% of a core"
+    row, core = partial(middle, n=n), "% of a core"
+    what = "… and costs the robot's own server"
     return [
-        row("node cpu", "what an observer in a room costs LiveKit's node", core, cpu),
-        row("server cpu", "… and costs the robot's own server", core, robots_cpu, _CPU_PERCENT),
+        row("room: node cpu", "what an observer in a room costs LiveKit's node", core, cpu),
+        row("room: server cpu", what, core, robots_cpu, _CPU_PERCENT),
     ]
 
 

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 from e2e.load.cluster.page import longest_gap_ms, now_ms, pages
 from e2e.load.cluster.stage import staged
-from e2e.load.servers import WAX
 from e2e.measure.errors import MeasureError
-from e2e.measure.row import Row, judged, summarize, timed
+from e2e.measure.row import Row, middle, timed
 from wax.client.operator import Operator
 
 if TYPE_CHECKING:
@@ -88,14 +87,5 @@ async def room_delay(n: int) -> list[Row]:
             cards = await asyncio.gather(*(one.viewer.cards(_CARDS) for one in (there, here)))
             room, server = ([one.age_ms for one in some if one.valid] for some in cards)
             later_ms.append(statistics.median(room) - statistics.median(server))
-    return [
-        judged(
-            "room: later",
-            "a picture in a room, p50 when shown, older than at the robot's own server by",
-            "ms",
-            {WAX: statistics.median(later_ms)},
-            _LATER_MS,
-            n=n,
-            spread=summarize(later_ms),
-        )
-    ]
+    what = "a picture in a room, p50 when shown, older than at the robot's own server by"
+    return [middle("room: later", what, "ms", later_ms, _LATER_MS, n=n)]

@@ -13,7 +13,7 @@ from e2e.delay.cell import Cell
 from e2e.delay.systems import start
 from e2e.link import Link
 from e2e.measure.errors import MeasureError
-from e2e.measure.row import Row, judged, summarize, summed
+from e2e.measure.row import Row, judged, quantiles, summed
 
 if TYPE_CHECKING:
     from e2e.delay.browser import Browser
@@ -30,10 +30,9 @@ async def first_picture(profile: str, goal_ms: float, peer: str | None, n: int) 
     what = f"a link is opened → its picture moves: {profile}"
     rows = [summed(f"first-picture/{profile}", what, "ms", found_ms, goal_ms, judged="p95")]
     if peer is not None:
-        spread = summarize([one for one in await _times(profile, "stock", n) if one is not None])
-        values = spread.model_dump(include={"median", "p95", "p99", "max"})
+        times_ms = [one for one in await _times(profile, "stock", n) if one is not None]
         key = f"first-picture/{profile}: stock"
-        rows.append(judged(key, f"… {peer}", "ms", values, n=n, column="median"))
+        rows.append(judged(key, f"… {peer}", "ms", quantiles(times_ms), n=n, column="median"))
     return rows
 
 

@@ -14,7 +14,7 @@ from e2e.harness.page_clock import page_clock
 from e2e.load.page.driven import browsing, drives
 from e2e.load.strokes import HOLD_S, REST_S, Stroke, changes, delays
 from e2e.measure.errors import MeasureError
-from e2e.measure.row import Row, judged, summarize, summed
+from e2e.measure.row import Row, judged, quantiles, summed
 from e2e.stop.record import Record
 
 if TYPE_CHECKING:
@@ -41,10 +41,9 @@ async def input_to_gate(way: Way, n: int) -> list[Row]:
             record.read()
     found = rows(way, strokes, changes(record.frames), error_ms)
     if way.is_touched:
-        values = summarize(told_ms).model_dump(include={"median", "p95", "p99", "max"})
         what = "… of which until the browser tells the page, which no page can shorten"
         key = f"input/{way.key}: told"
-        found.append(judged(key, what, "ms", values, n=len(told_ms), column="median"))
+        found.append(judged(key, what, "ms", quantiles(told_ms), n=len(told_ms), column="median"))
     return found
 
 
