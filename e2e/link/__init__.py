@@ -1,17 +1,7 @@
 """A network between two ends on one machine, with the delays, losses and rates of a profile."""
 
-from tests.link.errors import LinkError, ProfileError
-from tests.link.profile import DRIVE, Profile, load, names
+from tests.link.profile import DRIVE, Profile, load
 
 from e2e.link.link import End, Link
 
-__all__ = [
-    "DRIVE",
-    "End",
-    "Link",
-    "LinkError",
-    "Profile",
-    "ProfileError",
-    "load",
-    "names",
-]
+__all__ = ["DRIVE", "End", "Link", "Profile", "load"]

@@ -16,10 +16,11 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 import pytest_asyncio
+from tests.link.errors import LinkError
 from tests.link.model import Direction
 from tests.link.profile import load, parse
 
-from e2e.link import Link, LinkError, Profile, leftovers, namespace
+from e2e.link import Link, Profile, leftovers, namespace
 from e2e.measure.errors import NotRunError
 
 if TYPE_CHECKING:

@@ -30,11 +30,8 @@ class Internet:
     async def forget(self, name: str) -> None:
         """Restart a host's router, which loses its mappings."""
         router = self[self._hosts[name].public or name]
-        for line in (
-            "link set outside down",
-            "link set outside up",
-            "route add default dev outside",
-        ):
+        up = "link set outside up"
+        for line in ("link set outside down", up, "route add default dev outside"):
             process = await router.spawn([namespace.tool("ip", "iproute2"), *line.split()])
             assert await process.wait() == 0
 

@@ -25,7 +25,7 @@ from e2e.reach.stage import (
     serving,
     tell_logs,
 )
-from e2e.reach.turnserver import PORT, TurnServer
+from e2e.reach.turnserver import PORT, SECRET, relay
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from e2e.reach.stage import Robot
 
 OFFICE: Final = Host("friend", "10.1.1.2", public="203.0.113.3", udp=False)
-SECRET: Final = "shared by robot and relay"
 BASE: Final = f"""
 [server]
 state_dir = "{{state}}"
@@ -77,14 +76,12 @@ class Stage:
 
 
 @asynccontextmanager
-async def staged(
-    folder: Path, toml: str, *hosts: Host, relay: TurnServer | None = None
-) -> AsyncIterator[Stage]:
-    """Serve the robot at its end and open the page at the friend's."""
+async def staged(folder: Path, toml: str, *hosts: Host) -> AsyncIterator[Stage]:
+    """Serve the robot at its end and open the page at the friend's, with a relay on `TURN`."""
     async with Internet(*hosts) as net:
         try:
-            if relay is not None:
-                await relay.start(net, folder)
+            if TURN in hosts:
+                await relay(net, folder)
             async with (
                 serving(net, folder, toml.format(state=folder / "state")) as robot,
                 _page(net) as viewer,
@@ -127,8 +124,7 @@ async def test_one_forwarded_port_is_enough(tmp_path: Path) -> None:
 async def test_a_relay_helps_where_no_udp_gets_out(tmp_path: Path) -> None:
     """From an office that lets no UDP out a friend drives by TURN over TCP, by our coturn."""
     toml = by_relay(f"turn:{TURN.address}:{PORT}?transport=tcp")
-    coturn = TurnServer(TURN, SECRET, to=ROBOT)
-    async with staged(tmp_path, toml, ROBOT, OFFICE, TURN, relay=coturn) as stage:
+    async with staged(tmp_path, toml, ROBOT, OFFICE, TURN) as stage:
         way = {"type": "relay", "relay": "tcp", "to": f"{ROBOT.public}:{MEDIA}"}
         assert await stage.sees() == way
         await stage.drives()
@@ -138,8 +134,7 @@ async def test_a_relay_helps_where_no_udp_gets_out(tmp_path: Path) -> None:
 async def test_relay_only_uses_nothing_else(tmp_path: Path) -> None:
     """Even where a direct connection is possible."""
     toml = by_relay(f"turn:{TURN.address}:{PORT}", "only = true")
-    coturn = TurnServer(TURN, SECRET, to=ROBOT)
-    async with staged(tmp_path, toml, ROBOT, FRIEND, TURN, relay=coturn) as stage:
+    async with staged(tmp_path, toml, ROBOT, FRIEND, TURN) as stage:
         assert (await stage.sees())["type"] == "relay"
         await stage.drives()
 
@@ -152,7 +147,6 @@ async def test_without_a_forwarded_port_full_ice_helps(tmp_path: Path) -> None:
     )
     toml = toml.replace("[server]", f'[server]\nnames = ["{ROBOT.public}"]')
     closed = replace(ROBOT, forwards=(("tcp", HTTP),))
-    coturn = TurnServer(TURN, SECRET, to=ROBOT)
-    async with staged(tmp_path, toml, closed, FRIEND, TURN, relay=coturn) as stage:
+    async with staged(tmp_path, toml, closed, FRIEND, TURN) as stage:
         assert (await stage.sees())["to"].startswith(f"{ROBOT.public}:")
         await stage.drives()

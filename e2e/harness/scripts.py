@@ -1,0 +1,30 @@
+"""What is asked of a page by script alone, whichever browser has it."""
+
+from __future__ import annotations
+
+import json
+
+
+def says(words: str) -> str:
+    """Return an expression that is true once these words are on the page."""
+    return f"document.body.innerText.includes({json.dumps(words)})"
+
+
+def press(name: str) -> str:
+    """Return a script that presses the button with this text, and is true when there is one."""
+    return (
+        "((button) => Boolean(button && !button.disabled && (button.click(), true)))"
+        f"({_button(name)})"
+    )
+
+
+def has(name: str) -> str:
+    """Return an expression that is true once there is a button with this text."""
+    return f"Boolean({_button(name)})"
+
+
+def _button(name: str) -> str:
+    return (
+        "[...document.querySelectorAll('button')].find((one) => "
+        f"(one.getAttribute('aria-label') ?? one.textContent).trim() === '{name}')"
+    )
