@@ -18,6 +18,7 @@ from e2e.harness.installed import FIREFOX, installed, needed
 from e2e.harness.microphone import hearing
 from e2e.harness.probe import LIVE_MS
 from e2e.harness.robot import moves, stands_still, undisturbed
+from e2e.harness.scripts import press, says
 from e2e.harness.wait import eventually, until
 from e2e.measure.ear import open_ear
 
@@ -35,14 +36,6 @@ FEEDBACK = "http://www.ietf.org/id/draft-holmer-rmcat-transport-wide-cc-extensio
 LARGEST = "640x480 at 1000 kbit/s"
 
 pytestmark = pytest.mark.timeout(120)
-
-
-def button(name: str) -> str:
-    """Return a script that presses the button with this text or label."""
-    return (
-        "[...document.querySelectorAll('button')].find((b) => "
-        f"(b.getAttribute('aria-label') ?? b.textContent).trim() === '{name}').click()"
-    )
 
 
 @asynccontextmanager
@@ -84,7 +77,7 @@ async def test_firefox_shows_sounds_and_drives(
         agreed = {one.split()[0] for one in sections if FEEDBACK in one}
         assert "video" in agreed, "Firefox is served by what it loses"
         tap = needed(ear).tap()
-        await window.evaluate(button("Turn sound on"))
+        await presses(window, "Turn sound on")
         assert await tap.hears(within_s=10)
 
         async def is_large() -> bool:
@@ -98,7 +91,7 @@ async def test_firefox_shows_sounds_and_drives(
         await asyncio.sleep(2)
         assert probe.loudness(tap.take()) > 0.02
 
-        await window.evaluate(button("Join the queue"))
+        await presses(window, "Join the queue")
         await reads(window, "You are driving")
 
         async def moves_by_key() -> bool:
@@ -126,7 +119,7 @@ async def test_firefox_speaks_to_the_robot(serve: Serve, tmp_path: Path) -> None
         settings = toml.card_with(voice=f'speaker = "{played}"')
         server = await leaving.enter_async_context(serve(tmp_path, settings))
         window = await leaving.enter_async_context(opened(server, tmp_path, own_ear))
-        await window.evaluate(button("Join the queue"))
+        await presses(window, "Join the queue")
         await reads(window, "You are driving")
         await window.key("keyDown", "t")
         await reads(window, "You are heard.")
@@ -139,8 +132,12 @@ async def test_firefox_speaks_to_the_robot(serve: Serve, tmp_path: Path) -> None
 
 async def reads(window: Firefox, sentence: str) -> None:
     """Wait until the page says this."""
-    says = f"document.body.innerText.includes({json.dumps(sentence)})"
-    await eventually(lambda: window.evaluate(says), f"the page says “{sentence}”")
+    await eventually(lambda: window.evaluate(says(sentence)), f"the page says “{sentence}”")
+
+
+async def presses(window: Firefox, name: str) -> None:
+    """Press the button with this text or label, once it can be."""
+    await eventually(lambda: window.evaluate(press(name)), f"“{name}” can be pressed")
 
 
 # --- the ways to drive other than keys ---
@@ -180,7 +177,7 @@ async def test_firefox_drives_by_joystick_and_gamepad(serve: Serve, tmp_path: Pa
         serve(tmp_path, toml.CARD) as server,
         opened(server, tmp_path, preferences=TOUCH_SCREEN) as window,
     ):
-        await window.evaluate(button("Join the queue"))
+        await presses(window, "Join the queue")
         await reads(window, "You are driving")
 
         async def touches() -> bool:

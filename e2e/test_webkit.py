@@ -13,6 +13,7 @@ from aiohttp import web
 
 from e2e.gallery.views import ACROSS, DESKTOP, UPRIGHT
 from e2e.harness import toml
+from e2e.harness.scripts import says
 from e2e.harness.wait import eventually
 from e2e.harness.webkit import webkit
 
@@ -44,10 +45,10 @@ window.RTCPeerConnection ??= Never;
 
 
 async def _says(window: WebKit, sentence: str) -> None:
-    async def is_said() -> bool:
-        return sentence in str(await window.evaluate("document.body.innerText"))
-
-    await eventually(is_said, f"the page says “{sentence}”", within_s=15)
+    expression = says(sentence)
+    await eventually(
+        lambda: window.evaluate(expression), f"the page says “{sentence}”", within_s=15
+    )
 
 
 async def test_what_is_missing_is_said(serve: Serve, tmp_path: Path) -> None:

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Final
 import tomlkit
 
 from e2e.delay.systems.served import PORT
-from e2e.delay.systems.wax import press, serving
+from e2e.delay.systems.wax import serving
+from e2e.harness.scripts import press
 from e2e.harness.wait import eventually
 from e2e.instrument.cards import LIE_MS, lies
 from e2e.instrument.instrument import Instrument, preload

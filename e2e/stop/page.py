@@ -15,6 +15,7 @@ from playwright.async_api import Error as PlaywrightError
 from playwright.async_api import async_playwright
 
 from e2e.harness.chromium import launch_chromium
+from e2e.harness.scripts import press, says
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 
@@ -30,10 +31,6 @@ if TYPE_CHECKING:
 KEY: Final = "ArrowUp"
 _CLOSE_S: Final = 3.0
 _ANSWER_S: Final = 10.0
-_JOIN: Final = """
-[...document.querySelectorAll("button")].find((one) => one.innerText === "Join the queue")?.click()
-"""
-_DRIVES: Final = "document.body.innerText.includes('You are driving')"
 
 
 class Chromium:
@@ -147,8 +144,8 @@ class Tab:
         """Wait until the page drives; join if it has no turn."""
 
         async def drives() -> bool:
-            await self.evaluate(_JOIN)
-            return bool(await self.evaluate(_DRIVES))
+            await self.evaluate(press("Join the queue"))
+            return bool(await self.evaluate(says("You are driving")))
 
         await eventually(drives, "the tab drives", within_s=20)
 

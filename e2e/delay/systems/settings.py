@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from e2e.delay.systems.served import PORT
-from e2e.harness.toml import MANY_PLAYED_BY_ONE, merged
+from e2e.harness.toml import MANY_PLAYED_BY_ONE, MEDIA, merged
 from e2e.measure.errors import MeasureError, NotRunError
 
 if TYPE_CHECKING:
@@ -30,8 +30,7 @@ def settings(cell: Cell) -> dict[str, Any]:
     """
     tree = {
         "server": {"host": "0.0.0.0", "port": PORT, "max_viewers": max(100, cell.viewers + 1)},
-        "video": {"source": "testcard"},
-        "audio": {"source": "testcard"},
+        **MEDIA,
         "turns": {"turn_s": TURN_S},
     }
     if cell.player != "auto":

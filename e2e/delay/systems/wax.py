@@ -13,6 +13,7 @@ from e2e.delay.systems import served
 from e2e.delay.systems.served import STATE, Served
 from e2e.delay.systems.settings import settings
 from e2e.harness.robot import lateness
+from e2e.harness.scripts import press, says
 from e2e.harness.toml import merged
 from e2e.harness.wait import eventually
 from e2e.measure.errors import MeasureError
@@ -50,8 +51,7 @@ class Wax(Served):
             return
         before = await lateness(self)
         await self._until(window, press("Join the queue"), "lets one join the queue")
-        says = "document.body.innerText.includes('You are driving')"
-        await self._until(window, says, "says that the browser drives")
+        await self._until(window, says("You are driving"), "says that the browser drives")
         if self.drives:
             await self._drive(window, before)
 
@@ -119,23 +119,3 @@ async def start(
         wax.joins, wax.drives = cell.system == "operator", cell.drives
         await wax.become_host(folder / STATE / "wax")
         yield wax
-
-
-def press(name: str) -> str:
-    """Return a script that presses the button with this text, and is true when there is one."""
-    return (
-        "((button) => Boolean(button && !button.disabled && (button.click(), true)))"
-        f"({_button(name)})"
-    )
-
-
-def has(name: str) -> str:
-    """Return an expression that is true once there is a button with this text."""
-    return f"Boolean({_button(name)})"
-
-
-def _button(name: str) -> str:
-    return (
-        "[...document.querySelectorAll('button')].find((one) => "
-        f"(one.getAttribute('aria-label') ?? one.textContent).trim() === '{name}')"
-    )

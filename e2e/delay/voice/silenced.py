@@ -8,9 +8,9 @@ import random
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from e2e.delay.systems.wax import has, press
 from e2e.delay.voice.stage import staged
 from e2e.harness.page_clock import PageClock, page_clock, unix_ms
+from e2e.harness.scripts import has, press
 from e2e.harness.wait import eventually
 from e2e.measure.ear import BLOCK_MS, SILENT
 from e2e.measure.errors import MeasureError

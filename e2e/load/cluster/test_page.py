@@ -19,7 +19,7 @@ from e2e.harness.wait import eventually
 from e2e.load.cluster.engine import KEY
 from e2e.load.cluster.stage import published
 from e2e.measure.ear import SILENT
-from e2e.test_firefox import button, opened
+from e2e.test_firefox import opened, presses
 from wax.client.client import Client
 from wax.client.operator import Operator
 
@@ -191,7 +191,7 @@ async def test_firefox_watches_in_a_room(serve: Serve, tmp_path: Path, ear: Ear 
         assert len(cards) >= 36
         assert median(card["age_ms"] for card in cards) < LIVE_MS
         tap = needed(ear).tap()
-        await window.evaluate(button("Turn sound on"))
+        await presses(window, "Turn sound on")
         assert await tap.hears(within_s=10)
         tap.take()
         await window.evaluate("waxProbe.cards(60)")
