@@ -33,12 +33,8 @@ def as_shipped() -> dict[str, Any]:
     }
 
 
-CARD = """
-[video]
-source = "testcard"
-[audio]
-source = "testcard"
-"""
+MEDIA: dict[str, Any] = {"video": {"source": "testcard"}, "audio": {"source": "testcard"}}
+CARD = tomlkit.dumps(MEDIA)
 """Picture and sound that can be read back; everything else as shipped."""
 
 BRIEF_GRACE = "grace_s = 0.5"

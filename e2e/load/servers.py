@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import tomlkit
 
+from e2e.harness import toml
 from e2e.harness.board import Board
 from e2e.harness.server import Server, free_port
 from e2e.load.crowd.sample import Offering
@@ -29,8 +30,7 @@ JANUS: Final = "Janus"
 SIDES: Final = (WAX, STOCK)
 
 SETTINGS: Final[dict[str, Any]] = {
-    "video": {"source": "testcard"},
-    "audio": {"source": "testcard"},
+    **toml.MEDIA,
     # Turns last as long as the run; viewers who left are forgotten soon, so that waits are short.
     "turns": {"turn_s": 3600.0, "grace_s": 0.5},
 }

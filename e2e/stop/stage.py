@@ -51,11 +51,7 @@ class Load:
         return f"{self}, {servers} such servers at once" if servers > 1 else str(self)
 
 
-DEFAULT: Final = Load(
-    "640×480 at 30 fps, sound",
-    {"video": {"source": "testcard"}, "audio": {"source": "testcard"}},
-    20,
-)
+DEFAULT: Final = Load("640×480 at 30 fps, sound", toml.MEDIA, 20)
 """The product's own: everything as shipped."""
 
 _SMALL: Final = {"width": 320, "height": 240, "fps": 15.0}

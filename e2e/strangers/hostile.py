@@ -9,7 +9,7 @@ import random
 import time
 import tomllib
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import cycle, islice, pairwise
 from typing import TYPE_CHECKING, Any, Final, Self
 
@@ -22,7 +22,7 @@ from e2e.measure.errors import MeasureError
 from e2e.measure.row import counted, summarize, summed, timed
 from e2e.measure.suite import ROOT
 from e2e.stop.operator import RawOperator
-from e2e.stop.stage import STOPS_AT_EACH_TRIAL, Load, staged
+from e2e.stop.stage import DEFAULT, STOPS_AT_EACH_TRIAL, Load, staged
 from e2e.strangers.ground import address, strangers
 from e2e.strangers.intruder import ask
 from wax.errors import SignallingError
@@ -61,11 +61,7 @@ _SILENT_S: Final = 0.1
 _SHORTEST_S: Final = 11.0
 """How long the slow ones must last so that the last of them can be closed."""
 
-AS_SHIPPED: Final = Load(
-    "640×480 at 30 fps, sound",
-    {"video": {"source": "testcard"}, "audio": {"source": "testcard"}},
-    0,
-)
+AS_SHIPPED: Final = replace(DEFAULT, observers=0)
 
 
 def public_robot() -> tuple[Mapping[str, Any], Load]:

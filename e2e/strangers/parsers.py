@@ -16,8 +16,6 @@ from e2e.measure.suite import ROOT
 if TYPE_CHECKING:
     from tests.fuzz.target import Target
 
-__all__ = ["LONGEST_S", "parser", "parsers"]
-
 _TRACE_LINES: Final = 12
 
 

@@ -12,7 +12,7 @@ import tempfile
 import time
 from contextlib import AsyncExitStack, asynccontextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import tomlkit
 from playwright.async_api import async_playwright
@@ -22,6 +22,7 @@ from e2e.delay.systems.served import PORT
 from e2e.delay.systems.wax import serving
 from e2e.harness.chromium import chromium_at
 from e2e.harness.page_clock import unix_ms
+from e2e.harness.toml import MEDIA
 from e2e.harness.viewer import Viewer
 from e2e.link import Link
 from e2e.link.namespace import BROWSER_ADDRESS, DEVICE
@@ -58,12 +59,8 @@ _SEES: Final = """async (sinceMs) => {
 }"""
 """When the first picture was presented that was taken after that time; Unix milliseconds."""
 
-_SERVER: Final[dict[str, Any]] = {"host": "0.0.0.0", "port": PORT}
-_SETTINGS: Final[dict[str, Any]] = {
-    "video": {"source": "testcard"},
-    "audio": {"source": "testcard"},
-    "turns": {"turn_s": 3600.0},
-}
+_SERVER: Final = {"host": "0.0.0.0", "port": PORT}
+_SETTINGS: Final = {**MEDIA, "turns": {"turn_s": 3600.0}}
 
 
 class Driving:

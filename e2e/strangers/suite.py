@@ -6,11 +6,12 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from tests.fuzz.plan import TARGETS
+from tests.fuzz.search import LONGEST_S
 
 from e2e.measure.suite import FIRMWARE, PAGE, SERVER, Case, Suite, measured
 from e2e.strangers.attacks import ATTACKS
 from e2e.strangers.hostile import AS_SHIPPED, hostile, public_robot
-from e2e.strangers.parsers import LONGEST_S, parser, parsers
+from e2e.strangers.parsers import parser, parsers
 from e2e.strangers.reconnect import FAULTS, reconnect
 from e2e.strangers.soak import soaked
 

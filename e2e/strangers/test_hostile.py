@@ -39,10 +39,7 @@ if TYPE_CHECKING:
     from e2e.harness.server import Server
     from e2e.stop.stage import Load, Stage
 
-pytestmark = [
-    pytest.mark.timeout(60),
-    pytest.mark.skipif(sys.platform != "linux", reason="only Linux has all of 127.0.0.0/8"),
-]
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="only Linux has all of 127.0.0.0/8")
 
 SECONDS: Final = 0.8
 MIX_S: Final = 5.0
