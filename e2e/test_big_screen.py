@@ -52,7 +52,6 @@ async def test_a_screen_shows_who_drives_and_takes_no_place(
     await expect(main).to_have_css("cursor", "none", timeout=8000)
 
 
-@pytest.mark.timeout(60)
 async def test_the_code_leads_to_the_page(server: Server, open_viewer: OpenViewer) -> None:
     """A camera reads the page's own address from the code, without what makes it a screen's."""
     screen = await open_viewer(server, **HALL)

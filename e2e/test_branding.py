@@ -55,7 +55,6 @@ async def said_by(viewer: Viewer, name: str) -> str | None:
     return await found.get_attribute("content")
 
 
-@pytest.mark.timeout(60)
 async def test_the_page_is_the_hosts_and_what_they_write_cannot_hurt(
     server: Server, open_viewer: OpenViewer
 ) -> None:

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
 
+pytestmark = pytest.mark.timeout(90)
+
 PHONE: Final = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
 
 
@@ -72,7 +74,6 @@ async def test_keys_move_the_robot(server: Server, driver: Viewer) -> None:
     assert 0.05 < turned["Slow"] < 0.6 * -turned["Fast"], turned
 
 
-@pytest.mark.timeout(90)
 async def test_buttons_work_by_mouse(server: Server, driver: Viewer) -> None:
     """A button held with the mouse drives, let go it stops, also when let go elsewhere."""
 
@@ -89,7 +90,6 @@ async def test_buttons_work_by_mouse(server: Server, driver: Viewer) -> None:
     assert (await undisturbed(server, attempt)).turned_rad > 0.1
 
 
-@pytest.mark.timeout(90)
 async def test_two_thumbs_drive_a_curve(server: Server, open_viewer: OpenViewer) -> None:
     """On a phone one thumb backs while the other turns; each stops what it alone held."""
     viewer = await open_viewer(server, **PHONE)
@@ -119,7 +119,6 @@ async def test_two_thumbs_drive_a_curve(server: Server, open_viewer: OpenViewer)
     assert abs(one.turned_rad) > 0.1
 
 
-@pytest.mark.timeout(90)
 async def test_stop_latches_until_it_is_released(
     server: Server, driver: Viewer, open_viewer: OpenViewer
 ) -> None:
@@ -148,7 +147,6 @@ async def test_stop_latches_until_it_is_released(
     await driver.release_stop()
 
 
-@pytest.mark.timeout(90)
 async def test_keys_that_are_nobodys_commands_move_nothing(
     server: Server, driver: Viewer, open_viewer: OpenViewer
 ) -> None:
@@ -185,7 +183,6 @@ ENDS: Final = {
 """After these the page has lost its turn."""
 
 
-@pytest.mark.timeout(90)
 async def test_a_page_out_of_hands_stops(server: Server, driver: Viewer) -> None:
     """Blurred or hidden it releases a held key, and a new press drives again."""
     for name, loss in LOSSES.items():
@@ -196,7 +193,6 @@ async def test_a_page_out_of_hands_stops(server: Server, driver: Viewer) -> None
         await driver.page.keyboard.up("ArrowLeft")
 
 
-@pytest.mark.timeout(90)
 @pytest.mark.parametrize("leave", ["another address", "a closed tab", *ENDS])
 async def test_who_leaves_the_page_stops(server: Server, driver: Viewer, leave: str) -> None:
     """A link, a closed tab, a page put away or one that hangs while a key is held: it stands."""
@@ -212,7 +208,6 @@ async def test_who_leaves_the_page_stops(server: Server, driver: Viewer, leave: 
     assert await stands_still(server)
 
 
-@pytest.mark.timeout(90)
 async def test_a_cancelled_touch_stops(server: Server, open_viewer: OpenViewer) -> None:
     """A touch that the system takes away releases the button under it."""
     viewer = await open_viewer(server, has_touch=True)

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
-import pytest
 from aiohttp import web
 from aiohttp.test_utils import TestServer
 
@@ -59,7 +58,6 @@ async def _loaded(browser: Browser, server: Server) -> list[dict[str, Any]]:
         await context.close()
 
 
-@pytest.mark.timeout(60)
 async def test_little_is_loaded_before_the_first_picture(chromium: Browser, server: Server) -> None:
     """Page, scripts and styles are 75 kB as they travel, and nothing of them is for later."""
     loaded = await _loaded(chromium, server)
@@ -72,7 +70,6 @@ async def test_little_is_loaded_before_the_first_picture(chromium: Browser, serv
     assert not parts & LATER, sizes
 
 
-@pytest.mark.timeout(60)
 async def test_everything_loaded_is_the_servers_own_and_within_its_policy(
     server: Server, open_viewer: OpenViewer
 ) -> None:
@@ -97,7 +94,6 @@ async def test_everything_loaded_is_the_servers_own_and_within_its_policy(
     assert len([url for url in ahead if "orker" in url]) == 1, ahead
 
 
-@pytest.mark.timeout(60)
 async def test_it_works_below_a_path(chromium: Browser, serve: Serve, tmp_path: Path) -> None:
     """A proxy that takes a path away changes nothing: the page connects, shows the robot, stops."""
     asked: list[str] = []

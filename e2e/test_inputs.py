@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
 
+pytestmark = pytest.mark.timeout(120)
+
 OFFERED = ("Forward", "Left", "Right", "Back", "Stop")
 """To a switch, one after another."""
 
@@ -91,7 +93,6 @@ async def comes_to_rest(board: Board) -> None:
 # --- in proportion, to the wire ------------------------------------------------------------------
 
 
-@pytest.mark.timeout(120)
 async def test_the_joystick_drives_as_far_as_it_is_pushed(
     serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
 ) -> None:
@@ -113,7 +114,6 @@ async def test_the_joystick_drives_as_far_as_it_is_pushed(
         await comes_to_rest(board)
 
 
-@pytest.mark.timeout(120)
 async def test_a_gamepad_drives_as_far_as_it_is_pushed(
     serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
 ) -> None:
@@ -183,7 +183,6 @@ async def test_a_second_finger_on_the_joystick_does_nothing(
     assert await stands_still(server)
 
 
-@pytest.mark.timeout(120)
 async def test_a_gamepad_that_is_lost_or_left_stops(
     server: Server, open_viewer: OpenViewer
 ) -> None:
@@ -210,7 +209,6 @@ async def test_a_gamepad_that_is_lost_or_left_stops(
 # --- ways ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.timeout(120)
 async def test_keys_and_ways_are_the_operators_choice(
     server: Server, open_viewer: OpenViewer
 ) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-import pytest
 from playwright.async_api import expect
 
 from e2e.harness.viewer import box_of
@@ -48,7 +47,6 @@ async def _is_in(page: Page, language: str) -> None:
     await expect(page.locator("html")).to_have_attribute("lang", language)
 
 
-@pytest.mark.timeout(60)
 async def test_the_language_is_the_browsers_the_addresss_or_the_chosen(
     server: Server, open_viewer: OpenViewer
 ) -> None:
@@ -72,7 +70,6 @@ async def test_the_language_is_the_browsers_the_addresss_or_the_chosen(
     await expect(_button(page, "Stopp")).to_be_visible()
 
 
-@pytest.mark.timeout(60)
 async def test_a_long_language_from_right_to_left_keeps_the_page_usable(
     server: Server, open_viewer: OpenViewer
 ) -> None:

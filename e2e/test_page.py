@@ -44,7 +44,6 @@ def _is_within(box: FloatRect, width: int, height: int) -> bool:
     )
 
 
-@pytest.mark.timeout(60)
 async def test_one_finds_all_by_role_and_name_and_drives_by_keyboard_alone(
     server: Server, open_viewer: OpenViewer
 ) -> None:
@@ -73,7 +72,6 @@ async def test_one_finds_all_by_role_and_name_and_drives_by_keyboard_alone(
     await viewer.page.keyboard.up("ArrowLeft")
 
 
-@pytest.mark.timeout(60)
 async def test_a_phone_has_everything_under_the_thumbs(
     server: Server, open_viewer: OpenViewer
 ) -> None:
@@ -93,7 +91,6 @@ async def test_a_phone_has_everything_under_the_thumbs(
             assert _is_within(box, 390, 844), (name, box)
 
 
-@pytest.mark.timeout(60)
 async def test_nothing_that_is_opened_hides_what_a_driver_must_see(driver: Viewer) -> None:
     """Panels lie beside turn, drive buttons and Stop, in the window; the picture fills its box."""
     page = driver.page
@@ -114,7 +111,6 @@ async def test_nothing_that_is_opened_hides_what_a_driver_must_see(driver: Viewe
             assert _is_within(await box_of(driver.button("Stop")), width, height), (width, panel)
 
 
-@pytest.mark.timeout(60)
 async def test_a_half_typed_name_stays_and_who_waits_can_read_why(
     server: Server, open_viewer: OpenViewer
 ) -> None:

@@ -23,13 +23,14 @@ if TYPE_CHECKING:
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
 
+pytestmark = pytest.mark.timeout(90)
+
 GRACE_S = 3.0
 
 
 SERVER_SETTINGS = toml.card_with(turns=f"grace_s = {GRACE_S}")
 
 
-@pytest.mark.timeout(90)
 async def test_a_reload_keeps_turn_place_and_name(server: Server, open_viewer: OpenViewer) -> None:
     """The operator who reloads drives the same turn, by a new press; a key held over it is dead."""
     ada, bob = await open_viewer(server), await open_viewer(server)
@@ -55,7 +56,6 @@ async def test_a_reload_keeps_turn_place_and_name(server: Server, open_viewer: O
     await ada.page.keyboard.up("ArrowLeft")
 
 
-@pytest.mark.timeout(90)
 async def test_a_lost_operator_is_replaced_after_the_grace(
     server: Server, open_viewer: OpenViewer
 ) -> None:
@@ -155,7 +155,6 @@ async def test_a_server_that_is_gone_is_told_within_a_second_and_found_again(
         assert_live(await viewer.cards(20))
 
 
-@pytest.mark.timeout(90)
 async def test_a_killed_client_comes_back_as_itself(serve: Serve, tmp_path: Path) -> None:
     """The proof's operator, killed and started again, has the turn that it had."""
     patient = toml.card_with(turns="grace_s = 20.0")

@@ -8,7 +8,6 @@ from contextlib import closing
 from typing import TYPE_CHECKING
 
 import aiohttp
-import pytest
 
 from e2e.harness import toml
 from e2e.harness.server import free_port
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
     from e2e.conftest import Serve
 
 
-@pytest.mark.timeout(60)
 async def test_no_secret_and_nothing_raw_is_logged(serve: Serve, tmp_path: Path) -> None:
     """Neither log nor records hold what would let one in as somebody else, at any level."""
     state = tmp_path / "state" / "wax"
@@ -72,7 +70,6 @@ async def test_no_secret_and_nothing_raw_is_logged(serve: Serve, tmp_path: Path)
     assert not set("\x1b\x07\u202e\n") & set("".join(names))
 
 
-@pytest.mark.timeout(60)
 async def test_seen_from_outside(serve: Serve, tmp_path: Path) -> None:
     """Metrics on their own port only, readiness on the page's."""
     port = free_port()

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from e2e.harness.board import Board
 
 
-@pytest.mark.timeout(60)
 async def test_the_robot_is_stopped_before_the_end(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:

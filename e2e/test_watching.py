@@ -25,7 +25,6 @@ SILENT = 0.02
 """Of the loudness at full volume."""
 
 
-@pytest.mark.timeout(60)
 async def test_a_photo_is_what_is_seen(
     server: Server, open_viewer: OpenViewer, tmp_path: Path
 ) -> None:
