@@ -33,7 +33,6 @@ TOP = "640x480 at 1000 kbit/s"
 
 
 async def sent(server: Server) -> dict[str, Any]:
-    """Return what the newest viewer is sent."""
     streams: dict[str, Any] = (await server.status())["viewers"][-1]["streams"]
     return streams
 

@@ -131,7 +131,6 @@ async def test_firefox_speaks_to_the_robot(serve: Serve, tmp_path: Path) -> None
 
 
 async def reads(window: Firefox, sentence: str) -> None:
-    """Wait until the page says this."""
     await eventually(lambda: window.evaluate(says(sentence)), f"the page says “{sentence}”")
 
 

@@ -53,7 +53,6 @@ async def settings_of(viewer: Viewer) -> AsyncIterator[Locator]:
 
 
 async def choose_way(viewer: Viewer, name: str) -> None:
-    """Choose how a direction drives."""
     async with settings_of(viewer) as ways:
         await ways.get_by_role("radio", name=name, exact=True).check()
 

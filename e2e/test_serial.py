@@ -49,7 +49,6 @@ def is_connected(status: dict[str, Any]) -> bool:
 
 
 async def hold(server: Server, viewer: Viewer, key: str, drives: Callable[[], bool]) -> None:
-    """Hold a key until the robot moves."""
     keys = viewer.page.keyboard
 
     async def is_moving() -> bool:
@@ -144,7 +143,6 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
 
 
 def taken(board: Board, since_s: float) -> set[str]:
-    """Return the types of the frames that the board has taken."""
     frames = [event for event in board.events(since_s) if event["event"] == "frame"]
     return {frame["type"] for frame in frames if frame["verdict"] == "taken"}
 

@@ -37,8 +37,6 @@ IS_BEHIND = """new Promise((done) => {
 
 
 async def plays_by(viewer: Viewer, player: str) -> None:
-    """Wait until the page says so."""
-
     async def says() -> bool:
         await viewer.open("Details")
         text = await viewer.page.evaluate("document.body.textContent")

@@ -162,7 +162,6 @@ def _from(address: str) -> dict[str, str]:
 
 
 async def refusal(request: Awaitable[Any]) -> str:
-    """Return what the server says when it refuses a request."""
     with pytest.raises(SignallingError) as refused:
         await request
     return str(refused.value)

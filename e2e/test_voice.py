@@ -130,7 +130,6 @@ async def test_the_operator_is_heard_until_the_key_is_released_or_the_host_mutes
 
 
 async def is_silent(played: Path, after_s: float) -> bool:
-    """Return whether the speaker plays nothing for a second."""
     await asyncio.sleep(after_s)
     before = len(speech.read(played))
     await asyncio.sleep(1)

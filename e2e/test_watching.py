@@ -117,5 +117,4 @@ async def test_volume_and_mute_are_heard(
 
 
 async def more(viewer: Viewer, packets: int) -> bool:
-    """Return whether more of the picture's packets have come."""
     return await viewer.packets("video") > packets

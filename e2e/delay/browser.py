@@ -31,7 +31,6 @@ class Browser:
         self.ear = ear
 
     async def cpu_s(self) -> float:
-        """Return the processor time of its processes."""
         session = await self._browser.new_browser_cdp_session()
         told = await session.send("SystemInfo.getProcessInfo")
         await session.detach()

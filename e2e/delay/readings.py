@@ -43,7 +43,6 @@ class Sound(_Columns):
 
     @classmethod
     def of(cls, heard: Sequence[Block]) -> Self:
-        """Take what an ear has heard."""
         return cls(**{name: [getattr(one, name) for one in heard] for name in cls.model_fields})
 
 

@@ -61,7 +61,6 @@ async def _of_state(browser: Browser, state: State) -> None:
 
 
 async def readme() -> None:
-    """Take the README's pictures anew."""
     async with async_playwright() as playwright:
         browser = await launch_chromium(playwright)
         for name, view in README.items():

@@ -121,7 +121,6 @@ class Scene:
         return viewer
 
     async def drives(self, **how: Any) -> Viewer:
-        """Open the page, and let its person drive."""
         viewer = await self.opens(**how)
         await viewer.takes_the_wheel()
         return viewer
@@ -151,7 +150,6 @@ def _waits(client: Operator) -> bool:
 
 @asynccontextmanager
 async def scene(browser: Browser, device: Device) -> AsyncIterator[Scene]:
-    """Set an empty stage."""
     async with AsyncExitStack() as stack:
         folder = stack.enter_context(TemporaryDirectory(prefix="wax-gallery-"))
         yield Scene(browser, device, Path(folder), stack)

@@ -38,7 +38,6 @@ class State:
     devices: tuple[Device, ...] = (COMPUTER, PHONE)
 
     def mark(self, page: Page) -> Locator:
-        """Find what tells that the page is in this state."""
         if self.shows is not None:
             return self.shows(page)
         return page.get_by_text(self.says).locator("visible=true").first

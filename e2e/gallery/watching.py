@@ -92,7 +92,6 @@ async def full(scene: Scene) -> None:
 
 
 async def removed(scene: Scene) -> None:
-    """Have the host ask somebody to leave."""
     await scene.serves()
     host = await scene.comes("Host", is_host=True)
     await scene.opens()

@@ -173,7 +173,6 @@ async def _listens(profile: Path, process: Process) -> str:
 
 @asynccontextmanager
 async def _talking(http: aiohttp.ClientSession, url: str) -> AsyncIterator[Session]:
-    """Open a session with the Firefox that listens at `url`."""
     async with http.ws_connect(f"{url}/session", max_msg_size=0) as socket:
         session = Session(socket)
         listening = asyncio.create_task(session.listen(), name="bidi")

@@ -50,7 +50,6 @@ async def pose(server: Told) -> Pose:
 
 
 async def moves(server: Server, during_s: float = 0.5) -> bool:
-    """Return whether the pose changes during the next `during_s`."""
     before = await pose(server)
     await asyncio.sleep(during_s)
     return (await pose(server)).moved(before)
@@ -109,7 +108,6 @@ async def until_it_moves(
 
 
 async def turn_by_key(server: Server, viewer: Viewer) -> None:
-    """Hold a key until the robot moves."""
     keys = viewer.page.keyboard
     await until_it_moves(server, lambda: keys.down("ArrowLeft"), lambda: keys.up("ArrowLeft"))
 

@@ -133,7 +133,6 @@ class Server:
         assert code is None, f"the server ended with {code} at start:\n{self.log}"
 
     async def exit_code(self, within_s: float) -> int:
-        """Wait for the process to exit on its own."""
         assert self._process is not None, "the server was not started"
         return await asyncio.wait_for(self._process.wait(), within_s)
 
@@ -190,7 +189,6 @@ class Server:
         return jar
 
     async def make_host(self, context: BrowserContext) -> None:
-        """Make a browser the host's before it opens the page."""
         for one in await self.host_cookies():
             await context.add_cookies(
                 [

@@ -24,13 +24,11 @@ class TouchPoints:
         return cls(await viewer.page.context.new_cdp_session(viewer.page))
 
     async def press(self, finger: int, on: Locator) -> None:
-        """Put one more finger down."""
         box = await box_of(on)
         self._points[finger] = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
         await self._send("touchStart", self._points)
 
     async def slide(self, finger: int, right_px: float, down_px: float) -> None:
-        """Move a finger that is down."""
         x, y = self._points[finger]
         self._points[finger] = (x + right_px, y + down_px)
         await self._send("touchMove", self._points)

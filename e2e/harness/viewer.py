@@ -146,7 +146,6 @@ class Viewer:
         )
 
     async def takes_the_wheel(self, within_s: float = 10) -> None:
-        """Join the queue, and wait until this viewer drives."""
         await self.join()
         await self.drives(within_s)
 

@@ -42,14 +42,10 @@ class LyingClock:
 
 
 class LyingVideo(TestCardVideo):
-    """The test card's picture by a `LyingClock`."""
-
     def __init__(self, settings: VideoSettings, clock: Clock) -> None:
         super().__init__(settings, LyingClock(clock))
 
 
 class LyingAudio(TestCardAudio):
-    """The test card's sound by a `LyingClock`."""
-
     def __init__(self, settings: AudioSettings, clock: Clock) -> None:
         super().__init__(settings, LyingClock(clock))

@@ -58,7 +58,6 @@ class Instrument:
         self._readings: Readings | None = None
 
     async def sees_picture(self) -> bool:
-        """Tell whether a frame of any video has been presented."""
         return bool(await self._evaluate(f"{self._at}?.sees() ?? false"))
 
     async def hears(self, within_s: float) -> bool:

@@ -58,8 +58,6 @@ class Way:
 
 
 class Forwarder:
-    """Moves until its input ends."""
-
     def __init__(self, down: Way, up: Way, *, real_time: bool) -> None:
         self._down = down
         self._up = up

@@ -45,7 +45,6 @@ def open_tun(name: str) -> int:
 
 
 def read_packets(descriptor: int, limit: int) -> list[bytes]:
-    """Return the packets that wait, at most `limit`."""
     packets: list[bytes] = []
     try:
         while len(packets) < limit:

@@ -29,7 +29,6 @@ class ProcessMeter:
         return float(sum(one.user + one.system for one in times))
 
     def rss_mib(self) -> float:
-        """Resident memory."""
         return float(sum(process.memory_info().rss for process in self._family()) / MIB)
 
     def handles(self) -> int:

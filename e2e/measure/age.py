@@ -20,7 +20,6 @@ class Ages:
         self._clocks: dict[str, RtpClock] = {}
 
     def learn(self, message: dict[str, Any]) -> None:
-        """Take any message of the state channel."""
         if message["type"] == "rtp_clock":
             self._clocks[message["kind"]] = RtpClock(**message)
 

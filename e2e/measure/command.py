@@ -40,7 +40,6 @@ NOT_RUN: Final = 77
 
 
 def main(suite: Suite, words: Sequence[str] | None = None) -> int:
-    """Carry out the command line."""
     arguments = parse(parser_of("python -m e2e.measure.command MODULE", suite.about), words)
     try:
         return run(suite, arguments)
@@ -127,7 +126,6 @@ def _measure(case: Case, n: int, origin: Origin, load_1min: float, log: Path) ->
 
 
 def times(case: Case, arguments: argparse.Namespace) -> int:
-    """Return how often a case is to measure."""
     return int(arguments.n or (case.quick if arguments.quick else case.n))
 
 

@@ -62,7 +62,6 @@ def load(path: Path) -> Published:
 
 
 def everything(folder: Path = FOLDER) -> list[Published]:
-    """Read all of them."""
     return [load(path) for path in sorted(folder.glob("*.json"))]
 
 

@@ -140,7 +140,6 @@ def middle(
 
 
 def counted(key: str, what: str, wrong: int, of: int, **detail: Any) -> Row:
-    """Count what must never happen: `wrong` cases of `n`."""
     return Row(
         key=key,
         what=what,

@@ -45,7 +45,6 @@ class Case:
     long: bool = False
 
     def minutes_of(self, n: int) -> float:
-        """How long it takes `n` times, roughly."""
         return self.minutes * n / self.n
 
 
@@ -59,7 +58,6 @@ def measured(
     minutes: float = 0.0,
     long: bool = False,
 ) -> Case:
-    """Make a case of a coroutine function."""
     return Case(key, title, n, lambda n: asyncio.run(measure(n)), quick, minutes, long)
 
 

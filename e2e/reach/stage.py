@@ -41,8 +41,6 @@ class Robot:
         self._served = served
 
     async def obeys(self, viewer: Viewer) -> None:
-        """Hold a key as this viewer, and see the robot move."""
-
         async def moves() -> bool:
             await viewer.page.keyboard.down("ArrowUp")
             before = await pose(self._served)
@@ -66,7 +64,6 @@ async def serving(net: Internet, folder: Path, toml: str) -> AsyncIterator[Robot
 def browser_at(
     net: Internet, name: str, playwright: Playwright
 ) -> AbstractAsyncContextManager[Browser]:
-    """Start Chromium at a host."""
     known = [str(ROBOT.public), ROBOT.address, TURN.address]
     return chromium_at(net[name], playwright, known)
 

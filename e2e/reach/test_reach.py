@@ -54,7 +54,6 @@ class Stage:
         self._robot = robot
 
     async def drives(self) -> None:
-        """Join the queue, hold a key, and see the robot move."""
         if not await self.viewer.page.get_by_text("You are driving").first.is_visible():
             await self.viewer.takes_the_wheel()
         await self._robot.obeys(self.viewer)
@@ -104,7 +103,6 @@ async def _page(net: Internet) -> AsyncIterator[Viewer]:
 
 
 def by_relay(url: str, *more: str) -> str:
-    """Write a configuration with a relay."""
     return "\n".join([BASE, "[relay]", f'urls = ["{url}"]', f'secret = "{SECRET}"', *more])
 
 

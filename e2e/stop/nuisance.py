@@ -74,5 +74,4 @@ async def _drive_badly(for_s: float) -> tuple[int, float, float, float]:
 
 
 def halts(frames: Sequence[Seen]) -> int:
-    """Count how often motion turned into standstill."""
     return sum(before.moves and not after.moves for before, after in pairwise(frames))

@@ -161,7 +161,6 @@ class Tab:
         )
 
     async def open_another(self) -> None:
-        """Open another tab in front of this one."""
         other = await self._browser.send("Target.createTarget", {"url": "about:blank"})
         self._other = other["targetId"]
 

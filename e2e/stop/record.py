@@ -87,7 +87,6 @@ class Record:
         self.expiries_s: list[float] = []
 
     def read(self) -> None:
-        """Add the new lines."""
         with self._path.open("rb") as log:
             log.seek(self._offset)
             data = log.read()
@@ -124,7 +123,6 @@ class Record:
         return newest.moves and now_s - newest.at_s < within_s and not self.wheels[-1].stand
 
     def moved_at(self, at_s: float, within_s: float = 0.06) -> bool:
-        """Return whether the robot was driving at that moment."""
         index = bisect_right(self.frames, at_s, key=lambda frame: frame.at_s) - 1
         if index < 0 or not self.frames[index].moves:
             return False

@@ -104,8 +104,6 @@ class Robot:
 
 
 class FirmwareRobot(Robot):
-    """The board with the firmware of ours."""
-
     def __init__(self, folder: Path) -> None:
         self.board = Board(folder)
         super().__init__(folder, Record(self.board.log_path))
@@ -152,7 +150,6 @@ class Stage:
             raise MeasureError(f"of {self.load.observers} observers {here} were left at the end")
 
     async def answers(self) -> None:
-        """Wait until the server knows of the robot."""
         await self.server.until(
             lambda told: told["robot"]["connected"], "the robot is found", within_s=20, every_s=0.05
         )
@@ -165,7 +162,6 @@ class Stage:
 
     @property
     def driver_pid(self) -> int:
-        """The driver's process."""
         for child in psutil.Process(self.server.pid).children(recursive=True):
             if "wax.robot.process" in child.cmdline():
                 return int(child.pid)

@@ -37,7 +37,6 @@ class Answer:
 
     @property
     def is_full(self) -> bool:
-        """Whether its address has all the places that it may have."""
         return self.status == 503 and b'"door.full_for_address"' in self.body
 
 
@@ -86,7 +85,6 @@ class Intruder(Client):
         return as_browser(self.peer.localDescription.sdp)
 
     async def knock(self) -> Answer:
-        """Offer once."""
         sent = {"sdp": await self.description(), "client": self.client_id}
         return await ask(self.port, "POST", "/api/offer", source=self.source, body=sent)
 

@@ -58,8 +58,6 @@ class Soaked:
 
 
 class _Listener(Client):
-    """Measures how old sound and picture are on arrival."""
-
     def __init__(self, url: str) -> None:
         self.ages = Ages()
         super().__init__(url, on_message=self.ages.learn)
@@ -190,5 +188,4 @@ def rows(found: Soaked) -> list[Row]:
 
 
 async def soaked(n: int) -> list[Row]:
-    """Serve for `n` seconds and judge."""
     return rows(await soak(float(n)))

@@ -61,7 +61,6 @@ GUEST_S: Final = 3.0
     scope="module", params=["default", pytest.param("public-robot", marks=pytest.mark.full)]
 )
 def configuration(request: pytest.FixtureRequest) -> tuple[Mapping[str, Any], Load]:
-    """Have a configuration, and what it serves."""
     return ({}, LIGHT) if request.param == "default" else public_robot()
 
 
@@ -81,7 +80,6 @@ async def stage(
 
 @pytest_asyncio.fixture(scope="module", loop_scope="session")
 async def gang(stage: Stage) -> AsyncIterator[Child]:
-    """Have the attackers' process."""
     async with strangers("attacks", stage.server.port) as made:
         yield made
 

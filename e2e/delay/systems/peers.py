@@ -42,7 +42,6 @@ class LiveKit(Served):
 
 
 def start(cell: Cell, link: Link, folder: Path) -> AbstractAsyncContextManager[Served]:
-    """See `e2e.delay.systems.start`."""
     place = ["--port", str(PORT), "--host"]
     if cell.system == "stock":
         arguments = ["-m", "e2e.peers.stock", *place, "0.0.0.0"]

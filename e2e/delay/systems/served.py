@@ -38,7 +38,6 @@ S = TypeVar("S", bound="Served")
 
 
 def origin(link: Link) -> str:
-    """Return where a page of any system comes from."""
     return f"http://{link.server.address}:{PORT}"
 
 

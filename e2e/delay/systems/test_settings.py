@@ -22,7 +22,6 @@ def cell(system: SystemName, **keys: Any) -> Cell:
 
 
 def read(system: SystemName, **keys: Any) -> config.Settings:
-    """Let WAX read what is written for it."""
     text = tomlkit.dumps(settings(cell(system, **keys)))
     return config.parse(tomllib.loads(text), "a test")
 

@@ -61,7 +61,6 @@ class Redis:
         return set((await self._ask("HKEYS", "nodes")).split())
 
     async def nodes_of_rooms(self) -> set[str]:
-        """Return the ids of the nodes that have a room."""
         return set((await self._ask("HVALS", "room_node_map")).split())
 
     async def _ask(self, *command: str) -> str:
@@ -124,7 +123,6 @@ class Engine:
         await self.redis.kill()
 
     def url(self, number: int) -> str:
-        """Return the address that pages use of this node."""
         return self.nodes[number].url.replace("http", "ws", 1)
 
     async def people(self, number: int) -> list[dict[str, Any]]:
@@ -150,7 +148,6 @@ async def call(url: str, what: str, body: dict[str, Any]) -> dict[str, Any]:
 
 @asynccontextmanager
 async def running() -> AsyncIterator[Engine]:
-    """Run it inside the block."""
     engine = Engine()
     try:
         await engine.start()

@@ -80,7 +80,6 @@ class Page:
         await eventually(self.viewer.says_connected, "the page is connected", within_s=_OPENS_S)
 
     async def pictures_ms(self) -> list[float]:
-        """Return when each new picture was shown."""
         found: list[float] = await self.viewer.page.evaluate("waxPage.pictures")
         return found
 

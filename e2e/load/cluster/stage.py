@@ -37,7 +37,6 @@ def rooms(engine: Engine) -> list[dict[str, Any]]:
 
 
 async def are_live(server: Server, count: int, within_s: float) -> None:
-    """Wait until so many rooms are published to."""
     await server.until(
         lambda told: [room["is_live"] for room in told["rooms"]].count(True) == count,
         f"{count} rooms are live",
@@ -83,7 +82,6 @@ class Stage:
         )
 
     async def are_live(self) -> None:
-        """Wait until both rooms are published to."""
         await asyncio.gather(*(self.is_live(at, live=True) for at in range(len(ROOMS))))
 
 

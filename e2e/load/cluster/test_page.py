@@ -138,7 +138,6 @@ async def test_a_page_whose_tokens_have_expired_asks_for_others(
 
 
 def expired(token: str) -> str:
-    """Return the same token as it was ten minutes ago."""
     claims = jwt.decode(token, KEY.secret, algorithms=["HS256"])
     claims |= {name: claims[name] - 600 for name in ("nbf", "exp")}
     return jwt.encode(claims, KEY.secret, algorithm="HS256")

@@ -34,7 +34,6 @@ class Watcher:
         )
 
     async def leaves(self) -> None:
-        """Wait until it has been taken out."""
         await until(lambda: self.is_out, "it is taken out of the room")
 
     def subscribed(

@@ -29,7 +29,6 @@ async def counting(page: Page) -> CDPSession:
 
 
 async def counters(session: CDPSession) -> dict[str, float]:
-    """Return all that Chromium counts of the page, by name."""
     told = await session.send("Performance.getMetrics")
     return {one["name"]: float(one["value"]) for one in told["metrics"]}
 

@@ -114,7 +114,6 @@ class LiveKit:
         self._running.send_signal(signal.SIGSTOP)
 
     def thaw(self) -> None:
-        """Let it go on."""
         self._running.send_signal(signal.SIGCONT)
 
     @property
