@@ -59,20 +59,8 @@ async def driven(scene: Scene, *, queued: bool = False) -> AsyncIterator[None]:
         yield
 
 
-async def freeze(scene: Scene) -> float:
-    since_s = time.monotonic()
-    scene.prop.page.freeze()
-    return since_s
-
-
 async def thaw(scene: Scene) -> None:
     scene.prop.page.thaw()
-
-
-async def kill(scene: Scene) -> float:
-    since_s = time.monotonic()
-    scene.prop.page.kill()
-    return since_s
 
 
 async def follow(scene: Scene) -> None:

@@ -73,6 +73,17 @@ class Scene:
         return is_fast
 
 
+def at_once(act: Callable[[Scene], object]) -> Callable[[Scene], Awaitable[float]]:
+    """Break by what takes no time; the fault begins when it does."""
+
+    async def breaks(scene: Scene) -> float:
+        since_s = time.monotonic()
+        act(scene)
+        return since_s
+
+    return breaks
+
+
 @dataclass(frozen=True, slots=True)
 class Fault:
     """`breaks` returns when; so does `mends` where that is known only afterwards.

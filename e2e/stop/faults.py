@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from e2e.stop import by_page
 from e2e.stop.camera import Control
-from e2e.stop.fault import Fault
+from e2e.stop.fault import Fault, at_once
 from e2e.stop.flooder import WAYS, flooded, press_stop, release_stop
 from e2e.stop.hand import PAUSE_S, HandControl
 from e2e.stop.relay import Relay
@@ -47,12 +47,6 @@ async def _mend_network(scene: Scene) -> None:
     scene.prop.mend()
     if scene.trials % _A_CONNECTION == 0:
         await scene.come()
-
-
-async def _signal_server(how: signal.Signals, scene: Scene) -> float:
-    since_s = time.monotonic()
-    os.kill(scene.stage.server.pid, how)
-    return since_s
 
 
 async def _restart_server(scene: Scene) -> None:
@@ -104,12 +98,6 @@ async def _mend_link(scene: Scene) -> None:
     await scene.stage.answers()
 
 
-async def _let_go(scene: Scene) -> float:
-    since_s = time.monotonic()
-    scene.operator.let_go()
-    return since_s
-
-
 async def _touch(scene: Scene) -> float:
     return float(scene.rig.touch())
 
@@ -129,8 +117,8 @@ async def _give_back(scene: Scene) -> None:
 _LINKED: Final = tuple(kind for kind in OTHERS if kind.is_linked)
 _STANDBY: Final = tuple(kind for kind in OTHERS if kind.has_standby)
 _ALONE: Final = tuple(kind for kind in OTHERS if kind.time_out_ms is not None)
-_KILL_SERVER: Final = partial(_signal_server, signal.SIGKILL)
-_FREEZE_SERVER: Final = partial(_signal_server, signal.SIGSTOP)
+_KILL_SERVER: Final = at_once(lambda scene: os.kill(scene.stage.server.pid, signal.SIGKILL))
+_FREEZE_SERVER: Final = at_once(lambda scene: os.kill(scene.stage.server.pid, signal.SIGSTOP))
 _HAND: Final = Fault(
     "hand",
     "hand control aboard touched → stop frame",
@@ -163,7 +151,7 @@ FAULTS: Final = (
     Fault(
         "browser-frozen",
         "browser frozen (SIGSTOP) → stop frame",
-        *(by_page.freeze, by_page.thaw),
+        *(at_once(lambda scene: scene.prop.page.freeze()), by_page.thaw),
         prop=by_page.driven,
         resumes=True,
         at_once=2,
@@ -171,7 +159,7 @@ FAULTS: Final = (
     Fault(
         "browser-killed",
         "browser killed → stop frame",
-        *(by_page.kill, by_page.follow),
+        *(at_once(lambda scene: scene.prop.page.kill()), by_page.follow),
         prop=partial(by_page.driven, queued=True),
         settings={"turns": {"grace_s": 0.0}},
         at_once=2,
@@ -227,7 +215,7 @@ FAULTS: Final = (
     Fault(
         "let-go",
         "operator lets go → message that stops",
-        *(_let_go, _until_it_answers),
+        *(at_once(lambda scene: scene.operator.let_go()), _until_it_answers),
         goal_ms=25.0,
         judged="p99",
         kinds=KINDS,

@@ -44,13 +44,10 @@ class Chromium:
 
     async def press(self) -> None:
         """Release and press again, as required after every fault."""
-        await self.let_go()
+        await self.viewer.page.keyboard.up(KEY)
         await asyncio.sleep(0.08)
         self.find()
         await self.viewer.page.keyboard.down(KEY)
-
-    async def let_go(self) -> None:
-        await self.viewer.page.keyboard.up(KEY)
 
     def freeze(self) -> None:
         """SIGSTOP to all of its processes, including the network's."""

@@ -87,12 +87,16 @@ class Record:
         self.expiries_s: list[float] = []
 
     def read(self) -> None:
+        self.take(json.loads(line) for line in self.lines())
+
+    def lines(self) -> list[bytes]:
+        """Return the whole lines that are new."""
         with self._path.open("rb") as log:
             log.seek(self._offset)
             data = log.read()
         self._offset += len(data)
         *lines, self._half = (self._half + data).split(b"\n")
-        self.take(json.loads(line) for line in lines if line)
+        return [line for line in lines if line]
 
     def take(self, events: Iterable[dict[str, Any]]) -> None:
         """Add events in the order in which they happened."""

@@ -76,18 +76,12 @@ class PinRecord(Record):
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
-        self._path = path
-        self._read = 0
+        path.touch()  # the driver writes to it once a pin changes
         self._open = dict.fromkeys(_MOTORS, 0.0)
 
     def read(self) -> None:
-        if not self._path.exists():
-            return
-        data = self._path.read_bytes()[self._read :]
-        whole = data[: data.rfind(b"\n") + 1]
-        self._read += len(whole)
-        for line in whole.decode().splitlines():
-            at_s, pin, state = line.split()
+        for line in self.lines():
+            at_s, pin, state = line.decode().split()
             if int(pin) in self._open:
                 self._open[int(pin)] = float(state)
                 self.take(_frame(float(at_s), *self._open.values()))
