@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 from contextlib import AsyncExitStack, asynccontextmanager
+from functools import partial
 from pathlib import Path
 from statistics import median
 from types import MappingProxyType
@@ -17,7 +18,7 @@ from e2e.harness.bidi import firefox
 from e2e.harness.installed import FIREFOX, installed, needed
 from e2e.harness.microphone import hearing
 from e2e.harness.probe import LIVE_MS
-from e2e.harness.robot import moves, stands_still, undisturbed
+from e2e.harness.robot import holding_moves, moves
 from e2e.harness.scripts import press, says
 from e2e.harness.wait import eventually, until
 from e2e.measure.ear import open_ear
@@ -93,15 +94,8 @@ async def test_firefox_shows_sounds_and_drives(
 
         await presses(window, "Join the queue")
         await reads(window, "You are driving")
-
-        async def moves_by_key() -> bool:
-            await window.key("keyDown", ARROW_LEFT)
-            moved = await moves(server, during_s=0.8)
-            await window.key("keyUp", ARROW_LEFT)
-            assert await stands_still(server)
-            return moved
-
-        assert await undisturbed(server, moves_by_key)
+        keys = (partial(window.key, what, ARROW_LEFT) for what in ("keyDown", "keyUp"))
+        assert await holding_moves(server, *keys, during_s=0.8)
 
 
 SPOKEN_S = 12.0
@@ -179,16 +173,12 @@ async def test_firefox_drives_by_joystick_and_gamepad(serve: Serve, tmp_path: Pa
         await presses(window, "Join the queue")
         await reads(window, "You are driving")
 
-        async def touches() -> bool:
+        async def touch() -> None:
             box = await _middle(window, '[aria-label="Joystick"]')
             up = _at(box["x"], box["y"] - 0.8 * box["half"])
             await window.touch(_at(box["x"], box["y"]), DOWN, up)
-            moved = await moves(server, during_s=HOLD_S)
-            await window.touch(UP)
-            assert await stands_still(server)
-            return moved
 
-        assert await undisturbed(server, touches)
+        assert await holding_moves(server, touch, partial(window.touch, UP), HOLD_S)
         await window.evaluate(IN_FRONT)
         await window.evaluate(f"({gamepad.SCRIPT})()")
         await window.evaluate("waxPad.plug()")
@@ -198,15 +188,8 @@ async def test_firefox_drives_by_joystick_and_gamepad(serve: Serve, tmp_path: Pa
         for is_down in ("true", "false"):
             await window.evaluate(f"waxPad.press({gamepad.START}, {is_down})")
             await asyncio.sleep(0.3)
-
-        async def pushes() -> bool:
-            await window.evaluate("waxPad.push(1, -1)")
-            moved = await moves(server, during_s=HOLD_S)
-            await window.evaluate("waxPad.push(1, 0)")
-            assert await stands_still(server)
-            return moved
-
-        assert await undisturbed(server, pushes)
+        pushes = (partial(window.evaluate, f"waxPad.push(1, {ahead})") for ahead in (-1, 0))
+        assert await holding_moves(server, *pushes, during_s=HOLD_S)
 
 
 async def test_firefox_without_webrtc_says_so(serve: Serve, tmp_path: Path) -> None:

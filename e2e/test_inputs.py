@@ -12,7 +12,7 @@ import pytest_asyncio
 
 from e2e.harness import toml
 from e2e.harness.gamepad import LEFT_OF_CROSS, START, B, InjectedGamepad
-from e2e.harness.robot import moves, nothing_is_held, stands_still, undisturbed
+from e2e.harness.robot import holding_moves, moves, nothing_is_held, stands_still, undisturbed
 from e2e.harness.touch_screen import TouchPoints
 from e2e.harness.viewer import box_of
 from e2e.harness.wait import until
@@ -224,15 +224,7 @@ async def test_keys_and_ways_are_the_operators_choice(
     await keys.down("ArrowLeft")
     assert not await moves(server)
     await keys.up("ArrowLeft")
-
-    async def turns() -> bool:
-        await keys.down("e")
-        moved = await moves(server)
-        await keys.up("e")
-        assert await stands_still(server)
-        return moved
-
-    assert await undisturbed(server, turns)
+    assert await holding_moves(server, lambda: keys.down("e"), lambda: keys.up("e"), 0.5)
     await choose_way(viewer, "Steps")
 
     async def steps() -> bool:

@@ -78,6 +78,24 @@ async def undisturbed(server: Server, attempt: Callable[[], Awaitable[T]]) -> T:
     return result
 
 
+async def holding_moves(
+    server: Server,
+    press: Callable[[], Awaitable[None]],
+    let_go: Callable[[], Awaitable[None]],
+    during_s: float,
+) -> bool:
+    """Return whether the robot moves while it is held on; let go, it stands."""
+
+    async def attempt() -> bool:
+        await press()
+        moved = await moves(server, during_s)
+        await let_go()
+        assert await stands_still(server)
+        return moved
+
+    return await undisturbed(server, attempt)
+
+
 async def nothing_is_held(server: Server) -> None:
     """Wait until the operator's page has said so, without which no press moves anything."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import io
 import os
 import re
 import signal
@@ -169,14 +168,6 @@ class Server:
         ):
             if response.content_type == "application/json":
                 return response.status, await response.json()
-            return response.status, await response.text()
-
-    async def post(self, path: str, body: bytes, content_type: str) -> tuple[int, str]:
-        headers = {"Content-Type": content_type}
-        async with (
-            aiohttp.ClientSession() as http,
-            http.post(self.url + path, data=io.BytesIO(body), headers=headers) as response,
-        ):
             return response.status, await response.text()
 
     # --- the host ---------------------------------------------------------------------------
