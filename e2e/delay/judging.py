@@ -51,10 +51,6 @@ class Goal:
     kind: Literal["cells", "crowd"] = "cells"
 
     @property
-    def is_floor(self) -> bool:
-        return self.at_least is not None
-
-    @property
     def key(self) -> str:
         prefix = "" if self.experiment == GOALS else f"{self.experiment}/"
         return f"{prefix}{shown(self.profile)}/{self.system}/{self.measure}/{self.kind}"
@@ -142,7 +138,8 @@ def judge(goal: Goal, cells: Sequence[Found]) -> Row:
     """Judge one. What never came, or came with no picture, has missed it."""
     values = {column: _value(goal, cells, column) for column in COLUMNS}
     value = values[OURS]
-    limit = goal.at_least if goal.at_most is None else goal.at_most
+    is_floor = goal.at_least is not None
+    limit = goal.at_least if is_floor else goal.at_most
     met: bool | None = value is not None
     if goal.of:
         known = [one for name in goal.of if (one := values[name]) is not None]
@@ -150,7 +147,7 @@ def judge(goal: Goal, cells: Sequence[Found]) -> Row:
         limit = min((one for one in (limit, beside) if one is not None), default=None)
         met = met if known or value is None else None
     if met and value is not None and limit is not None:
-        met = value >= limit if goal.is_floor else value <= limit
+        met = value >= limit if is_floor else value <= limit
     here = _cells(goal, cells, OURS)
     numbers = _numbers(goal, cells, OURS)
     return Row(
@@ -162,7 +159,7 @@ def judge(goal: Goal, cells: Sequence[Found]) -> Row:
         spread=summarize(numbers) if numbers else None,
         judged=OURS,
         goal=limit,
-        at_least=goal.is_floor,
+        at_least=is_floor,
         met=met,
         load=_load(goal, here),
     )
@@ -200,15 +197,11 @@ def _cells(goal: Goal, cells: Sequence[Found], column: str) -> list[Found]:
 
 def _value(goal: Goal, cells: Sequence[Found], column: str) -> float | None:
     """Give the median; None where in most of the cells it was looked for and never reached."""
-    tried = [one.values[goal.measure] for one in _cells(goal, cells, column) if _has(one, goal)]
-    if 2 * sum(value is None for value in tried) > len(tried):
+    tried = [one.values for one in _cells(goal, cells, column) if goal.measure in one.values]
+    if 2 * sum(values[goal.measure] is None for values in tried) > len(tried):
         return None
     numbers = _numbers(goal, cells, column)
     return summarize(numbers).median if numbers else None
-
-
-def _has(one: Found, goal: Goal) -> bool:
-    return goal.measure in one.values
 
 
 def _numbers(goal: Goal, cells: Sequence[Found], column: str) -> list[float]:

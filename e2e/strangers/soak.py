@@ -57,12 +57,6 @@ class Soaked:
     left: int = 0
 
 
-class _Listener(Client):
-    def __init__(self, url: str) -> None:
-        self.ages = Ages()
-        super().__init__(url, on_message=self.ages.learn)
-
-
 async def soak(seconds: float) -> Soaked:
     """Serve for `seconds`; raises `MeasureError` if somebody who should be there is not."""
     found = Soaked(lasted_s=seconds)
@@ -88,7 +82,8 @@ async def _serve_all(server: MeasuredServer, crowd: Crowd, found: Soaked) -> Non
             found.stops.append("no reason" if reason is None else str(read(reason)))
 
     operator = Operator(server.url, sees=True, on_message=told)
-    async with _Listener(server.url) as listener, operator:
+    ages = Ages()
+    async with Client(server.url, on_message=ages.learn) as listener, operator:
         await operator.join()
         operator.let_go()
         await asyncio.sleep(_PRESS_S)
@@ -98,7 +93,7 @@ async def _serve_all(server: MeasuredServer, crowd: Crowd, found: Soaked) -> Non
         ends_s = time.monotonic() + found.lasted_s
         coming = asyncio.create_task(_come_and_go(crowd, found, ends_s))
         try:
-            await _watch(server, listener, operator, found, ends_s)
+            await _watch(server, (listener, ages), operator, found, ends_s)
         finally:
             await coming
         operator.let_go()
@@ -118,23 +113,21 @@ async def _come_and_go(crowd: Crowd, found: Soaked, ends_s: float) -> None:
 
 
 async def _watch(
-    server: MeasuredServer, listener: _Listener, operator: Operator, found: Soaked, ends_s: float
+    server: MeasuredServer,
+    listening: tuple[Client, Ages],
+    operator: Operator,
+    found: Soaked,
+    ends_s: float,
 ) -> None:
+    listener, ages = listening
     began_s = ends_s - found.lasted_s
     while (now_s := time.monotonic()) < ends_s:
-        gone = [
-            who
-            for who, is_there in (
-                ("the listener", listener.is_open),
-                ("the operator", operator.is_open),
-                ("the operator's turn", operator.has_turn),
-            )
-            if not is_there
-        ]
-        if gone:
+        there = {"the listener": listener.is_open, "the operator": operator.is_open}
+        there["the operator's turn"] = operator.has_turn
+        if gone := [who for who, is_there in there.items() if not is_there]:
             raise MeasureError(f"after {now_s - began_s:.0f} s {' and '.join(gone)} is gone")
         trips = {one["id"]: one.get("round_trip_ms") for one in (await server.status())["viewers"]}
-        sound_ms, picture_ms = (listener.ages.age_ms(listener, kind) for kind in _KINDS)
+        sound_ms, picture_ms = (ages.age_ms(listener, kind) for kind in _KINDS)
         found.samples.append(
             Sample(
                 at=(now_s - began_s) / found.lasted_s,

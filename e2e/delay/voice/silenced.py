@@ -5,11 +5,10 @@ from __future__ import annotations
 import asyncio
 import json
 import random
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from e2e.delay.voice.stage import staged
-from e2e.harness.page_clock import PageClock, page_clock, unix_ms
+from e2e.harness.page_clock import page_clock, unix_ms
 from e2e.harness.scripts import has, press
 from e2e.harness.wait import eventually
 from e2e.measure.ear import BLOCK_MS, SILENT
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
     from playwright.async_api import Page
 
     from e2e.delay.voice.stage import Stage
+    from e2e.harness.page_clock import PageClock
     from e2e.measure.ear import Block
     from e2e.measure.row import Row
 
@@ -35,15 +35,6 @@ _REST_S: Final = 0.3
 _MUTED: Final = "The host has muted all voices."
 
 
-@dataclass(slots=True)
-class _Scene:
-    stage: Stage
-    host: Page
-    clock: PageClock
-    """Of the operator's page."""
-    hosts_clock: PageClock
-
-
 async def muted(goal_ms: float, n: int) -> list[Row]:
     """Have the host mute all voices `n` times, at any moment of a voice that does not pause.
 
@@ -52,14 +43,18 @@ async def muted(goal_ms: float, n: int) -> list[Row]:
     silent_ms: list[float | None] = []
     told_ms: list[float] = []
     async with staged("same-machine", pauses=False) as stage, stage.host() as host:
-        scene = await _scene(stage, host)
+        await eventually(lambda: host.evaluate(press("Host")), "the host's panel opens")
+        can_mute = has("Mute all voices")
+        await eventually(lambda: host.evaluate(can_mute), "the host can mute voices")
+        clock = await page_clock(stage.window.evaluate)
+        hosts_clock = await page_clock(host.evaluate)
         for _ in range(n):
             await _until_it_sounds(stage)
             told = asyncio.create_task(
                 stage.window.evaluate(f"waxVoice.reads({json.dumps(_MUTED)})")
             )
-            silent, at_s = await _silent(scene, press("Mute all voices"))
-            read_s = scene.clock.monotonic_s(await asyncio.wait_for(told, _TELLS_WITHIN_S))
+            silent, at_s = await _silent(stage, host, hosts_clock)
+            read_s = clock.monotonic_s(await asyncio.wait_for(told, _TELLS_WITHIN_S))
             silent_ms.append(silent)
             told_ms.append((read_s - at_s) * 1000)
             await stage.window.keyboard.up("KeyT")
@@ -69,7 +64,7 @@ async def muted(goal_ms: float, n: int) -> list[Row]:
     more = {
         "wrong": sum(one > goal_ms for one in told_ms),
         "told_after_at_most_ms": max(told_ms),
-        "clock_error_ms": (scene.clock.error_s + scene.hosts_clock.error_s) * 1000,
+        "clock_error_ms": (clock.error_s + hosts_clock.error_s) * 1000,
     }
     return [timed("mute", what, silent_ms, goal_ms, **more)]
 
@@ -88,35 +83,20 @@ def silent_after_ms(heard: Sequence[Block], act_ms: float) -> float | None:
     return None if last_ms > MOST_MS else max(0.0, last_ms)
 
 
-async def _scene(stage: Stage, host: Page) -> _Scene:
-    """Return it once the host's panel is open."""
-    opened = False
-
-    async def can_mute() -> bool:
-        nonlocal opened
-        opened = opened or await host.evaluate(press("Host"))
-        return bool(await host.evaluate(has("Mute all voices")))
-
-    await eventually(can_mute, "the host can mute voices", every_s=_REST_S)
-    clocks = [await page_clock(window.evaluate) for window in (stage.window, host)]
-    return _Scene(stage, host, *clocks)
-
-
 async def _until_it_sounds(stage: Stage) -> None:
     await stage.window.keyboard.down("KeyT")
     if not await stage.ear.tap().hears(_SOUNDS_WITHIN_S):
         raise MeasureError(f"no voice sounded at the robot within {_SOUNDS_WITHIN_S:g} s")
 
 
-async def _silent(scene: _Scene, act: str) -> tuple[float | None, float]:
-    """Return after how many ms it was silent, and when the host acted (monotonic seconds)."""
-    tap = scene.stage.ear.tap()
+async def _silent(stage: Stage, host: Page, clock: PageClock) -> tuple[float | None, float]:
+    """Mute; return after how many ms it was silent, and when the host acted (monotonic seconds)."""
+    tap = stage.ear.tap()
     await asyncio.sleep(_PHASE_S * (1 + random.random()))
-    acted_ms = await scene.host.evaluate(
-        f"((at) => {act} ? at : null)(performance.now())"  # a switch acts before this returns
-    )
+    act = press("Mute all voices")  # a switch acts before this returns
+    acted_ms = await host.evaluate(f"((at) => {act} ? at : null)(performance.now())")
     if acted_ms is None:
         raise MeasureError("the host's page has no such button")
-    at_s = scene.hosts_clock.monotonic_s(acted_ms)
+    at_s = clock.monotonic_s(acted_ms)
     await asyncio.sleep((MOST_MS + _PHASE_S * 1000) / 1000)
     return silent_after_ms(tap.heard, unix_ms(at_s)), at_s

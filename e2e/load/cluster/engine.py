@@ -83,10 +83,6 @@ class Engine:
             raise NotRunError("there is no Redis; install the package redis-server")
         program = find_server()
         self.redis = Redis()
-        more: dict[str, Any] = {
-            "redis": {"address": f"{_ADDRESS}:{self.redis.port}"},
-            "node_selector": _SELECTOR,
-        }
         self.nodes = [
             LiveKit(
                 program,
@@ -96,7 +92,8 @@ class Engine:
                 log=log,
                 region=room,
                 rtc={"use_ice_lite": True},
-                **more,
+                redis={"address": f"{_ADDRESS}:{self.redis.port}"},
+                node_selector=_SELECTOR,
             )
             for room in ROOMS
         ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel
 
 from wax.client.media import RtcpAnswers, StreamCounts
 
@@ -23,16 +23,12 @@ class Offering:
 class Request(BaseModel):
     """`hold`: have just so many viewers; `cycle`: so many more join and leave; `count` them."""
 
-    model_config = ConfigDict(frozen=True)
-
     verb: Literal["hold", "cycle", "count"]
     number: int = 0
 
 
 class ViewerCounts(BaseModel):
     """What one viewer has received and sent back since it came."""
-
-    model_config = ConfigDict(frozen=True)
 
     video: StreamCounts
     audio: StreamCounts
@@ -41,8 +37,6 @@ class ViewerCounts(BaseModel):
 
 class Sample(BaseModel):
     """All viewers at one moment of `time.monotonic`; `problem` says why a request failed."""
-
-    model_config = ConfigDict(frozen=True)
 
     at_s: float
     viewers: tuple[ViewerCounts, ...] = ()
