@@ -94,8 +94,8 @@ async def test_firefox_shows_sounds_and_drives(
 
         await presses(window, "Join the queue")
         await reads(window, "You are driving")
-        keys = (partial(window.key, what, ARROW_LEFT) for what in ("keyDown", "keyUp"))
-        assert await holding_moves(server, *keys, during_s=0.8)
+        down, up = (partial(window.key, what, ARROW_LEFT) for what in ("keyDown", "keyUp"))
+        assert await holding_moves(server, down, up, 0.8)
 
 
 SPOKEN_S = 12.0
@@ -188,8 +188,8 @@ async def test_firefox_drives_by_joystick_and_gamepad(serve: Serve, tmp_path: Pa
         for is_down in ("true", "false"):
             await window.evaluate(f"waxPad.press({gamepad.START}, {is_down})")
             await asyncio.sleep(0.3)
-        pushes = (partial(window.evaluate, f"waxPad.push(1, {ahead})") for ahead in (-1, 0))
-        assert await holding_moves(server, *pushes, during_s=HOLD_S)
+        push, rest = (partial(window.evaluate, f"waxPad.push(1, {ahead})") for ahead in (-1, 0))
+        assert await holding_moves(server, push, rest, HOLD_S)
 
 
 async def test_firefox_without_webrtc_says_so(serve: Serve, tmp_path: Path) -> None:

@@ -10,14 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from pydantic import ValidationError
 
 from e2e.delay.judging import found
 from e2e.delay.measures import MEASURES
 from e2e.delay.names import AGE, GIVEN, LINKS, SYSTEMS, profile, shown
 from e2e.delay.thesis import words
 from e2e.measure.command import OUT
-from e2e.measure.results import Result, Results
+from e2e.measure.results import Results
 from e2e.measure.row import summarize
 from e2e.measure.table import number
 
@@ -26,29 +25,18 @@ if TYPE_CHECKING:
 
     from e2e.delay.cell import Cell
     from e2e.delay.judging import Found
+    from e2e.measure.results import Result
 
 
 def write(folder: Path) -> Path | None:
     """Write the page beside the results of the newest product; None where there are none."""
-    results = newest(folder)
+    results = Results(folder).newest()
     if not results:
         return None
     path = folder / "report.html"
     path.write_text(html(results), encoding="utf-8")
     print(f"report: {path}", file=sys.stderr)
     return path
-
-
-def newest(folder: Path) -> list[Result]:
-    """Give the results that count beside the newest one."""
-    file = Results(folder)
-    lines = file.path.read_text(encoding="utf-8").splitlines() if file.path.exists() else []
-    for line in reversed(lines):
-        try:
-            return list(file.of(Result.model_validate_json(line).origin).values())
-        except ValidationError:  # torn by a crash, or of another version
-            continue
-    return []
 
 
 def html(results: Sequence[Result]) -> str:

@@ -65,7 +65,7 @@ def test_the_newest_product_counts_and_text_is_escaped(tmp_path: Path) -> None:
     keep(tmp_path, Cell(profile="lan", system="stock"), "old", picture_age_p50_ms=777.0)
     keep(tmp_path, Cell(profile="lan", system="operator"), "new", picture_age_p50_ms=8.0)
     add(tmp_path, "lan/livekit", "new", status="failed", problem="No <Go> here.")
-    page = report.html(report.newest(tmp_path))
+    page = report.html(Results(tmp_path).newest())
     assert ">777<" not in page
     assert ">8<" in page
     assert "lan/livekit: No &lt;Go&gt; here." in page

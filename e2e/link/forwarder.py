@@ -24,8 +24,8 @@ from tests.link.model import Direction
 from tests.link.profile import Profile
 
 from e2e.link import leftovers, namespace
+from e2e.link.namespace import open_tun, read_packets
 from e2e.link.statistics import LATE_MS, Hello, Statistics
-from e2e.link.tun import open_tun, read_packets
 from e2e.measure.errors import NotRunError
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""Network namespaces of our own, made by the process that will hold them.
+"""Network namespaces of our own, made by the process that will hold them, and their TUN devices.
 
 They have no name, so the kernel takes them away with the last process in them: nothing is left
 however that one ends. As root a namespace is made directly, else inside a user namespace.
@@ -7,8 +7,10 @@ however that one ends. As root a namespace is made directly, else inside a user 
 from __future__ import annotations
 
 import ctypes
+import fcntl
 import os
 import shutil
+import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -24,6 +26,13 @@ _CLONE_NEWUSER: Final = 0x10000000
 _CLONE_NEWNET: Final = 0x40000000
 _USUAL_FOLDERS: Final = "/usr/sbin:/sbin:/usr/bin:/bin"
 """Where ``ip`` is, also for users whose PATH does not say so."""
+
+_TUN: Final = "/dev/net/tun"
+_TUNSETIFF: Final = 0x400454CA  # linux/if_tun.h, as x86 and ARM number it
+_IFF_TUN: Final = 0x0001
+_IFF_NO_PI: Final = 0x1000
+_READ_BYTES: Final = 2048
+"""More than the MTU; a packet is read whole or its end is gone."""
 
 
 def tool(name: str, package: str) -> str:
@@ -64,6 +73,43 @@ def configure(device: str, address: str) -> None:
     _ip("address", "add", address, "dev", device)
     _ip("link", "set", device, "txqueuelen", "5000", "up")
     _ip("route", "add", "default", "dev", device)
+
+
+def open_tun(name: str) -> int:
+    """Make the device `name` in this process's network namespace; it goes when this is closed.
+
+    Return a descriptor that does not block and gives IP packets. Raises `NotRunError`.
+    """
+    try:
+        descriptor = os.open(_TUN, os.O_RDWR | os.O_NONBLOCK | os.O_CLOEXEC)
+    except PermissionError as error:
+        raise NotRunError(
+            f"{_TUN} may not be opened by this user; run as root or let users read and write it"
+        ) from error
+    except OSError as error:
+        raise NotRunError(
+            f"{_TUN} is missing; load the kernel module tun, or give the container that device"
+        ) from error
+    try:
+        request = struct.pack("16sH22x", name.encode("ascii"), _IFF_TUN | _IFF_NO_PI)
+        fcntl.ioctl(descriptor, _TUNSETIFF, request)
+    except OSError as error:
+        os.close(descriptor)
+        raise NotRunError(
+            f"no TUN device can be made here ({error.strerror}); run as root or give the "
+            "container the capability NET_ADMIN"
+        ) from error
+    return descriptor
+
+
+def read_packets(descriptor: int, limit: int) -> list[bytes]:
+    packets: list[bytes] = []
+    try:
+        while len(packets) < limit:
+            packets.append(os.read(descriptor, _READ_BYTES))
+    except BlockingIOError:
+        pass
+    return packets
 
 
 def _unshare(flags: int) -> bool:

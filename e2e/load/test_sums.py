@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -17,7 +16,10 @@ from e2e.load.page.ways import WAYS
 from e2e.load.strokes import Change, Stroke, changes, delays
 from e2e.load.suite import SUITE
 from e2e.measure.errors import MeasureError
-from e2e.stop.record import Record
+from e2e.stop.test_sums import record
+
+if TYPE_CHECKING:
+    from e2e.stop.record import Record
 
 KEY, STICK, PAD = WAYS
 
@@ -29,17 +31,15 @@ def frame(kind: str, left: int = 0, right: int = 0, verdict: str = "taken") -> d
 
 def recorded(*log: dict[str, Any]) -> Record:
     """Have one event a second, from 0 s on."""
-    record = Record(Path("unread"))
-    record.take([event | {"t_s": float(at_s)} for at_s, event in enumerate(log)])
-    return record
+    return record(*(event | {"t_s": float(at_s)} for at_s, event in enumerate(log)))
 
 
 def test_only_a_change_of_motion_counts() -> None:
     """Repeated and refused frames, a curve, a drive of zero and hello are no new start or stop."""
     start = [{"event": "plugged"}, frame("hello"), frame("stop"), frame("drive")]
     late, same = frame("drive", 9, 9, "late"), frame("drive", 9, 9)
-    record = recorded(*start, late, same, same, frame("drive", 5, 9), frame("stop"), frame("stop"))
-    assert changes(record.frames) == [Change(5000.0, moving=True), Change(8000.0, moving=False)]
+    told = recorded(*start, late, same, same, frame("drive", 5, 9), frame("stop"), frame("stop"))
+    assert changes(told.frames) == [Change(5000.0, moving=True), Change(8000.0, moving=False)]
 
 
 def test_each_stroke_is_answered_by_the_first_change_after_it() -> None:

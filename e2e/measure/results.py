@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING, Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -10,6 +11,7 @@ from e2e.measure.machine import Machine
 from e2e.measure.row import Row
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
 
@@ -53,13 +55,14 @@ class Results:
 
     def of(self, origin: Origin) -> dict[tuple[str, int], Result]:
         """Return the results that count for this origin, the newest of each case and n."""
-        found: dict[tuple[str, int], Result] = {}
-        lines = self.path.read_text(encoding="utf-8").splitlines() if self.path.exists() else []
-        for line in lines:
-            try:
-                result = Result.model_validate_json(line)
-            except ValidationError:  # torn by a crash, or of another version
-                continue
-            if result.origin == origin:
-                found[result.case, result.n] = result
-        return found
+        return {(one.case, one.n): one for one in self._every() if one.origin == origin}
+
+    def newest(self) -> list[Result]:
+        """Return the results that count beside the newest one."""
+        every = list(self._every())
+        return list(self.of(every[-1].origin).values()) if every else []
+
+    def _every(self) -> Iterator[Result]:
+        for line in self.path.read_text("utf-8").splitlines() if self.path.exists() else ():
+            with suppress(ValidationError):  # torn by a crash, or of another version
+                yield Result.model_validate_json(line)

@@ -1,17 +1,43 @@
-"""Hosts behind their routers inside ``async with Internet(…) as net``, and nothing afterwards."""
+"""Hosts, each on the open net or behind a router, inside ``async with Internet(…) as net``."""
 
 from __future__ import annotations
 
 import asyncio
 import sys
 from asyncio.subprocess import PIPE
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Self
+from typing import Final, Literal, Self
+
+from pydantic import TypeAdapter
 
 from e2e.link import namespace
 from e2e.link.link import End, Held
-from e2e.reach.hosts import HOSTS, Host
 
+Protocol = Literal["tcp", "udp"]
+
+
+@dataclass(frozen=True, slots=True)
+class Host:
+    """One machine; with `public` it is behind a router with that address.
+
+    `forwards` are ports that the router opens to it. `udp` false: the router lets no UDP through.
+    `symmetric`: each connection gets a port of its own (RFC 4787: address- and port-dependent
+    mapping), else the port inside is kept. With `carrier` the provider translates once more, to
+    that address. Hosts with one `public` are a household, in a network of 256 addresses, behind
+    the router that the first of them describes.
+    """
+
+    name: str
+    address: str
+    public: str | None = None
+    forwards: tuple[tuple[Protocol, int], ...] = ()
+    udp: bool = True
+    symmetric: bool = False
+    carrier: str | None = None
+
+
+HOSTS: Final[TypeAdapter[list[Host]]] = TypeAdapter(list[Host])
 _ROOT: Final = Path(__file__).parents[2]
 _START_WITHIN_S: Final = 15.0
 

@@ -11,7 +11,7 @@ from e2e.delay.systems.served import PORT
 from e2e.harness.chromium import chromium_at
 from e2e.harness.robot import pose
 from e2e.harness.wait import eventually
-from e2e.reach.hosts import Host
+from e2e.reach.internet import Host
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -34,31 +34,27 @@ TURN: Final = Host("turn", "203.0.113.9")
 URL: Final = f"http://{ROBOT.public}:{HTTP}"
 
 
-class Robot:
-    """A server at the robot's host, and what it tells a program that is its host."""
+async def obeys(robot: Wax, viewer: Viewer) -> None:
+    """Hold a key as this viewer, and see the robot move."""
 
-    def __init__(self, served: Wax) -> None:
-        self._served = served
+    async def moves() -> bool:
+        await viewer.page.keyboard.down("ArrowUp")
+        before = await pose(robot)
+        await asyncio.sleep(0.6)
+        after = await pose(robot)
+        await viewer.page.keyboard.up("ArrowUp")
+        return after.distance_m(before) > 0.02
 
-    async def obeys(self, viewer: Viewer) -> None:
-        async def moves() -> bool:
-            await viewer.page.keyboard.down("ArrowUp")
-            before = await pose(self._served)
-            await asyncio.sleep(0.6)
-            after = await pose(self._served)
-            await viewer.page.keyboard.up("ArrowUp")
-            return after.distance_m(before) > 0.02
-
-        await eventually(moves, "the robot moves")
+    await eventually(moves, "the robot moves")
 
 
 @asynccontextmanager
-async def serving(net: Internet, folder: Path, toml: str) -> AsyncIterator[Robot]:
+async def serving(net: Internet, folder: Path, toml: str) -> AsyncIterator[Wax]:
     """Serve at the robot's host, with its state in ``state`` of `folder`, where its log is too."""
     place = ("--host", "0.0.0.0", "--port", str(HTTP))
     async with wax.serving(net["robot"], folder, toml, *place) as served:
         await served.become_host(folder / "state")
-        yield Robot(served)
+        yield served
 
 
 def browser_at(

@@ -17,9 +17,8 @@ from e2e.harness import toml
 from e2e.harness.server import COMMAND
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
-from e2e.reach.hosts import Host
-from e2e.reach.internet import Internet
-from e2e.reach.stage import FRIEND, HTTP, ROBOT, URL, browser_at, serving, tell_logs
+from e2e.reach.internet import Host, Internet
+from e2e.reach.stage import FRIEND, HTTP, ROBOT, URL, browser_at, obeys, serving, tell_logs
 from wax.access.admission import BANNED, LOCKED
 
 if TYPE_CHECKING:
@@ -111,7 +110,7 @@ async def _day(net: Internet, folder: Path, settings: str) -> None:
         assert friend.page.url == f"{URL}/"
         await friend.call_oneself("Ada")
         await friend.takes_the_wheel()
-        await robot.obeys(friend)
+        await obeys(robot, friend)
 
         troll = await opens(trolls, URL)
         await troll.sees_picture()
@@ -124,7 +123,7 @@ async def _day(net: Internet, folder: Path, settings: str) -> None:
         await line.get_by_role("button", name="Remove and keep out for a day").click()
         await reads(troll, str(BANNED))
         await friend.release_stop()
-        await robot.obeys(friend)
+        await obeys(robot, friend)
 
         # A new identity: refused from the same address, not from another.
         await reads(await opens(trolls, URL), str(BANNED))
@@ -132,7 +131,7 @@ async def _day(net: Internet, folder: Path, settings: str) -> None:
         await again.sees_picture()
         await host.button("Only invited people").click()
         await reads(again, str(LOCKED))
-        await robot.obeys(friend)
+        await obeys(robot, friend)
         await host.sees_picture()
 
         assert not [error for one in (host, friend, troll, again) for error in one.errors]

@@ -8,8 +8,7 @@ from typing import Final
 
 import pytest
 
-from e2e.reach.hosts import Host
-from e2e.reach.internet import Internet
+from e2e.reach.internet import Host, Internet
 from e2e.reach.stage import FRIEND, MEDIA, ROBOT, TURN
 
 OTHER: Final = Host("other", "203.0.113.10")

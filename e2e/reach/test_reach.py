@@ -12,8 +12,7 @@ from playwright.async_api import async_playwright
 
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
-from e2e.reach.hosts import Host
-from e2e.reach.internet import Internet
+from e2e.reach.internet import Host, Internet
 from e2e.reach.stage import (
     FRIEND,
     HTTP,
@@ -22,6 +21,7 @@ from e2e.reach.stage import (
     TURN,
     URL,
     browser_at,
+    obeys,
     serving,
     tell_logs,
 )
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator
     from pathlib import Path
 
-    from e2e.reach.stage import Robot
+    from e2e.delay.systems.wax import Wax
 
 OFFICE: Final = Host("friend", "10.1.1.2", public="203.0.113.3", udp=False)
 BASE: Final = f"""
@@ -48,7 +48,7 @@ source = "none"
 class Stage:
     """A robot that serves, and the browser of a friend elsewhere."""
 
-    def __init__(self, net: Internet, robot: Robot, viewer: Viewer) -> None:
+    def __init__(self, net: Internet, robot: Wax, viewer: Viewer) -> None:
         self.net = net
         self.viewer = viewer
         self._robot = robot
@@ -56,7 +56,7 @@ class Stage:
     async def drives(self) -> None:
         if not await self.viewer.page.get_by_text("You are driving").first.is_visible():
             await self.viewer.takes_the_wheel()
-        await self._robot.obeys(self.viewer)
+        await obeys(self._robot, self.viewer)
 
     async def sees(self) -> dict[str, str]:
         """Wait until pictures go on coming; return by which way."""

@@ -16,7 +16,7 @@ from typing import Final
 from e2e.link import namespace
 from e2e.link.statistics import HELLO, Hello
 from e2e.measure.errors import NotRunError
-from e2e.reach.hosts import HOSTS, Host
+from e2e.reach.internet import HOSTS, Host
 
 _WORLD: Final = "world"
 _OUTSIDE: Final = "outside"

@@ -21,7 +21,7 @@ from e2e.stop.robots import BOARD, KINDS
 from e2e.stop.stage import DEFAULT, LIGHT, staged
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Awaitable
+    from collections.abc import AsyncIterator, Sequence
 
     from e2e.measure.row import Row
     from e2e.stop.fault import Fault, Scene
@@ -42,9 +42,8 @@ ROS2 = next(kind for kind in KINDS if kind.key == "ros2")
 pytestmark = pytest.mark.timeout(180)
 
 
-async def keeps(measuring: Awaitable[list[Row]]) -> None:
-    """Assert that every goal is met."""
-    missed = [row for row in await measuring if not row.met]
+def assert_met(rows: Sequence[Row]) -> None:
+    missed = [row for row in rows if not row.met]
     assert not missed, to_table(missed)
 
 
@@ -58,22 +57,18 @@ async def scene() -> AsyncIterator[Scene]:
 @pytest.mark.parametrize("key", ONE_STAGE)
 async def test_a_fault_stops_the_robot(scene: Scene, key: str) -> None:
     """It stands in time, nothing late moves it, and driving again needs a new press."""
-
-    async def measured() -> list[Row]:
-        return rows_of(BY_KEY[key], await repeated(BY_KEY[key], scene, TRIALS))
-
-    await keeps(measured())
+    assert_met(rows_of(BY_KEY[key], await repeated(BY_KEY[key], scene, TRIALS)))
 
 
 @pytest.mark.parametrize("key", ["network-vanishes", "browser-frozen"])
 async def test_an_operator_who_is_gone_stops_the_robot(key: str) -> None:
     """It is told to stand within 200 ms, at full speed within 0.3 m, key held down."""
-    await keeps(measure(BY_KEY[key], TRIALS, load=LIGHT))
+    assert_met(await measure(BY_KEY[key], TRIALS, load=LIGHT))
 
 
 async def test_a_frozen_server_stops_a_robot_of_ros() -> None:
     """Told by the driver's process within 200 ms, and nothing late moves it."""
-    await keeps(measure(BY_KEY["server-stopped"], TRIALS, kinds=[ROS2], load=LIGHT))
+    assert_met(await measure(BY_KEY["server-stopped"], TRIALS, kinds=[ROS2], load=LIGHT))
 
 
 def _at_length(fault: Fault) -> bool:
@@ -88,7 +83,7 @@ def _at_length(fault: Fault) -> bool:
 )
 async def test_each_fault_stops_each_robot(fault: Fault) -> None:
     """Every fault of the table, with every robot that it may befall."""
-    await keeps(measure(fault, TRIALS, load=LIGHT))
+    assert_met(await measure(fault, TRIALS, load=LIGHT))
 
 
 @pytest.mark.full
@@ -96,7 +91,7 @@ async def test_each_fault_stops_each_robot(fault: Fault) -> None:
 async def test_stop_is_heard_in_a_flood(key: str) -> None:
     """The flood is one that a shared machine can carry; in another the flooder's own waits."""
     weak = replace(BY_KEY[key], prop=partial(flooded, rate_hz=3000.0))
-    await keeps(measure(weak, 4, load=LIGHT))
+    assert_met(await measure(weak, 4, load=LIGHT))
 
 
 # --- each measure can fail -----------------------------------------------------------------------

@@ -72,9 +72,5 @@ async def junk(ground: Ground) -> None:
 
 async def _media_address(port: int) -> tuple[str, int]:
     """Return where media go, as the answer to an offer tells anybody."""
-    scout = Intruder(port, source=address(249))
-    try:
-        await scout.connect()
+    async with Intruder(port, source=address(249)) as scout:
         return scout.media_address
-    finally:
-        await scout.close()

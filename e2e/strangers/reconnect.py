@@ -24,6 +24,7 @@ from e2e.harness.chromium import chromium_at
 from e2e.harness.page_clock import unix_ms
 from e2e.harness.toml import MEDIA
 from e2e.harness.viewer import Viewer
+from e2e.harness.wait import eventually
 from e2e.link import Link
 from e2e.link.namespace import BROWSER_ADDRESS, DEVICE
 from e2e.measure.errors import MeasureError
@@ -85,14 +86,15 @@ class Driving:
         driving = self.viewer.page.get_by_text("You are driving")
         joins = self.viewer.page.get_by_role("button", name="Join the queue")
         kept = True
-        until_s = time.monotonic() + _DRIVES_WITHIN_S
-        while not await driving.is_visible():
-            if time.monotonic() > until_s:
-                raise MeasureError("the page does not drive again")
-            if await joins.is_visible():
+
+        async def drives() -> bool:
+            nonlocal kept
+            if not (is_so := await driving.is_visible()) and await joins.is_visible():
                 await joins.click()
                 kept = False
-            await asyncio.sleep(0.1)
+            return is_so
+
+        await eventually(drives, "the page drives again", within_s=_DRIVES_WITHIN_S)
         return kept
 
     async def black_hole(self) -> float:

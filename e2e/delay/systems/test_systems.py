@@ -12,12 +12,15 @@ import pytest_asyncio
 from e2e.delay.browser import open_browser
 from e2e.delay.cell import Cell
 from e2e.delay.systems import start
+from e2e.harness.robot import pose
 from e2e.harness.wait import eventually
 from e2e.link import Link
 from e2e.measure.errors import MeasureError, NotRunError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
+
+    from playwright.async_api import Page
 
 ROOT = Path(__file__).parents[3]
 PROBE = ROOT / "e2e" / "harness" / "probe.js"
@@ -43,32 +46,26 @@ async def test_a_session_runs_through_the_link(cell: Cell, link: Link, tmp_path:
     """The browser at one end shows the test card and plays the sound of the server at the other."""
     async with start(cell, link, tmp_path) as running:
         before = await link.statistics()
-        async with open_browser(link) as browser:
-            await watch(cell, running, browser)
+        async with open_browser(link) as browser, browser.window(PROBE.read_text()) as window:
+            await watch(cell, running, window)
+            assert await browser.ear.tap().hears(within_s=10)
         after = await link.statistics()
         assert {"wax", "e2e.peers.stock"} & set(psutil.Process(running.pid).cmdline())
     assert not psutil.pid_exists(running.pid)
     assert after.down.bytes_out - before.down.bytes_out > 50_000
 
 
-async def watch(cell: Cell, running: Any, browser: Any) -> None:
-    async with browser.window(PROBE.read_text(encoding="utf-8")) as window:
-        await window.goto(running.url)
-        assert await window.evaluate("isSecureContext")
-        at_first = await running.status() if cell.drives else {}
-
-        async def ask(expression: str) -> Any:
-            return await window.evaluate(f"waxProbe.{expression}")
-
-        await eventually(lambda: ask("playing()"), "the picture plays", within_s=20)
-        await running.opened(window)
-        assert all(card["valid"] for card in await ask("cards(3)"))
-        assert await browser.ear.tap().hears(within_s=10)
-        if cell.drives:
-            told = await running.status()
-            assert [viewer["role"] for viewer in told["viewers"]] == ["operator"]
-            before, after = (one["robot"]["pose"] for one in (at_first, told))
-            assert (before["x_m"], before["y_m"]) != (after["x_m"], after["y_m"])
+async def watch(cell: Cell, running: Any, window: Page) -> None:
+    await window.goto(running.url)
+    assert await window.evaluate("isSecureContext")
+    at_first = await pose(running) if cell.drives else None
+    plays = "waxProbe.playing()"
+    await eventually(lambda: window.evaluate(plays), "the picture plays", within_s=20)
+    await running.opened(window)
+    assert all(card["valid"] for card in await window.evaluate("waxProbe.cards(3)"))
+    if at_first is not None:
+        assert [one["role"] for one in (await running.status())["viewers"]] == ["operator"]
+        assert (await pose(running)).distance_m(at_first) > 0
 
 
 async def test_the_end_of_the_log_is_told(link: Link, tmp_path: Path) -> None:
