@@ -120,8 +120,7 @@ async def test_it_works_below_a_path(chromium: Browser, serve: Serve, tmp_path: 
         TestServer(proxy) as serving,
         await chromium.new_context(locale="en-GB") as context,
     ):
-        viewer = await Viewer.prepare(context, f"http://127.0.0.1:{serving.port}/robot/")
-        await viewer.page.goto(viewer.url)
+        viewer = await Viewer.at(context, f"http://127.0.0.1:{serving.port}/robot/")
         await viewer.sees_picture()
         await viewer.page.get_by_role("button", name="Stop", exact=True).first.click()
         await until(lambda: "/robot/api/stop" in asked, "the stop is asked for")

@@ -46,7 +46,6 @@ async def travel_px(viewer: Viewer) -> float:
 
 @asynccontextmanager
 async def settings_of(viewer: Viewer) -> AsyncIterator[Locator]:
-    """Open the settings of how one drives, and close them."""
     await viewer.open("Settings")
     yield viewer.page.get_by_role("region", name="How you drive", exact=True)
     await viewer.button("Settings").click()

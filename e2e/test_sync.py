@@ -87,33 +87,17 @@ async def test_a_chosen_delay_is_followed_by_both_streams(
             await eventually(follows, "both streams wait as long as was chosen", within_s=12)
         finally:
             print(f"chosen {delay_ms} ms: {measured}")
-        ages = await ages_of(viewer)
-        assert abs(ages.skew_ms) <= TOLERANCE_MS, ages
+        assert abs(await skew_ms(viewer)) <= TOLERANCE_MS
 
 
-@dataclass(frozen=True, slots=True)
-class Ages:
-    """How old sound and picture are when they are heard and seen, medians over a run."""
-
-    sound_ms: float
-    picture_ms: float
-
-    @property
-    def skew_ms(self) -> float:
-        """How much later than the picture the sound comes."""
-        return self.sound_ms - self.picture_ms
-
-
-async def ages_of(viewer: Viewer) -> Ages:
-    """Read four seconds of the test card, by eye and ear."""
+async def skew_ms(viewer: Viewer) -> float:
+    """Read four seconds of the test card; return how much later than the picture the sound is."""
     await asyncio.sleep(2)
     viewer.forget()
     cards = await viewer.cards(90)
     await asyncio.sleep(1)
-    return Ages(
-        sound_ms=median(at_ms % 1000 for at_ms in onsets_ms(Sound.of(viewer.heard()))),
-        picture_ms=median(card.age_ms for card in cards if card.valid),
-    )
+    sound_ms = median(at_ms % 1000 for at_ms in onsets_ms(Sound.of(viewer.heard())))
+    return sound_ms - median(card.age_ms for card in cards if card.valid)
 
 
 @pytest.mark.timeout(90)

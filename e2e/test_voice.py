@@ -47,25 +47,23 @@ ANSWER_S = 5
 """Somebody pauses, speaks for two seconds at most, and is heard later where the link is bad."""
 
 
-@pytest_asyncio.fixture(scope="module", loop_scope="session")
-async def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("words")
-
-
 own_ear = pytest_asyncio.fixture(sound_device, scope="module", loop_scope="session")
 """For the browser that talks."""
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="session")
-async def talking(folder: Path, own_ear: Ear | None) -> AsyncIterator[Browser]:
+async def talking(
+    tmp_path_factory: pytest.TempPathFactory, own_ear: Ear | None
+) -> AsyncIterator[Browser]:
     """Launch a browser whose microphone hears real words, again and again."""
-    speech.write(folder / "words.wav", speech.voice(SPOKEN_S))
+    words = tmp_path_factory.mktemp("words") / "words.wav"
+    speech.write(words, speech.voice(SPOKEN_S))
     async with async_playwright() as playwright:
         browser = await launch_chromium(
             playwright,
             "--use-fake-ui-for-media-stream",
             "--use-fake-device-for-media-stream",
-            f"--use-file-for-fake-audio-capture={folder / 'words.wav'}",
+            f"--use-file-for-fake-audio-capture={words}",
             ear=own_ear,
         )
         yield browser
@@ -85,8 +83,7 @@ async def enter(
     context = await browser.new_context(permissions=["microphone"])
     if is_host:
         await server.make_host(context)
-    viewer = await Viewer.prepare(context, server.url, ear)
-    await viewer.page.goto(server.url)
+    viewer = await Viewer.at(context, server.url, ear)
     await viewer.sees_picture()
     return viewer
 

@@ -49,9 +49,8 @@ AGE: Final = (
 
 WIRED: Final = ("same-machine", "lan", "campus", "internet-5m")
 NARROW: Final = ("wireless-2m", "wireless-1m", "modem-56k", "dual-modem", "isdn-64k")
-TODAY: Final = ("lte-good", "lte-edge", "wifi-bad", "cafe", "stalls", "satellite")
-CHANGING: Final = ("step-down", "outage")
-LINKS: Final = (*WIRED, *NARROW, *TODAY, *CHANGING)
+_TODAY: Final = ("lte-good", "lte-edge", "wifi-bad", "cafe", "stalls", "satellite")
+LINKS: Final = (*WIRED, *NARROW, *_TODAY, "step-down", "outage")
 
 
 @cache

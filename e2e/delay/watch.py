@@ -89,7 +89,8 @@ async def _watch(
         page = await leaving.enter_async_context(browser.window(PRELOAD))
         instrument = Instrument(page.evaluate, browser.ear)
         before = await link.statistics()
-        within_s = _picture_within_s(link)
+        is_thin = (link.profile.down.rate_bps or THIN_BPS) < THIN_BPS
+        within_s = THIN_PICTURE_WITHIN_S if is_thin else PICTURE_WITHIN_S
         if await _goto(page, running.url, instrument, within_s):
             picture_s = time.monotonic()
             await running.opened(page)
@@ -158,11 +159,9 @@ async def _costs(pid: int, browser: Browser) -> dict[str, float]:
 def _shares(before: dict[str, float], after: dict[str, float]) -> dict[str, float]:
     """Return what was used of one core, %, and the memory."""
     span_s = after["at_s"] - before["at_s"]
-    found = {"server_memory_mib": after["server_memory_mib"]}
-    for name in ("server_cpu", "browser_cpu"):
-        old, new = before[name], after[name]
-        found[name] = 100 * max(0.0, new - old) / span_s
-    return found
+    used = {name: max(0.0, after[name] - before[name]) for name in ("server_cpu", "browser_cpu")}
+    shares = {name: 100 * used_s / span_s for name, used_s in used.items()}
+    return {**shares, "server_memory_mib": after["server_memory_mib"]}
 
 
 async def _wait(instrument: Instrument, until_s: float) -> None:
@@ -171,12 +170,6 @@ async def _wait(instrument: Instrument, until_s: float) -> None:
         await asyncio.sleep(FETCH_EVERY_S)
         await instrument.readings()
     await asyncio.sleep(left_s)
-
-
-def _picture_within_s(link: Link) -> float:
-    rate_bps = link.profile.down.rate_bps
-    thin = rate_bps is not None and rate_bps < THIN_BPS
-    return THIN_PICTURE_WITHIN_S if thin else PICTURE_WITHIN_S
 
 
 async def _goto(page: Page, url: str, instrument: Instrument, within_s: float) -> bool:

@@ -22,8 +22,6 @@ from e2e.measure.suite import ROOT
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from playwright.async_api import Browser
-
     from e2e.gallery.states import State
 
 SCREENSHOTS: Final = ROOT / "web/screenshots"
@@ -44,20 +42,16 @@ async def gallery(states: Sequence[State]) -> dict[str, str]:
         for state in states:
             print(f"{state.key} … ", end="", flush=True)
             try:
-                await _of_state(browser, state)
+                for device in state.devices:
+                    async with state.reached(browser, device) as scene:
+                        for view in device.views:
+                            await view.show(scene.viewer.page)
+                            await shoot(scene, state, view)
             except (AssertionError, Error) as error:
                 problems[state.key] = " ".join(str(error).split())[:300]
             print(problems.get(state.key, "ok"))
         await browser.close()
     return problems
-
-
-async def _of_state(browser: Browser, state: State) -> None:
-    for device in state.devices:
-        async with state.reached(browser, device) as scene:
-            for view in device.views:
-                await view.show(scene.viewer.page)
-                await shoot(scene, state, view)
 
 
 async def readme() -> None:

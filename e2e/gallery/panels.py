@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -38,16 +39,13 @@ async def people(scene: Scene) -> None:
     await viewer.open("People")
 
 
-async def settings(scene: Scene) -> None:
+async def _opened(panel: str, scene: Scene) -> None:
     await scene.serves()
     viewer = await scene.drives()
-    await viewer.open("Settings")
+    await viewer.open(panel)
 
 
-async def details(scene: Scene) -> None:
-    await scene.serves()
-    viewer = await scene.drives()
-    await viewer.open("Details")
+settings, details = partial(_opened, "Settings"), partial(_opened, "Details")
 
 
 async def rules(scene: Scene) -> None:

@@ -30,8 +30,7 @@ async def watch(folder: Path) -> int:
     """Count the whole pictures among thirty presented ones."""
     async with Server(folder, toml.CARD) as server, async_playwright() as playwright:
         browser = await launch_chromium(playwright, *LOOPBACK_FLAGS)
-        viewer = await Viewer.prepare(await browser.new_context(), server.url)
-        await viewer.page.goto(server.url)
+        viewer = await Viewer.at(await browser.new_context(), server.url)
         await viewer.sees_picture()
         cards = await viewer.cards(30)
         await browser.close()

@@ -1,4 +1,4 @@
-"""What people type beside a server: `wax host-link` and `wax replay`."""
+"""What people type beside a server, as `wax host-link` and `wax replay`."""
 
 from __future__ import annotations
 
@@ -20,15 +20,22 @@ if TYPE_CHECKING:
     from e2e.harness.viewer import Viewer
 
 
-async def become_host(viewer: Viewer, server: Server) -> None:
-    """Open the host's link in a page that is open already, and wait until it is the host's."""
+async def said_by(folder: Path, *words: str, **environment: str) -> str:
+    """Type a command beside the server whose configuration is there; return what it prints."""
     process = await asyncio.create_subprocess_exec(
-        *(str(COMMAND), "host-link", "--config", str(server.log_path.with_name("wax.toml"))),
+        *(str(COMMAND), *words, "--config", str(folder / "wax.toml")),
         stdout=asyncio.subprocess.PIPE,
-        env=os.environ | server.environment,
+        env=os.environ | environment,
     )
     said, _ = await process.communicate()
-    found = re.search(r"#host=\S+", said.decode())
+    assert process.returncode == 0
+    return said.decode()
+
+
+async def become_host(viewer: Viewer, server: Server) -> None:
+    """Open the host's link in a page that is open already, and wait until it is the host's."""
+    said = await said_by(server.log_path.parent, "host-link", **server.environment)
+    found = re.search(r"#host=\S+", said)
     assert found, f"`wax host-link` prints no link: {said!r}"
     await viewer.page.goto(f"{server.url}/{found.group()}")
     await viewer.page.get_by_role("button", name="Host", exact=True).wait_for()

@@ -110,7 +110,6 @@ class Server:
         return self._process.pid
 
     async def launch(self) -> None:
-        """Start the process and return at once."""
         self._host = None
         arguments = ["--config", str(self._config_path)]
         arguments += ["--host", "127.0.0.1", "--port", str(self.port), "--udp-port", "0"]
@@ -180,18 +179,10 @@ class Server:
         return jar
 
     async def make_host(self, context: BrowserContext) -> None:
-        for one in await self.host_cookies():
-            await context.add_cookies(
-                [
-                    {
-                        "name": one.key,
-                        "value": one.value,
-                        "url": self.url,
-                        "httpOnly": True,
-                        "sameSite": "Strict",
-                    }
-                ]
-            )
+        kept: dict[str, Any] = {"url": self.url, "httpOnly": True, "sameSite": "Strict"}
+        made = await self.host_cookies()
+        cookies: Any = [{"name": one.key, "value": one.value, **kept} for one in made]
+        await context.add_cookies(cookies)
 
     async def status(self) -> dict[str, Any]:
         """`GET /api/status`, as the host."""

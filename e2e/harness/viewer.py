@@ -71,6 +71,13 @@ class Viewer:
         await context.add_init_script(path=HERE / "probe.js")
         return cls(await context.new_page(), url, ear)
 
+    @classmethod
+    async def at(cls, context: BrowserContext, url: str, ear: Ear | None = None) -> Viewer:
+        """Open the page at an address."""
+        viewer = await cls.prepare(context, url, ear)
+        await viewer.page.goto(url)
+        return viewer
+
     # --- the controls ---------------------------------------------------------------------
 
     def button(self, name: str) -> Locator:

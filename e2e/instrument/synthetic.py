@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from itertools import accumulate
+from typing import Any
+
 from e2e.delay.readings import Counters, Pictures, Readings, Sound
 from e2e.instrument.cards import lies
 
@@ -69,19 +72,12 @@ def _share(true_ms: float, lie_ms: float) -> float:
 
 def counters(concealed: list[tuple[float, int]], *, rate_hz: int = 48_000) -> Counters:
     """Make looks every 100 ms: what was concealed since the last, in ms and in events."""
-    rows = len(concealed)
-    totals, events = [0.0], [0.0]
-    for milliseconds, more in concealed[1:]:
-        totals.append(totals[-1] + milliseconds * rate_hz / 1000)
-        events.append(events[-1] + more)
-    nothing: list[float | None] = [None] * rows
-    columns: dict[str, list[float | None]] = {
-        name: list(nothing) for name in Counters.model_fields if name != "at_ms"
-    }
+    rows, later = range(len(concealed)), concealed[1:]
+    columns: dict[str, list[Any]] = {name: [None for _ in rows] for name in Counters.model_fields}
     columns |= {
-        "played_samples": [n * rate_hz / 10 for n in range(rows)],
-        "concealed_samples": list(totals),
-        "concealment_events": list(events),
+        "at_ms": [OPENED_MS + 100 * n for n in rows],
+        "played_samples": [n * rate_hz / 10 for n in rows],
+        "concealed_samples": list(accumulate((0.0, *(ms * rate_hz / 1000 for ms, _ in later)))),
+        "concealment_events": list(accumulate((0.0, *(float(more) for _, more in later)))),
     }
-    at_ms = [OPENED_MS + 100 * n for n in range(rows)]
-    return Counters(at_ms=at_ms, **columns)
+    return Counters(**columns)

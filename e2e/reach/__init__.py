@@ -1,5 +1,4 @@
 """A small internet of namespaces: robot and friend behind routers of their own, and a relay.
 
-`nat.py` is a router's translation of addresses (pure), `router.py` the process that moves packets
-between the hosts, `internet.py` what a test enters.
+`wiring.py` is the process that makes them, `internet.py` what a test enters.
 """

@@ -14,7 +14,7 @@ import tomlkit
 from playwright.async_api import async_playwright
 
 from e2e.harness import toml
-from e2e.harness.server import COMMAND
+from e2e.harness.commands import said_by
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from e2e.reach.internet import Host, Internet
@@ -39,22 +39,9 @@ _FITS: Final = "document.documentElement.scrollWidth <= window.innerWidth"
 _SHIPPED: Final = Path(__file__).parents[2] / "config" / "public-robot.toml"
 
 
-async def wax(folder: Path, *words: str) -> str:
-    """Type a command on the robot's machine, beside the server; return what it prints."""
-    process = await asyncio.create_subprocess_exec(
-        *(str(COMMAND), *words, "--config", str(folder / "wax.toml")),
-        stdout=asyncio.subprocess.PIPE,
-    )
-    said, _ = await process.communicate()
-    assert process.returncode == 0
-    return said.decode()
-
-
 async def opens(browser: Browser, link: str) -> Viewer:
     """Open a link in a new window, which remembers nothing of others."""
-    viewer = await Viewer.prepare(await browser.new_context(), link)
-    await viewer.page.goto(link)
-    return viewer
+    return await Viewer.at(await browser.new_context(), link)
 
 
 async def reads(viewer: Viewer, sentence: str) -> None:
@@ -91,7 +78,7 @@ async def _day(net: Internet, folder: Path, settings: str) -> None:
             )
         )
 
-        links = (await wax(folder, "host-link")).split()
+        links = (await said_by(folder, "host-link")).split()
         at_home = next(link for link in links if link.startswith(f"http://{ROBOT.address}:{HTTP}/"))
         host = await opens(laptop, at_home)
         await host.sees_picture()
@@ -138,7 +125,7 @@ async def _day(net: Internet, folder: Path, settings: str) -> None:
 
         async def night() -> dict[str, list[dict[str, Any]]] | None:
             found: dict[str, list[dict[str, Any]]] = json.loads(
-                await wax(folder, "records", "--json")
+                await said_by(folder, "records", "--json")
             )
             return found if len(found["acts"]) == 3 else None
 

@@ -83,23 +83,14 @@ async def staged(folder: Path, toml: str, *hosts: Host) -> AsyncIterator[Stage]:
                 await relay(net, folder)
             async with (
                 serving(net, folder, toml.format(state=folder / "state")) as robot,
-                _page(net) as viewer,
+                async_playwright() as playwright,
+                browser_at(net, "friend", playwright) as browser,
             ):
+                viewer = await Viewer.at(await browser.new_context(), URL)
                 yield Stage(net, robot, viewer)
         except BaseException:
             tell_logs(folder)
             raise
-
-
-@asynccontextmanager
-async def _page(net: Internet) -> AsyncIterator[Viewer]:
-    async with (
-        async_playwright() as playwright,
-        browser_at(net, "friend", playwright) as browser,
-    ):
-        viewer = await Viewer.prepare(await browser.new_context(), URL)
-        await viewer.page.goto(URL)
-        yield viewer
 
 
 def by_relay(url: str, *more: str) -> str:

@@ -89,8 +89,7 @@ async def chromiums() -> AsyncIterator[Launch]:
             session = await browser.new_browser_cdp_session()
             info = (await session.send("SystemInfo.getProcessInfo"))["processInfo"]
             pid = next(int(one["id"]) for one in info if one["type"] == "browser")
-            viewer = await Viewer.prepare(await browser.new_context(), url)
-            await viewer.page.goto(url)
+            viewer = await Viewer.at(await browser.new_context(), url)
             await viewer.sees_picture()
             opened.append(Chromium(browser, pid, viewer))
             return opened[-1]

@@ -323,7 +323,7 @@ async def hostile(
         before = process.num_fds()
         for name in names:
             lasts_s = max(STOPS * _TRIAL_S, (_SHORTEST_S - n) * (name == "slow"))
-            coming = asyncio.create_task(_host(joiner, n))
+            coming = asyncio.create_task(_join(joiner, "host", after_s=n / 2))
             seen = await watch.attacked(gang, name, n, stops=STOPS, stops_s=lasts_s, seed=seed)
             found.by_name[name] = seen
             found.host_s.append(await coming)
@@ -397,13 +397,9 @@ def rows(key: str, found: Attacked, load: Load) -> list[Row]:
     return judged
 
 
-async def _host(joiner: Child, n: float) -> float | None:
-    """Let the host come in and leave in the middle; return how many s it took."""
-    await asyncio.sleep(n / 2)
-    return await _join(joiner, "host")
-
-
-async def _join(joiner: Child, who: str) -> float | None:
+async def _join(joiner: Child, who: str, *, after_s: float = 0.0) -> float | None:
+    """Let somebody come in after a while, and leave; return how many s it took."""
+    await asyncio.sleep(after_s)
     await joiner.say(who)
     took_s: float | None = json.loads(await joiner.line())["took_s"]
     return took_s

@@ -146,22 +146,14 @@ async def _driving(outages: int) -> AsyncIterator[Driving]:
         served = await opening.enter_async_context(
             serving(link.server, folder, tomlkit.dumps(settings))
         )
-        viewer = await opening.enter_async_context(_page(link, served.url))
+        playwright = await opening.enter_async_context(async_playwright())
+        known = [link.server.address]
+        browser = await opening.enter_async_context(chromium_at(link.browser, playwright, known))
+        # Without any permission, as strangers have it.
+        viewer = await Viewer.at(await browser.new_context(), served.url)
         await viewer.sees_picture()
         await viewer.takes_the_wheel()
         yield Driving(link, folder / "wax.log", viewer, outages_s)
-
-
-@asynccontextmanager
-async def _page(link: Link, url: str) -> AsyncIterator[Viewer]:
-    """Open the page in a Chromium at the browser's end, without any permission, as strangers do."""
-    async with (
-        async_playwright() as playwright,
-        chromium_at(link.browser, playwright, [link.server.address]) as browser,
-    ):
-        viewer = await Viewer.prepare(await browser.new_context(), url)
-        await viewer.page.goto(url)
-        yield viewer
 
 
 FAULTS: Final = {

@@ -86,7 +86,6 @@ async def gang(stage: Stage) -> AsyncIterator[Child]:
 
 @pytest_asyncio.fixture(scope="module", loop_scope="session")
 async def watch(stage: Stage) -> AsyncIterator[Watch]:
-    """Have somebody who drives, and somebody who watches."""
     async with (
         RawOperator(stage.server, sees=True) as operator,
         RawOperator(stage.server) as observer,

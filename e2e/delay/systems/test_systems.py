@@ -12,6 +12,7 @@ import pytest_asyncio
 from e2e.delay.browser import open_browser
 from e2e.delay.cell import Cell
 from e2e.delay.systems import start
+from e2e.harness.installed import CHROMIUM, installed
 from e2e.harness.robot import pose
 from e2e.harness.wait import eventually
 from e2e.link import Link
@@ -78,15 +79,12 @@ async def test_the_end_of_the_log_is_told(link: Link, tmp_path: Path) -> None:
             pass
 
 
-async def test_a_missing_browser_is_a_sentence(
-    link: Link, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_missing_browser_is_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without one the cell cannot run here, and the error says what to install."""
     monkeypatch.delenv("WAX_CHROMIUM", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(NotRunError, match=r"^there is no "):
-        async with open_browser(link):
-            pass
+        installed(*CHROMIUM)
 
 
 async def test_a_broken_browser_is_a_sentence(link: Link, monkeypatch: pytest.MonkeyPatch) -> None:

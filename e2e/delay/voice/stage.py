@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
@@ -35,24 +36,24 @@ _PRELOAD: Final = Path(__file__).with_name("page.js").read_text(encoding="utf-8"
 _SEES_WITHIN_S: Final = 60.0
 
 
+@dataclass(frozen=True, slots=True)
 class Stage:
     """`ear` hears what the robot's speaker plays; `window` is the operator's page.
 
     `state` is the server's folder, in which whoever may use it finds the host's link.
     """
 
-    def __init__(self, browser: Browser, window: Page, system: Wax, ear: Ear, state: Path) -> None:
-        self.window = window
-        self.system = system
-        self.ear = ear
-        self._browser = browser
-        self._state = state
+    browser: Browser
+    window: Page
+    system: Wax
+    ear: Ear
+    state: Path
 
     @asynccontextmanager
     async def host(self) -> AsyncIterator[Page]:
         """Have the host's page open beside the operator's, in the same browser."""
-        link, *_ = await asyncio.to_thread(host_link.ask, self._state)
-        async with self._browser.window(_preload(listens=False)) as window:
+        link, *_ = await asyncio.to_thread(host_link.ask, self.state)
+        async with self.browser.window(_preload(listens=False)) as window:
             await window.goto(f"{self.system.url}#{urlsplit(link).fragment}")
             await _sees(window)
             yield window

@@ -46,7 +46,6 @@ def test_what_was_not_played_has_no_delay() -> None:
 
 
 def blocks(until_ms: float, *, of_ms: float = 3000) -> list[Block]:
-    """Listen to what sounds until then."""
     starts = np.arange(0, of_ms, BLOCK_MS)
     return [Block(at, 0.1 if at < until_ms else 0.0, 0, 0) for at in map(float, starts)]
 

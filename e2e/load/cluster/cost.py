@@ -11,7 +11,6 @@ import os
 import sys
 import time
 import uuid
-from contextlib import asynccontextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
@@ -26,7 +25,7 @@ from e2e.measure.row import Row, middle
 from e2e.peers.livekit.tokens import signed
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Sequence
+    from collections.abc import Sequence
 
 OBSERVERS: Final = 16
 """More do not fit on their core, since LiveKit's SDK decodes what comes."""
@@ -51,7 +50,10 @@ async def room_cost(n: int) -> list[Row]:
         server = ProcessMeter(stage.server.pid)
         for _ in range(n):
             none = await _window(nodes)
-            async with _observers(stage.engine.url(0)):
+            # Who vanishes is sent to for a while.
+            observers = child("e2e.load.cluster.cost", stage.engine.url(0), leaves_s=_LEAVE_S)
+            async with observers as entered:
+                await entered.line(_ENTER_S)
                 many = await _window(nodes)
             cpu.append((many - none) / OBSERVERS * 100)
             robots_cpu.append(await _renewal_s(stage.server.url, server) / RENEW_S * 100)
@@ -99,14 +101,6 @@ async def _renewal_s(url: str, server: ProcessMeter) -> float:
         return (server.cpu_s() - cpu_s - idle * (time.monotonic() - began_s)) / _PAGES
     finally:
         await asyncio.gather(*(http.close() for http in sessions))
-
-
-@asynccontextmanager
-async def _observers(url: str) -> AsyncIterator[None]:
-    """Have them inside the block; who vanishes is sent to for a while."""
-    async with child("e2e.load.cluster.cost", url, leaves_s=_LEAVE_S) as observers:
-        await observers.line(_ENTER_S)
-        yield
 
 
 async def _observe(url: str) -> None:

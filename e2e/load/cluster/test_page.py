@@ -125,8 +125,7 @@ async def test_a_page_whose_tokens_have_expired_asks_for_others(
 
         try:
             await context.route("**/api/offer", late)
-            viewer = await Viewer.prepare(context, server.url)
-            await viewer.page.goto(server.url)
+            viewer = await Viewer.at(context, server.url)
             full = viewer.page.get_by_text("Watching is full").first
             await full.wait_for(state="visible", timeout=10_000)
             await viewer.sees_picture(within_s=20)

@@ -45,7 +45,6 @@ class Viewers:
         self._modems = AsyncExitStack()
 
     async def answer(self, request: Request) -> Sample:
-        """Carry out a request; report a failure."""
         try:
             match request.verb:
                 case "hold":

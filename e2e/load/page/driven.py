@@ -46,8 +46,7 @@ async def drives(context: BrowserContext, url: str, script: str = "") -> Viewer:
     """Open the page and join; it drives, and its picture has settled."""
     if script:
         await context.add_init_script(script)
-    viewer = await Viewer.prepare(context, url)
-    await viewer.page.goto(url)
+    viewer = await Viewer.at(context, url)
     await viewer.sees_picture()
     await viewer.puts_the_first_card_away()
     await viewer.takes_the_wheel()

@@ -121,8 +121,7 @@ async def test_a_browser_sees_and_hears_through_livekit(chromium: Browser, how: 
         assert len(family) == 1  # LiveKit; publisher and page are the parent's
         context = await chromium.new_context()
         try:
-            viewer = await Viewer.prepare(context, url)
-            await viewer.page.goto(url)
+            viewer = await Viewer.at(context, url)
             await viewer.sees_picture()
             cards = await viewer.cards(20)
             assert sum(card.valid for card in cards) >= 18
