@@ -38,8 +38,6 @@ async def sent(server: Server) -> dict[str, Any]:
 
 
 async def shows(viewer: Viewer, at: int, width: int) -> None:
-    """Wait until this picture is a moving card of that width."""
-
     async def is_so() -> bool:
         cards = await viewer.cards(6, at)
         moving = len({card.stamp_ms for card in cards if card.valid}) >= 5

@@ -27,7 +27,6 @@ turn_s = 600.0
 
 
 async def robot_has(server: Server, name: str, value: float) -> None:
-    """Wait until the simulated robot itself says so."""
     what = f"the robot's {name} is {value}"
     await server.until(lambda told: told["robot"][name] == value, what, within_s=3)
 

@@ -200,7 +200,7 @@ async def test_a_gamepad_that_is_lost_or_left_stops(
         if await viewer.button("Hold to release").is_visible():
             await viewer.release_stop()
         if loss != "unplugged":
-            await pad.release(LEFT_OF_CROSS)
+            await pad.press(LEFT_OF_CROSS, on=False)
             await asyncio.sleep(0.3)
 
 

@@ -38,7 +38,6 @@ async def line(tmp_path: Path) -> AsyncIterator[SerialLine]:
 
 
 async def the_problem(server: Server) -> str:
-    """Wait until the server says what is wrong with the robot."""
     return await server.until(
         lambda told: str(told["robot"]["problem"] or ""), "the server knows of the loss", within_s=3
     )

@@ -54,8 +54,6 @@ def sides(viewer: Viewer) -> NDArray[np.float64]:
 
 
 async def sends_stereo(viewer: Viewer) -> None:
-    """Wait until the page says that it gets two channels."""
-
     async def says() -> bool:
         await viewer.open("Details")
         return "kbit/s stereo" in await viewer.page.evaluate("document.body.textContent")

@@ -65,7 +65,6 @@ async def _wrong(scene: Scene, state: State, view: View) -> list[str]:
 
 
 def _assert_none(findings: list[str]) -> None:
-    """Fail with all of them, a line each."""
     assert not findings, "\n" + "\n".join(findings)
 
 

@@ -49,17 +49,14 @@ class InjectedGamepad:
         """Push a stick: axis 0 is left to right, axis 1 ahead (-1) to back."""
         await self._page.evaluate("([axis, value]) => waxPad.push(axis, value)", [axis, value])
 
-    async def press(self, button: int) -> None:
-        await self._page.evaluate("(button) => waxPad.press(button, true)", button)
-
-    async def release(self, button: int) -> None:
-        await self._page.evaluate("(button) => waxPad.press(button, false)", button)
+    async def press(self, button: int, *, on: bool = True) -> None:
+        await self._page.evaluate("([button, on]) => waxPad.press(button, on)", [button, on])
 
     async def tap(self, button: int) -> None:
         """Press a button for some frames."""
         await self.press(button)
         await self._page.wait_for_timeout(150)
-        await self.release(button)
+        await self.press(button, on=False)
         await self._page.wait_for_timeout(150)
 
     async def unplug(self, *, is_told: bool) -> None:

@@ -147,7 +147,6 @@ class Viewer:
         await self.page.mouse.up()
 
     async def drives(self, within_s: float = 10) -> None:
-        """Wait until the page says that this viewer drives."""
         await self.page.get_by_text("You are driving").first.wait_for(
             state="visible", timeout=within_s * 1000
         )

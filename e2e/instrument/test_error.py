@@ -43,7 +43,6 @@ def test_an_instrument_that_reads_wrong_is_not_ok() -> None:
 
 
 def verdict(first: Readings, second: Readings) -> tuple[bool, bool]:
-    """Say whether all goals are met, and whether that is certain."""
     rows, is_certain = judged(first, second)
     assert len(rows) == 2
     return all(row.met for row in rows), is_certain

@@ -31,6 +31,8 @@ _PAYLOAD_BYTES: Final = 1200
 
 
 class Stream:
+    """One stream to a port on this machine."""
+
     def __init__(self, port: int, payload_type: int) -> None:
         self._socket = socket.socket(type=socket.SOCK_DGRAM)
         self._socket.connect(("127.0.0.1", port))

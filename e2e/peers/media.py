@@ -34,6 +34,7 @@ OPUS_FRAME_SAMPLES: Final = SAMPLE_RATE_HZ // 50
 
 @contextmanager
 def sources() -> Iterator[tuple[VideoSource, AudioSource]]:
+    """Open the test card."""
     clock = SystemClock()
     camera = TestCardVideo(VideoSettings(source="testcard"), clock)
     microphone = TestCardAudio(AudioSettings(source="testcard", channels=1), clock)

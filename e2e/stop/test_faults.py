@@ -71,14 +71,14 @@ async def test_a_frozen_server_stops_a_robot_of_ros() -> None:
     assert_met(await measure(BY_KEY["server-stopped"], TRIALS, kinds=[ROS2], load=LIGHT))
 
 
-def _at_length(fault: Fault) -> bool:
-    return len(fault.kinds) > 1 or fault.key not in BRIEF
-
-
 @pytest.mark.full
 @pytest.mark.parametrize(
     "fault",
-    [one for one in FAULTS if _at_length(one) and "flood" not in one.key],
+    [
+        one
+        for one in FAULTS
+        if (len(one.kinds) > 1 or one.key not in BRIEF) and "flood" not in one.key
+    ],
     ids=lambda one: str(one.key),
 )
 async def test_each_fault_stops_each_robot(fault: Fault) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from e2e.delay.systems.served import PORT, Served, serving
 from e2e.measure.errors import MeasureError
-from e2e.peers.livekit.installation import check_installed
+from e2e.peers.livekit.installation import check_sdk, find_client, find_server
 
 if TYPE_CHECKING:
     from contextlib import AbstractAsyncContextManager
@@ -47,6 +47,9 @@ def start(cell: Cell, link: Link, folder: Path) -> AbstractAsyncContextManager[S
         arguments = ["-m", "e2e.peers.stock", *place, "0.0.0.0"]
         return serving(Served, cell.system, link.server, folder, arguments)
     how = "whip" if cell.system == "livekit-whip" else "sdk"
-    check_installed(how)
+    find_server()
+    find_client()
+    if how == "sdk":
+        check_sdk()
     arguments = ["-m", "e2e.peers.livekit", "--how", how, *place, link.server.address]
     return serving(LiveKit, cell.system, link.server, folder, arguments)

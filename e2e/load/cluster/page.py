@@ -60,8 +60,6 @@ class Page:
         self._sockets.append(socket)
 
     async def shows(self, place: Place) -> None:
-        """Wait until it shows the picture of a room, or of the robot's own server."""
-
         async def is_there() -> bool:
             places = await self.places()
             return bool(places) and places[-1][1] == place

@@ -179,12 +179,8 @@ async def test_firefox_watches_in_a_room(serve: Serve, tmp_path: Path, ear: Ear 
         Operator(server.url),
         opened(server, tmp_path, needed(ear)) as window,
     ):
-        await eventually(
-            lambda: window.evaluate(
-                "/(person watches|people watch)[.]/.test(document.body.innerText)"
-            ),
-            "it says how many watch",
-        )
+        is_told = "/(person watches|people watch)[.]/.test(document.body.innerText)"
+        await eventually(lambda: window.evaluate(is_told), "it says how many watch")
         cards = [card for card in await window.evaluate("waxProbe.cards(40)") if card["valid"]]
         assert len(cards) >= 36
         assert median(card["age_ms"] for card in cards) < LIVE_MS

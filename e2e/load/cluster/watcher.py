@@ -26,7 +26,6 @@ class Watcher:
         self._reading: list[asyncio.Task[None]] = []
 
     async def watches(self) -> None:
-        """Wait until both renditions, the sound and the news have come."""
         await until(
             lambda: len(self.pictures) == 2 and self._loud > 10 and len(self.told) > 1,
             "two renditions, sound and news come",

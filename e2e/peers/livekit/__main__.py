@@ -58,7 +58,7 @@ async def run(asked: argparse.Namespace) -> None:
         token = in_room(key, "robot", publishes=True)
 
         def begun() -> None:
-            pages.is_published = True
+            pages.published = 1
             print(f"http://{address}:{asked.port}/", flush=True)
 
         parts = (publish(livekit.url, token, *sent, begun), livekit.fails(), published(pages))
@@ -70,7 +70,7 @@ async def run(asked: argparse.Namespace) -> None:
 async def published(pages: Pages) -> None:
     """Raise `MeasureError` where nothing is in time."""
     await asyncio.sleep(_PUBLISH_WITHIN_S)
-    if not pages.is_published:
+    if not pages.published:
         raise MeasureError(f"nothing was published within {_PUBLISH_WITHIN_S:g} s; see its log")
 
 

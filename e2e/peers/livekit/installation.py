@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import os
 from pathlib import Path
 from typing import Final
@@ -14,7 +15,7 @@ VERSION: Final = "1.11.0"
 
 _ROOT: Final = Path(__file__).parents[3]
 _BUILT: Final = _ROOT / ".cache/livekit/server"
-_CLIENT: Final = _ROOT / "web/node_modules/livekit-client/dist/livekit-client.umd.js"
+_PACKAGE: Final = _ROOT / "web/node_modules/livekit-client"
 
 
 def find_server() -> Path:
@@ -36,16 +37,19 @@ def find_server() -> Path:
 
 def find_client() -> Path:
     """Path of livekit-client as one script for browsers. Raises `NotRunError`."""
-    if not _CLIENT.is_file():
+    path = _PACKAGE / "dist/livekit-client.umd.js"
+    if not path.is_file():
         raise NotRunError(
             "livekit-client is not installed; type make check, which installs the page's packages"
         )
-    return _CLIENT
+    return path
 
 
-def check_installed(how: str) -> None:
-    """Raise `NotRunError` when the server, its browser library or its Python SDK is missing."""
-    find_server()
-    find_client()
-    if how == "sdk" and importlib.util.find_spec("livekit") is None:
+def check_sdk() -> None:
+    """Raise `NotRunError` where its Python SDK is missing."""
+    if importlib.util.find_spec("livekit") is None:
         raise NotRunError("the package livekit is not installed; type make check")
+
+
+def client_version() -> str:
+    return str(json.loads((_PACKAGE / "package.json").read_text(encoding="utf-8"))["version"])

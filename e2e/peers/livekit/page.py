@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 from aiohttp import web
 
 from e2e.measure.errors import MeasureError
+from e2e.peers.livekit.installation import VERSION, client_version
 from e2e.peers.livekit.tokens import in_room
 
 if TYPE_CHECKING:
@@ -28,8 +29,8 @@ class Pages:
     `is_adaptive` is whether the page asks for the layer that fits its video element.
     """
 
-    is_published = False
-    """Until somebody publishes ``/healthz`` is a 503."""
+    published: int = 0
+    """1 once somebody publishes; until then ``/healthz`` is a 503."""
 
     def __init__(
         self, livekit_url: str, key: Key, script: Path, *, is_adaptive: bool = True
@@ -73,7 +74,8 @@ class Pages:
         return response
 
     async def _give_health(self, request: web.Request) -> web.Response:
-        return web.Response(status=200 if self.is_published else 503)
+        told = {"published": self.published, "server": VERSION, "client": client_version()}
+        return web.json_response(told, status=200 if self.published else 503)
 
     async def _give_script(self, request: web.Request) -> web.Response:
         compressed = {"Content-Encoding": "gzip"}  # every browser takes it

@@ -13,13 +13,12 @@ from typing import TYPE_CHECKING
 import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 import pytest
 
-from e2e.harness.child import kill
 from e2e.harness.server import free_port
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from e2e.measure.errors import NotRunError
 from e2e.measure.suite import ROOT
-from e2e.peers.livekit.installation import check_installed, find_server
+from e2e.peers.livekit.installation import check_sdk, find_client, find_server
 from e2e.peers.livekit.server import Ports, settings
 from e2e.peers.livekit.tokens import Key
 
@@ -60,7 +59,8 @@ async def started(how: str = "sdk") -> AsyncIterator[Process]:
         if process.returncode is None:
             for child in psutil.Process(process.pid).children(recursive=True):
                 child.kill()
-            await kill(process)
+            process.kill()
+            await process.wait()
 
 
 async def url_of(process: Process) -> str:
@@ -80,7 +80,9 @@ async def refusal(process: Process) -> str:
 def _livekit() -> None:
     """Say why where there is none: unlike a browser, it is not on every machine that tests."""
     try:
-        check_installed("sdk")
+        find_server()
+        find_client()
+        check_sdk()
     except NotRunError as error:
         pytest.skip(str(error))
 
@@ -121,7 +123,8 @@ async def test_a_browser_sees_and_hears_through_livekit(chromium: Browser, how: 
         assert len(family) == 1  # LiveKit; publisher and page are the parent's
         context = await chromium.new_context()
         try:
-            viewer = await Viewer.at(context, url)
+            viewer = await Viewer.prepare(context, url)
+            await viewer.page.goto(url)
             await viewer.sees_picture()
             cards = await viewer.cards(20)
             assert sum(card.valid for card in cards) >= 18
