@@ -1095,13 +1095,18 @@ def test_a_line_that_gets_faster_is_driven_over_in_the_same_turn() -> None:
 
 @pytest.mark.parametrize(("lapse_s", "goes_on"), [(0.9, True), (1.1, False)])
 def test_driving_goes_on_after_a_short_lapse(bench: Bench, lapse_s: float, goes_on: bool) -> None:
-    """After up to a second of silence an operator drives on; after more they must let go first."""
+    """After up to a second of silence an operator drives on; after more they must let go first.
+
+    Either is counted once, as whatever else makes the robot stand.
+    """
     bench.drive()
+    assert "commands.lapsed" not in bench.loop.counts()
     lapse_s += 0.25  # for so long the last command was fresh
     for _ in range(round(lapse_s / 0.02)):
         bench.step()
     assert bench.moves() is goes_on
     assert bench.loop.counts().get("control.late") is None
+    assert bench.loop.counts()["commands.lapsed"] == 1
 
 
 # --- the link ---------------------------------------------------------------------------------

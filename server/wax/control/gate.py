@@ -65,7 +65,8 @@ class GateState:
     `command` is the newest that counted; its `sent_s` is never later than its arrival or than is
     credible, never earlier than `hold_since_s`. While it is None only a neutral one is accepted;
     `hold` says why. `refused` is why the operator's newest command did not count, None after one
-    that did. `well_s` is when command and picture were last both fresh.
+    that did. `well_s` is when command and picture were last both fresh; `lapsed` says that one of
+    them is not, now.
     """
 
     turn: int = 0
@@ -75,6 +76,7 @@ class GateState:
     hold: Hold = Hold.TURN_STARTED
     hold_since_s: float = math.inf
     well_s: float = -math.inf
+    lapsed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,9 +162,10 @@ def decide(
         state = require_neutral(state, now_s, Hold.LAPSED)
         return state, _held_back(state)
     if lapse is not None:
-        return state, Setpoint(reason=(state.refused or lapse).value, soft=True)
+        setpoint = Setpoint(reason=(state.refused or lapse).value, soft=True)
+        return replace(state, lapsed=True), setpoint
     setpoint = _driven(command, seen, turn, ttl_s, rules)
-    return replace(state, well_s=now_s), _let_pass(setpoint, turn)
+    return replace(state, well_s=now_s, lapsed=False), _let_pass(setpoint, turn)
 
 
 def _outranked(turn: TurnView, stop: LatchedStop | None) -> tuple[Hold, Sentence] | None:

@@ -455,7 +455,10 @@ class ControlLoop:
         return is_stopped or problem is not None or self.is_taken or self._camera_fails()
 
     def _decide(self, turn: TurnView, now_s: float) -> Setpoint:
+        was_lapsed = self._gate.lapsed
         self._gate, setpoint = gate.decide(self._gate, turn, self.latched, now_s, self._rules)
+        if self._gate.lapsed and not was_lapsed:
+            self._counts["commands.lapsed"] += 1
         return setpoint
 
     def _is_news(self, turn: TurnView, now_s: float) -> bool:
