@@ -120,7 +120,7 @@ async def test_broken_off_it_leaves_a_robot_that_stands(tmp_path: Path, board: B
     await until(lambda: board.moves, "the robot is driven", within_s=60, every_s=0.02)
     assert process.stdin is not None
     process.stdin.close()
-    _, complaint = await asyncio.wait_for(ended(process), 15)
+    _, complaint = await asyncio.wait_for(ended(process), 40)
     assert not complaint, complaint.decode()
     assert process.returncode == 1
     assert not board.moves

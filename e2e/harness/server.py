@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import os
+import random
 import re
 import signal
 import socket
 import sys
-import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
@@ -33,16 +34,19 @@ T = TypeVar("T")
 COMMAND = Path(sys.executable).with_name("wax")
 CLIENT_ID = re.compile(r"\b[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}\b(?!\.local)")
 """What a page says to be known again, as it makes one; mDNS names look alike (RFC 8828)."""
-STOP_WITHIN_S = 3.0
-"""Ctrl-C and SIGTERM must exit within this time."""
 ACCOUNT_WITHIN_S = 2.0
 
 
 def free_port() -> int:
-    """Return a TCP port of the loopback interface that nobody listens on."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
+    """Return a TCP port of the loopback interface that nobody listens on.
+
+    It lies below those that a system gives to outgoing connections, which take one at any moment.
+    """
+    for port in random.SystemRandom().sample(range(10_000, 30_000), 100):
+        with socket.socket() as probe, suppress(OSError):
+            probe.bind(("127.0.0.1", port))
+            return port
+    raise OSError("there is no free port")
 
 
 class Server:
@@ -126,7 +130,7 @@ class Server:
     async def start(self) -> None:
         """Start the process and wait until it serves."""
         await self.launch()
-        await eventually(self._serves_or_ended, "the server serves", within_s=20)
+        await eventually(self._serves_or_ended, "the server serves", within_s=40)
         code = self._process.returncode if self._process else None
         assert code is None, f"the server ended with {code} at start:\n{self.log}"
 
@@ -135,19 +139,19 @@ class Server:
         return await asyncio.wait_for(self._process.wait(), within_s)
 
     async def stop(self, how: signal.Signals = signal.SIGTERM) -> None:
-        """Ask it to exit; raises `AssertionError` if it is late, fails or has logged an error."""
+        """Ask it to exit; raises `AssertionError` if it hangs, fails or has logged an error.
+
+        How soon it must is asked in `tests.deploy`.
+        """
         if self._process is None or self._process.returncode is not None:
             return
-        asked_s = time.monotonic()
         self._process.send_signal(how)
         try:
-            code = await self.exit_code(10)
+            code = await self.exit_code(20)
         except TimeoutError:
             await self.kill()
-            raise AssertionError(f"still running 10 s after {how.name}") from None
-        took_s = time.monotonic() - asked_s
+            raise AssertionError(f"still running 20 s after {how.name}") from None
         assert code == 0, f"exit status {code} after {how.name}"
-        assert took_s <= STOP_WITHIN_S, f"{took_s:.1f} s from {how.name} to the end"
         _, traceback, rest = self.log.partition("Traceback")
         assert not traceback, f"the server's log holds a traceback{rest[:6000]}"
         assert not CLIENT_ID.search(self.log), "the server's log holds what identifies a page"
