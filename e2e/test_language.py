@@ -81,8 +81,8 @@ async def test_a_long_language_from_right_to_left_keeps_the_page_usable(
     await expect(page.locator("html")).to_have_attribute("dir", "rtl")
     await _button(page, JOIN).click()
     for width, height in SIZES:
-        await page.set_viewport_size({"width": width, "height": height})
         await expect(_button(page, LEFT)).to_be_visible()
+        await viewer.resize(width, height)
         left, right = await box_of(_button(page, LEFT)), await box_of(_button(page, RIGHT))
         assert left["x"] + left["width"] <= right["x"]
         stop = await box_of(_button(page, STOP))
@@ -93,3 +93,4 @@ async def test_a_long_language_from_right_to_left_keeps_the_page_usable(
             assert await page.evaluate(scrolls) == 0
             assert await page.evaluate(CUT_OFF) == []
             await _button(page, SETTINGS).click()
+            await viewer.lies_still()

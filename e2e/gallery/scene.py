@@ -139,7 +139,8 @@ class Scene:
     async def somebody_waits(self, name: str = "Bob") -> Operator:
         waiting = await self.comes(name)
         waiting.say(type="join")
-        assert await waiting.until(lambda: _waits(waiting)), f"{name} gets no place in the queue"
+        has_place = await waiting.until(lambda: _waits(waiting), 20)
+        assert has_place, f"{name} gets no place in the queue"
         return waiting
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from e2e.gallery.views import Device
 
-_SAYS_WITHIN_MS: Final = 15_000.0
+_SAYS_WITHIN_MS: Final = 30_000.0
 
 
 @dataclass(frozen=True, slots=True)

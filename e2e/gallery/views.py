@@ -10,8 +10,10 @@ if TYPE_CHECKING:
 
 Theme = Literal["light", "dark"]
 THEMES: Final[tuple[Theme, ...]] = ("light", "dark")
-_SETTLE_MS: Final = 300
-"""The page has taken the new size and colours, and what moves because of them has come to rest."""
+_SETTLED: Final = """() => new Promise((settled) => {
+    requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(settled, 250)));
+})"""
+"""The page has drawn the new size and colours, and what moves because of them has come to rest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,4 +78,4 @@ class View:
         """Turn the phone and switch the theme, as a person does while the page is open."""
         await page.set_viewport_size({"width": self.size.width, "height": self.size.height})
         await page.emulate_media(color_scheme=self.theme)
-        await page.wait_for_timeout(_SETTLE_MS)
+        await page.evaluate(_SETTLED)

@@ -100,7 +100,7 @@ async def removed(scene: Scene) -> None:
         viewers = host.newest("room").get("viewers", [])
         return [one["id"] for one in viewers if one["id"] != host.viewer]
 
-    assert await host.until(lambda: bool(guests())), "the host sees no guest"
+    assert await host.until(lambda: bool(guests()), 20), "the host sees no guest"
     host.say(type="remove", viewer=guests()[0], ban=False)
 
 

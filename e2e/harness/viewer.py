@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from e2e.harness.installed import needed
-from e2e.harness.wait import eventually
+from e2e.harness.wait import eventually, happens
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,6 +27,25 @@ LUMA = """() => {
 }"""
 """The brightest of what the page's picture shows, 0…255."""
 BLACK = 16
+LIES_STILL = """() => new Promise((still) => {
+    let before = "";
+    let frames = 0;
+    const endsMs = performance.now() + 2000;
+    const look = () => {
+        const now = [...document.querySelectorAll("section, button, select, input, video")]
+            .flatMap((one) => {
+                const { x, y, width, height } = one.getBoundingClientRect();
+                return [x, y, width, height];
+            })
+            .join();
+        frames = now === before ? frames + 1 : 0;
+        before = now;
+        if (frames >= 3 || performance.now() > endsMs) still();
+        else requestAnimationFrame(look);
+    };
+    look();
+})"""
+"""Until three frames have everything in the same place; what goes on moving is not waited for."""
 LEAVE = re.compile(r"^(Leave the queue|End my turn)$")
 
 
@@ -143,15 +162,15 @@ class Viewer:
         release = self.button("Hold to release")
         await release.hover()
         await self.page.mouse.down()
-        await release.wait_for(state="hidden", timeout=3000)
+        await release.wait_for(state="hidden", timeout=10_000)
         await self.page.mouse.up()
 
-    async def drives(self, within_s: float = 10) -> None:
+    async def drives(self, within_s: float = 20) -> None:
         await self.page.get_by_text("You are driving").first.wait_for(
             state="visible", timeout=within_s * 1000
         )
 
-    async def takes_the_wheel(self, within_s: float = 10) -> None:
+    async def takes_the_wheel(self, within_s: float = 20) -> None:
         await self.join()
         await self.drives(within_s)
 
@@ -189,12 +208,21 @@ class Viewer:
         if await tab.get_attribute("aria-expanded") == "true":
             await tab.click()
 
+    async def lies_still(self) -> None:
+        """Wait until what is on the page has its place: not sooner than after some frames."""
+        await self.page.evaluate(LIES_STILL)
+
+    async def resize(self, width: int, height: int) -> None:
+        """Give the page so many pixels, and wait until it lies still."""
+        await self.page.set_viewport_size({"width": width, "height": height})
+        await self.lies_still()
+
     # --- the video probe ------------------------------------------------------------------
 
     async def probe(self, expression: str) -> Any:
         return await self.page.evaluate(f"window.waxProbe.{expression}")
 
-    async def sees_picture(self, within_s: float = 15) -> None:
+    async def sees_picture(self, within_s: float = 30) -> None:
         await eventually(lambda: self.probe("playing()"), "the picture plays", within_s=within_s)
 
     async def is_dark(self) -> bool:
@@ -220,13 +248,14 @@ class Viewer:
     async def listen(self) -> None:
         """Turn the sound on where it is not, and wait until the browser sounds."""
         self._tap = needed(self._ear).tap(records=True)
-        if await self.button("Turn sound on").is_visible():
-            await self.button("Turn sound on").click()
+        button = self.button("Turn sound on")
+        if await happens(button.is_visible, within_s=5):  # a page offers it once it is connected
+            await button.click()
         else:
-            for switch in await self.switch("Sound").all():  # a peer's page has none
+            for switch in await self.switch("Sound").all():
                 if await switch.get_attribute("aria-checked") == "false":
                     await switch.click()
-        assert await self._tap.hears(within_s=10), "nothing sounds"
+        assert await self._tap.hears(within_s=20), "nothing sounds"
 
     def heard(self) -> list[Block]:
         """Everything that the browser has sounded since `listen` or `forget`."""

@@ -17,19 +17,31 @@ async def eventually(
     what: str,
     *,
     within_s: float = 10.0,
-    every_s: float = 0.1,
+    every_s: float = 0.05,
 ) -> T:
     """Ask repeatedly until the answer is true, and return it.
 
     Raises `AssertionError` with `what` and the last answer when `within_s` have passed.
     """
+    answer = await _answer(ask, within_s, every_s)
+    assert answer, f"not within {within_s:g} s: {what} (last answer: {answer!r})"
+    return answer
+
+
+async def happens(
+    ask: Callable[[], Awaitable[object]], *, within_s: float, every_s: float = 0.05
+) -> bool:
+    """Return whether the answer becomes true in time, as soon as it does."""
+    return bool(await _answer(ask, within_s, every_s))
+
+
+async def _answer(ask: Callable[[], Awaitable[T]], within_s: float, every_s: float) -> T:
+    """Return the first true answer, or the last one."""
     deadline_s = time.monotonic() + within_s
     while True:
         answer = await ask()
-        if answer:
+        if answer or time.monotonic() > deadline_s:
             return answer
-        if time.monotonic() > deadline_s:
-            raise AssertionError(f"not within {within_s:g} s: {what} (last answer: {answer!r})")
         await asyncio.sleep(every_s)
 
 
