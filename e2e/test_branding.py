@@ -10,7 +10,7 @@ import pytest
 import pytest_asyncio
 import tomlkit
 
-from e2e.harness.robot import stands_still
+from e2e.harness.robot import stands_still, turn_by_key
 from e2e.harness.wait import eventually
 from wax.web import colours
 
@@ -99,8 +99,8 @@ async def test_whoever_drives_sees_where_the_robot_will_be(server: Server, drive
         return not await is_drawn()
 
     assert await is_gone()
-    await driver.page.keyboard.down("ArrowUp")
-    await eventually(is_drawn, "the path is drawn", within_s=5)
+    await turn_by_key(server, driver, "ArrowUp")
+    await eventually(is_drawn, "the path is drawn")
     data = await lane.get_attribute("d") or ""
     numbers = [float(one) for one in data.replace("M", " ").replace("L", " ").split()]
     # Two lanes, of which the robot's left one is left of its right one.
@@ -108,5 +108,5 @@ async def test_whoever_drives_sees_where_the_robot_will_be(server: Server, drive
     half = len(numbers) // 2
     assert numbers[0] < numbers[half]
     await driver.page.keyboard.up("ArrowUp")
-    await eventually(is_gone, "the path is gone", within_s=5)
+    await eventually(is_gone, "the path is gone")
     assert await stands_still(server)

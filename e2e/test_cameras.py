@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from e2e.harness import toml
-from e2e.harness.robot import moves, turn_by_key
+from e2e.harness.robot import drives_on, turn_by_key, undisturbed
 from e2e.harness.viewer import box_of
 from e2e.harness.wait import eventually
 from e2e.stop.camera import SOURCE
@@ -32,18 +32,18 @@ LARGE, SMALL = "640x480 at 500 kbit/s", "160x120 at 30 kbit/s"
 TOP = "640x480 at 1000 kbit/s"
 
 
-async def sent(server: Server) -> dict[str, Any]:
-    streams: dict[str, Any] = (await server.status())["viewers"][-1]["streams"]
+def sent(status: dict[str, Any]) -> dict[str, Any]:
+    streams: dict[str, Any] = status["viewers"][-1]["streams"]
     return streams
 
 
 async def shows(viewer: Viewer, at: int, width: int) -> None:
     async def is_so() -> bool:
         cards = await viewer.cards(6, at)
-        moving = len({card.stamp_ms for card in cards if card.valid}) >= 5
+        moving = len({card.stamp_ms for card in cards if card.valid}) >= 3
         return moving and cards[-1].width == width
 
-    await eventually(is_so, f"picture {at} is {width} wide", within_s=15)
+    await eventually(is_so, f"picture {at} is {width} wide", within_s=30)
 
 
 @pytest.mark.timeout(120)
@@ -57,7 +57,11 @@ async def test_one_is_large_and_the_others_are_small(
     await viewer.page.keyboard.press("KeyC")
     for at, width in ((0, 640), (1, 640), (2, 160)):
         await shows(viewer, at, width)
-    assert (await sent(server))["cameras"] == [LARGE, SMALL]
+    await server.until(
+        lambda told: sent(told)["cameras"] == [LARGE, SMALL],
+        "one is sent large, and the other small",
+        within_s=30,
+    )
     await viewer.button("Make Tail large").click()
     for at, width in ((1, 160), (2, 640)):
         await shows(viewer, at, width)
@@ -66,7 +70,7 @@ async def test_one_is_large_and_the_others_are_small(
     await viewer.open("Settings")
     await viewer.switch("Other cameras").click()
     await server.until(
-        lambda told: told["viewers"][-1]["streams"]["cameras"] == [None, None],
+        lambda told: sent(told)["cameras"] == [None, None],
         "whoever wants the driving view alone is sent no other",
     )
     await viewer.page.close()
@@ -84,25 +88,34 @@ async def test_a_large_camera_dies_and_driving_goes_on(
     viewer = await open_viewer(server)
     await viewer.page.keyboard.press("KeyC")
     await viewer.takes_the_wheel()
-    assert await viewer.button("Make Driving view large").is_hidden(), "a turn begins with it"
+    await viewer.button("Make Driving view large").wait_for(state="hidden")  # a turn begins with it
     await shows(viewer, 2, 160)
-    await viewer.button("Make Tail large").click()
-    await shows(viewer, 2, 640)
-    await turn_by_key(server, viewer)
-    driving_view = await box_of(viewer.page.locator("video").first)
-    assert driving_view["width"] >= 120, "whoever drives does not see the driving view"
-    before = (await server.status())["counters"]["commands.accepted"]
     pulled = server.state_folder.parent / "pull"
-    pulled.touch()
-    try:
-        await viewer.page.get_by_text(
-            f"Tail: {Sentence('camera.trouble')} The driving view is large again.", exact=True
-        ).wait_for(timeout=5000)
-        assert await moves(server), "the robot stands since a camera beside the driving view died"
-        assert (await server.status())["counters"]["commands.accepted"] > before
-        await shows(viewer, 0, 640)
-        assert (await sent(server))["rendition"] == TOP
-        await viewer.page.keyboard.up("ArrowLeft")
-    finally:
-        pulled.unlink()
-    await shows(viewer, 2, 160)
+
+    async def is_driven_on() -> bool:
+        """Pull its plug and put it back; tell whether the robot drove on meanwhile."""
+        await viewer.button("Make Tail large").click()
+        await shows(viewer, 2, 640)
+        await turn_by_key(server, viewer)
+        driving_view = await box_of(viewer.page.locator("video").first)
+        assert driving_view["width"] >= 120, "whoever drives does not see the driving view"
+        pulled.touch()
+        try:
+            await viewer.page.get_by_text(
+                f"Tail: {Sentence('camera.trouble')} The driving view is large again.", exact=True
+            ).wait_for()
+            is_driven = await drives_on(server)
+            await viewer.page.keyboard.up("ArrowLeft")
+            await shows(viewer, 0, 640)
+            await server.until(
+                lambda told: sent(told)["rendition"] == TOP,
+                "the driving view is sent large",
+                within_s=30,
+            )
+        finally:
+            pulled.unlink()
+        await shows(viewer, 2, 160)
+        return is_driven
+
+    stands = "the robot stands since a camera beside the driving view died"
+    assert await undisturbed(server, is_driven_on), stands

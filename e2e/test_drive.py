@@ -3,15 +3,30 @@
 from __future__ import annotations
 
 import asyncio
+import math
+from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import pytest
 
-from e2e.harness.robot import moves, pose, stands_still, turn_by_key, undisturbed
+from e2e.harness.robot import (
+    STANDS_WITHIN_S,
+    moves,
+    nothing_is_held,
+    pose,
+    stands_still,
+    turn_by_key,
+    undisturbed,
+    until_it_moves,
+)
 from e2e.harness.touch_screen import TouchPoints
+from e2e.harness.viewer import LEAVE
+from e2e.harness.wait import happens
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from e2e.conftest import OpenViewer
     from e2e.harness.robot import Pose
     from e2e.harness.server import Server
@@ -34,60 +49,103 @@ class Drive:
         return self.end.distance_m(self.start)
 
     @property
+    def ahead_m(self) -> float:
+        """How far towards where the robot looked at the start; negative is back."""
+        east_m, north_m = self.end.x_m - self.start.x_m, self.end.y_m - self.start.y_m
+        heading_rad = self.start.heading_rad
+        return east_m * math.cos(heading_rad) + north_m * math.sin(heading_rad)
+
+    @property
     def turned_rad(self) -> float:
         return self.end.turned_rad(self.start)
 
 
-async def drive_by_keys(server: Server, viewer: Viewer, *keys: str) -> Drive:
-    """Hold the keys together, let go, and see the robot stand."""
+async def goes(server: Server, start: Pose, so: Callable[[Drive], bool]) -> bool:
+    """Return whether the robot has gone so from there, as soon as it has."""
 
-    async def attempt() -> Drive:
+    async def has_gone() -> bool:
+        return so(Drive(start, await pose(server)))
+
+    return await happens(has_gone, within_s=4)
+
+
+async def drive_by_keys(
+    server: Server, viewer: Viewer, *keys: str, so: Callable[[Drive], bool]
+) -> Drive:
+    """Hold the keys together until the robot has gone so, let go, and see it stand."""
+
+    async def attempt() -> Drive | None:
         start = await pose(server)
         for key in keys:
             await viewer.page.keyboard.down(key)
-        await asyncio.sleep(0.8)
+        has_gone = await goes(server, start, so)
         for key in keys:
             await viewer.page.keyboard.up(key)
-        assert await stands_still(server)
-        return Drive(start, await pose(server))
+        assert await stands_still(server, for_s=0.2)
+        return Drive(start, await pose(server)) if has_gone else None
+
+    drive = await undisturbed(server, attempt)
+    assert drive is not None, f"the robot does not drive as {keys} say"
+    return drive
+
+
+async def speed_mps(server: Server) -> float:
+    return abs(float((await server.status())["robot"]["speed_mps"]))
+
+
+async def top_mps(server: Server, viewer: Viewer, key: str, above_mps: float = 0.0) -> float:
+    """Hold a key until the robot goes steadily at more than that; return how fast it goes."""
+
+    async def attempt() -> float:
+        await viewer.page.keyboard.down(key)
+        newest: deque[float] = deque(maxlen=4)
+
+        async def is_steady() -> bool:
+            newest.append(await speed_mps(server))
+            return len(newest) == 4 and newest[0] > above_mps and len(set(newest)) == 1
+
+        is_so = await happens(is_steady, within_s=4)
+        await viewer.page.keyboard.up(key)
+        assert await stands_still(server, for_s=0.2)
+        return newest[0] if is_so else 0.0
 
     return await undisturbed(server, attempt)
 
 
 @pytest.mark.timeout(120)
 async def test_keys_move_the_robot(server: Server, driver: Viewer) -> None:
-    """Arrow keys and WASD drive where they say, two together a curve, Slow less far than Fast."""
-    out = await drive_by_keys(server, driver, "ArrowUp")
-    assert out.distance_m > 0.05
+    """Arrow keys and WASD drive where they say, two together a curve, Slow slower than Fast."""
+    out = await drive_by_keys(server, driver, "ArrowUp", so=lambda one: one.ahead_m > 0.05)
     assert abs(out.turned_rad) < 0.05
-    home = await drive_by_keys(server, driver, "s")
-    assert home.distance_m > 0.05
-    assert home.end.distance_m(out.start) < out.distance_m
-    assert (await drive_by_keys(server, driver, "a")).turned_rad > 0.1
-    curve = await drive_by_keys(server, driver, "ArrowDown", "ArrowLeft")
-    assert curve.distance_m > 0.05
-    assert abs(curve.turned_rad) > 0.1
-    turned: dict[str, float] = {}
-    for speed, key in (("Slow", "ArrowLeft"), ("Fast", "ArrowRight")):
-        await driver.speed(speed).click()
-        turned[speed] = (await drive_by_keys(server, driver, key)).turned_rad
-    assert 0.05 < turned["Slow"] < 0.6 * -turned["Fast"], turned
+    await drive_by_keys(server, driver, "s", so=lambda one: one.ahead_m < -0.05)
+    await drive_by_keys(server, driver, "a", so=lambda one: one.turned_rad > 0.1)
+    await drive_by_keys(server, driver, "ArrowRight", so=lambda one: one.turned_rad < -0.1)
+    await drive_by_keys(
+        *(server, driver, "ArrowDown", "ArrowLeft"),
+        so=lambda one: one.distance_m > 0.05 and abs(one.turned_rad) > 0.1,
+    )
+    await driver.speed("Slow").click()
+    slow_mps = await top_mps(server, driver, "ArrowUp")
+    assert slow_mps > 0, "Slow does not drive"
+    await driver.speed("Fast").click()
+    # A machine that makes the picture late slows the robot down for a moment.
+    assert await top_mps(server, driver, "ArrowDown", above_mps=slow_mps / 0.6), slow_mps
 
 
 async def test_buttons_work_by_mouse(server: Server, driver: Viewer) -> None:
     """A button held with the mouse drives, let go it stops, also when let go elsewhere."""
 
-    async def attempt() -> Drive:
+    async def turns() -> bool:
         start = await pose(server)
         await driver.button("Left").hover()
         await driver.page.mouse.down()
-        await asyncio.sleep(0.7)
+        has_turned = await goes(server, start, lambda one: one.turned_rad > 0.1)
         await driver.page.mouse.move(2, 2)
         await driver.page.mouse.up()
         assert await stands_still(server)
-        return Drive(start, await pose(server))
+        return has_turned
 
-    assert (await undisturbed(server, attempt)).turned_rad > 0.1
+    assert await undisturbed(server, turns)
 
 
 async def test_two_thumbs_drive_a_curve(server: Server, open_viewer: OpenViewer) -> None:
@@ -97,26 +155,26 @@ async def test_two_thumbs_drive_a_curve(server: Server, open_viewer: OpenViewer)
     await viewer.takes_the_wheel()
     points = await TouchPoints.of(viewer)
 
-    async def attempt() -> tuple[Drive, Drive]:
+    async def backs_no_more() -> bool:
+        return await speed_mps(server) < 0.001
+
+    async def both_and_one() -> bool:
         start = await pose(server)
         await points.press(0, viewer.button("Back"))
         await points.press(1, viewer.button("Left"))
-        await asyncio.sleep(0.8)
-        both = Drive(start, await pose(server))
+        both = await goes(
+            server, start, lambda one: one.distance_m > 0.03 and abs(one.turned_rad) > 0.1
+        )
         await points.lift(0)
-        await asyncio.sleep(0.5)
+        one = await happens(backs_no_more, within_s=STANDS_WITHIN_S)
         start = await pose(server)
-        await asyncio.sleep(0.5)
-        one = Drive(start, await pose(server))
+        one = one and await goes(server, start, lambda one: abs(one.turned_rad) > 0.1)
+        end = await pose(server)
         await points.lift(1)
         assert await stands_still(server)
-        return both, one
+        return both and one and end.distance_m(start) < 0.02
 
-    both, one = await undisturbed(server, attempt)
-    assert both.distance_m > 0.03
-    assert abs(both.turned_rad) > 0.1
-    assert one.distance_m < 0.02
-    assert abs(one.turned_rad) > 0.1
+    assert await undisturbed(server, both_and_one)
 
 
 async def test_stop_latches_until_it_is_released(
@@ -126,14 +184,12 @@ async def test_stop_latches_until_it_is_released(
     await turn_by_key(server, driver)
     await driver.button("Stop").click()
     assert await stands_still(server)
-    await driver.page.get_by_text("You stopped the robot").first.wait_for(
-        state="visible", timeout=2000
-    )
+    await driver.page.get_by_text("You stopped the robot").first.wait_for()
     await driver.page.keyboard.up("ArrowLeft")
     await driver.page.keyboard.down("ArrowLeft")
-    assert not await moves(server, during_s=0.8)
+    assert not await moves(server, within_s=0.5)
     await driver.release_stop()
-    assert not await moves(server, during_s=0.8)
+    assert not await moves(server, within_s=0.5)
     await driver.page.keyboard.up("ArrowLeft")
 
     watching = await open_viewer(server)
@@ -142,7 +198,7 @@ async def test_stop_latches_until_it_is_released(
     await watching.button("Stop").click()
     assert await stands_still(server)
     for viewer, says in ((driver, "Stopped by Wanda"), (watching, "You stopped the robot")):
-        await viewer.page.get_by_text(says).first.wait_for(timeout=2000)
+        await viewer.page.get_by_text(says).first.wait_for()
     await driver.page.keyboard.up("ArrowLeft")
     await driver.release_stop()
 
@@ -153,19 +209,21 @@ async def test_keys_that_are_nobodys_commands_move_nothing(
     """Neither an observer's nor those of who waits, nor letters of the operator's own name."""
     watching = await open_viewer(server)
     await watching.page.keyboard.down("ArrowLeft")
-    assert not await moves(server, during_s=0.8)
+    assert not await moves(server, within_s=0.5)
     await watching.page.keyboard.up("ArrowLeft")
     await watching.join()
+    await watching.page.get_by_role("button", name=LEAVE).wait_for()
     await watching.page.keyboard.down("ArrowLeft")
-    assert not await moves(server, during_s=0.8)
+    assert not await moves(server, within_s=0.5)
     await driver.name.click()
+    await nothing_is_held(server)
     await driver.page.keyboard.down("a")
-    assert not await moves(server, during_s=0.6)
+    assert not await moves(server, within_s=0.5)
     await driver.page.keyboard.up("a")
     assert (await driver.name.input_value()).endswith("a")
 
 
-# --- however a viewer loses the controls, the robot stands half a second later ---
+# --- however a viewer loses the controls, the robot stands at once ---
 
 _SHOWN: Final = """() => {
     Object.defineProperty(document, "visibilityState", { value: "STATE", configurable: true });
@@ -193,7 +251,13 @@ async def test_a_page_out_of_hands_stops(server: Server, driver: Viewer) -> None
         await driver.page.keyboard.up("ArrowLeft")
 
 
-@pytest.mark.parametrize("leave", ["another address", "a closed tab", *ENDS])
+@pytest.mark.parametrize(
+    "leave",
+    [
+        *("another address", "a closed tab", "a script that hangs"),
+        pytest.param("pagehide", marks=pytest.mark.full),  # release.test.ts asks the same
+    ],
+)
 async def test_who_leaves_the_page_stops(server: Server, driver: Viewer, leave: str) -> None:
     """A link, a closed tab, a page put away or one that hangs while a key is held: it stands."""
     await turn_by_key(server, driver)
@@ -208,13 +272,14 @@ async def test_who_leaves_the_page_stops(server: Server, driver: Viewer, leave: 
     assert await stands_still(server)
 
 
+@pytest.mark.full
 async def test_a_cancelled_touch_stops(server: Server, open_viewer: OpenViewer) -> None:
     """A touch that the system takes away releases the button under it."""
     viewer = await open_viewer(server, has_touch=True)
     await viewer.drive_by("Buttons")
     await viewer.takes_the_wheel()
     points = await TouchPoints.of(viewer)
-    await points.press(0, viewer.button("Left"))
-    assert await moves(server)
+    left = viewer.button("Left")
+    await until_it_moves(server, lambda: points.press(0, left), lambda: points.lift(0))
     await points.cancel()
     assert await stands_still(server)

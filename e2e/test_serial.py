@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import time
-from functools import partial
-from operator import contains
 from typing import TYPE_CHECKING, Any, Final
 
 import pytest
@@ -15,12 +12,12 @@ import pytest_asyncio
 from e2e.harness import toml
 from e2e.harness.commands import become_host
 from e2e.harness.line import SerialLine
-from e2e.harness.robot import until_it_moves
-from e2e.harness.wait import until
+from e2e.harness.robot import undisturbed, until_it_moves
+from e2e.harness.wait import eventually, happens, until
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
+    from collections.abc import AsyncIterator, Awaitable, Callable
     from pathlib import Path
 
     from e2e.conftest import OpenViewer, Serve
@@ -39,7 +36,7 @@ async def line(tmp_path: Path) -> AsyncIterator[SerialLine]:
 
 async def the_problem(server: Server) -> str:
     return await server.until(
-        lambda told: str(told["robot"]["problem"] or ""), "the server knows of the loss", within_s=3
+        lambda told: str(told["robot"]["problem"] or ""), "the server knows of the loss"
     )
 
 
@@ -47,15 +44,25 @@ def is_connected(status: dict[str, Any]) -> bool:
     return bool(status["robot"]["connected"])
 
 
-async def hold(server: Server, viewer: Viewer, key: str, drives: Callable[[], bool]) -> None:
+async def hold(
+    server: Server, viewer: Viewer, key: str, drives: Callable[[], Awaitable[bool]]
+) -> None:
     keys = viewer.page.keyboard
+    await until_it_moves(
+        server,
+        lambda: keys.down(key),
+        lambda: keys.up(key),
+        lambda: happens(drives, within_s=2, every_s=0.02),
+    )
 
-    async def is_moving() -> bool:
-        with contextlib.suppress(AssertionError):  # then whoever asked says so
-            return await until(drives, "the robot moves", within_s=1.5, every_s=0.02)
-        return False
 
-    await until_it_moves(server, lambda: keys.down(key), lambda: keys.up(key), is_moving)
+def received(line: SerialLine, octet: bytes) -> Callable[[], Awaitable[bool]]:
+    """Ask whether this is the newest byte."""
+
+    async def so() -> bool:
+        return line.received.endswith(octet)
+
+    return so
 
 
 @pytest.mark.timeout(90)
@@ -66,13 +73,9 @@ async def test_a_key_becomes_one_byte_and_its_release_another(
     async with serve(tmp_path, toml.card_on(line.path, "bytes")) as server:
         viewer = await open_viewer(server, drives=True)
         for key, octet in (("ArrowUp", b"F"), ("s", b"B"), ("ArrowLeft", b"L"), ("d", b"R")):
-            await asyncio.sleep(0.3)
-            line.forget()
-            await hold(server, viewer, key, partial(contains, line.received, octet))
-            assert b"S" not in line.received[line.received.rindex(octet) :]
-            line.forget()
+            await hold(server, viewer, key, received(line, octet))
             await viewer.page.keyboard.up(key)
-            await until(lambda: b"S" in line.received, "a stop comes down the line", within_s=2)
+            await eventually(received(line, b"S"), "a stop comes down the line", within_s=2)
 
 
 @pytest.mark.timeout(120)
@@ -83,60 +86,71 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
     pulled plug there are stops, and motion only by a new press.
     """
 
-    def drives() -> bool:
+    async def drives() -> bool:
         return board.moves
 
-    def stopped_itself() -> bool:
-        return any(event["event"] == "ttl" for event in board.events())
+    async def rests_since(since_s: float) -> None:
+        """See that the server greets the board anew, and then asks for nothing but stops."""
+        await until(lambda: "hello" in taken(board, since_s), "the server greets the board anew")
+        await asyncio.sleep(0.8)
+        assert taken(board, since_s) == {"hello", "stop"}, "it moved without a new press"
+
+    def stopped_itself(since_s: float) -> list[float]:
+        return [event["t_s"] for event in board.events(since_s) if event["event"] == "ttl"]
 
     async with serve(tmp_path, toml.card_on(board.path, "frames")) as server:
         viewer = await open_viewer(server, drives=True)
         turn = (await server.status())["turn"]["number"]
-        await hold(server, viewer, "ArrowUp", drives)
-        await asyncio.sleep(0.3)
-        begun_s = time.monotonic()
-        await asyncio.sleep(1)
-        ended_s = time.monotonic()
-        await viewer.page.keyboard.up("ArrowUp")
-        await asyncio.sleep(0.5)
+        keys = viewer.page.keyboard
 
-        frames = [event for event in board.events(begun_s) if event["event"] == "frame"]
-        held = [frame for frame in frames if frame["t_s"] < ended_s]
-        released = [frame for frame in frames if frame["t_s"] > ended_s]
-        assert {frame["verdict"] for frame in frames} == {"taken"}
-        assert {frame["type"] for frame in held} == {"drive"}
-        assert len(held) >= 20, f"only {len(held)} frames in a second"
-        assert {frame["turn"] for frame in held} == {turn}
-        assert {frame["ttl_ms"] for frame in held} == {200}
-        assert held[-1]["left"] == held[-1]["right"] > 0
-        assert {frame["type"] for frame in released[-5:]} == {"stop"}
-        assert not board.moves
+        async def steadily() -> bool:
+            """Hold a key for a second; tell whether frames came all the time, none a stop."""
+            await keys.down("ArrowUp")
+            if not await happens(drives, within_s=2, every_s=0.02):
+                await keys.up("ArrowUp")
+                return False
+            begun_s = time.monotonic()
+            await asyncio.sleep(1)
+            ended_s = time.monotonic()
+            await keys.up("ArrowUp")
+            await until(lambda: not board.moves, "its release stops it", within_s=1)
+            came = [event for event in board.events(begun_s) if event["event"] == "frame"]
+            held = [frame for frame in came if frame["t_s"] < ended_s]
+            if len(held) < 20 or {frame["type"] for frame in held} != {"drive"}:
+                return False
+            assert {frame["turn"] for frame in held} == {turn}
+            assert {frame["ttl_ms"] for frame in held} == {200}
+            assert held[-1]["left"] == held[-1]["right"] > 0
+            return {frame["verdict"] for frame in came} == {"taken"}
+
+        assert await undisturbed(server, steadily), "no frames come steadily while a key is held"
+        released_s = time.monotonic()
+        await asyncio.sleep(0.3)
+        assert taken(board, released_s) - {"hello"} == {"stop"}
 
         # A line that fails for under half a second stops the robot by its own watchdog.
         await hold(server, viewer, "ArrowUp", drives)
+        deaf_s = time.monotonic()
         board.deafen(on=True)
-        await until(stopped_itself, "the watchdog stops it", within_s=1, every_s=0.005)
+        [stopped_s] = await until(
+            lambda: stopped_itself(deaf_s), "the watchdog stops it", within_s=1, every_s=0.005
+        )
         board.deafen(on=False)
-        await asyncio.sleep(1.5)
-        (stopped_s,) = (event["t_s"] for event in board.events() if event["event"] == "ttl")
-        assert taken(board, stopped_s) == {"hello", "stop"}, "it moved without a new press"
+        await rests_since(stopped_s)
         assert is_connected(await server.status())
         await viewer.page.keyboard.up("ArrowUp")
 
         # The page reports a lost line, which is opened again while the key is still held.
-        await asyncio.sleep(0.2)
         await hold(server, viewer, "ArrowUp", drives)
         await board.unplug()
         await the_problem(server)
         told = viewer.page.get_by_text(FOR_GUESTS)
-        await told.first.wait_for(state="visible", timeout=2000)
+        await told.first.wait_for(state="visible")
         plugged_s = await board.plug()
-        await server.until(is_connected, "the line is opened again", within_s=5)
-        await told.first.wait_for(state="hidden", timeout=2000)
-        await asyncio.sleep(1)
-        assert taken(board, plugged_s) == {"hello", "stop"}, "it moved without a new press"
+        await server.until(is_connected, "the line is opened again")
+        await told.first.wait_for(state="hidden")
+        await rests_since(plugged_s)
         await viewer.page.keyboard.up("ArrowUp")
-        await asyncio.sleep(0.2)
         await hold(server, viewer, "ArrowUp", drives)
         await viewer.page.keyboard.up("ArrowUp")
 
@@ -157,14 +171,14 @@ async def test_a_robot_that_is_missing_or_deaf_is_told(
         assert not is_connected(await server.status())
         sentence = await the_problem(server)
         assert str(board.path) in sentence
-        await viewer.page.get_by_text(FOR_GUESTS).first.wait_for(timeout=3000)
+        await viewer.page.get_by_text(FOR_GUESTS).first.wait_for()
         assert await viewer.page.get_by_text(str(board.path)).count() == 0
         await become_host(viewer, server)
-        await viewer.page.get_by_text(sentence).first.wait_for(timeout=3000)
+        await viewer.page.get_by_text(sentence).first.wait_for()
         await board.plug()
-        await server.until(is_connected, "the robot is found", within_s=5)
+        await server.until(is_connected, "the robot is found")
         board.deafen(on=True)
         sentence = await the_problem(server)
-        await viewer.page.get_by_text(sentence).first.wait_for(timeout=2000)
+        await viewer.page.get_by_text(sentence).first.wait_for()
         board.deafen(on=False)
-        await server.until(is_connected, "the board answers again", within_s=5)
+        await server.until(is_connected, "the board answers again")

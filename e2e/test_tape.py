@@ -13,6 +13,7 @@ import pytest
 
 from e2e.harness import toml
 from e2e.harness.commands import replayed
+from e2e.harness.robot import turn_by_key
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from wax.tape.shelf import Shelf
@@ -68,7 +69,7 @@ async def reads_it_on_each_screen(viewer: Viewer) -> None:
     """Find that the badge hides no word beside it, and that its sentence is whole."""
     as_it_was = viewer.page.viewport_size
     for width, height in ((360, 740), (844, 390), (1280, 800)):
-        await viewer.page.set_viewport_size({"width": width, "height": height})
+        await viewer.resize(width, height)
         found = await viewer.page.evaluate(PLACES)
         assert found["link"]["right"] <= found["badge"]["left"]
         why = found["why"]
@@ -95,11 +96,11 @@ async def test_what_was_driven_is_replayed(
         await ada.takes_the_wheel()
         await badge.get_by_role("button", name="Keep the last two minutes").click()
         await ada.page.get_by_text("The last two minutes are kept.").wait_for()
-        await ada.page.keyboard.down("ArrowUp")
-        await asyncio.sleep(2.0)
+        await turn_by_key(server, ada, "ArrowUp")
+        await asyncio.sleep(1.0)
         await ada.button("Stop").click()
         await ada.page.keyboard.up("ArrowUp")
-        await asyncio.sleep(1.5)
+        await asyncio.sleep(0.5)
         folder = server.state_folder / "tape"
     (part,) = Shelf(folder).parts()
     assert part.kept == "operator"

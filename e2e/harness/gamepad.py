@@ -33,6 +33,10 @@ SCRIPT: Final = """() => {
 }"""
 
 
+SEEN: Final = "() => new Promise((seen) => setTimeout(seen, 100))"
+"""A page looks at gamepads each 50 ms; by its own timers, which a busy machine delays alike."""
+
+
 class InjectedGamepad:
     """One standard gamepad, in the place of all that the browser knows."""
 
@@ -49,15 +53,19 @@ class InjectedGamepad:
         """Push a stick: axis 0 is left to right, axis 1 ahead (-1) to back."""
         await self._page.evaluate("([axis, value]) => waxPad.push(axis, value)", [axis, value])
 
+    async def is_seen(self) -> None:
+        """Wait until the page has looked at it again."""
+        await self._page.evaluate(SEEN)
+
     async def press(self, button: int, *, on: bool = True) -> None:
         await self._page.evaluate("([button, on]) => waxPad.press(button, on)", [button, on])
 
     async def tap(self, button: int) -> None:
-        """Press a button for some frames."""
+        """Press a button, and let go of it once the page has seen that."""
         await self.press(button)
-        await self._page.wait_for_timeout(150)
+        await self.is_seen()
         await self.press(button, on=False)
-        await self._page.wait_for_timeout(150)
+        await self.is_seen()
 
     async def unplug(self, *, is_told: bool) -> None:
         """Take it away, with the browser's event or without."""

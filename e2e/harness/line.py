@@ -47,9 +47,6 @@ class SerialLine:
         os.close(self._port)
         self._board = self._port = None
 
-    def forget(self) -> None:
-        self.received.clear()
-
     def _take(self) -> None:
         assert self._board is not None
         self.received += os.read(self._board, 4096)

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import math
+import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
+
+from e2e.harness.wait import happens
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -15,8 +18,22 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-STILL_M = 0.002
-STILL_RAD = 0.004
+STILL_M: Final = 0.002
+STILL_RAD: Final = 0.004
+STANDS_WITHIN_S: Final = 0.7
+"""The sum of what may delay a stop: a command counts for 150 ms, the robot's own watchdog waits for
+300 ms, it brakes for 130 ms, and a pose is as old as a tick. How late each is, `e2e.stop` measures.
+"""
+_LATE: Final = (
+    "control.late",
+    "commands.lapsed",
+    *(f"commands.refused.{why}" for why in ("too_old", "too_slow", "from_future", "blind", "lost")),
+    *(f"driver_{why}" for why in ("silences", "stale", "unarmed")),
+)
+"""What the server counts where it, its driver's process or a page was too late, so that the robot
+stood, and after more of it wants a new press. A driver in the server's own process has no counts.
+"""
+_TRIES: Final = 10
 
 
 class Told(Protocol):
@@ -49,46 +66,51 @@ async def pose(server: Told) -> Pose:
     return Pose(**robot["pose"])
 
 
-async def moves(server: Server, during_s: float = 0.5) -> bool:
+async def moves(server: Server, within_s: float = 2.0) -> bool:
+    """Return whether the robot moves, as soon as it does: to see that it stands, name the time."""
     before = await pose(server)
-    await asyncio.sleep(during_s)
-    return (await pose(server)).moved(before)
+
+    async def has_moved() -> bool:
+        return (await pose(server)).moved(before)
+
+    return await happens(has_moved, within_s=within_s)
+
+
+async def drives_on(server: Server) -> bool:
+    """Return whether the robot that has moved still does, once it could have braked."""
+    await asyncio.sleep(0.3)
+    return await moves(server, within_s=0.5)
 
 
 async def lateness(server: Told) -> int:
-    """Count how often the server was late, or got commands late, and required a new press."""
-    counters = (await server.status())["counters"]
-    return sum(
-        count
-        for name, count in counters.items()
-        if name == "control.late" or name.startswith("commands.refused.")
-    )
+    """Count how often the robot rightly stood, or required a new press: somebody was too late."""
+    status = await server.status()
+    counts = status["robot"] | status["counters"]
+    return sum(int(counts.get(name, 0)) for name in _LATE)
 
 
 async def undisturbed(server: Server, attempt: Callable[[], Awaitable[T]]) -> T:
-    """Do `attempt`, up to three times while the server is too late."""
-    before = await lateness(server)
-    result = await attempt()
-    for _ in range(2):
-        now = await lateness(server)
-        if now == before:
-            break
-        before = now
+    """Do `attempt` with nothing held; again, if it comes to nothing while somebody was too late."""
+    for _ in range(_TRIES - 1):
+        before = await lateness(server)
+        await nothing_is_held(server)
         result = await attempt()
-    return result
+        if result or await lateness(server) == before:
+            return result
+    await nothing_is_held(server)
+    return await attempt()
 
 
 async def holding_moves(
     server: Server,
     press: Callable[[], Awaitable[None]],
     let_go: Callable[[], Awaitable[None]],
-    during_s: float,
 ) -> bool:
     """Return whether the robot moves while it is held on; let go, it stands."""
 
     async def attempt() -> bool:
         await press()
-        moved = await moves(server, during_s)
+        moved = await moves(server)
         await let_go()
         assert await stands_still(server)
         return moved
@@ -103,7 +125,9 @@ async def nothing_is_held(server: Server) -> None:
         return int(status["counters"].get("commands.accepted", 0))
 
     before = accepted(await server.status())
-    await server.until(lambda told: accepted(told) > before, "the page says that nothing is held")
+    await server.until(  # the first may have been sent before it let go
+        lambda told: accepted(told) > before + 1, "the page says that nothing is held", every_s=0.02
+    )
 
 
 async def until_it_moves(
@@ -113,24 +137,38 @@ async def until_it_moves(
     is_moving: Callable[[], Awaitable[bool]] | None = None,
 ) -> None:
     """Hold on until the robot moves; press again if a busy machine requires it."""
-    for _ in range(3):
-        await nothing_is_held(server)
-        before = await lateness(server)
+
+    async def moves_on() -> bool:
         await press()
         if await (moves(server) if is_moving is None else is_moving()):
-            return
+            return True
         await let_go()
-        if await lateness(server) == before:
-            break
-    raise AssertionError("the robot stands while it is driven")
+        return False
+
+    assert await undisturbed(server, moves_on), "the robot stands while it is driven"
 
 
-async def turn_by_key(server: Server, viewer: Viewer) -> None:
+async def turn_by_key(server: Server, viewer: Viewer, key: str = "ArrowLeft") -> None:
     keys = viewer.page.keyboard
-    await until_it_moves(server, lambda: keys.down("ArrowLeft"), lambda: keys.up("ArrowLeft"))
+    await until_it_moves(server, lambda: keys.down(key), lambda: keys.up(key))
 
 
-async def stands_still(server: Server, after_s: float = 0.5) -> bool:
-    """Return whether the robot stands `after_s` from now and stays so for a while."""
-    await asyncio.sleep(after_s)
-    return not await moves(server, during_s=0.6)
+async def stands_still(
+    server: Server, after_s: float = STANDS_WITHIN_S, for_s: float = 0.6
+) -> bool:
+    """Return whether the robot stands `after_s` from now at the latest, and stays so for a while.
+
+    Commands come at least 20 times a second: what would move it on does so at once.
+    """
+    late_s = time.monotonic() + after_s
+    asked_s, at = time.monotonic(), await pose(server)
+    stood_s = asked_s
+    while asked_s < stood_s + for_s:
+        await asyncio.sleep(0.05)
+        before_s, asked_s = asked_s, time.monotonic()
+        now = await pose(server)
+        if now.moved(at):
+            if before_s > late_s:
+                return False
+            stood_s, at = asked_s, now
+    return True

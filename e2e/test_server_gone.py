@@ -1,0 +1,120 @@
+"""What a server that is paused, gone or restarted looks like, and that the page finds it again."""
+
+from __future__ import annotations
+
+import os
+import signal
+from typing import TYPE_CHECKING
+
+import pytest
+
+from e2e.harness import toml
+from e2e.harness.probe import assert_live
+from e2e.harness.robot import turn_by_key
+from e2e.harness.wait import eventually
+from wax.clock import SystemClock
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from e2e.conftest import OpenViewer, Serve
+    from e2e.harness.viewer import Viewer
+
+pytestmark = pytest.mark.timeout(120)
+
+
+@pytest.mark.full
+async def test_a_restarted_server_is_found_again(
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer
+) -> None:
+    """The page says that the server ends; when it is back, so is the page, with its name."""
+    async with serve(tmp_path, toml.CARD) as server:
+        viewer = await open_viewer(server)
+        await viewer.call_oneself("Ada")
+        peers = await viewer.probe("peers()")
+        await eventually(viewer.says_connected, "the page says that it is connected")
+        await viewer.page.evaluate(_NOTE_CHANGE)
+        await server.stop(signal.SIGTERM)
+        _, said = await says_next(viewer)
+        assert "The server is restarting or was switched off." in said
+        await server.start()
+
+        async def fresh() -> bool:
+            return bool(
+                await viewer.probe("peers()") > peers
+                and await viewer.probe("state()") == "connected"
+            )
+
+        await eventually(fresh, "a fresh peer is connected", within_s=20)
+        await eventually(viewer.says_connected, "the page says that it is connected")
+        assert [line["name"] for line in (await server.status())["viewers"]] == ["Ada"]
+        await viewer.sees_picture()
+        assert_live(await viewer.cards(20))
+        await viewer.takes_the_wheel()
+        await turn_by_key(server, viewer)
+        await viewer.page.keyboard.up("ArrowLeft")
+
+
+_NOTE_CHANGE = """() => {
+  const watch = (what, seen) =>
+    new MutationObserver(seen).observe(
+      what, { characterData: true, childList: true, subtree: true });
+  const status = document.querySelector('[role="status"]');
+  window.waxSaid = new Promise((resolve) => {
+    watch(status, () => resolve([Date.now(), status.textContent]));
+  });
+  window.waxNotLive = new Promise((resolve) => {
+    watch(document.body, () => {
+      const words = document.body.textContent;
+      if (words.includes("Not live: the server is not answering.")) resolve();
+    });
+  });
+}"""
+_IS_GREY = (
+    """() => getComputedStyle(document.querySelector('video')).filter.includes('grayscale')"""
+)
+_CALM = "new Promise((calm) => setTimeout(calm, 1500))"
+SAID_WITHIN_MS = 1000
+"""A safety deadline: the operator must not mistake an old picture for a live one."""
+
+
+async def says_next(viewer: Viewer) -> tuple[float, str]:
+    """Return when the page next said something else of the connection, as Unix time, and what."""
+    at_ms, text = await viewer.page.evaluate("window.waxSaid")
+    return at_ms, text
+
+
+async def test_a_server_that_is_gone_is_told_within_a_second_and_found_again(
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer
+) -> None:
+    """Paused it is not called lost; killed, the operator sees the picture grey until it is back."""
+    async with serve(tmp_path, toml.CARD) as server:
+        viewer = await open_viewer(server, drives=True)
+        # A page that drives pings often for its first second, then each 200 ms. It is as patient as
+        # the slowest of its last five answers took, and a pause holds some back.
+        await viewer.page.evaluate(_CALM)
+        peers = await viewer.probe("peers()")
+
+        async def is_live() -> bool:
+            return await viewer.says_connected() and not await viewer.page.evaluate(_IS_GREY)
+
+        for end in (signal.SIGSTOP, signal.SIGKILL):
+            await eventually(is_live, "the page says that it is connected, and shows it")
+            await viewer.page.evaluate(_NOTE_CHANGE)
+            ended_ms = SystemClock().wall_ms()
+            os.kill(server.pid, end)
+            at_ms, said = await says_next(viewer)
+            assert said == "No answer for 1 s"
+            assert await viewer.page.evaluate(_IS_GREY)
+            assert at_ms - ended_ms < SAID_WITHIN_MS
+            if end == signal.SIGSTOP:  # after two seconds it is called lost
+                os.kill(server.pid, signal.SIGCONT)
+                await eventually(is_live, "the page says that it is connected, and shows it")
+                assert await viewer.probe("peers()") == peers
+                await viewer.page.evaluate(_CALM)
+        await viewer.page.evaluate("window.waxNotLive")
+        await server.kill()
+        await server.start()
+        await server.until(lambda told: len(told["viewers"]) == 1, "the page is back", within_s=40)
+        await viewer.sees_picture()
+        assert_live(await viewer.cards(20))
