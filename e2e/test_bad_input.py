@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import asyncio
 import json
+from statistics import median
 from typing import TYPE_CHECKING, Any, Final
 
+import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 import pytest
 
 from e2e.harness.robot import pose, turn_by_key
 from e2e.strangers.intruder import ask
 from wax.client import Client
+from wax.control.loop_timer import MAX_LATE_S
 
 if TYPE_CHECKING:
     from e2e.harness.server import Server
@@ -70,9 +73,15 @@ def bad_messages(turn: int, now_ms: float) -> list[str | bytes]:
     ]
 
 
+REFUSED: Final = (
+    *("messages refused", "messages not allowed", "messages over the rate"),
+    "requests refused",
+)
+
+
 def refused(status: dict[str, Any]) -> int:
     """Sum of the server's counts of what it refused."""
-    return sum(count for name, count in status["counters"].items() if isinstance(count, int))
+    return sum(status["counters"].get(name, 0) for name in REFUSED)
 
 
 @pytest.mark.timeout(90)
@@ -80,7 +89,7 @@ async def test_bad_messages_are_counted_and_harmless(server: Server, driver: Vie
     """On no channel do they close the peer, move the robot or end somebody's turn."""
     for channel in ("drive", "state"):
         async with Client(server.url) as stranger:
-            assert await stranger.pongs()
+            assert await stranger.pongs(10.0)
             before, start = await server.status(), await pose(server)
             messages = bad_messages(before["turn"]["number"], stranger.server_ms())
             for message in messages:
@@ -90,12 +99,12 @@ async def test_bad_messages_are_counted_and_harmless(server: Server, driver: Vie
             await server.until(
                 lambda told: refused(told) >= least,  # noqa: B023  # it ends in this round
                 "nearly all are counted",
-                within_s=3,
             )
-            assert await stranger.pongs(5.0), "the peer no longer answers"
+            assert await stranger.pongs(10.0), "the peer no longer answers"
             assert stranger.peer.connectionState == "connected"
             assert not (await pose(server)).moved(start)
             after = await server.status()
+            assert "messages failed" not in after["counters"]
             assert after["turn"]["operator"] == before["turn"]["operator"]
             assert after["turn"]["number"] == before["turn"]["number"]
     async with Client(server.url) as stranger:
@@ -107,7 +116,7 @@ async def test_bad_messages_are_counted_and_harmless(server: Server, driver: Vie
 
 
 async def test_offers_that_multiply_work_do_not_delay_the_robot(server: Server) -> None:
-    """Five a second, each with 500 codecs and 700 feedbacks for all, leave the loop its time."""
+    """One with 500 codecs and 700 feedbacks for all costs less than makes the loop late."""
     codecs = "a=rtpmap:96 VP8/90000\r\n" * 500 + "a=rtcp-fb:* nack\r\n" * 700
     sdp = (
         "v=0\r\no=- 1 2 IN IP4 127.0.0.1\r\ns=-\r\nt=0 0\r\n"
@@ -116,12 +125,17 @@ async def test_offers_that_multiply_work_do_not_delay_the_robot(server: Server) 
     )
     costly = {"sdp": sdp, "client": "0a0a0a0a-0000-4000-8000-0a0a0a0a0a0a"}
 
-    async def late() -> int:
-        return int((await server.status())["counters"].get("control.late", 0))
+    process = psutil.Process(server.pid)
 
-    before = await late()
+    def spent_s() -> float:
+        """Return what the server has computed, however long others kept it waiting for that."""
+        times = process.cpu_times()
+        return float(times.user + times.system)
+
+    costs_s = []
     for _ in range(10):
+        before_s = spent_s()
         answer = await ask(server.port, "POST", "/api/offer", body=costly)
-        assert 400 <= answer.status < 500, answer
-        await asyncio.sleep(0.2)
-    assert await late() - before < 5, "one of two offers made the loop late"
+        costs_s.append(spent_s() - before_s)
+        assert 400 <= answer.status < 429, answer  # looked at, not only counted
+    assert median(costs_s) < MAX_LATE_S, costs_s

@@ -168,8 +168,8 @@ async def test_a_forged_datagram_ends_nobody(watch: Watch) -> None:
     for first in (b"\x80\x60", b"\x80\xc8", b"\x16\xfe\xfd", b"\x00\x01", b"\xff"):
         for size in (1, 12, 1499, 1500, 1501, 9000):
             socket.sendto((first + bytes(size))[:size], where)
-    assert await watch.operator.pongs()
-    assert await watch.observer.pongs()
+    assert await watch.operator.pongs(10.0)
+    assert await watch.observer.pongs(10.0)
     assert watch.stands(since_s, time.monotonic()) == 0
 
 
