@@ -37,7 +37,7 @@ async def test_the_person_aboard_asks_and_takes_over(
 ) -> None:
     """Everybody reads it; the operator, who holds a key, drives again only after letting go."""
     page, watching = driver.page, await open_viewer(server)
-    await expect(page.get_by_role("alert").first).to_contain_text("Please wait.", timeout=20_000)
+    await expect(page.get_by_role("alert").first).to_contain_text("Please wait.", timeout=30_000)
     await page.keyboard.down("ArrowUp")
     await server.until(
         lambda told: told["robot"]["speed_mps"] < -0.02,
@@ -47,7 +47,7 @@ async def test_the_person_aboard_asks_and_takes_over(
     )
     for one in (page, watching.page):
         words = one.get_by_text(re.compile("The person aboard is driving"))
-        await expect(words.first).to_be_visible()
+        await expect(words.first).to_be_visible(timeout=20_000)  # at the latest the next time
     await page.keyboard.up("ArrowUp")
 
     async def goes_ahead() -> bool:

@@ -14,6 +14,7 @@ from e2e.harness import toml
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import until
 from e2e.measure.suite import ROOT
+from e2e.test_sound_player import OWN, plays_by
 
 if TYPE_CHECKING:
     from playwright.async_api import Browser
@@ -78,8 +79,9 @@ async def test_everything_loaded_is_the_servers_own_and_within_its_policy(
     asked: list[str] = []
     viewer.page.on("request", lambda request: asked.append(request.url))
     await viewer.page.reload()
-    await viewer.sees_picture()  # before that nothing offers the sound
-    await viewer.listen()
+    await viewer.sees_picture()
+    await viewer.button("Turn sound on").click()
+    await plays_by(viewer, OWN)
     assert asked
     assert all(url.startswith((server.url, "blob:", "data:")) for url in asked), asked
     said = ("Content Security Policy", "Permissions-Policy", "Permissions policy", "Opener-Policy")

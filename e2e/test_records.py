@@ -11,6 +11,7 @@ import aiohttp
 
 from e2e.harness import toml
 from e2e.harness.server import free_port
+from e2e.harness.wait import eventually
 from wax.access import host_link
 from wax.client import Client
 from wax.client.host import become_host
@@ -40,7 +41,7 @@ async def test_no_secret_and_nothing_raw_is_logged(serve: Serve, tmp_path: Path)
                             await response.read()
             async with Operator(server.url, cookies=jar) as host:
                 host.say(type="invite", purpose="queue", uses=1, valid_s=3600)
-                assert await host.until(lambda: bool(host.newest("invitation")))
+                assert await host.until(lambda: bool(host.newest("invitation")), 20)
                 token = str(host.newest("invitation")["token"])
             link, *_ = await asyncio.to_thread(host_link.ask, state)
             secret = link.partition("#host=")[2]
@@ -80,11 +81,14 @@ async def test_seen_from_outside(serve: Serve, tmp_path: Path) -> None:
     ):
         await ada.join()
         await ada.gets_turn()
-        await asyncio.sleep(0.5)
-        async with session.get(f"http://127.0.0.1:{port}/metrics") as response:
-            text = await response.text()
-        assert 'wax_viewers{role="operator"} 1.0' in text
-        assert "wax_loop_lateness_seconds_bucket" in text
+
+        async def tells_of_her() -> bool:
+            async with session.get(f"http://127.0.0.1:{port}/metrics") as response:
+                text = await response.text()
+            assert "wax_loop_lateness_seconds_bucket" in text
+            return 'wax_viewers{role="operator"} 1.0' in text
+
+        await eventually(tells_of_her, "the metrics tell who drives")
         async with session.get(f"{server.url}/metrics") as response:
             assert response.status == 404
         async with session.get(f"{server.url}/readyz") as response:

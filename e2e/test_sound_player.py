@@ -42,7 +42,7 @@ async def plays_by(viewer: Viewer, player: str) -> None:
         text = await viewer.page.evaluate("document.body.textContent")
         return f"Sound player{player}" in text
 
-    await eventually(says, f"{player} player plays", within_s=10)
+    await eventually(says, f"{player} player plays", within_s=20)
 
 
 async def opened(open_viewer: OpenViewer, server: Server) -> Viewer:

@@ -15,7 +15,7 @@ from e2e.harness import toml
 from e2e.harness.line import SerialLine
 from e2e.harness.robot import turn_by_key
 from e2e.harness.server import COMMAND, Server
-from e2e.harness.wait import eventually
+from e2e.harness.wait import eventually, until
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -41,8 +41,7 @@ async def test_the_robot_is_stopped_before_the_end(
 
             await eventually(drives, "the robot drives")
             await server.stop(signal.SIGTERM)
-            await asyncio.sleep(0.1)
-            assert line.received.endswith(b"S")
+            await until(lambda: line.received.endswith(b"S"), "a stop is the last byte on the line")
 
 
 @pytest.mark.timeout(90)

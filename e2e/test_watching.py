@@ -35,7 +35,9 @@ async def test_a_photo_is_what_is_seen(
     viewer = await open_viewer(server)
     # It begins small and grows, and photo and picture are to be of one size.
     is_grown = "document.querySelector('video').videoWidth === 640"
-    await eventually(lambda: viewer.page.evaluate(is_grown), "the picture is as large as it gets")
+    await eventually(
+        lambda: viewer.page.evaluate(is_grown), "the picture is as large as it gets", within_s=30
+    )
     await viewer.open("Settings")
     await viewer.button("Fullscreen").click()
     leave = viewer.button("Leave fullscreen")
@@ -85,21 +87,23 @@ async def test_volume_and_mute_are_heard(
     await asyncio.sleep(3)
     full = max([await loudness(viewer) for _ in range(4)])
     await viewer.page.get_by_role("slider", name="Volume").fill("50")
-    await asyncio.sleep(0.5)
-    half = max([await loudness(viewer) for _ in range(4)])
-    assert 0.15 * full < half < 0.4 * full
+
+    async def is_half_as_loud() -> bool:
+        return 0.15 * full < max([await loudness(viewer) for _ in range(3)]) < 0.4 * full
+
+    await eventually(is_half_as_loud, "softer is softer", within_s=20)
     await viewer.button("Mute").click()
 
     async def is_silent() -> bool:
         return await loudness(viewer) < SILENT * full
 
-    await eventually(is_silent, "nothing is heard", within_s=5)
+    await eventually(is_silent, "nothing is heard", within_s=20)
     await viewer.button("Unmute").click()
 
     async def is_heard() -> bool:
         return await loudness(viewer) > 0.15 * full
 
-    await eventually(is_heard, "it is heard again", within_s=5)
+    await eventually(is_heard, "it is heard again", within_s=20)
 
     await viewer.switch("Sound").click()
 
@@ -109,11 +113,11 @@ async def test_volume_and_mute_are_heard(
         streams = (await server.status())["streams"]
         return await viewer.packets("audio") == before and not streams["audio"]["encoded_hz"]
 
-    await eventually(rests, "no sound is sent nor encoded that nobody wants", within_s=6)
+    await eventually(rests, "no sound is sent nor encoded that nobody wants", within_s=20)
     seen = await viewer.packets("video")
-    await eventually(lambda: more(viewer, seen), "the picture goes on", within_s=2)
+    await eventually(lambda: more(viewer, seen), "the picture goes on")
     await viewer.switch("Sound").click()
-    await eventually(is_heard, "switched on it is heard again", within_s=8)
+    await eventually(is_heard, "switched on it is heard again", within_s=20)
 
 
 async def more(viewer: Viewer, packets: int) -> bool:

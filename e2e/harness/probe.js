@@ -51,10 +51,14 @@
   };
 
   // The next `count` presented frames: what the card says and how old it is by the wall clock.
-  const cards = (count, at = 0) =>
+  const cards = async (count, at = 0) => {
+    while (video(at) === null) await new Promise((resolve) => requestAnimationFrame(resolve));
+    return readFrames(count, video(at));
+  };
+
+  const readFrames = (count, element) =>
     new Promise((resolve) => {
       const found = [];
-      const element = video(at);
       const onFrame = (_now, metadata) => {
         const now_ms = Date.now();
         const { width, height } = metadata;
