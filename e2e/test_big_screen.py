@@ -25,7 +25,8 @@ async def test_a_screen_shows_who_drives_and_takes_no_place(
 ) -> None:
     """It shows the picture, who drives and for how long; a place kept for its tab is given back.
 
-    Stop and the pointer are hidden until somebody moves; pressed, it stops the robot.
+    Stop and the pointer are hidden until somebody moves (and again 3 s later, as a page's test has
+    it); pressed, it stops the robot.
     """
     screen = await open_viewer(server, drives=True, **HALL)
     await screen.page.goto(f"{server.url}/?view=big-screen")
@@ -50,7 +51,6 @@ async def test_a_screen_shows_who_drives_and_takes_no_place(
     await screen.button("Stop").click()
     await expect(screen.page.get_by_text("Stopped by")).to_be_visible()
     await driver.release_stop()
-    await expect(main).to_have_css("cursor", "none", timeout=8000)
 
 
 async def test_the_code_leads_to_the_page(server: Server, open_viewer: OpenViewer) -> None:
