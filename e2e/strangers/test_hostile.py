@@ -39,7 +39,10 @@ if TYPE_CHECKING:
     from e2e.harness.server import Server
     from e2e.stop.stage import Load, Stage
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="only Linux has all of 127.0.0.0/8")
+pytestmark = [
+    pytest.mark.timeout(120),
+    pytest.mark.skipif(sys.platform != "linux", reason="only Linux has all of 127.0.0.0/8"),
+]
 
 SECONDS: Final = 0.8
 MIX_S: Final = 5.0
@@ -53,6 +56,9 @@ MOST_BACK: Final = 1.2
 """Datagrams beside media for one that was sent; a room says something on its own, too."""
 BACK_IN_TIME: Final = {"turns": {"grace_s": 8.0}}
 """As shipped, for whoever loses their connection."""
+ROUNDS: Final = 4
+PEACE_S: Final = 5.0
+"""An attack under which the robot stood is tried again where it does so for none, too."""
 MANY: Final = 40
 GUEST_S: Final = 3.0
 
@@ -127,7 +133,10 @@ async def test_forty_hostile_viewers_delay_no_stop(watch: Watch, gang: Child) ->
 async def _attacked(
     name: str, seconds: float, seed: int, watch: Watch, gang: Child
 ) -> Mapping[str, Any]:
-    seen = await watch.attacked(gang, name, seconds, stops=2, stops_s=STOPS_S, seed=seed)
+    for _ in range(ROUNDS):
+        seen = await watch.attacked(gang, name, seconds, stops=2, stops_s=STOPS_S, seed=seed)
+        if not seen.stands or not await _stands_in_peace(watch):
+            break
     assert seen.harm == [], seen
     assert all(ms is not None and ms <= STOP_MS for ms in seen.stops_ms), seen
     datagrams = seen.account["datagrams"]
@@ -138,8 +147,12 @@ async def _attacked(
     return seen.account
 
 
+async def _stands_in_peace(watch: Watch) -> bool:
+    """Return whether the robot stands now and then with no attack: others make the server late."""
+    return watch.filled(await watch.look(PEACE_S)).stands > 0
+
+
 @pytest.mark.full
-@pytest.mark.timeout(120)
 async def test_whoever_floods_or_dawdles_keeps_nobody_out() -> None:
     """The host gets in meanwhile and a guest afterwards; slow connections are closed in time."""
     found = await hostile(3, ["offers-50", "slow"], "short", {}, LIGHT)
@@ -163,14 +176,18 @@ def test_the_attacks_are_none_that_a_parser_would_refuse() -> None:
 
 async def test_a_forged_datagram_ends_nobody(watch: Watch) -> None:
     """What comes from the operator's address, from whoever has no key, changes nothing."""
-    since_s = time.monotonic()
     socket, where = watch.socket_of(watch.operator)
-    for first in (b"\x80\x60", b"\x80\xc8", b"\x16\xfe\xfd", b"\x00\x01", b"\xff"):
-        for size in (1, 12, 1499, 1500, 1501, 9000):
-            socket.sendto((first + bytes(size))[:size], where)
-    assert await watch.operator.pongs(10.0)
-    assert await watch.observer.pongs(10.0)
-    assert watch.stands(since_s, time.monotonic()) == 0
+    for _ in range(ROUNDS):
+        since_s = time.monotonic()
+        for first in (b"\x80\x60", b"\x80\xc8", b"\x16\xfe\xfd", b"\x00\x01", b"\xff"):
+            for size in (1, 12, 1499, 1500, 1501, 9000):
+                socket.sendto((first + bytes(size))[:size], where)
+        assert await watch.operator.pongs(10.0)
+        assert await watch.observer.pongs(10.0)
+        stands = watch.stands(since_s, time.monotonic())
+        if not stands or not await _stands_in_peace(watch):
+            break
+    assert stands == 0
 
 
 async def test_a_guest_behind_silent_offers_is_told_when_to_come(stage: Stage) -> None:
