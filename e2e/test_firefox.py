@@ -146,17 +146,6 @@ IN_FRONT: Final = "document.hasFocus = () => true"
 """A headless Firefox never has the focus, whatever its window is told or clicked."""
 
 
-async def _middle(window: Firefox, selector: str) -> dict[str, Any]:
-    """Return where an element is in the window, and half its height, after it was scrolled to."""
-    box: dict[str, Any] = await window.evaluate(f"""(() => {{
-        const one = document.querySelector({json.dumps(selector)});
-        one.scrollIntoView({{ block: "nearest" }});
-        const {{ left, top, width, height }} = one.getBoundingClientRect();
-        return {{ x: left + width / 2, y: top + height / 2, half: height / 2 }};
-    }})()""")
-    return box
-
-
 def _at(x: float, y: float) -> dict[str, Any]:
     return {"type": "pointerMove", "x": round(x), "y": round(y)}
 
@@ -176,7 +165,7 @@ async def test_firefox_drives_by_joystick_and_gamepad(serve: Serve, tmp_path: Pa
         await reads(window, "You are driving")
 
         async def touch() -> None:
-            box = await _middle(window, '[aria-label="Joystick"]')
+            box = await window.evaluate("waxProbe.middle('[aria-label=Joystick]')")
             up = _at(box["x"], box["y"] - 0.8 * box["half"])
             await window.touch(_at(box["x"], box["y"]), DOWN, up)
 

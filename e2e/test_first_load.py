@@ -28,16 +28,6 @@ LATER: Final = {
     *("wayspanel", "rulespanel", "later", "de", "pseudo"),
 }
 """Names of parts that are for some people, or for later."""
-FIRST: Final = """() => new Promise((resolve) => {
-    const entries = () => [
-        ...performance.getEntriesByType("navigation"), ...performance.getEntriesByType("resource"),
-    ];
-    const told = (untilMs) => resolve(entries()
-        .filter((one) => one.responseEnd <= untilMs && !one.name.includes("/api/"))
-        .map(({ name, encodedBodySize, responseEnd }) => ({ name, encodedBodySize, responseEnd })));
-    const video = document.querySelector("video");
-    video.requestVideoFrameCallback((_now, { presentationTime }) => told(presentationTime));
-})"""
 HOST: Final = re.compile(
     r"""["'`(](?:https?:|wss?:)?//([a-z0-9-]+(?:\\?\.[a-z0-9-]+)+)""", re.IGNORECASE
 )
@@ -48,15 +38,12 @@ DIST: Final = ROOT / "server/wax/web/dist"
 
 async def _loaded(browser: Browser, server: Server) -> list[dict[str, Any]]:
     """Return what a browser without a past has fetched until a picture was shown."""
-    context = await browser.new_context(locale="en-GB")
-    try:
-        page = await context.new_page()
-        await page.goto(server.url, wait_until="commit")
-        await page.locator("video").first.wait_for(state="attached")
-        found: list[dict[str, Any]] = await page.evaluate(FIRST)
+    async with await browser.new_context(locale="en-GB") as context:
+        viewer = await Viewer.prepare(context, server.url)
+        await viewer.page.goto(server.url, wait_until="commit")
+        await viewer.page.locator("video").first.wait_for(state="attached")
+        found: list[dict[str, Any]] = await viewer.probe("loadedFirst()")
         return found
-    finally:
-        await context.close()
 
 
 async def test_little_is_loaded_before_the_first_picture(chromium: Browser, server: Server) -> None:

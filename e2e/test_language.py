@@ -25,19 +25,6 @@ LEFT = re.compile(r"^\W*Ļé+f")
 RIGHT = re.compile(r"^\W*Ŕî+ĝ")
 """As the trial language writes them."""
 
-CUT_OFF = """() => [...document.querySelectorAll("button, input, select")].filter((one) => {
-    const { left, right, width } = one.getBoundingClientRect();
-    if (width === 0) return false;
-    for (let around = one.parentElement; around; around = around.parentElement) {
-        const box = around.getBoundingClientRect();
-        const isOpen = around !== document.documentElement
-            && getComputedStyle(around).overflowX === "visible";
-        if (!isOpen && (left < box.left - 1 || right > box.right + 1)) return true;
-    }
-    return false;
-}).map((one) => one.outerHTML)"""
-"""The controls of which a part lies outside of what holds them, or of the page."""
-
 
 def _button(page: Page, name: str | re.Pattern[str]) -> Locator:
     return page.get_by_role("button", name=name, exact=True)
@@ -91,6 +78,6 @@ async def test_a_long_language_from_right_to_left_keeps_the_page_usable(
         for _panel in ("people", "settings"):
             scrolls = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
             assert await page.evaluate(scrolls) == 0
-            assert await page.evaluate(CUT_OFF) == []
+            assert await viewer.probe("cutOff()") == []
             await _button(page, SETTINGS).click()
             await viewer.lies_still()

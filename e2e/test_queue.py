@@ -21,19 +21,6 @@ TURN_S = 3.0
 
 
 SERVER_SETTINGS = toml.card_with(turns=f"turn_s = {TURN_S}\n{toml.BRIEF_GRACE}")
-FALLS = """() => new Promise((falls) => {
-    let before = null;
-    const looking = setInterval(() => {
-        const words = document.querySelector('[role="timer"]')?.textContent ?? "";
-        const now = Number(/(\\d+) s left/.exec(words)?.[1] ?? NaN);
-        if (before !== null && now === before - 1) {
-            clearInterval(looking);
-            falls();
-        }
-        before = now;
-    }, 50);
-})"""
-"""Waits until the timer shows a second less than just before."""
 
 
 async def person(open_viewer: OpenViewer, server: Server, name: str) -> Viewer:
@@ -51,10 +38,6 @@ def operator(status: dict[str, Any]) -> str | None:
     driving = [line["name"] for line in status["viewers"] if line["role"] == "operator"]
     assert len(driving) <= 1, f"two people drive: {driving}"
     return driving[0] if driving else None
-
-
-async def is_driven_by(server: Server, name: str) -> None:
-    await server.until(lambda told: operator(told) == name, f"{name} drives")
 
 
 @pytest.mark.timeout(90)
@@ -90,7 +73,7 @@ async def test_turns_pass_on_and_the_robot_stands_between_them(
 
     number = await server.until(bobs_turn, "Bob drives next, and Ada waits for him")
     await bob.drives()
-    await bob.page.evaluate(FALLS)
+    await bob.probe("timerFalls()")
     await ada.page.get_by_text("You are driving").first.wait_for(state="hidden")
 
     async def turns_in_hers() -> bool:
@@ -103,7 +86,7 @@ async def test_turns_pass_on_and_the_robot_stands_between_them(
 
     await eventually(turns_in_hers, "Ada turns the robot", within_s=30)
     assert (await server.status())["turn"]["number"] > number
-    await is_driven_by(server, "Bob")
+    await server.until(lambda told: operator(told) == "Bob", "Bob drives")
     assert await stands_still(server)
     await ada.page.keyboard.up("ArrowLeft")
 

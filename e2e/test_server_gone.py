@@ -33,7 +33,7 @@ async def test_a_restarted_server_is_found_again(
         await viewer.call_oneself("Ada")
         peers = await viewer.probe("peers()")
         await eventually(viewer.says_connected, "the page says that it is connected")
-        await viewer.page.evaluate(_NOTE_CHANGE)
+        await viewer.probe("noteChange()")
         await server.stop(signal.SIGTERM)
         _, said = await says_next(viewer)
         assert "The server is restarting or was switched off." in said
@@ -55,32 +55,13 @@ async def test_a_restarted_server_is_found_again(
         await viewer.page.keyboard.up("ArrowLeft")
 
 
-_NOTE_CHANGE = """() => {
-  const watch = (what, seen) =>
-    new MutationObserver(seen).observe(
-      what, { characterData: true, childList: true, subtree: true });
-  const status = document.querySelector('[role="status"]');
-  window.waxSaid = new Promise((resolve) => {
-    watch(status, () => resolve([Date.now(), status.textContent]));
-  });
-  window.waxNotLive = new Promise((resolve) => {
-    watch(document.body, () => {
-      const words = document.body.textContent;
-      if (words.includes("Not live: the server is not answering.")) resolve();
-    });
-  });
-}"""
-_IS_GREY = (
-    """() => getComputedStyle(document.querySelector('video')).filter.includes('grayscale')"""
-)
-_CALM = "new Promise((calm) => setTimeout(calm, 1500))"
 SAID_WITHIN_MS = 1000
 """A safety deadline: the operator must not mistake an old picture for a live one."""
 
 
 async def says_next(viewer: Viewer) -> tuple[float, str]:
     """Return when the page next said something else of the connection, as Unix time, and what."""
-    at_ms, text = await viewer.page.evaluate("window.waxSaid")
+    at_ms, text = await viewer.probe("said()")
     return at_ms, text
 
 
@@ -92,27 +73,27 @@ async def test_a_server_that_is_gone_is_told_within_a_second_and_found_again(
         viewer = await open_viewer(server, drives=True)
         # A page that drives pings often for its first second, then each 200 ms. It is as patient as
         # the slowest of its last five answers took, and a pause holds some back.
-        await viewer.page.evaluate(_CALM)
+        await viewer.probe("after(1500)")
         peers = await viewer.probe("peers()")
 
         async def is_live() -> bool:
-            return await viewer.says_connected() and not await viewer.page.evaluate(_IS_GREY)
+            return await viewer.says_connected() and not await viewer.probe("isGrey()")
 
         for end in (signal.SIGSTOP, signal.SIGKILL):
             await eventually(is_live, "the page says that it is connected, and shows it")
-            await viewer.page.evaluate(_NOTE_CHANGE)
+            await viewer.probe("noteChange()")
             ended_ms = SystemClock().wall_ms()
             os.kill(server.pid, end)
             at_ms, said = await says_next(viewer)
             assert said == "No answer for 1 s"
-            assert await viewer.page.evaluate(_IS_GREY)
+            assert await viewer.probe("isGrey()")
             assert at_ms - ended_ms < SAID_WITHIN_MS
             if end == signal.SIGSTOP:  # after two seconds it is called lost
                 os.kill(server.pid, signal.SIGCONT)
                 await eventually(is_live, "the page says that it is connected, and shows it")
                 assert await viewer.probe("peers()") == peers
-                await viewer.page.evaluate(_CALM)
-        await viewer.page.evaluate("window.waxNotLive")
+                await viewer.probe("after(1500)")
+        await viewer.probe("notLive()")
         await server.kill()
         await server.start()
         await server.until(lambda told: len(told["viewers"]) == 1, "the page is back", within_s=40)

@@ -28,12 +28,6 @@ AudioDecoder.prototype.decode = function (chunk) {
   decode.call(this, chunk);
 };
 """
-IS_BEHIND = """new Promise((done) => {
-  let frames = 0;
-  const count = () => { frames++; requestAnimationFrame(count); };
-  count();
-  setTimeout(() => done(frames < 5), 1000);
-})"""
 
 
 async def plays_by(viewer: Viewer, player: str) -> None:
@@ -74,7 +68,7 @@ async def test_a_page_that_is_busy_or_behind_plays_on(
     window = (await cdp.send("Browser.getWindowForTarget"))["windowId"]
     bounds = {"windowId": window, "bounds": {"windowState": "minimized"}}
     await cdp.send("Browser.setWindowBounds", bounds)
-    await eventually(lambda: viewer.page.evaluate(IS_BEHIND), "it is behind")
+    await eventually(lambda: viewer.probe("isBehind()"), "it is behind")
     viewer.forget()
     await asyncio.sleep(15)
     assert probe.gaps_ms(viewer.heard()) == []

@@ -20,16 +20,6 @@ if TYPE_CHECKING:
 
 PLOTS = 7
 PLOTS_BUTTON = "Plots, and why it is slow"
-INKED = """
-() => [...document.querySelectorAll('figure canvas')].map((canvas) => {
-  const { width, height } = canvas;
-  const { data } = canvas.getContext('2d').getImageData(0, 0, width, height);
-  return data.some((value, at) => at % 4 === 3 && value > 0);
-})
-"""
-"""Whether anything is drawn on each canvas."""
-PAST = "new Promise((past) => setTimeout(past, 5000))"
-"""A page keeps what it measures once a second."""
 
 
 @pytest.mark.timeout(90)
@@ -42,7 +32,7 @@ async def test_details_show_what_was_measured_before_they_were_asked_for(
     asked: list[str] = []
     page.on("request", lambda request: asked.append(request.url))
 
-    await page.evaluate(PAST)
+    await viewer.probe("after(5000)")  # it keeps what it measures once a second
     assert not [url for url in asked if "StatsPage" in url]
     await viewer.open("Details")
     details = viewer.button(PLOTS_BUTTON)
@@ -58,7 +48,7 @@ async def test_details_show_what_was_measured_before_they_were_asked_for(
     assert all(int(age) < 2000 for age in ages), ages
 
     async def is_drawn() -> bool:
-        inked = await page.evaluate(INKED)
+        inked = await viewer.probe("inked()")
         return len(inked) == PLOTS and all(inked)
 
     await eventually(is_drawn, "every plot is drawn")

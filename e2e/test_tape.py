@@ -31,28 +31,6 @@ ROUNDED_MS: Final = 2.0
 """A picture's stamp and its time in WebM are whole milliseconds."""
 RECORDING: Final = toml.card_with(recording="enabled = true\nmin_free_gb = 0.0\nnames = true")
 
-LOOK: Final = """() => {
-  const look = async () => {
-    [window.waxNewest] = await window.waxProbe.cards(1);
-    void look();
-  };
-  void look();
-}"""
-"""Keeps the newest picture: while it seeks, a slow browser may show earlier ones first."""
-
-
-PLACES: Final = """() => {
-  const place = (what) => {
-    const { left, right, bottom } = what.getBoundingClientRect();
-    return { left, right, bottom };
-  };
-  return {
-    link: place(document.querySelector(".link")),
-    badge: place(document.querySelector(".tape summary")),
-    why: place(document.querySelector(".tape-why")),
-  };
-}"""
-
 
 def times_ms(media: Path) -> list[float]:
     """Return when the pictures of a part are due: a busy machine leaves some out."""
@@ -70,9 +48,8 @@ async def reads_it_on_each_screen(viewer: Viewer) -> None:
     as_it_was = viewer.page.viewport_size
     for width, height in ((360, 740), (844, 390), (1280, 800)):
         await viewer.resize(width, height)
-        found = await viewer.page.evaluate(PLACES)
-        assert found["link"]["right"] <= found["badge"]["left"]
-        why = found["why"]
+        link, badge, why = await viewer.probe('places(".link", ".tape summary", ".tape-why")')
+        assert link["right"] <= badge["left"]
         assert why["left"] >= 0
         assert why["right"] <= width
         assert why["bottom"] <= height
@@ -124,12 +101,12 @@ async def test_what_was_driven_is_replayed(
         began_ms = content["began_wall_ms"]
 
         async def shows(at_ms: float) -> bool:
-            card = await page.evaluate("window.waxNewest")
+            card = await viewer.probe("newest()")
             due_ms = max(one for one in pictures_ms if one <= at_ms - ROUNDED_MS)
             stamped_ms = (card["stamp_ms"] - began_ms) % 2**40 if card else math.inf
             return due_ms - ROUNDED_MS <= stamped_ms <= at_ms + ROUNDED_MS
 
-        await page.evaluate(LOOK)
+        await viewer.probe("keepNewest()")
         for ms in (400, 2100, 1300):
             await page.evaluate(f"document.querySelector('video').currentTime = {ms / 1000}")
             await eventually(partial(shows, ms), "the picture of that moment is shown")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from e2e.measure.errors import NotRunError
@@ -13,22 +14,7 @@ if TYPE_CHECKING:
 
 _SOURCE: Final = ROOT / "web/node_modules/axe-core/axe.min.js"
 _TAGS: Final = ("wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa")
-_RUN: Final = """async (tags) => {
-    // A colour on its way to another is not one that somebody reads. Asked for, not awaited:
-    // Chromium never tells of the end of one that is scrolled out of sight.
-    while (document.getAnimations().some((one) => one instanceof CSSTransition))
-        await new Promise((resolve) => setTimeout(resolve, 20));
-    const { violations } = await axe.run(document, {
-        runOnly: { type: "tag", values: tags },
-        // Off unless asked for, although it is of WCAG 2.2 AA.
-        rules: { "target-size": { enabled: true } },
-        resultTypes: ["violations"],
-    });
-    return violations.map(({ id, help, nodes }) => ({
-        id, help,
-        nodes: nodes.map(({ target, failureSummary }) => [target.join(" "), failureSummary]),
-    }));
-}"""
+_RUN: Final = Path(__file__).with_name("axe.js").read_text(encoding="utf-8")
 
 
 @cache

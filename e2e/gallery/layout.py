@@ -9,34 +9,7 @@ if TYPE_CHECKING:
     from playwright.async_api import Page
 
 _SCRIPT: Final = Path(__file__).with_name("layout.js").read_text(encoding="utf-8")
-_VANISHES: Final = """() => [...document.querySelectorAll("button:enabled")]
-    .filter((one) => one.checkVisibility({ visibilityProperty: true }))
-    .filter((one) => {
-        const { borderTopStyle, borderTopWidth, outlineStyle, forcedColorAdjust } =
-            getComputedStyle(one);
-        const isFramed = borderTopStyle !== "none" && parseFloat(borderTopWidth) >= 1;
-        return !isFramed && outlineStyle === "none" && forcedColorAdjust !== "none";
-    })
-    .map((one) => `“${(one.ariaLabel ?? one.innerText).trim()}” has no edge in forced colours`)"""
-"""The page's colours, and so its backgrounds, are gone there: a button is known by its edge."""
-_ALIKE: Final = """() => {
-    const edges = (one) => [null, "::before", "::after"].map((part) => {
-        const style = getComputedStyle(one, part);
-        const { borderTopStyle, borderTopWidth, borderTopColor, outlineStyle } = style;
-        return [borderTopStyle, borderTopWidth, borderTopColor, outlineStyle].join(" ");
-    }).join();
-    const isChosen = (one) => one.checked ?? one.ariaPressed === "true";
-    const group = (one) => one.name || one.parentElement;
-    const all = [...document.querySelectorAll("[aria-pressed]:enabled, input[type=radio]:enabled")]
-        .filter((one) => one.checkVisibility({ visibilityProperty: true }))
-        .filter((one) => one.type !== "radio" || getComputedStyle(one).appearance === "none");
-    return all
-        .filter(isChosen)
-        .filter((one) => all.some((other) =>
-            group(other) === group(one) && !isChosen(other) && edges(other) === edges(one)))
-        .map((one) => `“${(one.closest("label") ?? one).innerText.trim()}” does not look chosen`);
-}"""
-"""What is chosen is known by its edge, too."""
+_EDGES: Final = Path(__file__).with_name("edges.js").read_text(encoding="utf-8")
 _MOVES: Final = """() => document.getAnimations()
     .filter((one) => one.playState === "running")
     .filter((one) => one.effect.getComputedTiming().endTime > 200)
@@ -58,7 +31,7 @@ async def faults(page: Page, *, has_stop: bool) -> list[str]:
 async def vanished(page: Page) -> list[str]:
     """Return what has no edge in forced colours: a button, or what is chosen of a few."""
     await page.emulate_media(forced_colors="active")
-    found: list[str] = await page.evaluate(_VANISHES) + await page.evaluate(_ALIKE)
+    found: list[str] = await page.evaluate(_EDGES)
     await page.emulate_media(forced_colors="none")
     return found
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
@@ -13,26 +14,7 @@ START: Final = 9
 LEFT_OF_CROSS: Final = 14
 """Buttons of the standard layout (W3C Gamepad)."""
 
-SCRIPT: Final = """() => {
-    const pads = [null];
-    const told = (type) => window.dispatchEvent(new Event(type));
-    navigator.getGamepads = () => pads;
-    window.waxPad = {
-        plug() {
-            pads[0] = {
-                index: 0, id: "Test pad", connected: true, mapping: "standard",
-                timestamp: performance.now(), axes: [0, 0, 0, 0],
-                buttons: Array.from({ length: 17 }, () => ({ pressed: false, value: 0 })),
-            };
-            told("gamepadconnected");
-        },
-        push(axis, value) { pads[0].axes[axis] = value; },
-        press(button, on) { pads[0].buttons[button] = { pressed: on, value: on ? 1 : 0 }; },
-        unplug(isTold) { pads[0] = null; if (isTold) told("gamepaddisconnected"); },
-    };
-}"""
-
-
+SCRIPT: Final = Path(__file__).with_name("gamepad.js").read_text(encoding="utf-8")
 SEEN: Final = "() => new Promise((seen) => setTimeout(seen, 100))"
 """A page looks at gamepads each 50 ms; by its own timers, which a busy machine delays alike."""
 

@@ -1,5 +1,5 @@
 // Runs in the page before the page's own script: keeps hold of every peer connection and reads
-// what is presented. It changes nothing that the page sees.
+// what is presented. By itself it changes nothing that the page sees.
 (() => {
   const peers = [];
   const Native = window.RTCPeerConnection;
@@ -71,6 +71,24 @@
       element.requestVideoFrameCallback(onFrame);
     });
 
+  // When the first picture was presented that was taken after that time; Unix milliseconds.
+  const sees = async (sinceMs) => {
+    for (;;) {
+      const [card] = await cards(1);
+      if (card.valid && card.stamp_ms >= sinceMs % 2 ** 40) return card.now_ms;
+    }
+  };
+
+  // Keeps the newest picture: while it seeks, a slow browser may show earlier ones first.
+  let newest = null;
+  const keepNewest = () => {
+    const look = async () => {
+      [newest] = await cards(1);
+      void look();
+    };
+    void look();
+  };
+
   // --- what the browser itself counts ----------------------------------------------------
   const counted = async (type, kind) => {
     const found = peer();
@@ -98,11 +116,159 @@
     return { type: local.candidateType, relay, to: `${remote.address}:${remote.port}` };
   };
 
+  // --- what is seen of the page ------------------------------------------------------------
+  // By the page's own timers, which a busy machine delays alike.
+  const after = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+
+  // Until three frames have everything in the same place; what goes on moving is not waited for.
+  const liesStill = () =>
+    new Promise((still) => {
+      let before = "";
+      let frames = 0;
+      const endsMs = performance.now() + 2000;
+      const look = () => {
+        const now = [...document.querySelectorAll("section, button, select, input, video")]
+          .flatMap((one) => {
+            const { x, y, width, height } = one.getBoundingClientRect();
+            return [x, y, width, height];
+          })
+          .join();
+        frames = now === before ? frames + 1 : 0;
+        before = now;
+        if (frames >= 3 || performance.now() > endsMs) still();
+        else requestAnimationFrame(look);
+      };
+      look();
+    });
+
+  // The brightest of what the page's picture shows, 0…255.
+  const luma = () => {
+    const small = new OffscreenCanvas(16, 16).getContext("2d");
+    small.drawImage(video(), 0, 0, 16, 16);
+    const { data } = small.getImageData(0, 0, 16, 16);
+    return Math.max(...data.filter((_, index) => index % 4 !== 3));
+  };
+
+  // What was fetched until the first picture was shown.
+  const loadedFirst = () =>
+    new Promise((resolve) => {
+      const told = (untilMs) =>
+        ["navigation", "resource"]
+          .flatMap((type) => performance.getEntriesByType(type))
+          .filter((one) => one.responseEnd <= untilMs && !one.name.includes("/api/"))
+          .map(({ name, encodedBodySize, responseEnd }) => ({ name, encodedBodySize, responseEnd }));
+      video().requestVideoFrameCallback((_now, metadata) =>
+        resolve(told(metadata.presentationTime)),
+      );
+    });
+
+  // Where an element is in the window, and half its height, after it was scrolled to.
+  const middle = (selector) => {
+    const one = document.querySelector(selector);
+    one.scrollIntoView({ block: "nearest" });
+    const { left, top, width, height } = one.getBoundingClientRect();
+    return { x: left + width / 2, y: top + height / 2, half: height / 2 };
+  };
+
+  const places = (...selectors) =>
+    selectors.map((one) => document.querySelector(one).getBoundingClientRect().toJSON());
+
+  // Whether anything is drawn on each canvas.
+  const inked = () =>
+    [...document.querySelectorAll("figure canvas")].map((canvas) => {
+      const { width, height } = canvas;
+      const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
+      return data.some((value, at) => at % 4 === 3 && value > 0);
+    });
+
+  // Whether it is behind, where a browser draws hardly a frame.
+  const isBehind = async () => {
+    let frames = 0;
+    const count = () => {
+      frames++;
+      requestAnimationFrame(count);
+    };
+    count();
+    await after(1000);
+    return frames < 5;
+  };
+
+  // The controls of which a part lies outside of what holds them, or of the page.
+  const cutOff = () => {
+    const isCut = (one) => {
+      const { left, right, width } = one.getBoundingClientRect();
+      if (width === 0) return false;
+      for (let around = one.parentElement; around; around = around.parentElement) {
+        const box = around.getBoundingClientRect();
+        const isOpen =
+          around !== document.documentElement && getComputedStyle(around).overflowX === "visible";
+        if (!isOpen && (left < box.left - 1 || right > box.right + 1)) return true;
+      }
+      return false;
+    };
+    const all = [...document.querySelectorAll("button, input, select")];
+    return all.filter(isCut).map((one) => one.outerHTML);
+  };
+
+  // Until the timer shows a second less than just before.
+  const timerFalls = () =>
+    new Promise((falls) => {
+      let before = null;
+      const looking = setInterval(() => {
+        const words = document.querySelector('[role="timer"]')?.textContent ?? "";
+        const now = Number(/(\d+) s left/.exec(words)?.[1] ?? Number.NaN);
+        if (before !== null && now === before - 1) {
+          clearInterval(looking);
+          falls();
+        }
+        before = now;
+      }, 50);
+    });
+
+  // What the page says next of the connection, and when, as Unix time; that it calls it not live.
+  let said = null;
+  let notLive = null;
+  const noteChange = () => {
+    const watch = (what, seen) =>
+      new MutationObserver(seen).observe(what, {
+        characterData: true,
+        childList: true,
+        subtree: true,
+      });
+    const status = document.querySelector('[role="status"]');
+    said = new Promise((resolve) => {
+      watch(status, () => resolve([Date.now(), status.textContent]));
+    });
+    notLive = new Promise((resolve) => {
+      watch(document.body, () => {
+        const words = document.body.textContent;
+        if (words.includes("Not live: the server is not answering.")) resolve();
+      });
+    });
+  };
+
   window.waxProbe = {
+    after,
     cards,
     codec,
+    cutOff,
     inbound,
+    inked,
+    isBehind,
+    isGrey: () => getComputedStyle(video()).filter.includes("grayscale"),
+    keepNewest,
+    liesStill,
+    loadedFirst,
+    luma,
+    middle,
+    newest: () => newest,
+    noteChange,
+    notLive: () => notLive,
     path,
+    places,
+    said: () => said,
+    sees,
+    timerFalls,
     playing: () => {
       const v = video();
       return v !== null && !v.paused && v.readyState >= 2 && v.videoWidth > 0;

@@ -19,33 +19,7 @@ if TYPE_CHECKING:
     from e2e.measure.ear import Block, Ear, Tap
 
 HERE = Path(__file__).parent
-LUMA = """() => {
-    const context = new OffscreenCanvas(16, 16).getContext("2d");
-    context.drawImage(document.querySelector("video"), 0, 0, 16, 16);
-    const { data } = context.getImageData(0, 0, 16, 16);
-    return Math.max(...data.filter((_, index) => index % 4 !== 3));
-}"""
-"""The brightest of what the page's picture shows, 0…255."""
 BLACK = 16
-LIES_STILL = """() => new Promise((still) => {
-    let before = "";
-    let frames = 0;
-    const endsMs = performance.now() + 2000;
-    const look = () => {
-        const now = [...document.querySelectorAll("section, button, select, input, video")]
-            .flatMap((one) => {
-                const { x, y, width, height } = one.getBoundingClientRect();
-                return [x, y, width, height];
-            })
-            .join();
-        frames = now === before ? frames + 1 : 0;
-        before = now;
-        if (frames >= 3 || performance.now() > endsMs) still();
-        else requestAnimationFrame(look);
-    };
-    look();
-})"""
-"""Until three frames have everything in the same place; what goes on moving is not waited for."""
 LEAVE = re.compile(r"^(Leave the queue|End my turn)$")
 
 
@@ -210,7 +184,7 @@ class Viewer:
 
     async def lies_still(self) -> None:
         """Wait until what is on the page has its place: not sooner than after some frames."""
-        await self.page.evaluate(LIES_STILL)
+        await self.probe("liesStill()")
 
     async def resize(self, width: int, height: int) -> None:
         """Give the page so many pixels, and wait until it lies still."""
@@ -227,7 +201,7 @@ class Viewer:
 
     async def is_dark(self) -> bool:
         """Return whether nothing in the picture is brighter than black."""
-        return bool(await self.page.evaluate(LUMA) <= BLACK)
+        return bool(await self.probe("luma()") <= BLACK)
 
     async def cards(self, count: int = 10, at: int = 0) -> list[Card]:
         """Read the test card off the next `count` presented frames, of the driving view if 0.

@@ -52,14 +52,6 @@ _SLOT_S: Final = 18.0
 _SETTLE_S: Final = (3.0, 4.0)
 """From a picture to the next fault: as steady as any, and at a random phase of every timer."""
 
-_SEES: Final = """async (sinceMs) => {
-    for (;;) {
-        const [card] = await window.waxProbe.cards(1);
-        if (card.valid && card.stamp_ms >= sinceMs % 2 ** 40) return card.now_ms;
-    }
-}"""
-"""When the first picture was presented that was taken after that time; Unix milliseconds."""
-
 _SERVER: Final = {"host": "0.0.0.0", "port": PORT}
 _SETTINGS: Final = {**MEDIA, "turns": {"turn_s": 3600.0}}
 
@@ -123,7 +115,7 @@ class Driving:
         back_ms = await fault()
         try:
             async with asyncio.timeout(_BACK_WITHIN_S):
-                return float(await self.viewer.page.evaluate(_SEES, back_ms)) - back_ms
+                return float(await self.viewer.probe(f"sees({back_ms})")) - back_ms
         except TimeoutError:
             return None
 
@@ -156,10 +148,7 @@ async def _driving(outages: int) -> AsyncIterator[Driving]:
         yield Driving(link, folder / "wax.log", viewer, outages_s)
 
 
-FAULTS: Final = {
-    "outage": f"{OUTAGE_S:g} to 6 s without a packet",
-    "network": "another network",
-}
+FAULTS: Final = {"outage": f"{OUTAGE_S:g} to 6 s without a packet", "network": "another network"}
 
 
 async def reconnect(key: str, n: int) -> list[Row]:

@@ -1,0 +1,19 @@
+// One standard gamepad, in the place of all that the browser knows.
+() => {
+    const pads = [null];
+    const told = (type) => window.dispatchEvent(new Event(type));
+    navigator.getGamepads = () => pads;
+    window.waxPad = {
+        plug() {
+            pads[0] = {
+                index: 0, id: "Test pad", connected: true, mapping: "standard",
+                timestamp: performance.now(), axes: [0, 0, 0, 0],
+                buttons: Array.from({ length: 17 }, () => ({ pressed: false, value: 0 })),
+            };
+            told("gamepadconnected");
+        },
+        push(axis, value) { pads[0].axes[axis] = value; },
+        press(button, on) { pads[0].buttons[button] = { pressed: on, value: on ? 1 : 0 }; },
+        unplug(isTold) { pads[0] = null; if (isTold) told("gamepaddisconnected"); },
+    };
+}
