@@ -43,7 +43,6 @@ async def test_the_person_aboard_asks_and_takes_over(
         lambda told: told["robot"]["speed_mps"] < -0.02,
         "the person aboard drives back",
         within_s=20,
-        every_s=0.05,
     )
     for one in (page, watching.page):
         words = one.get_by_text(re.compile("The person aboard is driving"))

@@ -141,10 +141,8 @@ async def held_back(server: Server, viewer: Viewer, policy: str, least_ms: float
     async def holds() -> bool:
         (line,) = (await server.status())["viewers"]
         streams = line["streams"]
-        told_ms, kept_ms = (
-            streams["picture_held_ms"],
-            (await jitter_buffer(viewer, "video")).delay_ms,
-        )
+        told_ms = streams["picture_held_ms"]
+        kept_ms = (await jitter_buffer(viewer, "video")).delay_ms
         as_told = told_ms >= least_ms if least_ms else told_ms == 0
         as_kept = kept_ms >= least_ms if least_ms else kept_ms < HELD_MS
         return streams["policy"] == policy and as_told and as_kept

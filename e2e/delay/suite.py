@@ -107,12 +107,7 @@ SUITE: Final = Suite(
         ),
         *(
             measured(
-                f"input/{way.key}",
-                80,
-                partial(input_to_gate, way),
-                "presses",
-                15,
-                minutes=0.9,
+                f"input/{way.key}", 80, partial(input_to_gate, way), "presses", 15, minutes=0.9
             )
             for way in WAYS
         ),

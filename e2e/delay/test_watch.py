@@ -53,9 +53,7 @@ async def test_only_ours_must_have_a_picture(monkeypatch: pytest.MonkeyPatch) ->
 
 
 @pytest.mark.timeout(90)
-async def test_a_hung_cell_is_cut_off_and_leaves_nothing(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+async def test_a_hung_cell_is_cut_off_and_leaves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """A cell that does not end is ended, with its browser and its link."""
 
     async def hang(*_: object) -> Any:

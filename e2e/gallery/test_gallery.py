@@ -29,10 +29,7 @@ _STOP: Final = (
 _FINDINGS: Final[dict[str, tuple[str, str | None]]] = {
     "nothing": (f"{_STOP}Stop</button>", None),
     "no Stop": ("<p>nothing</p>", "there are 0 Stop buttons"),
-    "too wide": (
-        f"{_STOP}Stop</button><div style='width: 900px; height: 9px'></div>",
-        "sideways",
-    ),
+    "too wide": (f"{_STOP}Stop</button><div style='width: 900px; height: 9px'></div>", "sideways"),
     "Stop outside": (f"{_STOP.replace('top: 100px', 'top: 290px')}Stop</button>", "not in the"),
     "Stop covered": (
         f"{_STOP}Stop</button><div style='position: fixed; inset: 120px 0 0 0'></div>",
@@ -48,10 +45,7 @@ _FINDINGS: Final[dict[str, tuple[str, str | None]]] = {
         f"{_STOP}Stop</button><button id=x>x</button>",
         None,
     ),
-    "a link in a sentence": (
-        f"{_STOP}Stop</button><p>Read <a href='/x'>this</a> first.</p>",
-        None,
-    ),
+    "a link in a sentence": (f"{_STOP}Stop</button><p>Read <a href='/x'>this</a> first.</p>", None),
     "disabled": (f"{_STOP}Stop</button><button disabled style='width: 9px'>x</button>", None),
 }
 

@@ -35,10 +35,7 @@ BRIEFLY: Final[dict[str, tuple[View, ...]]] = {
 ZOOMED: Final = ("driving", "free", "settings", "console")
 ZOOM: Final = 2
 """WCAG 1.4.4: text at 200 %, which halves a window's CSS pixels."""
-HALVED: Final[ViewportSize] = {
-    "width": DESKTOP.width // ZOOM,
-    "height": DESKTOP.height // ZOOM,
-}
+HALVED: Final[ViewportSize] = {"width": DESKTOP.width // ZOOM, "height": DESKTOP.height // ZOOM}
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="session", autouse=True)

@@ -53,9 +53,7 @@ class Device:
 
 
 PHONE: Final = Device(
-    "phone",
-    (UPRIGHT, ACROSS),
-    {"has_touch": True, "is_mobile": True, "device_scale_factor": 2},
+    "phone", (UPRIGHT, ACROSS), {"has_touch": True, "is_mobile": True, "device_scale_factor": 2}
 )
 COMPUTER: Final = Device("desktop", (DESKTOP,), {})
 DEVICES: Final = (COMPUTER, PHONE)

@@ -46,8 +46,7 @@ async def replayed(folder: Path) -> AsyncIterator[str]:
     """Run `wax replay` inside the block; gives the URL of its page."""
     port = free_port()
     process = await asyncio.create_subprocess_exec(
-        *(str(COMMAND), "replay", str(folder), "--port", str(port)),
-        stdout=asyncio.subprocess.PIPE,
+        *(str(COMMAND), "replay", str(folder), "--port", str(port)), stdout=asyncio.subprocess.PIPE
     )
     assert process.stdout is not None
     try:

@@ -102,9 +102,7 @@ async def undisturbed(server: Server, attempt: Callable[[], Awaitable[T]]) -> T:
 
 
 async def holding_moves(
-    server: Server,
-    press: Callable[[], Awaitable[None]],
-    let_go: Callable[[], Awaitable[None]],
+    server: Server, press: Callable[[], Awaitable[None]], let_go: Callable[[], Awaitable[None]]
 ) -> bool:
     """Return whether the robot moves while it is held on; let go, it stands."""
 

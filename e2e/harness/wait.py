@@ -13,11 +13,7 @@ T = TypeVar("T")
 
 
 async def eventually(
-    ask: Callable[[], Awaitable[T]],
-    what: str,
-    *,
-    within_s: float = 10.0,
-    every_s: float = 0.05,
+    ask: Callable[[], Awaitable[T]], what: str, *, within_s: float = 10.0, every_s: float = 0.05
 ) -> T:
     """Ask repeatedly until the answer is true, and return it.
 

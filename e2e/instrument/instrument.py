@@ -45,11 +45,7 @@ class Instrument:
     """
 
     def __init__(
-        self,
-        evaluate: Callable[[str], Awaitable[Any]],
-        ear: Ear,
-        *,
-        name: str = NAME,
+        self, evaluate: Callable[[str], Awaitable[Any]], ear: Ear, *, name: str = NAME
     ) -> None:
         self._evaluate = evaluate
         self._tap = ear.tap()

@@ -88,9 +88,7 @@ class JanusServer:
 
 @asynccontextmanager
 async def serving(
-    side: str,
-    core: int | None = None,
-    **settings: Any,
+    side: str, core: int | None = None, **settings: Any
 ) -> AsyncIterator[MeasuredServer]:
     """Serve inside the block; raises `MeasureError` if it does not start."""
     with TemporaryDirectory(prefix="wax-load-") as folder:

@@ -41,8 +41,5 @@ userdb={folder / "turndb"}
     config.write_text(text, encoding="utf-8")
     with (folder / "turnserver.out").open("wb") as log:
         await net["turn"].spawn(
-            [program, "-c", str(config)],
-            stdin=asyncio.subprocess.DEVNULL,
-            stdout=log,
-            stderr=log,
+            [program, "-c", str(config)], stdin=asyncio.subprocess.DEVNULL, stdout=log, stderr=log
         )

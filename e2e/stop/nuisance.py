@@ -51,10 +51,7 @@ async def nuisance(n: int, *, at_once: int = AT_ONCE) -> list[Row]:
 async def _drive_badly(for_s: float) -> tuple[int, float, float, float]:
     """Return the stops, how long that was in s, and delay and lateness in ms."""
     relay = Relay(BAD)
-    async with (
-        staged(load=LIGHT) as stage,
-        RawOperator(stage.server, relay=relay) as operator,
-    ):
+    async with staged(load=LIGHT) as stage, RawOperator(stage.server, relay=relay) as operator:
         await asyncio.sleep(2.0)  # the link's delay must be known at the turn's start
         await operator.join()
         await stage.drive(operator)

@@ -177,10 +177,7 @@ class MavlinkRover(Robot):
     def __init__(self, folder: Path) -> None:
         super().__init__(folder, Heard(self._news))
         self._port = free_port()
-        self.settings = {
-            "driver": "mavlink",
-            "mavlink": {"url": f"udpin:127.0.0.1:{self._port}"},
-        }
+        self.settings = {"driver": "mavlink", "mavlink": {"url": f"udpin:127.0.0.1:{self._port}"}}
         self._rover: Rover | None = None
         self._ahead_s = 0.0
 
@@ -221,10 +218,7 @@ class Pins(Robot):
     def __init__(self, folder: Path) -> None:
         meter = folder / "pins.log"
         super().__init__(folder, PinRecord(meter))
-        self.settings = {
-            "driver": "e2e.stop.mock_pins:MeteredRobot",
-            "gpio": {"guard": False},
-        }
+        self.settings = {"driver": "e2e.stop.mock_pins:MeteredRobot", "gpio": {"guard": False}}
         self.environment = {METER: str(meter)}
 
 

@@ -136,14 +136,7 @@ class Watch:
         return seen
 
     async def attacked(
-        self,
-        gang: Child,
-        name: str,
-        seconds: float,
-        *,
-        stops: int,
-        stops_s: float,
-        seed: int = 0,
+        self, gang: Child, name: str, seconds: float, *, stops: int, stops_s: float, seed: int = 0
     ) -> Seen:
         """Drive for so long under an attack, then press Stop, each way in turn, for `stops_s`."""
         await self._steers()

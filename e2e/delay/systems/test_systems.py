@@ -39,9 +39,7 @@ def cell(system: Any, **keys: Any) -> Cell:
 
 @pytest.mark.timeout(120)
 @pytest.mark.parametrize(
-    "cell",
-    [cell("operator", drives=True), cell("stock")],
-    ids=lambda cell: cell.system,
+    "cell", [cell("operator", drives=True), cell("stock")], ids=lambda cell: cell.system
 )
 async def test_a_session_runs_through_the_link(cell: Cell, link: Link, tmp_path: Path) -> None:
     """The browser at one end shows the test card and plays the sound of the server at the other."""

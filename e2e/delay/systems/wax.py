@@ -96,11 +96,7 @@ class Wax(Served):
 
 
 def serving(
-    end: End,
-    folder: Path,
-    config: str,
-    *words: str,
-    variables: Mapping[str, str] | None = None,
+    end: End, folder: Path, config: str, *words: str, variables: Mapping[str, str] | None = None
 ) -> AbstractAsyncContextManager[Wax]:
     """Serve with this configuration; see `e2e.delay.systems.served.serving`."""
     path = folder / "wax.toml"
