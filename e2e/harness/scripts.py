@@ -7,7 +7,7 @@ import json
 
 def says(words: str) -> str:
     """Return an expression that is true once these words are on the page."""
-    return f"document.body.innerText.includes({json.dumps(words)})"
+    return f"document.body?.innerText.includes({json.dumps(words)})"
 
 
 def press(name: str) -> str:
