@@ -10,7 +10,7 @@ run: ## install what is missing, build the page, serve it: make run ARGS="--conf
 unit: ## the inner loop: unit tests of both languages, in less than a minute
 	@sh .make/test.sh unit
 
-test: ## all checks and tests, browsers included, in about twelve minutes
+test: ## all checks and tests, browsers included, in about ten minutes
 	@sh .make/test.sh test
 
 test-all: ## the same at full length, and the tests of the measuring suites
