@@ -40,7 +40,7 @@ def sent(status: dict[str, Any]) -> dict[str, Any]:
 async def shows(viewer: Viewer, at: int, width: int) -> None:
     async def is_so() -> bool:
         cards = await viewer.cards(6, at)
-        moving = len({card.stamp_ms for card in cards if card.valid}) >= 3
+        moving = len({card.stamp_ms for card in cards if card.valid}) >= 5
         return moving and cards[-1].width == width
 
     await eventually(is_so, f"picture {at} is {width} wide", within_s=30)

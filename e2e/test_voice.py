@@ -15,7 +15,7 @@ from e2e.harness import speech, toml
 from e2e.harness.chromium import launch_chromium
 from e2e.harness.robot import turn_by_key
 from e2e.harness.viewer import Viewer
-from e2e.harness.wait import eventually, until
+from e2e.harness.wait import until
 from wax.robot.simulated.flat import ADA
 from wax.robot.simulated.resident import answers
 
@@ -109,28 +109,24 @@ async def test_the_operator_is_heard_until_the_key_is_released_or_the_host_mutes
     await viewer.page.keyboard.up("ArrowUp")
     await viewer.page.keyboard.up("KeyT")
     await is_heard.to_be_hidden()
-    await falls_silent(played)
+    assert await is_silent(played, after_s=1)
 
     await viewer.page.keyboard.down("KeyT")
     await is_heard.to_be_visible(timeout=20_000)
     await host.button("Host").click()
     await host.switch("Mute all voices").click()
     await expect(viewer.page.get_by_text("The host has muted all voices.")).to_be_visible()
-    await falls_silent(played)
+    assert await is_silent(played, after_s=0.5)
     for one in (viewer, host):
         assert one.errors == []
         await one.page.context.close()
 
 
-async def falls_silent(played: Path) -> None:
-    """Wait until the speaker plays nothing for a second."""
-
-    async def is_silent() -> bool:
-        before = len(speech.read(played))
-        await asyncio.sleep(1)
-        return len(speech.read(played)) == before
-
-    await eventually(is_silent, "the speaker falls silent", within_s=3)
+async def is_silent(played: Path, after_s: float) -> bool:
+    await asyncio.sleep(after_s)
+    before = len(speech.read(played))
+    await asyncio.sleep(1)
+    return len(speech.read(played)) == before
 
 
 @pytest.mark.full

@@ -14,10 +14,8 @@ if TYPE_CHECKING:
     from e2e.harness.viewer import Card
     from e2e.measure.ear import Block
 
-LIVE_MS: Final = 400.0
-"""Median age of what is live: where it is older the robot is slowed down (`[drive]`). Usual on one
-machine are 10 ms in Chromium and 25 in Firefox; how old it is over a link, `e2e.delay` measures.
-"""
+LIVE_MS: Final = 100.0
+"""Median age on one machine, a few times what is usual: 10 ms in Chromium, 25 in Firefox."""
 
 
 def assert_live(cards: Sequence[Card], held_ms: float = 0.0) -> None:
@@ -28,9 +26,9 @@ def assert_live(cards: Sequence[Card], held_ms: float = 0.0) -> None:
     valid = [card for card in cards if card.valid]
     assert len(valid) >= 0.9 * len(cards), f"{len(cards) - len(valid)} unreadable of {len(cards)}"
     stamps = [card.stamp_ms for card in valid]
-    # A page that is late for a frame reads the next one twice; on a busy machine for every second.
+    # A page that is late for a frame reads the next one twice.
     assert all(a <= b for a, b in pairwise(stamps)), f"falling: {stamps}"
-    assert len(set(stamps)) >= 0.4 * len(stamps), f"standing still: {stamps}"
+    assert len(set(stamps)) >= 0.9 * len(stamps), f"standing still: {stamps}"
     ages = [card.age_ms for card in valid]
     assert min(ages) >= 0, f"a picture from the future: {ages}"
     assert median(ages) < held_ms + LIVE_MS, f"old pictures: {ages}"

@@ -20,10 +20,8 @@ T = TypeVar("T")
 
 STILL_M: Final = 0.002
 STILL_RAD: Final = 0.004
-STANDS_WITHIN_S: Final = 0.7
-"""The sum of what may delay a stop: a command counts for 150 ms, the robot's own watchdog waits for
-300 ms, it brakes for 130 ms, and a pose is as old as a tick. How late each is, `e2e.stop` measures.
-"""
+STANDS_WITHIN_S: Final = 0.5
+"""With its way of braking. How late each part of a stop is, `e2e.stop` measures."""
 _LATE: Final = (
     "control.late",
     "commands.lapsed",
@@ -33,7 +31,7 @@ _LATE: Final = (
 """What the server counts where it, its driver's process or a page was too late, so that the robot
 stood, and after more of it wants a new press. A driver in the server's own process has no counts.
 """
-_TRIES: Final = 10
+_TRIES: Final = 3
 
 
 class Told(Protocol):
