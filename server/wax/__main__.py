@@ -146,15 +146,20 @@ def _init(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _takes_config(command: argparse.ArgumentParser) -> None:
+    """Let it stand behind the command, too; where it does not, what is before it counts."""
+    command.add_argument(
+        "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
+    )
+
+
 def _add_host_link(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     link = commands.add_parser(
         "host-link",
         help="print a link that makes you the host of the server that runs here",
         description="Print a link that makes the first browser to open it the host's.",
     )
-    link.add_argument(
-        "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
-    )
+    _takes_config(link)
 
 
 def _host_link(arguments: argparse.Namespace) -> int:
@@ -192,9 +197,7 @@ def _add_prove_stop(commands: argparse._SubParsersAction[argparse.ArgumentParser
         " proved, but a link could not be cut.",
     )
     # Also allowed after the command; a default here would override the value given before it.
-    proof.add_argument(
-        "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
-    )
+    _takes_config(proof)
     proof.add_argument("--record", type=Path, metavar="FILE", help="prove-stop-DATE-TIME.html")
     proof.add_argument("--lifted", action="store_true", help="the wheels are off the floor")
     proof.add_argument("--repeats", type=int, default=5, metavar="N", help="cuts of each link (5)")
@@ -217,9 +220,7 @@ def _add_records(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--json", action="store_const", const="json", dest="format", help="the same"
     )
     records.add_argument("--file", type=Path, metavar="FILE", help="the file, if not as configured")
-    records.add_argument(
-        "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
-    )
+    _takes_config(records)
 
 
 def _add_tape(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -229,9 +230,7 @@ def _add_tape(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
         description="List, keep or delete what [recording] has put on disk, also while it records."
         " Times are in UTC.",
     )
-    tape.add_argument(
-        "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
-    )
+    _takes_config(tape)
     tape.add_argument("--folder", type=Path, metavar="DIR", help="if it is not as configured")
     acts = tape.add_subparsers(dest="act", metavar="ACT", required=True)
     acts.add_parser("list", help="show what there is")
@@ -249,9 +248,7 @@ def _add_hook(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
         help="try whether [[hook]] reaches those who are to be told of events",
         description="Try the receivers of events, or describe the events.",
     )
-    hook.add_argument(
-        "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
-    )
+    _takes_config(hook)
     acts = hook.add_subparsers(dest="act", metavar="ACT", required=True)
     acts.add_parser("test", help="send each a sample, and say what came back")
     acts.add_parser("schema", help="print the JSON Schema of all events")
@@ -271,9 +268,7 @@ def _add_replay(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="FILE",
         help="one file of the tape, or a folder; all that is recorded by default",
     )
-    replay.add_argument(
-        "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
-    )
+    _takes_config(replay)
     replay.add_argument(
         "--port",
         type=int,
@@ -292,9 +287,7 @@ def _add_doctor(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         " processor and disk, and say what to do about each that is not right. No outside host is"
         " contacted unless one is given or configured.",
     )
-    doctor.add_argument(
-        "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
-    )
+    _takes_config(doctor)
     doctor.add_argument(
         "--stun", metavar="HOST:PORT", help="ask this server for the public address"
     )

@@ -214,7 +214,7 @@ class App:
             news=News(
                 clock=clock,
                 seen=lambda: self._seen(waiting=len(turns.queue)),
-                tell=each(self._hooks.put),
+                tell=self._hooks.put,
             ),
         )
         tape = self._tape_keeper = self._make_tape_keeper(viewers)

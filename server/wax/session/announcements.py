@@ -44,11 +44,6 @@ def _no_tape() -> None:
     """Say nothing: the host does not record."""
 
 
-def _no_hooks() -> list[Sentence]:
-    """Say nothing: nobody is told of events, or all goes well."""
-    return []
-
-
 class Announcements:
     """Makes the messages for all pages and for new ones; changes no state.
 
@@ -70,7 +65,7 @@ class Announcements:
         voices: Voices | None = None,
         tape: Callable[[], messages.Tape | None] = _no_tape,
         cameras: Sequence[Camera] = (),
-        hooks: Callable[[], list[Sentence]] = _no_hooks,
+        hooks: Callable[[], list[Sentence]] = list,
     ) -> None:
         self._hooks = hooks
         self._cameras = cameras
