@@ -20,6 +20,8 @@ from tests.deploy import test_programs_beside as beside
 _PORTS = (8081, 8082)
 _TURN_PORT = 3478
 """Not any: from those of relays the rule lets nothing else out, nor coturn's answers."""
+_SYSTEMS_PORTS = "32768 49000"
+"""Of which the clients here get theirs, for the same reason: they run as coturn does."""
 _ARRIVES_S = 1.0
 
 
@@ -67,4 +69,5 @@ async def main(folder: Path, wax: str) -> None:
 
 
 if __name__ == "__main__":
+    Path("/proc/sys/net/ipv4/ip_local_port_range").write_text(_SYSTEMS_PORTS)
     asyncio.run(main(Path(sys.argv[1]), sys.argv[2]))
