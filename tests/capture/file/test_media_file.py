@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import threading
+import time
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ import pytest
 from wax.capture.source import SAMPLE_RATE_HZ
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from tests.capture.file.conftest import MakeClip, Player
 
 
@@ -96,6 +100,30 @@ def test_a_slow_reader_gets_what_is_new(
     assert len(flashes) >= 3
     for flash_s in flashes[1:-1]:
         assert min(abs(beep_s - flash_s) for beep_s in beeps) < 0.020
+
+
+class SlowToWake(threading.Condition):
+    """A machine whose busy cores leave a reader waiting after what it waits for has come."""
+
+    def wait_for(self, predicate: Callable[[], object], timeout: float | None = None) -> Any:
+        there = super().wait_for(predicate, timeout)
+        self.release()
+        time.sleep(0.02)
+        self.acquire()
+        return there
+
+
+def test_sound_is_not_read_ahead_and_lost_while_the_picture_is_slow_to_wake(
+    make_clip: MakeClip, open_player: type[Player], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After a stall of 7 s each second has its beep, however late the pictures' reader wakes."""
+    monkeypatch.setattr(threading, "Condition", SlowToWake)
+    with open_player(make_clip("a.mp4")) as player:
+        player.play(1.0)
+        player.clock.sleep(7.0)
+        player.sounds = []
+        player.play(2.2)
+    assert len(player.beeps()) == 2
 
 
 def test_one_face_closes_and_opens_while_the_other_plays(

@@ -86,7 +86,11 @@ class Coded:
 class _Queue:
     items: deque[Coded] = field(default_factory=deque)
     needed_s: float | None = None
-    """While a reader waits: the position at which it can be told that nothing is due."""
+    """While a reader waits: the position at which it can be told that nothing is due.
+
+    One that has something no longer waits, even before it wakes: else the other stream would be
+    read so far ahead that its queue is cleared.
+    """
     resume_s: float | None = float("-inf")
     """While not None, everything before a keyframe due at or after this time is dropped."""
 
@@ -283,8 +287,9 @@ class Demuxer:
     def _wait_until_needed(self) -> bool:
         with self._condition:
             while not self._stopping:
-                needed_s = [queue.needed_s or 0.0 for queue in self._queues.values()]
-                far_s = max(self._clock.now_s() + _AHEAD_S, *needed_s)
+                waits = (queue for queue in self._queues.values() if not queue.items)
+                needed_s = max((queue.needed_s or 0.0 for queue in waits), default=0.0)
+                far_s = max(self._clock.now_s() + _AHEAD_S, needed_s)
                 if self.live or self._horizon_s <= far_s:
                     return True
                 self._condition.wait(0.05)
