@@ -9,7 +9,7 @@ import asyncio
 import math
 import time
 from contextlib import AsyncExitStack, asynccontextmanager
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from e2e.measure.errors import MeasureError, NotRunError
@@ -120,11 +120,11 @@ class Fault:
 
 @dataclass(frozen=True, slots=True)
 class Broken:
-    """What came of one fault; `moved` counts the frames that moved after it was mended."""
+    """What came of one fault; `moved_ms` are the frames that moved it after it was mended."""
 
     kind: Kind
     stopping: Stopping
-    moved: int
+    moved_ms: list[float]
     mended_ms: float
 
     def value_ms(self, fault: Fault) -> float | None:
@@ -224,7 +224,8 @@ async def _trial(fault: Fault, scene: Scene) -> Broken | None:
     if stopping is None:
         return None
     after = scene.stage.record.between(mended_s, until_s)
-    return Broken(scene.kind, stopping, sum(one.moves for one in after), took_ms)
+    moved_ms = [(one.at_s - mended_s) * 1000 for one in after if one.moves]
+    return Broken(scene.kind, stopping, moved_ms, took_ms)
 
 
 def rows_of(fault: Fault, found: Sequence[Broken]) -> list[Row]:
@@ -232,7 +233,7 @@ def rows_of(fault: Fault, found: Sequence[Broken]) -> list[Row]:
     kinds = list(dict.fromkeys(one.kind for one in found))
     names = f": {', '.join(kind.what for kind in kinds)}" if len(kinds) > 1 else ""
     what = f"{fault.what}{names}"
-    moved = sum(one.moved for one in found)
+    moved = sum(len(one.moved_ms) for one in found)
     if fault.goal_ms is None:
         return [counted(fault.key, what, moved, len(found))]
     values_ms = [(one.kind, one.value_ms(fault)) for one in found]
@@ -243,7 +244,12 @@ def rows_of(fault: Fault, found: Sequence[Broken]) -> list[Row]:
             [ms for _, ms in values_ms],
             fault.goal_ms,
             judged=fault.judged,
-            wrong=sum(one.stopping.moved_again for one in found) + moved,
+            wrong=sum(len(one.stopping.moved_again_ms) for one in found) + moved,
+            wrong_ones=[
+                {"robot": one.kind.key, **asdict(one.stopping), "after_mending_ms": one.moved_ms}
+                for one in found
+                if one.stopping.moved_again_ms or one.moved_ms
+            ],
             max_by_robot_ms={
                 kind.key: max((ms for of, ms in values_ms if of is kind and ms), default=None)
                 for kind in kinds

@@ -59,14 +59,14 @@ class Stopping:
     """The effects of a fault, in ms from it; None if it never came.
 
     `told_ms` ends with the first frame that stops, `by_itself_ms` with the board's own watchdog;
-    `travelled_mm` is the way until both wheels stand. `moved_again` counts the frames that would
+    `travelled_mm` is the way until both wheels stand. `moved_again_ms` are the frames that would
     have moved the robot between the first of the two and the end of the look.
     """
 
     told_ms: float | None
     by_itself_ms: float | None
     travelled_mm: float | None
-    moved_again: int
+    moved_again_ms: list[float]
 
     @property
     def ends_ms(self) -> float | None:
@@ -154,7 +154,11 @@ class Record:
             told_ms=since_ms(told_s),
             by_itself_ms=since_ms(expiry_s),
             travelled_mm=self._travelled_mm(since_s, until_s),
-            moved_again=sum(frame.moves and frame.at_s > ended_s for frame in frames),
+            moved_again_ms=[
+                (frame.at_s - since_s) * 1000
+                for frame in frames
+                if frame.moves and frame.at_s > ended_s
+            ],
         )
 
     def _travelled_mm(self, since_s: float, until_s: float) -> float | None:

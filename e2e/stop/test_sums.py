@@ -38,7 +38,7 @@ def test_a_stop_is_timed_to_its_first_frame() -> None:
     assert seen.moved_at(1.05)
     assert stopping.told_ms == stopping.ends_ms == pytest.approx(50)
     assert stopping.by_itself_ms is None
-    assert stopping.moved_again == 0
+    assert stopping.moved_again_ms == []
 
 
 def test_the_way_to_standstill_is_never_too_short() -> None:
@@ -54,10 +54,10 @@ def test_the_way_to_standstill_is_never_too_short() -> None:
 
 
 def test_motion_after_a_stop_is_counted() -> None:
-    """Each frame that moves the robot after it was stopped is wrong."""
+    """Each frame that moves the robot after it was stopped is wrong, and told with its time."""
     seen = record(frame(1.0), wheels(1.0, 100), frame(1.1, "stop"), frame(1.2), frame(1.3))
-    assert seen.stopping(1.05, 2.0).moved_again == 2
-    assert seen.stopping(1.05, 1.25).moved_again == 1
+    assert seen.stopping(1.05, 2.0).moved_again_ms == pytest.approx([150, 250])
+    assert seen.stopping(1.05, 1.25).moved_again_ms == pytest.approx([150])
 
 
 def test_a_stop_that_never_comes_misses_every_goal() -> None:
