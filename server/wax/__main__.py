@@ -313,7 +313,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
 def _serve(settings: Settings, config_path: Path | None) -> int:
     # Imported here so that `wax devices` or a wrong option need not wait for the media libraries.
     from wax.app import App
-    from wax.web.addresses import page_urls
+    from wax.web.page_urls import page_urls
 
     configure_logs(settings.log)
 

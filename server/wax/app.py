@@ -72,10 +72,10 @@ from wax.tape.tape import TapeFeed
 from wax.tasks import TaskSupervisor
 from wax.telemetry import Counters, CountRates
 from wax.web import descriptors
-from wax.web.addresses import page_urls
 from wax.web.branding import BrandedPage
 from wax.web.entrance import Entrance
 from wax.web.guards import Guards
+from wax.web.page_urls import page_urls
 from wax.web.routes import Routes
 from wax.web.tls import make_tls
 

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from wax.rtc import rtp
 from wax.rtc.receiver_reports import SenderReportTimes
-from wax.rtc.sent_history import SentHistory
+from wax.rtc.retransmission_buffer import RetransmissionBuffer
 
 UINT16 = st.integers(0, 2**16 - 1)
 UINT32 = st.integers(0, 2**32 - 1)
@@ -116,7 +116,7 @@ def test_a_round_trip_longer_than_the_interval_of_reports_is_found() -> None:
 
 def test_old_packets_are_forgotten() -> None:
     """As many are kept as a browser may ask for, of the last two seconds, and no more."""
-    history = SentHistory()
+    history = RetransmissionBuffer()
 
     def kept(number: int) -> float | None:
         found = history.get(number % 2**16)

@@ -11,9 +11,9 @@ from wax.congestion.pacer import gap_s
 from wax.rtc import rtp
 from wax.rtc.payload import h264
 from wax.rtc.payload.vp8 import Vp8Packetizer
+from wax.rtc.retransmission_buffer import RetransmissionBuffer
 from wax.rtc.retransmissions import Retransmissions
 from wax.rtc.sender import UINT16, UINT32, Sender, SenderContext, wire_bytes
-from wax.rtc.sent_history import SentHistory
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -67,7 +67,7 @@ class PictureSender(Sender):
         """The browser tells of pictures that it shows at once as of others; Firefox does not."""
         self._playout_delay: rtp.PlayoutDelay | None = None
         self._under_way: UnderWay | None = None
-        self._history = SentHistory()
+        self._history = RetransmissionBuffer()
         self._repeats = Retransmissions()
         self._asked_for: dict[int, None] = {}
         self._rtx_number = random.getrandbits(15)

@@ -36,9 +36,9 @@ from wax.rtc.signalling import MAX_SDP_CHARS
 from wax.sentence import Sentence, says
 from wax.session.token_bucket import TokenBuckets
 from wax.web import cookies
-from wax.web.addresses import is_loopback
 from wax.web.branding import PICTURE_PATH, STYLE_PATH
 from wax.web.built_page import BuiltPage, keeps
+from wax.web.page_urls import is_loopback
 from wax.web.request_budgets import HOST
 from wax.web.security_headers import policy_of_document
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import ifaddr
 import pytest
 
-from wax.web.addresses import page_urls
+from wax.web.page_urls import page_urls
 
 
 @pytest.fixture(autouse=True)

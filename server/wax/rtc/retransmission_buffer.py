@@ -17,7 +17,7 @@ trip. A good rendition sends 150 packets/s, so time bounds the memory, and the n
 """
 
 
-class SentHistory:
+class RetransmissionBuffer:
     """The newest packets of one stream, by their sequence numbers."""
 
     def __init__(self) -> None:
