@@ -19,8 +19,8 @@ class Meter:
         return self.one_way_s
 
 
-def test_it_is_measured_once() -> None:
-    """It is asked for until it is known, and what grows later is not seen."""
+def test_what_grows_is_not_allowed() -> None:
+    """It is asked for until it is known, and what it grows by later is not allowed for."""
     meter = Meter(None)
     line = OperatorDelay(meter.measure, RULES)
     assert line.one_way_s(7) is None
@@ -28,7 +28,19 @@ def test_it_is_measured_once() -> None:
     assert line.one_way_s(7) == 0.1
     meter.one_way_s = 0.9
     assert line.one_way_s(7) == 0.1
-    assert meter.asked == [7, 7]
+
+
+def test_the_least_counts() -> None:
+    """A link measured while it was busy loses what it did not need, and never gets it back."""
+    meter = Meter(0.1)
+    line = OperatorDelay(meter.measure, RULES)
+    assert line.one_way_s(7) == 0.1
+    meter.one_way_s = 0.02
+    assert line.one_way_s(7) == 0.02
+    meter.one_way_s = 0.1
+    assert line.one_way_s(7) == 0.02
+    meter.one_way_s = None
+    assert line.one_way_s(7) == 0.02
 
 
 def test_nobodys_line_is_not_measured() -> None:
@@ -72,5 +84,5 @@ def test_one_late_answer_costs_nobody_their_turn() -> None:
     assert line.one_way_s(7) == 0.36
     meter.one_way_s = 0.3
     assert line.one_way_s(7) == 0.3
-    meter.one_way_s = 0.1
+    meter.one_way_s = 0.34
     assert line.one_way_s(7) == 0.3

@@ -1,7 +1,8 @@
-"""The one-way delay of the operator's link: measured when a turn begins, used until it ends.
+"""The one-way delay of the operator's link: the least of their turn.
 
-A link whose delay grows during a turn gets no further allowance. One over which nobody can drive
-is measured until it can be driven over: a single late answer costs nobody their turn.
+A link whose delay grows during a turn gets no further allowance, and one measured while it was busy
+loses what it did not need. One over which nobody can drive is measured until it can be driven over:
+a single late answer costs nobody their turn.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class OperatorDelay:
-    """Asks `measure` for a viewer's one-way delay, in seconds, until it is one to drive with."""
+    """Asks `measure` for a viewer's one-way delay, in seconds."""
 
     def __init__(self, measure: Callable[[int], float | None], rules: Rules) -> None:
         self._measure = measure
@@ -36,6 +37,8 @@ class OperatorDelay:
         """Return the delay to use, None while it is unknown."""
         if operator is not None and not self._is_settled():
             self.renew(operator)
+        elif operator is not None and (now_s := self._measure(operator)) is not None:
+            self._one_way_s = min(now_s, self._one_way_s or now_s)
         return self._one_way_s
 
     def _is_settled(self) -> bool:
