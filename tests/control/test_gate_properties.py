@@ -240,6 +240,7 @@ def test_motion_only_by_the_rules(
         else:
             assert setpoint.reason is None
             assert setpoint.twist == expected(allowed, judge.sight(allowed.seen_s, now_s))
+            assert setpoint.valid_until_s == allowed.sent_s + (0.15 + one_way_s)
             pan = allowed.axes.get("pan")
             assert setpoint.axes == ({} if pan is None else {"pan": pan})
 

@@ -87,7 +87,7 @@ class Setpoint:
     operator asks, else None. `soft` allows motion to end at the braking rate, where the robot is
     configured for it. `axes` holds only axes that the robot has; others keep their position.
     `holds`: the dead-man is held and all is well, so what else moves may do so, too
-    (`wax.control.operation`).
+    (`wax.control.operation`). `valid_until_s` is when the command behind it is too old.
     """
 
     twist: Twist = STANDSTILL
@@ -96,6 +96,7 @@ class Setpoint:
     limit: Sentence | None = None
     soft: bool = False
     holds: bool = False
+    valid_until_s: float = math.inf
 
 
 def begin(turn: int, now_s: float) -> GateState:
@@ -252,7 +253,12 @@ def _driven(
     if not _is_within(twist, limits):
         return Setpoint(reason=NO_LIMITS)
     return Setpoint(
-        twist, axes, limit=None if limit is None else limit.value, soft=True, holds=True
+        twist,
+        axes,
+        limit=None if limit is None else limit.value,
+        soft=True,
+        holds=True,
+        valid_until_s=command.sent_s + ttl_s,
     )
 
 

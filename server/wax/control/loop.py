@@ -47,6 +47,9 @@ if TYPE_CHECKING:
 MIN_GAP_S: Final = 0.005
 """Set-points are never closer together than this, so that a slow serial line is not flooded."""
 
+_AFTER_S: Final = 0.001
+"""A command is looked at this long after its end: timers may fire a little early."""
+
 
 class ControlLoop:
     """Connects turns, gate and robot."""
@@ -148,6 +151,7 @@ class ControlLoop:
         after_s = now_s - self._steered_s
         setpoint = ramp.step(self._target, self._safe_driver.twist, after_s, self._rules)
         self._safe_driver.tell_passenger(is_operated=self._is_operated(turn))
+        self._safe_driver.expect(self._target.valid_until_s)
         failure = self._safe_driver.steer(setpoint, turn.number)
         self._steered_s = self._clock.now_s()  # not now_s: a busy machine may pause in between
         if self._gate.command is None:
@@ -159,15 +163,19 @@ class ControlLoop:
         self._tell(turn, failure or self._target.reason)
 
     async def _rest(self) -> None:
-        """Sleep until the next tick or an urgent command; keep the minimum gap either way.
+        """Sleep until the next tick, an urgent command or the end of one; keep the minimum gap.
 
         By a timer and a future: each further pass of the event loop is a delay beside a crowd.
         """
-        now_s = self._clock.now_s()
         self._rested = asyncio.get_running_loop().create_future()
-        gap_s = self._gap_s(now_s)
-        self._wake_in(gap_s if self._is_urgent else max(gap_s, self._timer.rest_s(now_s)))
+        self._wake_in(self._rest_s(self._clock.now_s()))
         await self._rested
+
+    def _rest_s(self, now_s: float) -> float:
+        """Return the time until the next tick or the end of the command, the gap at least."""
+        gap_s = self._gap_s(now_s)
+        ends_s = self._target.valid_until_s + _AFTER_S - now_s
+        return gap_s if self._is_urgent else max(gap_s, min(self._timer.rest_s(now_s), ends_s))
 
     def _wake_in(self, rest_s: float) -> None:
         if self._rested is None:
@@ -294,6 +302,7 @@ class ControlLoop:
             self._wake_in(gap_s)
         else:
             self.step(now_s)
+            self._wake_in(self._rest_s(now_s))
 
     # --- stop, and what else keeps the robot standing ------------------------------------------
 

@@ -9,7 +9,7 @@ import structlog
 
 from wax.driver.checks import NO_ANSWER, checked
 from wax.driver.hand import HasPassenger
-from wax.driver.interface import STANDSTILL, HasControls, RobotState, Twist
+from wax.driver.interface import STANDSTILL, HasControls, HasDeadline, RobotState, Twist
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ class SafeDriver:
         self._driver = driver
         self._passenger = driver if isinstance(driver, HasPassenger) else None
         self._controlled = driver if isinstance(driver, HasControls) else None
+        self._timed = driver if isinstance(driver, HasDeadline) else None
         self._axes: dict[str, float] = {}
         self._working: dict[str, Working] = {}
         self._answers = True
@@ -102,6 +103,11 @@ class SafeDriver:
         """Tell a driver with a person aboard whether an operator is there who may drive."""
         if self._passenger is not None:
             self._passenger.tell_passenger(is_operated=is_operated)
+
+    def expect(self, end_s: float) -> None:
+        """Tell a driver with a clock of its own when the next set-point's command is too old."""
+        if self._timed is not None:
+            self._timed.expect(end_s)
 
     def changes_axes(self, axes: Mapping[str, float]) -> bool:
         """Whether any axis would get a new position."""

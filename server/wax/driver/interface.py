@@ -207,6 +207,18 @@ class HasControls(Protocol):
 
 
 @runtime_checkable
+class HasDeadline(Protocol):
+    """A driver that ends motion by itself when the operator's command has become too old."""
+
+    def expect(self, end_s: float) -> None:
+        """Take, before each set-point, the monotonic time at which its command is too old.
+
+        It is infinite where no command moves the robot.
+        """
+        ...
+
+
+@runtime_checkable
 class HasCamera(Protocol):
     """A robot with its own camera: `[video] source = "robot"`."""
 

@@ -51,6 +51,7 @@ class Server:
         turn: int = 1,
         age_s: float = 0.0,
         sequence: int | None = None,
+        ends_in_s: float | None = None,
     ) -> tuple[Call, ...]:
         return self.warden.hear(
             Move(
@@ -59,6 +60,7 @@ class Server:
                 turn=turn,
                 linear_mps=linear,
                 angular_rps=angular,
+                end_s=None if ends_in_s is None else self.now_s + ends_in_s,
             ),
             self.now_s,
         )
@@ -157,6 +159,25 @@ def test_silence_stops_at_its_moment(server: Server) -> None:
     assert server.warden.problem == SILENT
     assert server.warden.counts["driver_silences"] == 1
     assert server.warden.holds == 1
+
+
+def test_a_command_ends_although_the_server_repeats_it(server: Server) -> None:
+    """A server that is late in stopping what is too old does not keep the robot going."""
+    server.driving()
+    assert server.drive(0.5, ends_in_s=0.05) == (ahead(),)
+    server.now_s += 0.03
+    assert server.drive(0.5, ends_in_s=0.02) == (ahead(),)
+    assert server.wait(0.015) == (ahead(),)
+    assert server.wait(0.005) == (StopDriver(1), apply(0.0))
+    assert server.drive(0.5, ends_in_s=0.0) == ()
+    assert server.warden.counts["driver_stale"] == 1
+
+
+def test_standstill_has_no_end(server: Server) -> None:
+    """Nor has a set-point whose command a newer one has followed."""
+    server.driving().drive(0.5, ends_in_s=0.05)
+    assert server.drive(0.25) == (apply(0.25),)
+    assert server.warden.silent_at_s == server.now_s + SILENCE_S
 
 
 def test_silence_is_reckoned_from_the_stamp(server: Server) -> None:
@@ -349,6 +370,7 @@ class Word:
     back: int
     linear: float
     angular: float
+    ends_s: float | None
 
 
 WORDS = st.lists(
@@ -363,6 +385,7 @@ WORDS = st.lists(
         back=st.sampled_from([0, 0, 0, 1, 2]),
         linear=st.one_of(st.sampled_from([0.5, -0.5]), st.floats()),
         angular=st.one_of(st.just(0.0), st.floats()),
+        ends_s=st.sampled_from([None, None, 0.03, 0.06, -0.01]),
     ),
     max_size=40,
 )
@@ -380,12 +403,13 @@ class Model:
         self.stopped_s = -math.inf  # of the newest fault
         self.neutral_s = -math.inf  # when standstill was heard in this turn
         self.word_s = -math.inf  # stamp of the newest set-point or stop
+        self.end_s = math.inf  # of the command behind it
         self.heard = False  # whether there was one since the newest fault
         self.halted = True
 
     def meet(self, word: Word) -> None:
         self.now_s += word.after_s
-        if self.heard and self.now_s - self.word_s >= SILENCE_S:
+        if self.heard and self._is_silent():
             self._fault()
         calls = self._say(word)
         for number, call in enumerate(calls):
@@ -400,8 +424,11 @@ class Model:
             assert number == len(calls) - 1, "nothing moves before a stop of the same moment"
             self._judge(call)
         if self.spins:
-            assert self.now_s - self.word_s < SILENCE_S, "nothing is held on in silence"
+            assert not self._is_silent(), "nothing is held on in silence"
             assert self.neutral_s > self.stopped_s, "nor through a fault"
+
+    def _is_silent(self) -> bool:
+        return self.now_s - self.word_s >= SILENCE_S or self.now_s >= self.end_s
 
     def _fault(self) -> None:
         self.stopped_s, self.heard = self.now_s, False
@@ -429,12 +456,21 @@ class Model:
         still = word.what == "stand"
         linear, angular = (0.0, 0.0) if still else (word.linear, word.angular)
         return Move(
-            sequence=number, sent_s=sent_s, turn=turn, linear_mps=linear, angular_rps=angular
+            sequence=number,
+            sent_s=sent_s,
+            turn=turn,
+            linear_mps=linear,
+            angular_rps=angular,
+            end_s=None if word.ends_s is None else self.now_s + word.ends_s,
         )
 
     def _note(self, message: Message) -> None:
         fresh = 0.0 <= self.now_s - message.sent_s < SILENCE_S
+        end_s = math.inf
+        if isinstance(message, Move) and message.end_s is not None:
+            end_s = message.end_s
         taken = fresh and message.sequence > self.sequence and message.turn >= self.turn
+        taken = taken and self.now_s < end_s
         if isinstance(message, Halt) or taken:
             self.sequence = max(self.sequence, message.sequence)
             if message.turn > self.turn:
@@ -443,8 +479,10 @@ class Model:
             self.halted = True
         if isinstance(message, Halt) and fresh:
             self.word_s, self.heard = max(self.word_s, message.sent_s), True
+            self.end_s = math.inf
         if isinstance(message, Move) and taken:
             self.word_s, self.heard = max(self.word_s, message.sent_s), True
+            self.end_s = end_s
             self.halted = False
             if message.linear_mps == 0.0 and message.angular_rps == 0.0:
                 self.neutral_s = max(self.neutral_s, message.sent_s)
@@ -458,7 +496,7 @@ class Model:
             assert not self.halted
         assert self.neutral_s > self.stopped_s, "neutral first, stamped after the newest fault"
         if isinstance(call, Apply):
-            assert self.now_s - self.word_s < SILENCE_S, "nothing moves in silence"
+            assert not self._is_silent(), "nothing moves in silence"
         elif isinstance(call, SetControl):
             self.spins = True
 

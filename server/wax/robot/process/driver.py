@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import threading
 from collections import Counter
@@ -54,6 +55,8 @@ FIRST_PAUSE_S: Final = 0.3
 LAST_PAUSE_S: Final = 3.0
 STEADY_S: Final = 5.0
 """A process that has run this long did not fail at its start."""
+LATE_S: Final = 0.02
+"""The server's own stop comes first where its loop is no later than this."""
 CLOSE_S: Final = 0.85
 KILL_S: Final = 0.1
 
@@ -103,6 +106,7 @@ class ProcessDriver:
         self._closing = threading.Event()
         self._is_abandoned = False
         self._is_operated = False
+        self._end_s: float | None = None
         self._child: ChildProcess | None = None
         self._listens = False
         self._sequence = 0
@@ -136,6 +140,10 @@ class ProcessDriver:
         with self._lock:
             self._is_operated = is_operated
 
+    def expect(self, end_s: float) -> None:
+        with self._lock:
+            self._end_s = end_s + LATE_S if math.isfinite(end_s) else None
+
     def apply(self, twist: Twist, turn: int) -> None:
         with self._lock:
             self._say(
@@ -146,6 +154,7 @@ class ProcessDriver:
                     linear_mps=twist.linear_mps,
                     angular_rps=twist.angular_rps,
                     operated=self._is_operated,
+                    end_s=self._end_s,
                 )
             )
 

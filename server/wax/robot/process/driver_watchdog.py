@@ -82,15 +82,16 @@ Call = Apply | SetAxis | SetControl | StopDriver
 class DriverWatchdog:
     """Turns the server's messages, and its silence, into calls to the driver.
 
-    - Silence means `silence_s` since the timestamp of the newest set-point or stop. It causes a
+    - Silence means `silence_s` since the timestamp of the newest set-point or stop, or that the
+      server has not stopped what its own command no longer allows (`Move.end_s`). It causes a
       *hold*, which stops the robot, as do an invalid message, a driver that raises, and a robot
       that has reconnected.
     - After a hold, and at the start of each turn, nothing moves, axes included, until a set-point
       of standstill arrives with a timestamp later than the hold. A turn begins with a stop.
     - A control that is held is let go of with a hold and between two turns, and one that moves with
       a stop, too. One that moves may begin only where an axis may; letting go is never refused.
-    - A set-point or axis position that is older than `silence_s`, out of sequence, or of a lower
-      turn is refused, and does not end the silence. A stop is never refused.
+    - A set-point or axis position that is older than `silence_s`, past its end, out of sequence, or
+      of a lower turn is refused, and does not end the silence. A stop is never refused.
 
     `problem` says why the robot is held, None while it is not; `holds` counts the holds.
     """
@@ -232,7 +233,8 @@ class DriverWatchdog:
         self._twist = STANDSTILL
 
     def _refusal(self, message: Move | Axis | Control, now_s: float) -> str | None:
-        if not self._is_fresh(message, now_s):
+        is_over = isinstance(message, Move) and now_s >= (message.end_s or math.inf)
+        if is_over or not self._is_fresh(message, now_s):
             return "driver_stale"
         if message.sequence <= self._sequence:
             return "driver_repeated"
@@ -247,6 +249,8 @@ class DriverWatchdog:
     def _heard(self, message: Move | Halt) -> None:
         self._newest_s = max(self._newest_s, message.sent_s)
         self.silent_at_s = self._newest_s + self._silence_s
+        if isinstance(message, Move) and message.end_s is not None:
+            self.silent_at_s = min(self.silent_at_s, message.end_s)
 
 
 def _lets_go(message: Control) -> bool:

@@ -117,9 +117,8 @@ class HandWatchdog:
     def hear(self, message: Message, now_s: float) -> tuple[Call, ...]:
         """Handle a message of the server."""
         looked = self._look(now_s)
-        before_s = self._watchdog.silent_at_s
         calls = self._watchdog.hear(message, now_s)
-        if isinstance(message, Move) and before_s != self._watchdog.silent_at_s < math.inf:
+        if isinstance(message, Move) and any(isinstance(call, Apply) for call in calls):
             self._heard_s = now_s if message.operated else -math.inf
         return (*looked, *self._passed(calls, now_s))
 

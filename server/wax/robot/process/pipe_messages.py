@@ -51,12 +51,17 @@ class _Command(_PipeMessage):
 
 
 class Move(_Command):
-    """Server → process: a set-point, and whether an operator is there who may drive."""
+    """Server → process: a set-point, and whether an operator is there who may drive.
+
+    `end_s` is when the server would have stopped the robot unless a newer command had come, None
+    where no command moves it.
+    """
 
     say: Literal["move"] = "move"
     linear_mps: float
     angular_rps: float
     operated: bool = True
+    end_s: Seconds | None = None
 
 
 class Axis(_Command):
