@@ -193,10 +193,11 @@ class TestOneServer:
 
 
 @contextlib.contextmanager
-def linked(bridge: Bridge, mark: str, *wanted: Wanted) -> Iterator[RosbridgeLink]:
-    link = RosbridgeLink(
-        by_bridge(bridge).own(Ros2Settings), SystemClock(), mark=mark, wanted=wanted
-    )
+def linked(
+    bridge: Bridge, mark: str, *wanted: Wanted, clock: Clock | None = None
+) -> Iterator[RosbridgeLink]:
+    settings = by_bridge(bridge).own(Ros2Settings)
+    link = RosbridgeLink(settings, clock or SystemClock(), mark=mark, wanted=wanted)
     yield link
     link.close()
 
@@ -230,6 +231,28 @@ def test_an_unexpected_error_of_the_link_is_its_failure(
         with pytest.raises(DriverError):
             link.send(CURVE, 0)
     assert [log["event"] for log in logs] == ["the link to the rosbridge server failed"]
+
+
+class LateThread(SystemClock):
+    """The link's own thread wakes so much later."""
+
+    def now_s(self) -> float:
+        late_s = 0.2 if threading.current_thread().name == "rosbridge" else 0.0
+        return super().now_s() + late_s
+
+
+@pytest.mark.system
+def test_motion_from_before_a_freeze_is_not_sent(bridge: Bridge) -> None:
+    """A standby may have stopped the robot meanwhile; standstill is sent however late."""
+    with linked(bridge, OURS, clock=LateThread()) as link:
+        link.send(CURVE, 0)
+        time.sleep(0.05)
+        link.send(STANDSTILL, 0)
+        end_s = time.monotonic() + 5.0
+        while not (told := bridge.told()):
+            assert time.monotonic() < end_s
+            time.sleep(0.005)
+    assert told[0].twist == STANDSTILL
 
 
 @pytest.mark.system

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import fcntl
+import math
 import socket
 import struct
 import termios
@@ -19,6 +20,7 @@ from wax.errors import DriverError
 from wax.robot.ros2 import rosbridge_protocol as protocol
 from wax.robot.ros2.link import command_type
 from wax.robot.ros2.rosbridge_graph import RosbridgeGraph
+from wax.robot.ros2.standby_rules import SILENCE_S
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -74,7 +76,7 @@ class RosbridgeLink:
         self._closing = False
         self._words: deque[str] = deque()
         self._refused: set[str] = set()
-        self._command = ""
+        self._command: tuple[str, float] | None = None
         self._thread = threading.Thread(target=self._run, name="rosbridge", daemon=True)
         self._thread.start()
         self._connected.wait()
@@ -90,8 +92,9 @@ class RosbridgeLink:
         self._check()
         if self._is_giver:
             stamp = (wall_ns, self._settings.frame_id) if self._settings.stamped else None
+            until_s = math.inf if twist.is_zero else self._clock.now_s() + SILENCE_S
             # One that was not sent yet is replaced: only the newest counts.
-            self._command = protocol.publish(self._settings.topic, twist, stamp=stamp)
+            self._command = protocol.publish(self._settings.topic, twist, stamp=stamp), until_s
             self._call(self._wake.set)
 
     def take(self, timeout_s: float) -> list[tuple[str, Any]]:
@@ -172,13 +175,14 @@ class RosbridgeLink:
             self._words += self._graph.questions(self._clock.now_s()) if self._is_giver else ()
             while self._words:
                 await line.send_str(self._words.popleft())
-            command, self._command = self._command, ""
-            if command:
+            command, self._command = self._command, None
+            # After a freeze the standby may have stopped the robot: old motion must not undo that.
+            if command is not None and self._clock.now_s() < command[1]:
                 _refuse_to_pile_up(line)
-                await line.send_str(command)
+                await line.send_str(command[0])
             if self._closing:
                 return
-            if not self._command:
+            if self._command is None:
                 self._wake.clear()
                 with contextlib.suppress(TimeoutError):
                     await asyncio.wait_for(self._wake.wait(), TICK_S)
