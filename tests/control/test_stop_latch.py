@@ -38,6 +38,7 @@ def test_a_guessed_number_releases_nothing() -> None:
 RELEASED = {
     "the operator": (ADA, 2, 100.5),
     "the host": ("host", 2, 100.5),
+    "the house": ("house", 2, 100.5),
     "without a stamp": (ADA, 2, None),
     "at the moment of the press": (ADA, 2, 100.0),
     "a stamp ahead by the line's delay": (ADA, 2, 101.149),
@@ -60,8 +61,9 @@ def test_only_the_host_releases_the_hosts_stop() -> None:
         press(StopLatch(), says("Bob"), 98.0, viewer=BOB), says("the host"), 99.0, by_host=True
     )
     for latch in (first, again, press(again, says("Ada"), 99.5, viewer=ADA)):
-        refusal = release(latch, ADA, 1, 100.0, turn=TURN, now_s=NOW_S)[1]
-        assert refusal is Refusal.THE_HOSTS_STOP
+        for other in (ADA, "house"):
+            refusal = release(latch, other, 1, 100.0, turn=TURN, now_s=NOW_S)[1]
+            assert refusal is Refusal.THE_HOSTS_STOP
         assert release(latch, "host", 1, 100.0, turn=TURN, now_s=NOW_S) == (
             replace(latch, stop=None),
             None,
@@ -91,6 +93,7 @@ REFUSED = {
     "sent before the last press": (Refusal.OTHER_STOP, (ADA, 2, 99.999), {}),
     "the future": (Refusal.FROM_FUTURE, (ADA, 2, 101.151), {}),
     "the host's future": (Refusal.FROM_FUTURE, ("host", 2, 101.051), {}),
+    "the house's future": (Refusal.FROM_FUTURE, ("house", 2, 101.051), {}),
     "no number as a stamp": (Refusal.RELEASED_LATE, (ADA, 2, math.nan), {}),
 }
 

@@ -7,6 +7,7 @@ from typing import Final
 from tests.fuzz.targets import (
     files,
     hand_line,
+    house,
     network,
     offers,
     pages,
@@ -34,6 +35,7 @@ TARGETS: Final = {
         serial_line.FIRMWARE,
         text_line.TEXT,
         hand_line.HAND,
+        house.HOUSE,
         files.CONFIG,
         tokens.TOKENS,
         tokens.COOKIES,

@@ -3,7 +3,8 @@
 A role is what somebody is now: the host by a secret, the operator by their turn, an observer by
 being let in. An operator becomes an adviser while the person aboard has the robot; that person
 outranks every row here and needs none, since their hand control is read beside the server
-(`wax.control.local_hand`). A stranger has a page but no place in the room.
+(`wax.control.local_hand`). A stranger has a page but no place in the room. The house is the host's
+home automation, whoever presses there; it is no browser and never drives.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from wax.sentence import Sentence
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-Role = Literal["stranger", "observer", "adviser", "operator", "host"]
+Role = Literal["stranger", "observer", "adviser", "operator", "host", "house"]
 Act = type | str
 """A message of the protocol, a route as ``METHOD /path``, or one of those below."""
 
@@ -28,7 +29,8 @@ DIAGNOSIS: Final = "what fails"
 
 ROLES: Final[tuple[Role, ...]] = get_args(Role)
 
-_ANYBODY: Final = frozenset(ROLES)
+_HOUSE: Final = frozenset[Role]({"house"})
+_ANYBODY: Final = frozenset(ROLES) - _HOUSE
 _INSIDE: Final = _ANYBODY - {"stranger"}
 _DRIVING: Final = frozenset[Role]({"operator", "host"})
 _IN_CHARGE: Final = frozenset[Role]({"adviser", "operator", "host"})
@@ -48,21 +50,21 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
     # Driving, and stopping.
     messages.Drive: _DRIVING,
     messages.Operate: _INSIDE,  # which control, `[[controls]] roles` says
-    messages.Stop: _INSIDE,
-    messages.Release: _IN_CHARGE,
+    messages.Stop: _INSIDE | _HOUSE,
+    messages.Release: _IN_CHARGE | _HOUSE,  # the house's where `[mqtt] release` says so
     # Speaking to the people beside the robot; never those who only watch.
     SPEAK: _IN_CHARGE,
     messages.KeepTape: _IN_CHARGE,
     # The host's.
-    messages.HoldQueue: _HOST,
+    messages.HoldQueue: _HOST | _HOUSE,
     messages.EndTurn: _HOST,
     messages.Remove: _HOST,
     messages.Mute: _HOST,
     messages.MuteAddress: _HOST,
     messages.MuteVoices: _HOST,
     messages.Lock: _HOST,
-    messages.Close: _HOST,
-    messages.Blank: _HOST,
+    messages.Close: _HOST | _HOUSE,
+    messages.Blank: _HOST | _HOUSE,
     messages.LimitSpeed: _HOST,
     messages.Announce: _HOST,
     messages.Invite: _HOST,
@@ -91,6 +93,7 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
 }
 
 _ONLY: Final[Mapping[frozenset[Role], Sentence]] = {
+    _ANYBODY: Sentence("may.watchers"),
     _INSIDE: Sentence("may.watchers"),
     _DRIVING: Sentence("may.operator"),
     _IN_CHARGE: Sentence("may.operator"),
@@ -108,4 +111,5 @@ def check(role: Role, act: Act) -> None:
     if not may(role, act):
         if role == "adviser" and may("operator", act):
             raise ForbiddenError(Sentence("aboard.advise"))
-        raise ForbiddenError(_ONLY.get(PERMISSIONS.get(act, frozenset()), Sentence("may.nobody")))
+        people = PERMISSIONS.get(act, frozenset()) - _HOUSE
+        raise ForbiddenError(_ONLY.get(people, Sentence("may.nobody")))

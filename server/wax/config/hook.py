@@ -19,7 +19,7 @@ MAX_HOOKS: Final = 8
 
 _ENDPOINT: Final = re.compile(r"(\[[0-9A-Fa-f:.]+\]|[\w.-]+):(\d{1,5})(?![\w.:])")
 _HERE: Final = "localhost"
-_PORTS: Final = {"http": 80, "https": 443}
+_PORTS: Final = {"http": 80, "https": 443, "mqtt": 1883, "mqtts": 8883}
 
 
 def _whole(url: str) -> str:
@@ -65,25 +65,25 @@ class HookSettings(BaseModel):
 
 
 def check_targets(
-    hooks: Iterable[HookSettings], own_port: int, own_names: Sequence[str], robot: object
+    targets: Iterable[tuple[str, str]], own_port: int, own_names: Sequence[str], robot: object
 ) -> None:
-    """Raise `ValueError` for a hook that leads to this server, or to the robot's own line.
+    """Raise `ValueError` for a key whose URL leads to this server, or to the robot's own line.
 
-    `robot` is its table of the configuration: whatever in it reads as HOST:PORT is such a line.
+    `targets` are such keys with their URLs; `robot` is its table of the configuration: whatever in
+    it reads as HOST:PORT is such a line.
     """
     own = {(_host(name), own_port) for name in (_HERE, *own_names)}
     lines = {(_host(host), int(port)) for host, port in _endpoints(robot)}
-    for number, hook in enumerate(hooks):
-        parts = urlsplit(hook.url)
+    for key, url in targets:
+        parts = urlsplit(url)
         target = (_host(parts.hostname or ""), parts.port or _PORTS[parts.scheme])
         if target in own:
             raise ValueError(
-                f"hook[{number}].url: {hook.host} is this server itself; name the program that"
-                " is to be told"
+                f"{key}: {parts.netloc} is this server itself; name the program that is to be told"
             )
         if target in lines:
             raise ValueError(
-                f"hook[{number}].url: {hook.host} is the robot's own line; name the program that"
+                f"{key}: {parts.netloc} is the robot's own line; name the program that"
                 " is to be told"
             )
 

@@ -29,6 +29,7 @@ from wax.config.controls import (
     check_names,
 )
 from wax.config.hook import MAX_HOOKS, HookSettings, check_targets
+from wax.config.mqtt import MqttSettings
 from wax.config.network import HostName, Network, PageUrl
 from wax.config.page import PageSettings
 from wax.config.publish import PublishSettings
@@ -692,6 +693,7 @@ class Settings(_Section):
     records: RecordSettings = RecordSettings()
     recording: RecordingSettings = RecordingSettings()
     metrics: MetricSettings = MetricSettings()
+    mqtt: MqttSettings = MqttSettings()
     network: NetworkSettings = NetworkSettings()
     relay: RelaySettings = RelaySettings()
     video: DrivingViewSettings = DrivingViewSettings()
@@ -716,10 +718,12 @@ class Settings(_Section):
         return self
 
     @model_validator(mode="after")
-    def _hooks_lead_elsewhere(self) -> Self:
+    def _who_is_told_is_elsewhere(self) -> Self:
         server = self.server
         names = [server.host, *server.all_names]
-        check_targets(self.hook, server.port, names, self.robot.model_dump())
+        targets = [(f"hook[{number}].url", one.url) for number, one in enumerate(self.hook)]
+        targets += [("mqtt.url", self.mqtt.url)] if self.mqtt.url else []
+        check_targets(targets, server.port, names, self.robot.model_dump())
         return self
 
     @model_validator(mode="after")

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from wax.control.turn_view import TurnView
     from wax.sentence import Sentence
 
-Releaser = int | Literal["host"] | None
-"""A viewer's number, the host, or None for somebody unknown."""
+Releaser = int | Literal["host", "house"] | None
+"""A viewer's number, the host, the host's home automation, or None for somebody unknown."""
 
 RELEASE_TTL_S: Final = 2.0
 """An older release no longer counts as deliberate."""
@@ -77,25 +77,25 @@ def release(
 ) -> tuple[StopLatch, Refusal | None]:
     """Release the stop with the number `stop`, or return why not.
 
-    A connected operator and the host may. `sent_s` is None for a request without a timestamp, which
-    comes over a transport that does not hold requests back.
+    A connected operator, the host and the house may. `sent_s` is None for a request without a
+    timestamp, which comes over a transport that does not hold requests back.
     """
     refusal = _not_entitled(by, turn, latch.stop)
     if refusal is None and (latch.stop is None or stop != latch.stop.number):
         refusal = Refusal.OTHER_STOP
     if refusal is None and sent_s is not None:
-        refusal = _untimely(latch, sent_s, None if by == "host" else turn.one_way_s, now_s)
+        refusal = _untimely(latch, sent_s, turn.one_way_s if isinstance(by, int) else None, now_s)
     return (replace(latch, stop=None) if refusal is None else latch), refusal
 
 
 def _not_entitled(by: Releaser, turn: TurnView, stop: LatchedStop | None) -> Refusal | None:
     if by == "host":
         return None
-    if by is None or by != turn.operator:
+    if by is None or by not in (turn.operator, "house"):
         return Refusal.NOT_YOUR_STOP
     if stop is not None and stop.by_host:
         return Refusal.THE_HOSTS_STOP
-    return None if turn.present else Refusal.LOST
+    return None if turn.present or by == "house" else Refusal.LOST
 
 
 def _untimely(

@@ -14,7 +14,7 @@ VERSION: Final = 1
 """Of all events. A new kind of event or a new field does not raise it; anything else does."""
 
 Part = Literal["camera", "microphone", "robot", "battery", "gauge"]
-StopRole = Literal["observer", "operator", "host"]
+StopRole = Literal["observer", "operator", "host", "house"]
 WhyEnded = Literal["expired", "left", "gone", "idle", "ended", "not_allowed", "server_ending"]
 
 

@@ -1,4 +1,4 @@
-"""What the host does on their page; each act is logged and recorded."""
+"""What the host does, on their page or from their home; each act is logged and recorded."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from wax.protocol import messages
 from wax.protocol.events import Removed
 from wax.records.entries import RecordedPerson
 from wax.sentence import Sentence
+from wax.session.stop_presses import HOUSE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -85,9 +86,20 @@ class HostActs:
         if not self._at_the_door(host, act):
             self._decide(act)
         self._viewers.changed()
+        self._keep(RecordedPerson(host.visitor.identity, host.name), act, about)
+
+    def handle_from_house(self, act: messages.HoldQueue | messages.Close | messages.Blank) -> None:
+        """Carry out an act of the host's home automation, and keep it."""
+        if isinstance(act, messages.Close):
+            self._access.close(act.closed)
+            self._check_all()
+        else:
+            self._decide(act)
+        self._keep(RecordedPerson("", str(HOUSE)), act)
+
+    def _keep(self, person: RecordedPerson, act: messages.HostIn, about: str = "") -> None:
         detail = act.model_dump_json(exclude={"type", "viewer"})
-        _LOG.info("host's act", host=host.number, act=act.type, about=about, detail=detail)
-        person = RecordedPerson(host.visitor.identity, host.name)
+        _LOG.info("host's act", by=person.name, act=act.type, about=about, detail=detail)
         self._records.host_act(person, act.type, about=about, detail=detail)
 
     def _decide(self, act: messages.HostIn) -> None:

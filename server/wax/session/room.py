@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
+from wax.access.permissions import check
 from wax.control.fairness import Person
 from wax.errors import ForbiddenError, FullError, NotAdmittedError
+from wax.house.commands import ReleaseAt
 from wax.protocol import messages, room_change
 from wax.sentence import Sentence
 from wax.session import names
@@ -34,6 +36,7 @@ if TYPE_CHECKING:
     from wax.control.operation import Operation
     from wax.control.reasons import Refusal
     from wax.control.turns import Turns
+    from wax.house.commands import HouseAct
     from wax.records.records import Records
     from wax.rtc.network import Network
     from wax.rtc.peer import Peer
@@ -290,6 +293,21 @@ class Room:
         """Release the stop with this number; raises `ForbiddenError`."""
         viewer = self._acting(visitor, tab)
         self._stops.release(viewer, stop, None, is_host=visitor.is_host)
+        self._viewers.changed()
+
+    def house_acts(self, act: HouseAct) -> None:
+        """Do what the host's home automation wants; raises `ForbiddenError` if it may not."""
+        check("house", messages.Release if isinstance(act, ReleaseAt) else type(act))
+        match act:
+            case messages.Stop():
+                self._stops.press_from_house()
+            case ReleaseAt():
+                if not self._settings.mqtt.release:
+                    raise ForbiddenError(Sentence("may.operator"))
+                age_s = (self._clock.wall_ms() - act.wall_ms) / 1000
+                self._stops.release_from_house(self._clock.now_s() - age_s)
+            case _:
+                self._host_acts.handle_from_house(act)
         self._viewers.changed()
 
     def _watches_from(self, address: str) -> dict[str, float]:

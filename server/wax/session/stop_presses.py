@@ -39,6 +39,7 @@ ONLY_THE_OPERATOR_STOPS: Final = Sentence("stop.only_operator")
 MUTED: Final = Sentence("stop.muted")
 HOST: Final = Sentence("by.host")
 FROM_ROOM: Final = Sentence("by.in_room")
+HOUSE: Final = Sentence("by.house")
 TOO_OFTEN: Final = Sentence("stop.too_often")
 
 KNOWN_S: Final = 10.0
@@ -107,6 +108,12 @@ class StopPresses:
         self._check(visitor, FROM_ROOM)
         return self._press(None, FROM_ROOM, is_host=False)
 
+    def press_from_house(self) -> int:
+        """Do the same for the host's home automation, which says nothing of who presses there."""
+        number = self._control.press_stop(HOUSE, viewer=None, by_host=False)
+        self._keeper.stop_pressed(None, str(HOUSE), number, "house")
+        return number
+
     def release(
         self, viewer: Viewer | None, stop: int, sent_s: float | None, *, is_host: bool
     ) -> None:
@@ -117,6 +124,15 @@ class StopPresses:
             raise ForbiddenError(refusal.value)
         name, role = str(HOST) if viewer is None else viewer.name, self._role(viewer, is_host)
         self._keeper.stop_released(viewer, name, stop, role)
+
+    def release_from_house(self, sent_s: float) -> None:
+        """Release the stop in force, as of when that was wanted; raises `ForbiddenError`."""
+        stop = self._control.latched
+        number = 0 if stop is None else stop.number
+        refusal = self._control.release_stop("house", number, sent_s)
+        if refusal is not None:
+            raise ForbiddenError(refusal.value)
+        self._keeper.stop_released(None, str(HOUSE), number, "house")
 
     def pressers(self) -> list[PressingAddress]:
         """Return the addresses of the last ten minutes, and those that are ignored; newest first.

@@ -1,0 +1,133 @@
+"""What the host's home automation does, in a real room."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from pydantic import BaseModel
+from tests.session.test_room import FakePeer, Rig, rig
+
+from wax.access.permissions import PERMISSIONS, may
+from wax.driver.interface import Twist
+from wax.errors import ForbiddenError
+from wax.house.commands import NAMES, ReleaseAt, parse
+from wax.protocol import messages
+from wax.session import entry as entry_module
+
+__all__ = ["rig"]
+
+STOP = messages.Stop(type="stop")
+
+
+@pytest.fixture
+def releasing(monkeypatch: pytest.MonkeyPatch) -> Rig:
+    FakePeer.made = []
+    monkeypatch.setattr(entry_module, "Peer", FakePeer)
+    return Rig({"mqtt": {"release": True}})
+
+
+async def test_its_stop_is_anybodys(rig: Rig) -> None:
+    """Before anything else, latched, under its own name and role; the host releases it."""
+    bob = await rig.enter("bob-1111")
+    rig.heard.take()
+    rig.room.house_acts(STOP)
+    assert rig.robot.told[-1] == "stop"
+    rig.wait(0.3, bob)
+    told = bob.last("room")["stop"]
+    assert told == {"number": 1, "by": {"code": "by.house"}, "viewer": None}
+    pressed = {"type": "stop.pressed", "stop": 1, "role": "house", "name": None}
+    assert pressed in rig.heard.take()
+    host = await rig.enter("hedy-111", is_host=True)
+    host.says(type="release", stop=1, sent_server_ms=rig.clock.time_s * 1000, beat=host.beat)
+    assert rig.loop.latched is None
+
+
+async def test_it_releases_nothing_unless_configured(rig: Rig) -> None:
+    """Whatever its role could."""
+    rig.room.house_acts(STOP)
+    with pytest.raises(ForbiddenError, match="Only"):
+        rig.room.house_acts(ReleaseAt(0))
+    assert rig.loop.latched is not None
+
+
+async def test_where_configured_it_releases(releasing: Rig) -> None:
+    """As of when it was wanted (the clock on the wall says 0): what a broker held back is late."""
+    releasing.room.house_acts(STOP)
+    releasing.clock.time_s += 1.0
+    for wall_ms in (-2001, 51):
+        with pytest.raises(ForbiddenError):
+            releasing.room.house_acts(ReleaseAt(wall_ms))
+    releasing.heard.take()
+    releasing.room.house_acts(ReleaseAt(0))
+    assert releasing.loop.latched is None
+    assert [(one["type"], one["role"]) for one in releasing.heard.take()] == [
+        ("stop.released", "house")
+    ]
+    with pytest.raises(ForbiddenError):
+        releasing.room.house_acts(ReleaseAt(0))
+
+
+async def test_a_press_after_the_release_was_wanted_lasts(releasing: Rig) -> None:
+    """And so does the host's own, which only the host releases."""
+    releasing.room.house_acts(STOP)
+    with pytest.raises(ForbiddenError):
+        releasing.room.house_acts(ReleaseAt(-1))
+    host = await releasing.enter("hedy-111", is_host=True)
+    host.says(type="stop")
+    with pytest.raises(ForbiddenError):
+        releasing.room.house_acts(ReleaseAt(0))
+    assert releasing.loop.latched is not None
+
+
+async def test_it_closes_pauses_and_blanks(rig: Rig) -> None:
+    """As the host would, at once."""
+    bob = await rig.enter("bob-1111")
+    rig.room.house_acts(messages.HoldQueue(type="hold_queue", held=True))
+    rig.room.house_acts(messages.Blank(type="blank", blanked=True))
+    rig.wait(0.3, bob)
+    told = bob.last("room")["host_settings"]
+    assert (told["held"], told["blanked"]) == (True, True)
+    rig.room.house_acts(messages.Close(type="close", closed=True))
+    assert bob.last("ended")["openings"] == []
+    assert not rig.access.is_open
+    rig.room.house_acts(messages.Close(type="close", closed=False))
+    assert rig.access.is_open
+
+
+OTHERS = [
+    act.model_construct()
+    for act in PERMISSIONS
+    if not isinstance(act, str) and issubclass(act, BaseModel) and not may("house", act)
+]
+SAID = st.tuples(
+    st.sampled_from(NAMES), st.sampled_from([b"ON", b"OFF", b"0000000000000"]) | st.binary()
+).map(lambda said: parse(*said))
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.booleans(), st.lists(SAID | st.sampled_from(OTHERS), max_size=20))
+def test_nothing_it_says_drives(
+    monkeypatch: pytest.MonkeyPatch, releases: bool, said: list[Any]
+) -> None:
+    """However all acts there are are mixed: no turn begins, nothing moves, and a Stop lasts unless
+    releasing is configured.
+    """
+    monkeypatch.setattr(entry_module, "Peer", FakePeer)
+    one = Rig({"mqtt": {"release": releases}})
+    is_stopped = False
+    for act in filter(None, said):
+        kind = messages.Release if isinstance(act, ReleaseAt) else type(act)
+        try:
+            one.room.house_acts(act)
+        except ForbiddenError:
+            assert kind is messages.Release or not may("house", kind)
+        else:
+            assert may("house", kind)
+            is_stopped |= kind is messages.Stop
+        one.wait(0.1)
+        assert releases or (one.loop.latched is not None) is is_stopped
+    assert one.room.snapshot(one.clock.time_s).turn.operator is None
+    assert all(told in ("stop", Twist(0.0, 0.0)) for told in one.robot.told)
