@@ -103,6 +103,13 @@ want_relay() {
         _missing "the relay cannot be tested; type: sudo apt-get install -y coturn nftables"
 }
 
+# The broker of home automation, which Debian keeps where only root looks.
+want_broker() {
+    [ "$(uname)" = Linux ] || return 0
+    [ -x /usr/sbin/mosquitto ] || command -v mosquitto >/dev/null || apt_install mosquitto ||
+        _missing "home automation cannot be tested; type: sudo apt-get install -y mosquitto"
+}
+
 # The other implementation of DDS behind the driver for ROS 2; 3 MB.
 want_fastdds() {
     [ "$(uname)" = Linux ] || return 0
@@ -134,4 +141,5 @@ want_all() {
     want_voice
     want_ear
     want_relay
+    want_broker
 }

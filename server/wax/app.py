@@ -43,6 +43,7 @@ from wax.fanout.camera import Camera
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
 from wax.hooks.hooks import Hooks
+from wax.house.house import House
 from wax.monitoring.listener import MetricsListener
 from wax.monitoring.metrics import Metrics
 from wax.monitoring.readiness import Readiness
@@ -57,6 +58,7 @@ from wax.rtc.network import Network
 from wax.session.announcements import Announcements
 from wax.session.changes import Fault, Seen, faults
 from wax.session.host_decisions import HostDecisions
+from wax.session.house_states import house_states
 from wax.session.news import News
 from wax.session.proof_runner import ProofRunner
 from wax.session.record_keeper import RecordKeeper, each, refused
@@ -106,6 +108,8 @@ class App:
     `config_path` is the file of the settings, for the proof of the stop.
     """
 
+    _audio: SoundHub | UnitHub
+
     def __init__(
         self, *, settings: Settings, clock: Clock, config_path: Path | None = None
     ) -> None:
@@ -138,7 +142,6 @@ class App:
             )
             for one, makers in zip(settings.camera, encoders[1:], strict=True)
         ]
-        self._audio: SoundHub | UnitHub
         self._cluster = Cluster(clock=clock, counters=counters)
         service: Service
         if settings.sync.policy == "thesis":
@@ -206,6 +209,12 @@ class App:
             settings.access, self._records, clock, load_secret(settings.server.state_dir)
         )
         self._hooks = Hooks(settings.hook, clock, lambda: self._entrance.port)
+        self._house = House(
+            settings,
+            clock,
+            seen=self._house_states,
+            act=lambda act: self._room.house_acts(act),  # noqa: PLW0108 - made below
+        )
         self._keeper = RecordKeeper(
             records=self._records,
             clock=clock,
@@ -214,7 +223,7 @@ class App:
             news=News(
                 clock=clock,
                 seen=lambda: self._seen(waiting=len(turns.queue)),
-                tell=self._hooks.put,
+                tell=each(self._hooks.put, self._house.put),
             ),
         )
         tape = self._tape_keeper = self._make_tape_keeper(viewers)
@@ -265,7 +274,7 @@ class App:
                 voices=self._voices,
                 tape=lambda: None if tape is None else tape.status(),
                 cameras=self._cameras,
-                hooks=self._hooks.problems,
+                hooks=lambda: [*self._hooks.problems(), *self._house.problems()],
             ),
             access=self._access,
             decisions=self._decisions,
@@ -308,7 +317,10 @@ class App:
             clock=clock,
             proving=self._proof_runner,
             ice=ice,
-            status=lambda: self._status() | {"connections": self._entrance.limits.status()},
+            status=lambda: (
+                self._status()
+                | {"connections": self._entrance.limits.status(), "mqtt": self._house.status()}
+            ),
             branding=_branding(settings, service, has_voice=self._speaker is not None),
             guards=Guards(
                 settings.server,
@@ -409,6 +421,7 @@ class App:
             self._supervisor.spawn("tape", self._tape_keeper.run())
         self._supervisor.spawn("cluster", self._cluster.run())
         self._supervisor.spawn("hooks", self._hooks.run())
+        self._supervisor.spawn("house", self._house.run())
         self._supervisor.spawn("service manager", self._service_manager.run())
 
     async def _shut_down(self) -> None:
@@ -422,7 +435,10 @@ class App:
                 self._keeper.close()
                 # Together, not one after the other, so that several slow devices share one wait.
                 await asyncio.gather(
-                    self._room.close(), asyncio.to_thread(self._stop_threads), self._hooks.close()
+                    self._room.close(),
+                    asyncio.to_thread(self._stop_threads),
+                    self._hooks.close(),
+                    self._house.close(),
                 )
                 await self._host_link.close()
                 if self._metrics is not None:
@@ -500,6 +516,14 @@ class App:
             waiting=waiting,
             faults=faults(problems, state, self._settings.gauges, self._cluster.lost),
             battery_fraction=state.battery_fraction,
+        )
+
+    def _house_states(self) -> dict[str, str]:
+        return house_states(
+            self._room.snapshot(self._clock.now_s()),
+            self._settings.gauges,
+            is_open=self._access.is_open,
+            names=self._settings.mqtt.names,
         )
 
     def _camera_fails(self) -> bool:

@@ -80,7 +80,7 @@ async def post(
                 begins = await response.content.read(_BUFFER_BYTES)
     except (aiohttp.ClientError, OSError, ValueError) as error:  # a TimeoutError is an OSError
         if not status:
-            raise HookError(_why(error, limit_s)) from error
+            raise HookError(not_reached(error, limit_s)) from error
     if status in _REDIRECTS:
         raise HookError(Sentence("hook.redirects", {"status": str(status)}))
     if status not in _WELL:
@@ -88,7 +88,8 @@ async def post(
     return status, begins
 
 
-def _why(error: Exception, limit_s: float) -> Sentence:
+def not_reached(error: Exception, limit_s: float) -> Sentence:
+    """Return why another program is not reached, for the host."""
     if isinstance(error, TimeoutError):
         return Sentence("hook.silent", {"limit": limit_s})
     why = getattr(error, "strerror", None) or str(error) or type(error).__name__

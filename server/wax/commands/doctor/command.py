@@ -8,6 +8,7 @@ from functools import cache, partial
 from typing import TYPE_CHECKING, Final
 
 from wax import state_dir
+from wax.clock import SystemClock
 from wax.commands.doctor import addresses, certificate, devices, machine, ports, reach
 from wax.commands.doctor.network import network_of
 from wax.commands.doctor.verdict import Check, Verdict, bad, examine, ok
@@ -16,6 +17,8 @@ from wax.encode.choice import choose
 from wax.encode.trials import LIMIT_S
 from wax.errors import ConfigError
 from wax.hooks.signature import read_secret
+from wax.house.discovery import topic_of
+from wax.house.house import broker_link
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -26,6 +29,8 @@ if TYPE_CHECKING:
 
 _DEVICE_S: Final = 15.0
 """OpenCV waits for a camera for 10 s, and gives up then."""
+_BROKER_S: Final = 20.0
+"""To connect, and then to be accepted."""
 _ENCODERS_S: Final = 2 * LIMIT_S + 4
 """Trials of encoders that hang, and then a second of encoding."""
 
@@ -42,7 +47,7 @@ def doctor(
     """Check this machine, or with `reach_url` the way to another; 1 if anything is bad, else 0.
 
     `read` returns the settings or raises `ConfigError`; `path` is their file. No outside host is
-    contacted, except for `stun` or a configured STUN server, and `reach_url`.
+    contacted, except for `stun` or a configured STUN server, a configured broker, and `reach_url`.
     """
     if reach_url is not None:
         checks: Iterable[Check] = _from_outside(reach.checked_url(reach_url))
@@ -99,6 +104,11 @@ def _here(read: Callable[[], Settings], path: Path | None, stun: str | None) -> 
             Check(f"hook {number}", partial(_hook, number, one))
             for number, one in enumerate(settings.hook, 1)
         ),
+        *(
+            [Check("MQTT broker", lambda: _broker(settings), _BROKER_S)]
+            if settings.mqtt.url
+            else []
+        ),
     ]
 
 
@@ -119,6 +129,13 @@ def _hook(number: int, hook: HookSettings) -> Verdict:
     """Check whether a hook can sign, without telling it anything; raises `StartError`."""
     read_secret(hook.secret_file, f"hook[{number - 1}].secret_file")
     return ok(f"Events go to {hook.host}, signed; `wax hook test` tries it.")
+
+
+def _broker(settings: Settings) -> Verdict:
+    """Connect to the broker and leave, telling it nothing; raises `BrokerError` or `StartError`."""
+    link = broker_link(settings, SystemClock())
+    link.check()
+    return ok(f"{link.name} accepts this server; topics begin with {topic_of(settings)}/.")
 
 
 def _configuration(read: Callable[[], Settings], path: Path | None) -> tuple[Settings, Verdict]:

@@ -1,0 +1,90 @@
+"""How Home Assistant finds the robot: MQTT discovery of one device with its components. Pure.
+
+One message for the whole device (Home Assistant 2024.11 and later) instead of one for each entity:
+it appears at once or not at all, and what the configuration no longer allows goes with the next
+start. https://www.home-assistant.io/integrations/mqtt/#device-discovery-payload
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from wax.house import commands
+from wax.house.slug import slug
+
+if TYPE_CHECKING:
+    from wax.config.settings import Settings
+
+STATUS: Final = "status"
+ONLINE: Final = "online"
+OFFLINE: Final = "offline"
+
+_RELEASED: Final = "{{ (now().timestamp() * 1000) | int }}"
+"""Home Assistant's template of the time at which somebody presses, as `ReleaseAt` has it."""
+_MEASURED: Final = {"state_class": "measurement"}
+
+
+def topic_of(settings: Settings) -> str:
+    """Return the levels that all topics of this robot begin with."""
+    return settings.mqtt.topic or f"wax/{slug(settings.page.name)}"
+
+
+def gauge_key(name: str) -> str:
+    """Return the levels of a gauge, and its id with "/" for "_"; its name is fit for both."""
+    return f"gauge/{name}"
+
+
+def discovery(settings: Settings, software: str) -> tuple[str, dict[str, Any]]:
+    """Return the topic and the payload, which are retained."""
+    topic, mqtt, page = topic_of(settings), settings.mqtt, settings.page
+    own_id = slug(topic)
+    components: dict[str, dict[str, Any]] = {}
+
+    def add(key: str, platform: str, name: str, **more: object) -> None:
+        components[key] = {"platform": platform, "unique_id": f"{own_id}_{key}", "name": name}
+        components[key] |= more
+
+    def shows(key: str, platform: str, name: str, **more: object) -> None:
+        add(key.replace("/", "_"), platform, name, state_topic=f"{topic}/{key}", **more)
+
+    def button(key: str, name: str, **more: object) -> None:
+        add(key, "button", name, command_topic=f"{topic}/{key}/set", **more)
+
+    def switch(key: str, name: str) -> None:
+        states = {"state_topic": f"{topic}/{key}", "command_topic": f"{topic}/{key}/set"}
+        add(f"{key}_switch", "switch", name, **states)
+
+    shows("queue", "sensor", "Queue", **_MEASURED)
+    shows("viewers", "sensor", "Viewers", **_MEASURED)
+    shows("battery", "sensor", "Battery", device_class="battery", unit_of_measurement="%")
+    for gauge in settings.gauges:
+        unit = {"unit_of_measurement": gauge.unit} if gauge.unit else {}
+        name = gauge.label or gauge.name
+        shows(gauge_key(gauge.name), "sensor", name, **_MEASURED, **unit)
+    shows("last_stop", "sensor", "Last stop", device_class="timestamp")
+    shows("last_stop_reason", "sensor", "Last stop's reason")
+    shows("fault", "binary_sensor", "Fault", device_class="problem")
+    shows("open", "binary_sensor", "Open")
+    button(commands.STOP, "Stop")
+    switch(commands.OPEN, "Open")
+    switch(commands.PAUSED, "Pause the queue")
+    switch(commands.BLANKED, "Blank")
+    # What is not allowed, or not any more, is an entry of its platform alone, which removes it.
+    if mqtt.names:
+        shows("driver", "sensor", "Driver")
+    else:
+        components["driver"] = {"platform": "sensor"}
+    if mqtt.release:
+        button(commands.RELEASE, "Release", command_template=_RELEASED)
+    else:
+        components[commands.RELEASE] = {"platform": "button"}
+    page_url = {"configuration_url": settings.server.public_url}
+    return f"{mqtt.discovery}/device/{own_id}/config", {
+        "device": {"identifiers": [own_id], "name": page.name, "manufacturer": "WAX"}
+        | {"sw_version": software}
+        | (page_url if settings.server.public_url else {}),
+        "origin": {"name": "WAX", "sw_version": software},
+        "availability_topic": f"{topic}/{STATUS}",
+        "qos": 1,
+        "components": components,
+    }

@@ -1,0 +1,210 @@
+"""The house's automation: a taker of events that is told states, too, and is heard."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import threading
+from contextlib import suppress
+from typing import TYPE_CHECKING, Final
+
+import structlog
+
+from wax import __version__
+from wax.error_boundary import FirstErrorLogged
+from wax.errors import ForbiddenError, StartError
+from wax.house import commands
+from wax.house.commands import OFF, ON
+from wax.house.discovery import discovery, topic_of
+from wax.protocol.events import FaultEvent, StopEvent, StoppedByItself, nameless
+from wax.sentence import Sentence
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from wax.clock import Clock
+    from wax.config.settings import Settings
+    from wax.house.broker import BrokerLink
+    from wax.house.commands import HouseAct
+    from wax.protocol.events import Event
+
+_LOG = structlog.get_logger(__name__)
+
+UNKNOWN: Final = "None"
+"""What Home Assistant takes for a state that nobody knows."""
+GAP_S: Final = 0.2
+"""Messages of one topic act so often at most: the first at once, then the newest."""
+_LOOK_S: Final = 1.0
+_LAST_S: Final = 1.0
+
+
+def broker_link(
+    settings: Settings, clock: Clock, take: Callable[[str, bytes, bool], None] = lambda *_: None
+) -> BrokerLink:
+    """Return a link that gives every command to `take`; raises `StartError`."""
+    try:
+        from wax.house.broker import BrokerLink  # noqa: PLC0415 - an extra
+    except ImportError as error:
+        raise StartError(
+            'mqtt.url: the library for MQTT is missing; type: pip install "wax-teleop[mqtt]"'
+        ) from error
+    topic, may_release = topic_of(settings), settings.mqtt.release
+    names = [name for name in commands.NAMES if name != commands.RELEASE or may_release]
+    asks = [f"{topic}/{name}/set" for name in names]
+    return BrokerLink(settings.mqtt, clock, topic=topic, asks=asks, take=take)
+
+
+class House:
+    """`[mqtt]`; without its `url`, nothing here does anything. Raises `StartError`.
+
+    `seen` returns the states that are polled, by the last levels of their topics; `act` carries out
+    what comes in, or raises `ForbiddenError`.
+    """
+
+    def __init__(
+        self,
+        settings: Settings,
+        clock: Clock,
+        *,
+        seen: Callable[[], Mapping[str, str]],
+        act: Callable[[HouseAct], None],
+    ) -> None:
+        self._settings = settings.mqtt
+        self._clock = clock
+        self._seen = seen
+        self._act = act
+        self._topic = topic_of(settings)
+        self._announced: dict[str, str] = {}
+        if self._settings.discovery:
+            where, what = discovery(settings, __version__)
+            self._announced[where] = json.dumps(what, ensure_ascii=False)
+        self._faults: set[tuple[str, str | None]] = set()
+        self._last_stop = UNKNOWN, UNKNOWN
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._lock = threading.Lock()
+        self._newest: dict[str, bytes] = {}
+        self._taken_s: dict[str, float] = {}
+        self._is_garbage_told = False
+        self.counts = dict.fromkeys(("retained", "overtaken", "garbage", "refused"), 0)
+        self._contained = FirstErrorLogged("the house is not told")
+        self._link = None
+        if self._settings.url:
+            self._link = broker_link(settings, clock, self.arrived)
+
+    def put(self, event: Event) -> None:
+        """Tell an event, soon; never raises."""
+        if self._link is None:
+            return
+        with self._contained:
+            self._note(event)
+            told = event if self._settings.names else nameless(event)
+            self._link.put(told.model_dump_json())
+
+    async def run(self) -> None:
+        """Tell what is to be seen until cancelled; never ends, since driving does not need it."""
+        if self._link is not None:
+            self._loop = asyncio.get_running_loop()
+            self._look()
+            self._link.start()
+        while True:
+            await asyncio.sleep(_LOOK_S)
+            self._look()
+
+    async def close(self) -> None:
+        """Tell the broker that this ends; for a second at most."""
+        if self._link is not None:
+            await asyncio.to_thread(self._link.close, _LAST_S)
+
+    def status(self) -> dict[str, object] | None:
+        """Return what the host's status page has; None without a broker."""
+        link = self._link
+        if link is None:
+            return None
+        return {
+            "broker": link.name,
+            "connected": link.is_connected,
+            "problem": None if link.problem is None else str(link.problem),
+            "lost": link.lost + link.expired,
+            **self.counts,
+        }
+
+    def problems(self) -> list[Sentence]:
+        """Return what the host is to know."""
+        link = self._link
+        if link is None or link.problem is None:
+            return []
+        return [Sentence("house.away", {"broker": link.name, "why": link.problem})]
+
+    def _note(self, event: Event) -> None:
+        match event:
+            case FaultEvent(type="fault.began"):
+                self._faults.add((event.part, event.which))
+            case FaultEvent():
+                self._faults.discard((event.part, event.which))
+            case StopEvent(type="stop.pressed"):
+                self._last_stop = event.timestamp, f"pressed ({event.role})"
+            case StoppedByItself():
+                self._last_stop = event.timestamp, event.why
+
+    def _look(self) -> None:
+        if self._link is None:
+            return
+        with self._contained:
+            states = dict(self._seen())
+            states["fault"] = ON if self._faults else OFF
+            states["last_stop"], states["last_stop_reason"] = self._last_stop
+            told = {f"{self._topic}/{key}": value for key, value in states.items()}
+            self._link.states = self._announced | told
+
+    # --- what comes in -----------------------------------------------------------------------
+
+    def arrived(self, topic: str, payload: bytes, is_retained: bool) -> None:
+        """Take a message, in the broker's thread; however many come, a few reach the event loop.
+
+        A retained copy is what somebody wanted at some time, and would act again with each new
+        connection. That goes for Stop, too: a robot that stops whenever its broker comes back is
+        soon driven without one. An empty message is how a retained one is deleted.
+        """
+        loop = self._loop
+        if loop is None:
+            return
+        if is_retained or not payload:
+            self.counts["retained"] += 1
+            return
+        name = topic.removeprefix(f"{self._topic}/").removesuffix("/set")
+        if name not in commands.NAMES:  # nobody asked for it, and names are kept
+            return
+        with self._lock:
+            is_awaited = name in self._newest
+            self._newest[name] = payload
+        if is_awaited:
+            self.counts["overtaken"] += 1
+            return
+        with suppress(RuntimeError):  # the server has ended meanwhile
+            loop.call_soon_threadsafe(self._take_in_time, loop, name)
+
+    def _take_in_time(self, loop: asyncio.AbstractEventLoop, name: str) -> None:
+        since_s = self._clock.now_s() - self._taken_s.get(name, float("-inf"))
+        if since_s >= GAP_S:
+            self._take_newest(name)
+        else:
+            loop.call_later(GAP_S - since_s, self._take_newest, name)
+
+    def _take_newest(self, name: str) -> None:
+        self._taken_s[name] = self._clock.now_s()
+        with self._lock:
+            payload = self._newest.pop(name)
+        with self._contained:
+            act = commands.parse(name, payload)
+            if act is None:
+                self.counts["garbage"] += 1
+                if not self._is_garbage_told:
+                    self._is_garbage_told = True
+                    _LOG.warning("a message by MQTT is none of ours", topic=name)
+                return
+            try:
+                self._act(act)
+            except ForbiddenError as error:
+                self.counts["refused"] += 1
+                _LOG.warning("refused by MQTT", topic=name, why=str(error))
+        self._look()

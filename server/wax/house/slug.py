@@ -1,0 +1,24 @@
+"""People's names made fit for topics and ids. Pure."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import unicodedata
+from typing import Final
+
+_MOST: Final = 40
+_FITS: Final = re.compile(r"[A-Za-z0-9 _/-]{1,40}")
+
+
+def slug(text: str) -> str:
+    """Return 1 to 49 lower-case letters, digits and underscores, the same for the same text.
+
+    Where more is lost than case and what separates, a digest keeps two names apart.
+    """
+    plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode().lower()
+    kept = re.sub(r"[^a-z0-9]+", "_", plain).strip("_")[:_MOST].strip("_")
+    if kept and _FITS.fullmatch(text):
+        return kept
+    digest = hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:8]
+    return f"{kept}_{digest}".strip("_")

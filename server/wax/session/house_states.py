@@ -1,0 +1,47 @@
+"""What a house's automation is told of the room, by the last levels of its topics. Pure."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from wax.house.commands import BLANKED, OFF, ON, OPEN, PAUSED
+from wax.house.discovery import gauge_key
+from wax.house.house import UNKNOWN
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from wax.config.controls import GaugeSettings
+    from wax.protocol.messages import RoomState
+
+
+def house_states(
+    room: RoomState, gauges: Iterable[GaugeSettings], *, is_open: bool, names: bool
+) -> dict[str, str]:
+    """Return each state as text; the driver's name only where `names` are let out.
+
+    Otherwise it is empty, which deletes what the broker has kept from when they were.
+    """
+    battery = room.robot.battery_fraction
+    driver = ""
+    if names:
+        drives = (one.name for one in room.viewers if one.id == room.turn.operator)
+        driver = next(drives, UNKNOWN)
+    states = {
+        "driver": driver,
+        "queue": str(sum(one.role == "queued" for one in room.viewers)),
+        "viewers": str(len(room.viewers)),
+        "battery": UNKNOWN if battery is None else _number(battery * 100, 0),
+        OPEN: ON if is_open else OFF,
+        PAUSED: ON if room.host_settings.held else OFF,
+        BLANKED: ON if room.host_settings.blanked else OFF,
+    }
+    for gauge in gauges:
+        value = room.robot.gauges.get(gauge.name, math.nan)
+        states[gauge_key(gauge.name)] = _number(value, gauge.decimals)
+    return states
+
+
+def _number(value: float, decimals: int) -> str:
+    return f"{value:.{decimals}f}" if math.isfinite(value) else UNKNOWN

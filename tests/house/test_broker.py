@@ -1,0 +1,284 @@
+"""The connection, against Debian's broker: whatever that does, the server only notices."""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import socket
+import threading
+from contextlib import ExitStack, contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from tests.house.mosquitto import AtHome, Mosquitto, running, until
+
+from wax.clock import SystemClock
+from wax.commands.doctor import command
+from wax.commands.doctor.verdict import Check, examine
+from wax.config.mqtt import MqttSettings
+from wax.config.settings import Settings
+from wax.house import broker
+from wax.house.broker import MOST_EVENTS, BrokerError, BrokerLink
+from wax.web.certificate import self_signed
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from paho.mqtt.client import Client
+
+pytestmark = pytest.mark.system
+
+
+@pytest.fixture(autouse=True)
+def _soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Try a lost broker again at once: nobody waits here."""
+    monkeypatch.setattr(broker, "_FIRST_WAIT_S", 0.05)
+
+
+class Kept(BrokerLink):
+    """A link of which the test has the client, and what was taken."""
+
+    client: Client
+    taken: list[tuple[str, bytes, bool]]
+
+    def _reach(self) -> Client:
+        self.client = super()._reach()
+        return self.client
+
+
+def _link(port: int, scheme: str = "mqtt", host: str = "localhost", **keys: Any) -> Kept:
+    settings = MqttSettings(url=f"{scheme}://{host}:{port}", **keys)
+    taken: list[tuple[str, bytes, bool]] = []
+
+    def take(topic: str, payload: bytes, is_retained: bool) -> None:
+        taken.append((topic, payload, is_retained))
+
+    asks = ["rover/stop/set"]
+    link = Kept(settings, SystemClock(), topic="rover", asks=asks, take=take)
+    link.taken = taken
+    link.states = {"rover/queue": "0"}
+    return link
+
+
+@contextmanager
+def _linked(port: int, *args: str, **keys: Any) -> Iterator[Kept]:
+    link = _link(port, *args, **keys)
+    link.start()
+    try:
+        yield link
+    finally:
+        link.close(5)
+        link._thread.join(5)
+        assert not link._thread.is_alive()
+
+
+def test_states_are_retained_and_events_are_not(tmp_path: Path) -> None:
+    """Who comes later reads the states; the end is told as "offline"."""
+    with running(tmp_path) as mosquitto, AtHome(mosquitto.port) as home:
+        with _linked(mosquitto.port) as link:
+            link.put('{"type":"tape.kept"}')
+            until(lambda: home.events)
+            link.states = {"rover/queue": "1"}
+            until(lambda: home.value("rover/queue") == "1")
+            with AtHome(mosquitto.port) as later:
+                until(lambda: "rover/queue" in later.heard)
+                assert later.heard["rover/queue"] == ("1", True)
+                assert later.heard["rover/status"] == ("online", True)
+                assert later.events == []
+        until(lambda: home.value("rover/status") == "offline")
+
+
+def test_only_live_and_bounded_messages_come_in(tmp_path: Path) -> None:
+    """No retained copy at all, not at a new connection either, and nothing beyond the limit."""
+    with running(tmp_path) as mosquitto, AtHome(mosquitto.port) as home:
+        home.says("rover/stop/set", "RETAINED", retain=True)
+        with _linked(mosquitto.port) as link:
+            for number in range(2):
+                until(lambda: link.is_connected)
+                until(lambda: home.value("rover/status") == "online")
+                home.says("rover/stop/set", b"x" * 100_000)
+                home.says("rover/other/set", "x")
+                until(lambda: _heard(home, link))
+                assert {payload for _, payload, _ in link.taken} == {b"NOW"}
+                link.taken.clear()
+                if number == 0:
+                    home.heard.clear()
+                    link.client.socket().shutdown(socket.SHUT_RDWR)  # type: ignore[union-attr]
+
+
+def _heard(home: AtHome, link: Kept) -> bool:
+    """Whether the link listens; what is said before it does is nobody's."""
+    home.says("rover/stop/set", "NOW")
+    return bool(link.taken)
+
+
+def test_a_lost_server_is_told_by_the_broker(tmp_path: Path) -> None:
+    """By the last will; the link is back by itself, and says all its states again."""
+    with (
+        running(tmp_path) as mosquitto,
+        AtHome(mosquitto.port) as home,
+        _linked(mosquitto.port) as link,
+    ):
+        until(lambda: home.value("rover/queue") == "0")
+        home.heard.clear()
+        link.client.socket().shutdown(socket.SHUT_RDWR)  # type: ignore[union-attr]
+        until(lambda: home.value("rover/status") == "offline")
+        until(lambda: home.value("rover/queue") == "0")
+        assert home.value("rover/status") == "online"
+
+
+def test_a_killed_broker_is_awaited(tmp_path: Path) -> None:
+    """Meanwhile nothing waits and too many events are counted; then it has all states again."""
+    mosquitto = Mosquitto(tmp_path)
+    with _linked(mosquitto.port) as link:
+        until(lambda: link.problem)
+        assert str(link.problem) == "It cannot be reached: Connection refused."
+        for number in range(MOST_EVENTS + 5):
+            link.put(f'"{number}"')
+        assert link.lost == 5
+        mosquitto.start()
+        try:
+            until(lambda: link.is_connected)
+            assert link.problem is None
+            mosquitto.kill()
+            until(lambda: link.problem)
+            mosquitto.start()
+            with AtHome(mosquitto.port) as home:
+                until(lambda: home.value("rover/queue") == "0")
+        finally:
+            mosquitto.kill()
+
+
+def test_a_broker_that_hangs_holds_up_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is left, tried again, said, and served when it goes on."""
+    monkeypatch.setattr(broker, "KEEPALIVE_S", 1)
+    monkeypatch.setattr(broker, "LIMIT_S", 1.0)
+    with running(tmp_path) as mosquitto, _linked(mosquitto.port) as link:
+        until(lambda: link.is_connected)
+        mosquitto.signal(signal.SIGSTOP)
+        link.states = {f"rover/{number}": "x" * 10_000 for number in range(1000)}
+        link.put("{}")
+        until(lambda: link.problem)
+        until(lambda: str(link.problem) == "It does not answer within 1 s.")
+        link.states = {"rover/queue": "2"}
+        mosquitto.signal(signal.SIGCONT)
+        until(lambda: link.is_connected)
+        with AtHome(mosquitto.port) as home:
+            until(lambda: home.value("rover/queue") == "2")
+
+
+# paho leaves the socket of a handshake that fails to whoever collects it.
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_wrong_certificate_is_a_sentence(tmp_path: Path) -> None:
+    """Nothing is said to such a broker; with its authority named it is ours."""
+    own = self_signed(tmp_path, ["localhost"], datetime.now(UTC))
+    lines = [f"certfile {own.chain}", f"keyfile {own.key}"]
+    with running(tmp_path, *lines) as mosquitto:
+        with _linked(mosquitto.port, "mqtts") as link:
+            until(lambda: link.problem)
+            assert link.problem is not None
+            assert link.problem.code == "house.certificate"
+            assert "[mqtt] ca_file" in str(link.problem)
+        with _linked(mosquitto.port, "mqtts", ca_file=str(own.chain)) as link:
+            until(lambda: link.is_connected)
+        with _linked(mosquitto.port, "mqtts", "127.0.0.2", ca_file=str(own.chain)) as link:
+            until(lambda: link.problem)
+            assert not link.is_connected
+
+
+def test_who_is_refused_reads_why(tmp_path: Path) -> None:
+    """Whether by a broker, or by what is none; the password is not among it."""
+    (tmp_path / "password").write_text("secret-4711\n")
+    (tmp_path / "passwords").write_text("")
+    lines = ["allow_anonymous false", f"password_file {tmp_path}/passwords"]
+    with running(tmp_path, *lines) as mosquitto:
+        keys = {"user": "rover", "password_file": str(tmp_path / "password")}
+        with pytest.raises(BrokerError) as refused:
+            _link(mosquitto.port, **keys).check()
+        assert str(refused.value) == "It refuses this server: Not authorized."
+    with (
+        socket.create_server(("localhost", 0)) as other,
+        _answering(other, b"HTTP/1.1 400 Bad Request\r\n\r\n"),
+        pytest.raises(BrokerError, match="The connection has ended: "),
+    ):
+        _link(other.getsockname()[1]).check()
+
+
+def test_a_topic_that_is_kept_from_us_is_said() -> None:
+    """Otherwise a Stop at home would do nothing, and nobody would know."""
+    accepted, refused = b"\x20\x03\x00\x00\x00", b"\x90\x04\x00\x01\x00\x87"
+    with (
+        socket.create_server(("localhost", 0)) as other,
+        _answering(other, accepted, refused),
+        pytest.raises(BrokerError, match=r"It refuses this server: Not authorized\."),
+    ):
+        _link(other.getsockname()[1]).check()
+
+
+def test_the_end_waits_for_no_broker_that_is_silent(monkeypatch: pytest.MonkeyPatch) -> None:
+    """There is nobody to tell."""
+
+    def wait(_: float) -> None:
+        raise AssertionError
+
+    with socket.create_server(("localhost", 0)) as silent:
+        link = _link(silent.getsockname()[1])
+        link.start()
+        line, _ = silent.accept()
+        with monkeypatch.context() as patched:
+            patched.setattr(link._thread, "join", wait)
+            link.close(1)
+        line.close()
+        link._thread.join(5)
+        assert not link._thread.is_alive()
+
+
+def test_many_open_files_are_no_limit(tmp_path: Path) -> None:
+    """With hundreds of viewers the connection's descriptor is one that `select` does not take."""
+    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+    with ExitStack() as kept:
+        kept.callback(resource.setrlimit, resource.RLIMIT_NOFILE, limits)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (min(4096, limits[1]), limits[1]))
+        others = [kept.enter_context(Path(os.devnull).open()) for _ in range(1024)]
+        assert others[-1].fileno() >= 1024
+        mosquitto = kept.enter_context(running(tmp_path))
+        _link(mosquitto.port).check()
+
+
+def test_the_doctor_tries_the_broker(tmp_path: Path) -> None:
+    """It says where topics begin, and tells those at home nothing."""
+    with running(tmp_path) as mosquitto, AtHome(mosquitto.port) as home:
+        settings = Settings.model_validate({"mqtt": {"url": f"mqtt://localhost:{mosquitto.port}"}})
+        verdict = examine(Check("MQTT broker", lambda: command._broker(settings)))
+        said = f"localhost:{mosquitto.port} accepts this server; topics begin with wax/wax/."
+        assert (verdict.level, verdict.sentence) == ("ok", said)
+        with AtHome(mosquitto.port) as other:
+            other.says("end", "x")
+        until(lambda: "end" in home.heard)
+        assert list(home.heard) == ["end"]
+    verdict = examine(Check("MQTT broker", lambda: command._broker(settings)))
+    assert (verdict.level, verdict.sentence) == (
+        "bad",
+        "It cannot be reached: Connection refused.",
+    )
+
+
+@contextmanager
+def _answering(server: socket.socket, *texts: bytes) -> Iterator[None]:
+    """Answer each of what one connection sends with the next of these."""
+
+    def answer() -> None:
+        with server.accept()[0] as line:
+            for text in texts:
+                line.recv(1000)
+                line.sendall(text)
+
+    thread = threading.Thread(target=answer)
+    thread.start()
+    yield
+    thread.join(5)

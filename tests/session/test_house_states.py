@@ -1,0 +1,46 @@
+"""What a house's automation is told of the room."""
+
+from __future__ import annotations
+
+from tests.session.test_room import Rig, rig
+
+from wax.config.controls import GaugeSettings
+from wax.session.house_states import house_states
+
+__all__ = ["rig"]
+
+
+async def test_the_room_as_states(rig: Rig) -> None:
+    """Numbers as text, "None" for what nobody knows, and who drives only where names are told.
+
+    Otherwise that is empty, which deletes what the broker has kept.
+    """
+    ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
+    ada.says(type="join")
+    rig.wait(0.3, ada, bob)
+    bob.says(type="join")
+    rig.wait(0.3, ada, bob)
+    gauges = [GaugeSettings(name="amps", decimals=2), GaugeSettings(name="gone")]
+    room = rig.room.snapshot(rig.clock.time_s)
+    robot = room.robot.model_copy(update={"battery_fraction": 0.424, "gauges": {"amps": 1.5}})
+    room = room.model_copy(update={"robot": robot})
+    told = house_states(room, gauges, is_open=True, names=False)
+    assert told == {
+        "driver": "",
+        "queue": "1",
+        "viewers": "2",
+        "battery": "42",
+        "open": "ON",
+        "paused": "OFF",
+        "blanked": "OFF",
+        "gauge/amps": "1.50",
+        "gauge/gone": "None",
+    }
+    assert house_states(room, (), is_open=False, names=True)["driver"] == "Guest 1"
+    empty = house_states(
+        room.model_copy(update={"turn": room.turn.model_copy(update={"operator": None})}),
+        (),
+        is_open=False,
+        names=True,
+    )
+    assert (empty["driver"], empty["open"]) == ("None", "OFF")
