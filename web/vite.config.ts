@@ -42,6 +42,8 @@ export default defineConfig({
     include: ["{src,scripts}/**/*.test.{js,ts,tsx}"],
     setupFiles: ["src/testing/setup.ts"],
     restoreMocks: true,
+    // For what hangs: minutes of sound take seconds to simulate on a busy machine.
+    testTimeout: 60_000,
     // Files share processes, which saves half of the time. setup.ts gives each modules of its own, and
     // dom.ts a window; Preact's are among these modules, since they keep what is still to be drawn.
     isolate: false,

@@ -214,6 +214,7 @@ async def pair(request: pytest.FixtureRequest) -> AsyncIterator[Pair]:
         answer = await made.peer.answer(browser.localDescription.sdp)
         await browser.setRemoteDescription(RTCSessionDescription(answer, "answer"))
         await events.wait("ready")
+        await until(lambda: all(one.readyState == "open" for one in channels.values()))
         yield made
         await made.peer.close()
         await browser.close()
