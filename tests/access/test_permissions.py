@@ -11,15 +11,16 @@ from wax.access.permissions import PERMISSIONS, ROLES, Role
 from wax.errors import ForbiddenError
 from wax.protocol import messages
 
-ANYBODY = "stranger observer adviser operator host"
+ANYBODY = "stranger embed observer adviser operator host"
+WATCHING = "embed observer adviser operator host"
 INSIDE = "observer adviser operator host"
 CELLS: dict[permissions.Act, str] = {
-    messages.Ping: INSIDE,
-    messages.Report: INSIDE,
+    messages.Ping: WATCHING,
+    messages.Report: WATCHING,
+    messages.Want: WATCHING,
+    messages.Received: WATCHING,
     messages.SetName: INSIDE,
-    messages.Want: INSIDE,
     messages.Look: INSIDE,
-    messages.Received: INSIDE,
     messages.Join: INSIDE,
     messages.Leave: INSIDE,
     messages.Here: INSIDE,
@@ -39,12 +40,14 @@ CELLS: dict[permissions.Act, str] = {
     "GET /page.css": ANYBODY,
     "GET /preview": ANYBODY,
     "GET /open.ics": ANYBODY,
+    "GET /oembed": ANYBODY,
     "GET /healthz": ANYBODY,
     "GET /readyz": ANYBODY,
     "GET /api/ice": ANYBODY,
     "POST /api/host": ANYBODY,
     "POST /api/enter": ANYBODY,
     "POST /api/offer": ANYBODY,
+    "POST /api/embed": ANYBODY,
     "POST /api/queue": ANYBODY,
     "POST /api/seat": ANYBODY,
     "POST /api/stop": INSIDE,

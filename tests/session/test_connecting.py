@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.examples import examples
 
-from wax.errors import FullError, TooOftenError
+from wax.errors import FullError, NoPlaceError, TooOftenError
 from wax.session.connecting import MOST_SILENT, YIELDS_S, Asking, Connecting
 
 REFUSED: Final = (FullError, TooOftenError)
@@ -21,14 +21,19 @@ class Room:
 
     def __init__(self, *, most: int = 100, share: float = 0.5, silent: int = 2) -> None:
         self.connecting = Connecting(
-            most=most, most_silent_per_address=silent, share_per_address=share, now_s=0.0
+            most=most,
+            most_silent_per_address=silent,
+            share_per_address=share,
+            now_s=0.0,
         )
         self.present: dict[int, Asking] = {}
         self.yielded: list[int] = []
         self._next = 0
 
-    def ask(self, address: str, now_s: float, *, is_host: bool = False) -> int:
-        asking = Asking(address, is_host)
+    def ask(
+        self, address: str, now_s: float, *, is_host: bool = False, is_embed: bool = False
+    ) -> int:
+        asking = Asking(address, is_host, is_embed=is_embed)
         self._next += 1
         number = self._next
 
@@ -36,12 +41,16 @@ class Room:
             self.yielded.append(number)
             del self.present[number]
 
-        self.connecting.admit(number, asking, self.present.values(), now_s, yield_place)
+        present = self.present.values()
+        if self.connecting.admit(number, asking, present, now_s, yield_place):
+            del self.present[next(key for key, one in self.present.items() if one.is_embed)]
         self.present[number] = asking
         return number
 
-    def join(self, address: str, now_s: float, *, is_host: bool = False) -> int:
-        number = self.ask(address, now_s, is_host=is_host)
+    def join(
+        self, address: str, now_s: float, *, is_host: bool = False, is_embed: bool = False
+    ) -> int:
+        number = self.ask(address, now_s, is_host=is_host, is_embed=is_embed)
         self.connecting.connected(number)
         return number
 
@@ -231,3 +240,38 @@ def test_the_limits_hold_whatever_happens(steps: list[tuple[float, str, bool, in
         guests = [one for one in room.present.values() if not one.is_host]
         assert len(guests) <= 12
         assert all(sum(one.address == name for one in guests) <= 6 for name in "abcdefgh")
+
+
+@examples(200)
+@given(
+    most=st.integers(1, 60),
+    waits_s=st.lists(st.tuples(st.floats(0, 2), st.booleans()), max_size=80),
+)
+def test_embeds_leave_all_places_to_guests(most: int, waits_s: list[tuple[float, bool]]) -> None:
+    """However many come, and whether or not they connect: they hold a quarter, while it is free."""
+    room, now_s = Room(most=most, share=1.0), 0.0
+    for number, (wait_s, connects) in enumerate(waits_s):
+        now_s += wait_s
+        with suppress(*REFUSED):
+            (room.join if connects else room.ask)(f"site {number}", now_s, is_embed=True)
+    assert len(room.present) <= max(1, most // 4)
+    for number in range(most):
+        now_s += 1
+        room.join(f"guest {number}", now_s)
+        assert len(room.present) <= most
+    assert not any(one.is_embed for one in room.present.values())
+    with pytest.raises(NoPlaceError):
+        room.ask("site", now_s, is_embed=True)
+
+
+def test_a_crowd_of_embeds_leaves_the_answers_to_guests() -> None:
+    """Who watches on other sites gets a quarter of what is answered; guests come in beside them."""
+    room = Room(most=400)
+    answered = 0
+    for number in range(100):
+        with suppress(*REFUSED):
+            room.join(f"site {number}", number / 100, is_embed=True)
+            answered += 1
+        if number % 20 == 0:
+            room.join(f"guest {number}", number / 100)
+    assert answered <= 4

@@ -32,13 +32,15 @@ class Visitor:
     """Somebody at the door: a browser's identity, its address, and what they have shown.
 
     `address` is as limits count it: an IPv4 address or an IPv6 /64 prefix. `sign_in` is the host's,
-    empty for guests.
+    empty for guests. An embed is a page in another site's frame, and has an identity of its own
+    that no cookie shows.
     """
 
     identity: str
     address: str
     sign_in: str = ""
     invited_to: Purpose | None = None
+    is_embed: bool = False
 
     @property
     def is_host(self) -> bool:

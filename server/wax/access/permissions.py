@@ -3,8 +3,9 @@
 A role is what somebody is now: the host by a secret, the operator by their turn, an observer by
 being let in. An operator becomes an adviser while the person aboard has the robot; that person
 outranks every row here and needs none, since their hand control is read beside the server
-(`wax.control.local_hand`). A stranger has a page but no place in the room. The house is the host's
-home automation, whoever presses there; it is no browser and never drives.
+(`wax.control.local_hand`). An embed watches in a frame on another site, and does nothing else,
+whatever cookies its browser has. A stranger has a page but no place in the room. The house is the
+host's home automation, whoever presses there; it is no browser and never drives.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from wax.sentence import Sentence
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-Role = Literal["stranger", "observer", "adviser", "operator", "host", "house"]
+Role = Literal["stranger", "embed", "observer", "adviser", "operator", "host", "house"]
 Act = type | str
 """A message of the protocol, a route as ``METHOD /path``, or one of those below."""
 
@@ -31,19 +32,20 @@ ROLES: Final[tuple[Role, ...]] = get_args(Role)
 
 _HOUSE: Final = frozenset[Role]({"house"})
 _ANYBODY: Final = frozenset(ROLES) - _HOUSE
-_INSIDE: Final = _ANYBODY - {"stranger"}
+_WATCHING: Final = _ANYBODY - {"stranger"}
+_INSIDE: Final = _WATCHING - {"embed"}
 _DRIVING: Final = frozenset[Role]({"operator", "host"})
 _IN_CHARGE: Final = frozenset[Role]({"adviser", "operator", "host"})
 _HOST: Final = frozenset[Role]({"host"})
 
 PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
     # Watching and waiting. Whether a stranger may come in is a question of admission.
-    messages.Ping: _INSIDE,
-    messages.Report: _INSIDE,
+    messages.Ping: _WATCHING,
+    messages.Report: _WATCHING,
     messages.SetName: _INSIDE,
-    messages.Want: _INSIDE,
+    messages.Want: _WATCHING,
     messages.Look: _INSIDE,
-    messages.Received: _INSIDE,
+    messages.Received: _WATCHING,
     messages.Join: _INSIDE,
     messages.Leave: _INSIDE,
     messages.Here: _INSIDE,
@@ -75,11 +77,13 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
     "GET /page.css": _ANYBODY,
     "GET /preview": _ANYBODY,
     "GET /open.ics": _ANYBODY,
+    "GET /oembed": _ANYBODY,
     "GET /healthz": _ANYBODY,
     "GET /readyz": _ANYBODY,
     "POST /api/host": _ANYBODY,
     "POST /api/enter": _ANYBODY,
     "POST /api/offer": _ANYBODY,
+    "POST /api/embed": _ANYBODY,
     "POST /api/queue": _ANYBODY,
     "POST /api/seat": _ANYBODY,
     "GET /api/ice": _ANYBODY,
@@ -94,6 +98,7 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
 
 _ONLY: Final[Mapping[frozenset[Role], Sentence]] = {
     _ANYBODY: Sentence("may.watchers"),
+    _WATCHING: Sentence("may.watchers"),
     _INSIDE: Sentence("may.watchers"),
     _DRIVING: Sentence("may.operator"),
     _IN_CHARGE: Sentence("may.operator"),

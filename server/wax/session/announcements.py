@@ -90,6 +90,7 @@ class Announcements:
 
         An operator silent for `lost_after_s` is lost.
         """
+        here = 0 if visitor.is_embed else number
         return messages.Hello(
             version=__version__,
             viewer=number,
@@ -106,9 +107,9 @@ class Announcements:
             may_hear=grant.hear,
             may_queue=grant.queue,
             acknowledge=self._acknowledge,
-            voice=self._voice_rules(number),
-            cameras=self._camera_infos(number),
-            controls=equipment.controls(self._settings.controls) if number else [],
+            voice=self._voice_rules(here),
+            cameras=self._camera_infos(here),
+            controls=equipment.controls(self._settings.controls) if here else [],
             gauges=equipment.gauges(self._settings.gauges),
         )
 
@@ -321,12 +322,12 @@ class Announcements:
         )
 
     def _voice_rules(self, number: int) -> messages.VoiceRules | None:
-        if self._voices is None or number == 0:  # who watches in a room has no way to speak
+        if self._voices is None or number == 0:  # rooms and embeds have no way to speak
             return None
         return messages.VoiceRules(open_microphone=self._settings.voice.open_microphone)
 
     def _camera_infos(self, number: int) -> list[messages.CameraInfo]:
-        if number == 0:  # the rooms have the driving view alone
+        if number == 0:  # rooms and embeds have the driving view alone
             return []
         return [messages.CameraInfo(name=one.name, axes=one.settings.axes) for one in self._cameras]
 

@@ -32,6 +32,11 @@ _ANSWERS_BURST: Final = 8
 _RETURNS_HZ: Final = 10.0
 _LEAST_PER_ADDRESS: Final = 4
 """In a small house, a family is not kept apart."""
+_EMBEDS: Final = 4
+"""All frames on other sites together get one place, and one answer, in so many: a site that many
+visit neither fills the robot nor keeps others from its door. One of them leaves for a guest."""
+_EMBED_AGAIN_S: Final = 60
+EMBEDS_FULL: Final = Sentence("door.embeds_full")
 _MOST_HOSTS: Final = 8
 """So many pages of the host have a place beyond everybody's; further ones count as guests."""
 
@@ -44,6 +49,7 @@ class Asking:
     is_host: bool = False
     has_been_here: bool = False
     drives: bool = False
+    is_embed: bool = False
 
 
 class Connecting:
@@ -53,17 +59,28 @@ class Connecting:
         self, *, most: int, most_silent_per_address: int, share_per_address: float, now_s: float
     ) -> None:
         self._most = most
+        self._most_embeds = max(1, most // _EMBEDS)
         self._most_silent = min(MOST_SILENT, max(8, most // 2))
         self._most_silent_per_address = most_silent_per_address
         self._most_per_address = max(_LEAST_PER_ADDRESS, int(most * share_per_address))
         # After an outage everybody returns at once.
         self._returns = TokenBucket(rate_hz=_RETURNS_HZ, burst=max(most, 10), now_s=now_s)
         self._answers = TokenBucket(rate_hz=_ANSWERS_HZ, burst=_ANSWERS_BURST, now_s=now_s)
+        self._embed_answers = TokenBucket(
+            rate_hz=_ANSWERS_HZ / _EMBEDS, burst=_ANSWERS_BURST // _EMBEDS, now_s=now_s
+        )
         self._silent: deque[_Silent] = deque()
 
-    def check(self, asking: Asking, now_s: float) -> None:
-        """Raise `TooOftenError` if this address has all its silent places, and just so; cheap."""
-        if asking.is_host or asking.has_been_here or not asking.address:
+    def check(self, asking: Asking, now_s: float, embeds: int = 0) -> None:
+        """Raise `TooOftenError` if this address has all its silent places, and just so; cheap.
+
+        Raise `NoPlaceError` for an embed where the `embeds` present have all their places.
+        """
+        if asking.is_host or asking.has_been_here:
+            return
+        if asking.is_embed and embeds >= self._most_embeds:
+            raise NoPlaceError(EMBEDS_FULL, retry_after_s=_EMBED_AGAIN_S)
+        if not asking.address:
             return
         self._expire(now_s)
         longest = self._longest_of(asking.address)
@@ -77,36 +94,41 @@ class Connecting:
         present: Iterable[Asking],
         now_s: float,
         yield_place: Callable[[], None],
-    ) -> None:
+    ) -> bool:
         """Admit the viewer with this number; raises `FullError` or `TooOftenError`.
 
         `present` are those who hold a place in the room; `yield_place` ends the viewer's peer if a
-        newcomer gets their silent place.
+        newcomer gets their silent place. Return whether an embed has to leave for them.
         """
         if asking.has_been_here:
             if not (asking.is_host or asking.drives) and not self._returns.take(now_s):
                 raise FullError(Sentence("door.all_come_back"))
-            return
-        self.check(asking, now_s)
-        self._room_for(asking, list(present))
+            return False
+        everybody = list(present)
+        self.check(asking, now_s, sum(one.is_embed for one in everybody))
+        is_full = self._room_for(asking, everybody)
         if asking.is_host:
-            return
+            return is_full
+        if asking.is_embed and not self._embed_answers.take(now_s):
+            raise FullError(Sentence("door.crowded"))
         self._make_silent_place(asking.address, now_s)
         # A second offer of the same viewer holds a second place.
         self._silent.append(_Silent(number, asking.address, now_s, yield_place))
+        return is_full
 
     def connected(self, number: int) -> None:
         """Free the silent places of a viewer who has connected."""
         self._silent = deque(one for one in self._silent if one.number != number)
 
-    def _room_for(self, asking: Asking, present: list[Asking]) -> None:
+    def _room_for(self, asking: Asking, present: list[Asking]) -> bool:
         hosts = sum(one.is_host for one in present)
         if asking.is_host and hosts < _MOST_HOSTS:
-            return
-        if len(present) - min(hosts, _MOST_HOSTS) >= self._most:
+            return False
+        is_full = len(present) - min(hosts, _MOST_HOSTS) >= self._most
+        if is_full and (asking.is_embed or not any(one.is_embed for one in present)):
             raise NoPlaceError(Sentence("door.full", {"n": self._most}), retry_after_s=5)
         if asking.is_host:
-            return
+            return is_full
         guests = [one for one in present if not one.is_host]
         own = sum(one.address == asking.address for one in guests)
         if asking.address and own >= self._most_per_address:
@@ -114,6 +136,7 @@ class Connecting:
                 Sentence("door.full_for_address", {"n": self._most_per_address}),
                 retry_after_s=5,
             )
+        return is_full
 
     def _make_silent_place(self, address: str, now_s: float) -> None:
         self._expire(now_s)

@@ -12,7 +12,7 @@ from wax.errors import FullError, NoPlaceError, SignallingError
 from wax.rtc.peer import Peer
 from wax.rtc.signalling import clean_offer, lacking
 from wax.sentence import Sentence
-from wax.session.connecting import Asking, Connecting
+from wax.session.connecting import EMBEDS_FULL, Asking, Connecting
 from wax.session.viewer import Viewer
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ _MOST_EXPECTED: Final = 100
 class Entry:
     """Makes viewers and their peers; `drop_peer` drops the one that a viewer had before.
 
+    `send_away` tells a viewer why they may not stay, and forgets them.
     `is_due` says whether somebody who waits in a room gets a place now, whoever has the others.
     """
 
@@ -54,6 +55,7 @@ class Entry:
         viewers: Viewers,
         events: ViewerEvents,
         drop_peer: Callable[[Viewer], None],
+        send_away: Callable[[Viewer, Sentence], None],
         is_due: Callable[[Viewer], bool],
         voices: Voices | None = None,
     ) -> None:
@@ -66,6 +68,7 @@ class Entry:
         self._viewers = viewers
         self._events = events
         self._drop_peer = drop_peer
+        self._send_away = send_away
         self._is_due = is_due
         self._voices = voices
         self._connecting = Connecting(
@@ -89,7 +92,8 @@ class Entry:
         `TooOftenError` or `SignallingError`.
         """
         viewer = self._viewers.of_tab(visitor.identity, tab)
-        self._connecting.check(self._asking(visitor, viewer), self._clock.now_s())
+        embeds = sum(one.visitor.is_embed and one is not viewer for one in self._viewers)
+        self._connecting.check(self._asking(visitor, viewer), self._clock.now_s(), embeds)
         # Before anything else: a bad offer must neither take a place nor end a good peer.
         offer = clean_offer(offer, visitor.address)
         if (lacks := lacking(offer, self._service.codecs)) is not None:
@@ -143,7 +147,7 @@ class Entry:
         return await peer.answer(offer)
 
     def _is_trusted(self, viewer: Viewer) -> bool:
-        return self._events.viewer_role(viewer) != "observer"
+        return self._events.viewer_role(viewer) not in ("observer", "embed")
 
     def _voice_of(self, viewer: Viewer) -> Callable[[VoicePacket | None], None] | None:
         voices = self._voices
@@ -168,16 +172,20 @@ class Entry:
         if viewer is None:
             self._access.admission.check_tabs(visitor, [one.visitor for one in others])
         asking = self._asking(visitor, viewer)
-        if not (self._service.has_room or asking.is_host or asking.has_been_here):
+        embeds = [one for one in others if one.visitor.is_embed]
+        is_narrow = not (self._service.has_room or asking.is_host or asking.has_been_here)
+        if is_narrow and (asking.is_embed or not embeds):
             raise NoPlaceError(Sentence("door.upload_full"), retry_after_s=5)
         number = self._viewers.take_number() if viewer is None else viewer.number
-        self._connecting.admit(
+        is_full = self._connecting.admit(
             number,
             asking,
             [self._asking(one.visitor, None) for one in others if not one.is_in_room(now_s)],
             now_s,
             lambda: self._abandon(number),
         )
+        if is_narrow or is_full:
+            self._send_away(embeds[0], EMBEDS_FULL)
         return number
 
     def _abandon(self, number: int) -> None:
@@ -207,4 +215,4 @@ class Entry:
         if viewer is not None and viewer.is_in_room(self._clock.now_s()):
             keeps_place = self._is_due(viewer)
         drives = viewer is not None and self._is_trusted(viewer)
-        return Asking(visitor.address, visitor.is_host, keeps_place, drives)
+        return Asking(visitor.address, visitor.is_host, keeps_place, drives, visitor.is_embed)

@@ -137,6 +137,7 @@ class Room:
             viewers=viewers,
             events=self,
             drop_peer=self._drop_peer,
+            send_away=self.send_away,
             is_due=self._is_due,
             voices=voices,
         )
@@ -207,6 +208,8 @@ class Room:
 
     def viewer_role(self, viewer: Viewer) -> Role:
         """Return what a viewer is now."""
+        if viewer.visitor.is_embed:
+            return "embed"
         if viewer.visitor.is_host:
             return "host"
         if viewer.number != self._turns.operator:
@@ -314,7 +317,7 @@ class Room:
         """Return since when each browser of an address has watched, here or elsewhere."""
         since_s = self._rooms.since_s(address)
         for one in self._viewers:
-            if one.was_ready and one.visitor.address == address:
+            if one.was_ready and one.visitor.address == address and not one.visitor.is_embed:
                 who = one.visitor.identity
                 since_s[who] = min(one.since_s, since_s.get(who, one.since_s))
         return since_s
@@ -504,6 +507,5 @@ class Room:
 
 def _person(viewer: Viewer) -> Person:
     visitor = viewer.visitor
-    return Person(
-        visitor.identity, visitor.address, visitor.invited_to is not None, viewer.grant.queue
-    )
+    may_queue = viewer.grant.queue and not visitor.is_embed
+    return Person(visitor.identity, visitor.address, visitor.invited_to is not None, may_queue)
