@@ -132,6 +132,15 @@ def test_the_public_page_is_one_of_the_names(url: str, names: list[str]) -> None
     assert server.all_names == names
 
 
+def test_sites_that_may_frame_the_page(tmp_path: Path) -> None:
+    """Whole sites, with a port or not; by http this machine only, where nobody forges anything."""
+    file = tmp_path / "robot.toml"
+    sites = ["https://Museum.example", "https://a-b.example:8443", "http://localhost:3000"]
+    sites += ["http://127.0.0.1", "http://site.localhost:80"]
+    file.write_text(f"[page]\nembed_on = {sites}", encoding="utf-8")
+    assert config.load(file).page.embed_on == [one.lower() for one in sites]
+
+
 def test_public_robot_is_a_valid_example() -> None:
     """The example for a public robot loads, is reachable, dated and slower than the default."""
     settings = config.load(CONFIG / "public-robot.toml")
@@ -312,6 +321,46 @@ def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
                 "mailto:us",
                 "https://exa mple.org",
             )
+        ],
+        *[
+            (f"[page]\nembed_on = ['{site}']", f"page.embed_on[0]: '{site}' {sentence}")
+            for site, sentence in [
+                ("https://*.example", "has a wildcard; list each site by its name"),
+                ("*", "has a wildcard; list each site by its name"),
+                (
+                    "https://museum.example/robots",
+                    "has a path; write the whole site, 'https://museum.example'",
+                ),
+                (
+                    "https://museum.example/",
+                    "has a path; write the whole site, 'https://museum.example'",
+                ),
+                ("https://me:pw@museum.example", "has a user's name; leave out all before the @"),
+                (
+                    "http://museum.example",
+                    "can be forged on its way; name a site with https, or localhost",
+                ),
+                (
+                    "http://localhost.example",
+                    "can be forged on its way; name a site with https, or localhost",
+                ),
+                (
+                    "https://museum.example:99999",
+                    "has no valid port; leave it out, or correct it",
+                ),
+                *[
+                    (text, 'is no site; one is "https://museum.example"')
+                    for text in (
+                        "",
+                        "museum.example",
+                        "ftp://museum.example",
+                        "https://a.example https://b.example",
+                        "https://a.example; script-src x",
+                        "https://[2001:db8::7]",
+                        "https://ſite.example",
+                    )
+                ],
+            ]
         ],
         (
             "[relay]\nurls = ['turn:x']",

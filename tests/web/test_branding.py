@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from html.parser import HTMLParser
 from pathlib import Path
+from urllib.parse import parse_qsl
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.web.test_preview_picture import encoded
 
 from wax.config.page import PageSettings
+from wax.errors import NotForUsError
 from wax.web.branding import BrandedPage
 
 BUILT = (Path(__file__).parents[2] / "web" / "index.html").read_text(encoding="utf-8")
@@ -25,6 +28,7 @@ class Read(HTMLParser):
         self.root: dict[str, str | None] = {}
         self.meta: dict[str, str | None] = {}
         self.styles: list[str | None] = []
+        self.oembed = ""
         self.title = ""
         self._in_title = False
         self.feed(text)
@@ -39,6 +43,8 @@ class Read(HTMLParser):
             self.meta.setdefault(name, found["content"])
         if tag == "link" and found.get("rel") == "stylesheet":
             self.styles.append(found["href"])
+        if tag == "link" and "oembed" in str(found.get("type")):
+            self.oembed = str(found["href"])
 
     def handle_endtag(self, tag: str) -> None:
         self._in_title = False
@@ -56,6 +62,7 @@ def test_without_settings_the_page_is_complete() -> None:
     assert page.meta["og:description"] == page.meta["description"]
     assert page.meta["twitter:card"] == "summary"
     assert "og:image" not in page.meta
+    assert (page.oembed, page.meta.get("og:video")) == ("", None)
     assert page.root == {"lang": "en", "data-name": "WAX"}
     assert page.styles == []
 
@@ -107,6 +114,85 @@ def test_a_colour_is_a_style_sheet_after_the_pages_own() -> None:
     assert "--accent:#7a1fa2" in own.style
     assert "prefers-color-scheme:dark" in own.style
     assert own.style_digest != BrandedPage(PageSettings(accent="#7a1fa3")).style_digest
+
+
+def test_the_page_for_frames_knows_what_it_is() -> None:
+    """It has neither voice nor further cameras, and asks for nothing with the browser's cookies."""
+    own = BrandedPage(
+        PageSettings(name="Rover"), {"voice": "", "cameras": "2", "player": "browser"}
+    )
+    frame = Read(text := own.html(BUILT, ORIGIN, is_embed=True))
+    told = {"lang": "en", "data-name": "Rover", "data-player": "browser", "data-view": "embed"}
+    assert frame.root == told
+    assert "preload" in BUILT
+    assert "preload" not in text
+
+
+def test_a_pasted_link_becomes_the_picture_where_a_site_may_show_it(tmp_path: Path) -> None:
+    """The head says where to ask (oEmbed), and the answer is a frame of the size that fits."""
+    file = tmp_path / "robot.png"
+    file.write_bytes(encoded("png"))
+    settings = PageSettings(name='A "real" one', picture=str(file), embed_on=["https://a.example"])
+    for public, base in (
+        ("https://example.org/robots/1", "https://example.org/robots/1"),
+        ("", ORIGIN),
+    ):
+        own = BrandedPage(settings, public_url=public)
+        page = Read(own.html(BUILT, ORIGIN))
+        assert page.meta["og:video"] == f"{base}/?view=embed"
+        path, _, query = page.oembed.partition("?")
+        assert path == f"{base}/oembed"
+        asked = dict(parse_qsl(query))
+        assert asked == {"url": f"{base}/", "format": "json"}
+        told = own.oembed(asked, ORIGIN)
+        frame = Framed(str(told["html"]))
+        assert frame.found["src"] == f"{base}/?view=embed"
+        assert frame.found["title"] == told["title"] == settings.name
+        assert (frame.found["width"], frame.found["height"]) == ("640", "480")
+        assert (told["version"], told["type"]) == ("1.0", "video")
+        assert told["thumbnail_url"] == page.meta["og:image"]
+    small = own.oembed(asked | {"maxwidth": "100", "maxheight": "9" * 5000}, ORIGIN)
+    assert (small["width"], small["height"]) == (100, 75)
+    assert "thumbnail_url" not in small, "it is wider"
+    low = own.oembed(asked | {"maxwidth": "many", "maxheight": "60"}, ORIGIN)
+    assert (low["width"], low["height"]) == (80, 60)
+    assert own.oembed(asked | {"maxheight": "0"}, ORIGIN)["height"] == 1
+
+
+@pytest.mark.parametrize(
+    ("url", "more", "status"),
+    [
+        (f"{ORIGIN}/?lang=de#host=secret", {}, 200),
+        (ORIGIN, {}, 200),
+        (f"{ORIGIN}/", {"format": "xml"}, 501),
+        (f"{ORIGIN}.evil.example/", {}, 404),
+        (f"{ORIGIN}/assets/a.js", {}, 404),
+        ("https://museum.example/", {}, 404),
+        ("", {}, 404),
+    ],
+)
+def test_no_other_link_becomes_anything(url: str, more: dict[str, str], status: int) -> None:
+    """Nor in another format; and of a link's secret nothing comes back."""
+    own = BrandedPage(PageSettings(embed_on=["https://a.example"]))
+    if status == 200:
+        assert "secret" not in str(own.oembed({"url": url} | more, ORIGIN))
+        return
+    with pytest.raises(NotForUsError) as refused:
+        own.oembed({"url": url} | more, ORIGIN)
+    assert refused.value.status == status
+
+
+class Framed(HTMLParser):
+    """What a browser makes of the one element of an answer."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.found: dict[str, str | None] = {}
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        assert (tag, self.found) == ("iframe", {})
+        self.found = dict(attrs)
 
 
 ANYTHING = st.text(

@@ -6,6 +6,7 @@ import base64
 import gzip
 import hashlib
 import json
+import shutil
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Final, cast
 
@@ -16,6 +17,8 @@ from tests.turned_clock import TurnedClock
 from tests.visitors import make_access
 from tests.web.test_preview_picture import encoded
 
+from wax.access.access import Shown
+from wax.access.admission import Visitor
 from wax.config.page import PageSettings
 from wax.config.settings import (
     NetworkSettings,
@@ -37,7 +40,6 @@ if TYPE_CHECKING:
     from aiohttp.web import Application, Request
 
     from wax.access.access import Access
-    from wax.access.admission import Visitor
     from wax.access.permissions import Role
     from wax.session.proof_runner import ProofRunner
     from wax.session.room import Room
@@ -587,6 +589,55 @@ async def test_the_page_is_made_once_for_each_name(
     same = await client.get("/", headers={"If-None-Match": again.headers["ETag"]})
     assert (same.status, await same.read()) == (304, b"")
     assert (await client.head("/assets/b.js")).status in (200, 403)
+
+
+async def test_an_embed_is_answered_whoever_its_browser_is(
+    client: Client, room: FakeRoom, access: Access
+) -> None:
+    """No cookie counts, the host's no more than another; none is given, and no seat elsewhere."""
+    await client.post("/api/offer", json=GOOD)
+    await become_host(client, access)
+    response = await client.post("/api/embed", json=GOOD)
+    assert await response.json() == {"sdp": "v=0 answer"}
+    assert "Set-Cookie" not in response.headers
+    watching = Visitor("embed 12345678-abcd", "127.0.0.1", is_embed=True)
+    assert room.visitors[-1] == watching
+    assert room.role_of(Visitor("embed 12345678-abcd", "")) == "operator"  # of this room alone
+    assert access.identity_of(Shown("embed 12345678-abcd")) is None
+    room.error = NoPlaceError("All are taken.", retry_after_s=60)
+    full = await client.post("/api/embed", json=GOOD)
+    assert (full.status, full.headers["Retry-After"]) == (503, "60")
+    assert (await client.post("/api/embed", json=GOOD | {"host": True})).status == 400
+
+
+async def test_only_the_view_for_frames_is_framed_elsewhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By the sites that are named, and by nobody where none is; each other answer by ourselves."""
+    sites = ["https://museum.example", "http://localhost:3000"]
+    settings = PageSettings(embed_on=sites)
+    page = "/?url=http%3A%2F%2F127.0.0.1%3A{}%2F"
+    async with await _served(settings, tmp_path, monkeypatch) as client:
+        about = page.format(client.port).replace("/?", "/oembed?")
+        for path in ("/", "/?view=big-screen", "/?view=embed2", "/?embed", about, "/page.css"):
+            answer = await client.get(path)
+            assert answer.status == 200, path
+            policy = answer.headers["Content-Security-Policy"]
+            assert policy.endswith("frame-ancestors 'self'"), path
+            assert 'data-view="embed"' not in await answer.text()
+        for path in ("/?view=embed", "/?view=%65mbed&x=1"):
+            frame = await client.get(path)
+            assert 'data-view="embed"' in await frame.text()
+            headers = {"If-None-Match": frame.headers["ETag"]}
+            for answer in (frame, await client.get(path, headers=headers)):
+                policy = answer.headers["Content-Security-Policy"]
+                assert policy.endswith(f"; frame-ancestors 'self' {' '.join(sites)}")
+                assert "Set-Cookie" not in answer.headers
+    shutil.rmtree(tmp_path / "dist")
+    async with await _served(PageSettings(), tmp_path, monkeypatch) as client:
+        frame = await client.get("/?view=embed")
+        assert frame.headers["Content-Security-Policy"].endswith("frame-ancestors 'self'")
+        assert (await client.get(page.format(client.port).replace("/?", "/oembed?"))).status == 404
 
 
 async def test_unknown_paths_and_methods(client: Client) -> None:

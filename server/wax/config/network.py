@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import ipaddress
-from typing import Annotated
+import re
+from typing import Annotated, Final
 from urllib.parse import urlsplit
 
 from pydantic import AfterValidator, Field
@@ -26,6 +27,39 @@ HostName = Annotated[
         description='a host name or address without port, as "robot.example.org"',
         json_schema_extra={"plural": "addresses"},
     ),
+]
+
+
+def _site(text: str) -> str:
+    """Return an origin that may show this page in a frame (CSP 3, 6.4.2); raises `ValueError`."""
+    site = _SITE.match(text)
+    if "*" in text:
+        raise ValueError(f"{text!r} has a wildcard; list each site by its name")
+    if _USER.match(text):
+        raise ValueError(f"{text!r} has a user's name; leave out all before the @")
+    if site is None:
+        raise ValueError(f'{text!r} is no site; one is "https://museum.example"')
+    if site["rest"]:
+        raise ValueError(f"{text!r} has a path; write the whole site, {site['origin']!r}")
+    if not 0 < int(site["port"] or 443) < 65536:
+        raise ValueError(f"{text!r} has no valid port; leave it out, or correct it")
+    if site["scheme"].lower() == "http" and not _HERE.fullmatch(site["host"]):
+        raise ValueError(f"{text!r} can be forged on its way; name a site with https, or localhost")
+    return text.lower()
+
+
+_SITE: Final = re.compile(
+    r"(?P<origin>(?P<scheme>https?)://(?P<host>[a-z0-9](?:[a-z0-9.-]{0,251}[a-z0-9])?)"
+    r"(?::(?P<port>[0-9]{1,5}))?)(?P<rest>[/?#].*)?\Z",
+    re.ASCII | re.IGNORECASE | re.DOTALL,
+)
+_USER: Final = re.compile(r"[^/?#]*//[^/?#]*@")
+_HERE: Final = re.compile(r"127\.0\.0\.1|(.+\.)?localhost", re.IGNORECASE)
+
+Site = Annotated[
+    str,
+    Field(description='a site as "https://museum.example"', json_schema_extra={"plural": "sites"}),
+    AfterValidator(_site),
 ]
 
 

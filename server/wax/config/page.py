@@ -6,8 +6,12 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from wax.config.network import Site
+
 MAX_LINES = 6
 """House rules, and links: more than six are not read."""
+MAX_SITES = 16
+"""A header names them all with each embed."""
 
 
 class LinkSettings(BaseModel):
@@ -74,3 +78,4 @@ class PageSettings(BaseModel):
         ),
     ] = ""
     language: Literal["auto", "en", "de"] = "auto"
+    embed_on: Annotated[list[Site], Field(max_length=MAX_SITES)] = []

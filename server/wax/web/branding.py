@@ -11,7 +11,9 @@ import re
 from html import escape
 from typing import TYPE_CHECKING, Final
 
-from wax.web import colours, preview_picture
+from wax.errors import NotForUsError
+from wax.sentence import Sentence
+from wax.web import colours, embedding, preview_picture
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -31,6 +33,9 @@ _SENTENCES: Final = {
 _TITLE: Final = re.compile(r"<title>[^<]*</title>")
 _DESCRIPTION: Final = re.compile(r'<meta\s+name="description"\s+content="[^"]*"\s*/?>')
 _LANGUAGE: Final = re.compile(r'<html lang="[^"]*"')
+_ASKED_WITH_COOKIES: Final = re.compile(r'<link\s+rel="preload"[^>]*>')
+"""A frame shows no cookie: what was asked for with them would be asked for again."""
+_NOT_IN_FRAMES: Final = ("voice", "cameras")
 
 
 class BrandedPage:
@@ -54,9 +59,23 @@ class BrandedPage:
             self._data["language"] = settings.language
         self._data |= data or {}
 
-    def html(self, built: str, origin: str) -> str:
+    @property
+    def embed_on(self) -> list[str]:
+        """The sites that may show this robot in a frame."""
+        return self._settings.embed_on
+
+    def oembed(self, asked: Mapping[str, str], origin: str) -> dict[str, object]:
+        """Return what other sites are told of a link to the page; raises `NotForUsError`."""
+        if not self.embed_on:
+            raise NotForUsError(Sentence("request.no_page"), 404)
+        base = self._public_url or origin
+        shown_at = self._picture_url(base)
+        return embedding.oembed(asked, base, self._settings.name, self.picture, shown_at)
+
+    def html(self, built: str, origin: str, *, is_embed: bool = False) -> str:
         """Return the built page as the host's own; `origin` is how the browser calls this server.
 
+        An embed is the page for a frame, which learns from its HTML that it is one.
         Whatever the host wrote is text: it can neither end an attribute nor begin an element.
         """
         settings = self._settings
@@ -64,13 +83,24 @@ class BrandedPage:
         text = built
         if settings.language != "auto":
             text = _LANGUAGE.sub(f'<html lang="{settings.language}"', text, count=1)
-        data = "".join(f'data-{name}="{escape(value)}" ' for name, value in self._data.items())
+        told = self._data
+        if is_embed:
+            told = {name: told[name] for name in told if name not in _NOT_IN_FRAMES}
+            told |= {"view": embedding.VIEW}
+            text = _ASKED_WITH_COOKIES.sub("", text)
+        data = "".join(f'data-{name}="{escape(value)}" ' for name, value in told.items())
         text = text.replace("<html ", f"<html {data}", 1)
         # A function, since a text may hold what `sub` takes for a reference to a group.
         text = _TITLE.sub(lambda _: f"<title>{escape(settings.name)}</title>", text, count=1)
         text = _DESCRIPTION.sub(lambda _: _meta("name", "description", description), text, count=1)
-        more = [*self._preview(description, self._public_url or origin), *self._link()]
+        base = self._public_url or origin
+        more = [*self._preview(description, base), *self._link()]
+        if self.embed_on:
+            more += embedding.head(base, settings.name)
         return text.replace("</head>", "".join(f"  {line}\n  " for line in more) + "</head>", 1)
+
+    def _picture_url(self, base: str) -> str:
+        return f"{base}{PICTURE_PATH}?{self.picture.digest if self.picture else ''}"
 
     def _link(self) -> list[str]:
         """Return the link to the colours, after the page's own style so that they outrank it."""
@@ -92,7 +122,7 @@ class BrandedPage:
             return lines
         return [
             *lines,
-            _meta("property", "og:image", f"{base}{PICTURE_PATH}?{self.picture.digest}"),
+            _meta("property", "og:image", self._picture_url(base)),
             _meta("property", "og:image:type", self.picture.content_type),
             _meta("property", "og:image:width", str(self.picture.width)),
             _meta("property", "og:image:height", str(self.picture.height)),

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from wax.web.branding import BrandedPage
 
 _PIECE_BYTES: Final = 16_384
-_MOST_ORIGINS: Final = 16
-"""So many names and addresses of this server have a page that is kept."""
+_MOST_PAGES: Final = 32
+"""So many names and addresses of this server have a page that is kept, or one for frames."""
 _PACKED: Final = ".gz"
 _UNPACKED_TYPE: Final = "application/octet-stream"
 _CALENDAR_TYPE: Final = "text/calendar; charset=utf-8"
@@ -49,23 +49,33 @@ class BuiltPage:
         self._branded = branded
         self._calendar = None if calendar is None else _file(calendar, _CALENDAR_TYPE)
         self._index = (folder / "index.html").read_text(encoding="utf-8")
-        self._pages: dict[str, _File] = {}
+        self._pages: dict[tuple[str, bool], _File] = {}
         self._files = {
             str(path.relative_to(folder)): _read(path)
             for path in folder.rglob("*")
             if path.is_file() and path.suffix != _PACKED and not path.name.startswith(".")
         }
 
-    async def page(self, request: web.Request, origin: str) -> web.StreamResponse:
-        """Answer with the page as it is for browsers that call this server so."""
-        page = self._pages.pop(origin, None) or _file(
-            self._branded.html(self._index, origin).encode(), "text/html; charset=utf-8"
+    async def page(
+        self, request: web.Request, origin: str, frame_policy: str | None = None
+    ) -> web.StreamResponse:
+        """Answer with the page as it is for browsers that call this server so.
+
+        With a policy it is the one for frames.
+        """
+        is_embed = frame_policy is not None
+        page = self._pages.pop((origin, is_embed), None) or _file(
+            self._branded.html(self._index, origin, is_embed=is_embed).encode(),
+            "text/html; charset=utf-8",
         )
-        self._pages[origin] = page
-        if len(self._pages) > _MOST_ORIGINS:
+        self._pages[origin, is_embed] = page
+        if len(self._pages) > _MOST_PAGES:
             del self._pages[next(iter(self._pages))]
         # The assets have a hash in their names; the page itself must be revalidated each time.
-        return await _send(request, page, {"Cache-Control": "no-cache"})
+        headers = {"Cache-Control": "no-cache"}
+        if frame_policy is not None:
+            headers["Content-Security-Policy"] = frame_policy
+        return await _send(request, page, headers)
 
     async def asset(self, request: web.Request, path: str) -> web.StreamResponse:
         """Answer with a file of the page; raises `NotForUsError`."""

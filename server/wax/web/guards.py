@@ -17,7 +17,7 @@ from wax.web.senders import Proxies, Seen, is_same_origin
 from wax.web.sparse_log import SparseLog
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable, Collection
+    from collections.abc import Awaitable, Callable, Collection, Iterable
 
     from aiohttp.typedefs import Middleware
 
@@ -92,6 +92,10 @@ class Guards:
             request[_SEEN] = self._proxies.direct(request)
             seen = request[_SEEN] = self._proxies.seen(request)
         return seen
+
+    def frame_policy(self, sites: Iterable[str]) -> str:
+        """Return the content policy of what these sites may show in a frame."""
+        return " ".join([self._headers["Content-Security-Policy"], *sites])
 
     def sender(self, request: web.Request) -> str:
         """Return the sender of a request, for limits: an IPv4 address or an IPv6 /64 prefix."""

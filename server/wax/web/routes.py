@@ -38,6 +38,7 @@ from wax.session.token_bucket import TokenBuckets
 from wax.web import cookies
 from wax.web.branding import PICTURE_PATH, STYLE_PATH
 from wax.web.built_page import BuiltPage, keeps
+from wax.web.embedding import OEMBED_PATH, VIEW
 from wax.web.page_urls import is_loopback
 from wax.web.request_budgets import HOST
 from wax.web.security_headers import policy_of_document
@@ -76,6 +77,7 @@ _KNOCKS_BURST: Final = 10
 """Per address: vain tries of a secret or an invitation, which nobody could guess anyway."""
 _MAX_ADDRESSES: Final = 1024
 _ASSET: Final = "/{path:.+}"
+_EMBED: Final = "/api/embed"
 _VISITOR: Final = web.RequestKey("visitor", Visitor)
 
 PAGE: Final = Path(__file__).parent / "dist"
@@ -220,6 +222,7 @@ class Routes:
                 web.get(STYLE_PATH, self.style),
                 web.get(PICTURE_PATH, self.preview),
                 web.get("/open.ics", self.calendar),
+                web.get(OEMBED_PATH, self.oembed),
                 web.get("/healthz", self.health),
                 web.get("/readyz", self.readiness),
                 web.get("/api/status", self.status),
@@ -227,6 +230,7 @@ class Routes:
                 web.post("/api/host", self.become_host),
                 web.post("/api/enter", self.enter),
                 web.post("/api/offer", self.offer),
+                web.post(_EMBED, self.embed),
                 web.post("/api/queue", self.queue),
                 web.post("/api/seat", self.seat),
                 web.post("/api/stop", self.stop),
@@ -240,7 +244,9 @@ class Routes:
         return application
 
     async def page(self, request: web.Request) -> web.StreamResponse:
-        return await self._built.page(request, self._guards.seen(request).origin)
+        is_embed = request.query.get("view") == VIEW
+        policy = self._guards.frame_policy(self._branding.embed_on) if is_embed else None
+        return await self._built.page(request, self._guards.seen(request).origin, policy)
 
     async def asset(self, request: web.Request) -> web.StreamResponse:
         return await self._built.asset(request, request.match_info["path"])
@@ -256,6 +262,10 @@ class Routes:
 
     async def calendar(self, request: web.Request) -> web.StreamResponse:
         return await self._built.calendar(request)
+
+    async def oembed(self, request: web.Request) -> web.Response:
+        answer = self._branding.oembed(request.query, self._guards.seen(request).origin)
+        return web.json_response(answer, headers={"Cache-Control": "public, max-age=3600"})
 
     async def health(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
         return web.json_response({"ok": True})
@@ -310,6 +320,17 @@ class Routes:
             self._renew(request, response)
         return response
 
+    async def embed(self, request: web.Request) -> web.Response:
+        """Answer a page in another site's frame: whoever its browser is, it watches only."""
+        self._limit(request, self._offers)
+        offer = await _body(request, OfferBody)
+        address = request[_VISITOR].address
+        visitor = Visitor(f"embed {offer.client}", address, is_embed=True)
+        answer = await self._room.answer(visitor, offer.client, offer.sdp)
+        response = web.json_response({"sdp": answer})
+        response.enable_compression()
+        return response
+
     async def queue(self, request: web.Request) -> web.Response:
         self._limit(request, self._asks)
         queue = await _body(request, Queue)
@@ -361,9 +382,11 @@ class Routes:
 
         @web.middleware
         async def check(request: web.Request, handler: Handler) -> web.StreamResponse:
-            visitor = self._access.visitor(self._shown(request), self._guards.sender(request))
-            request[_VISITOR] = visitor
             resource = request.match_info.route.resource
+            is_embed = resource is not None and resource.canonical == _EMBED
+            shown = Shown() if is_embed else self._shown(request)
+            visitor = self._access.visitor(shown, self._guards.sender(request))
+            request[_VISITOR] = visitor
             if resource is not None:  # otherwise there is no such page
                 path = "/assets" if resource.canonical == "/{path}" else resource.canonical
                 route = f"{request.method} {path}"

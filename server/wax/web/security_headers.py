@@ -51,6 +51,7 @@ def always(room_urls: Iterable[str] = ()) -> Mapping[str, str]:
     """Return what goes with each answer; the page may connect to these addresses, too.
 
     They are WebSockets' (``wss://…``), and what answers there by HTTP is meant as well.
+    ``frame-ancestors`` is last: `Guards.frame_policy` adds to it.
     """
     origins = [f"{parts.scheme}://{parts.netloc}" for parts in map(urlsplit, room_urls)]
     both = [one for url in origins for one in (url, url.replace("ws", "http", 1))]

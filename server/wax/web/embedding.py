@@ -1,0 +1,88 @@
+"""How other sites show the robot: by a frame, and by what a link becomes there (oEmbed 1.0)."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import TYPE_CHECKING, Final
+from urllib.parse import quote
+
+from wax.errors import NotForUsError
+from wax.sentence import Sentence
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from wax.web.preview_picture import PreviewPicture
+
+OEMBED_PATH: Final = "/oembed"
+VIEW: Final = "embed"
+"""What the page is for a frame, as ``?view=``."""
+
+_FRAME: Final = f"/?view={VIEW}"
+_WIDTH: Final = 640
+_UNBOUNDED: Final = 100_000
+_DIGITS: Final = 6
+"""As many as that has; Python refuses to read 5,000 of them."""
+_KEPT_S: Final = 3600
+_NO_PAGE: Final = Sentence("request.no_page")
+
+
+def head(base: str, name: str) -> list[str]:
+    """Return what the head of the page at `base` says of its frame."""
+    about = f"{base}{OEMBED_PATH}?url={quote(f'{base}/', safe='')}&format=json"
+    video = {
+        "og:video": f"{base}{_FRAME}",
+        "og:video:type": "text/html",
+        "og:video:width": str(_WIDTH),
+        "og:video:height": str(_high(_WIDTH)),
+    }
+    return [
+        f'<link rel="alternate" type="application/json+oembed" href="{escape(about)}"'
+        f' title="{escape(name)}" />',
+        *(f'<meta property="{key}" content="{escape(value)}" />' for key, value in video.items()),
+    ]
+
+
+def oembed(
+    asked: Mapping[str, str], base: str, name: str, picture: PreviewPicture | None, shown_at: str
+) -> dict[str, object]:
+    """Return the answer for a link to the page at `base`, whose picture is `shown_at` its address.
+
+    Raises `NotForUsError` for any other link, and for XML. Of the link nothing is passed on, since
+    it may have a secret in it.
+    """
+    url = asked.get("url", "").partition("#")[0].partition("?")[0]
+    if url.removesuffix("/") != base:
+        raise NotForUsError(_NO_PAGE, 404)
+    if asked.get("format", "json") != "json":
+        raise NotForUsError(_NO_PAGE, 501)
+    wide, high = _bound(asked.get("maxwidth")), _bound(asked.get("maxheight"))
+    width = min(_WIDTH, wide, max(1, high * 4 // 3))
+    answer: dict[str, object] = {
+        "version": "1.0",
+        "type": "video",
+        "title": name,
+        "provider_name": name,
+        "provider_url": f"{base}/",
+        "cache_age": _KEPT_S,
+        "html": f'<iframe src="{escape(base + _FRAME)}" title="{escape(name)}" width="{width}"'
+        f' height="{_high(width)}" loading="lazy" allow="autoplay" style="border:0"></iframe>',
+        "width": width,
+        "height": _high(width),
+    }
+    if picture is not None and picture.width <= wide and picture.height <= high:
+        answer["thumbnail_url"] = shown_at
+        answer["thumbnail_width"], answer["thumbnail_height"] = picture.width, picture.height
+    return answer
+
+
+def _high(width: int) -> int:
+    """Return the height for this width: most cameras have 4:3."""
+    return max(1, width * 3 // 4)
+
+
+def _bound(text: str | None) -> int:
+    """Return what was asked for at most; what is no number bounds nothing."""
+    if not text or not (text.isascii() and text.isdigit()):
+        return _UNBOUNDED
+    return max(1, int(text[:_DIGITS]))
