@@ -38,7 +38,7 @@ it("does not have the first load wait for what few pages need", () => {
   expect(loaded).toContain("preact");
   expect(loaded).toContain(join(ROOT, "measure/report.ts"));
   expect(loaded).not.toContain("livekit-client");
-  for (const folder of ["rooms", "bigScreen", "replay"]) {
+  for (const folder of ["rooms", "bigScreen", "embed", "replay"]) {
     expect(loaded.filter((one) => one.startsWith(join(ROOT, folder)))).toEqual([]);
   }
   expect(loaded).not.toContain(join(ROOT, "view/host/HostPanel.tsx"));
@@ -84,6 +84,7 @@ it("keeps the past from the start, and loads what plots it for who asks", () => 
   expect(loaded).not.toContain("uplot");
   expect(loaded).not.toContain("lean-qr");
   expect([...loadedBy(join(ROOT, "bigScreen/BigScreen.tsx"))]).toContain("lean-qr");
+  expect([...loadedBy(join(ROOT, "embed/Embed.tsx"))]).not.toContain("lean-qr");
   const ofStats = loaded.filter((one) => one.startsWith(join(ROOT, "stats")));
   const needed = ["stats/history.ts", "stats/record.ts"].map((path) => join(ROOT, path));
   expect(ofStats.toSorted()).toEqual(needed);

@@ -22,7 +22,7 @@ import "./style/branding.css";
 import "./style/path.css";
 import "./style/loading.css";
 import { render } from "preact";
-import { openBigScreen, wantsBigScreen } from "./openBigScreen";
+import { openView, viewOf } from "./openView";
 import { startSession } from "./session";
 import { lacksOf } from "./support";
 import { App } from "./view/App";
@@ -45,7 +45,8 @@ if (root && lacks) {
   void Promise.race([session.offered, atLast]).then(() => {
     // Until now it says that the page is loading.
     root.replaceChildren();
-    if (wantsBigScreen(window.location.search)) void openBigScreen(root, session);
+    const view = viewOf(window.location.search);
+    if (view) void openView(root, session, view);
     else render(<App session={session} />, root);
   });
 }

@@ -382,6 +382,46 @@ describe("a link with a secret", () => {
   });
 });
 
+describe("in a frame on another site", () => {
+  const { dataset } = document.documentElement;
+
+  beforeEach(() => {
+    dataset.view = "embed";
+    window.sessionStorage.clear();
+    window.localStorage.clear();
+    peers.length = 0;
+  });
+
+  afterEach(() => {
+    delete dataset.view;
+    window.history.replaceState(null, "", "/");
+  });
+
+  it("no key drives, stops or speaks, and no secret in the address is shown to the server", async () => {
+    const fetching = vi.fn();
+    vi.stubGlobal("fetch", fetching);
+    const listening = vi.spyOn(window, "addEventListener");
+    window.history.replaceState(null, "", "#host=s3cret");
+    session = startSession();
+    await vi.advanceTimersByTimeAsync(0);
+    open();
+    receive(hello({ viewer: 1 }), room({ operator: 1, number: 7 }));
+    const heard = listening.mock.calls.map(([type]) => type);
+    expect(heard.filter((type) => /key|pointer|gamepad|hash/.test(type))).toEqual([]);
+    expect(peer().sent.filter(({ type }) => type !== "want")).toEqual([]);
+    expect(fetching).not.toHaveBeenCalled();
+  });
+
+  it("keeps nothing in the browser, and takes nothing from it", async () => {
+    window.localStorage.setItem("wax-preferences", '{"picture": false, "name": "Ada"}');
+    session = startSession();
+    expect(session.state.preferences.value).toMatchObject({ picture: true, name: "" });
+    session.actions.setSound(true);
+    expect(window.localStorage.getItem("wax-preferences")).toContain("Ada");
+    expect(window.sessionStorage).toHaveLength(0);
+  });
+});
+
 describe("a notification at one's turn", () => {
   const asks = (answer: NotificationPermission) => {
     vi.stubGlobal("Notification", { permission: answer, requestPermission: async () => answer });

@@ -13,6 +13,7 @@ import { FLOOR_HZ } from "./drive/rate";
 import { StopControl } from "./drive/stopControl";
 import { type Entry, showEntry, takeEntry } from "./entry";
 import { keepFocus, returnFocusAfterPointer } from "./focus";
+import { isFramed } from "./framed";
 import { freePicture } from "./freePicture";
 import { Identity, openIdentityChannel } from "./link/identity";
 import { Link } from "./link/link";
@@ -71,9 +72,11 @@ const PAD_NEWS = {
 
 /** Connects at once, before anything is drawn. */
 export function startSession(): Session {
+  // In a frame on another site nobody drives, stops or comes in, and nothing is kept.
+  const isEmbed = isFramed();
   // Before anything else, so that nothing can send or keep the secret.
-  const entry = takeEntry(window);
-  const store = openStore(() => window.localStorage);
+  const entry = isEmbed ? null : takeEntry(window);
+  const store = isEmbed ? null : openStore(() => window.localStorage);
   const state = createState(loadPreferences(store));
   const history = recordHistory(state);
   const picture = new Playback();
@@ -83,7 +86,7 @@ export function startSession(): Session {
     },
     reconnect: () => link.connect(),
   });
-  const identity = new Identity(openStore(() => window.sessionStorage));
+  const identity = new Identity(isEmbed ? null : openStore(() => window.sessionStorage));
 
   const chime = new Chime();
   const acknowledger = new Acknowledger((received) => link.sendState(received));
@@ -506,16 +509,25 @@ export function startSession(): Session {
   const toggleSpeed = () =>
     actions.setSpeed(state.preferences.peek().speed === "slow" ? "fast" : "slow");
   const tellOfPad = (what: PadNews) => say(t(PAD_NEWS[what]));
-  controller.listen(window, { ...actions, toggleSpeed, tellOfPad }, signal);
-  listenTalk(window, talk, isKeyFor("talk"), signal);
-  listenKey(window, () => cameras.next(), isKeyFor("cameras"), signal);
-  listenKey(window, actions.toggleMute, isKeyFor("mute"), signal);
-  listenFirstDrive(state, prefer);
-  returnFocusAfterPointer(document, signal);
-  keepFocus(document, signal);
-  listenTurnOver(state);
-  listenTells(state);
-  freePicture(window, state, signal);
+  if (!isEmbed) {
+    controller.listen(window, { ...actions, toggleSpeed, tellOfPad }, signal);
+    listenTalk(window, talk, isKeyFor("talk"), signal);
+    listenKey(window, () => cameras.next(), isKeyFor("cameras"), signal);
+    listenKey(window, actions.toggleMute, isKeyFor("mute"), signal);
+    listenFirstDrive(state, prefer);
+    returnFocusAfterPointer(document, signal);
+    keepFocus(document, signal);
+    listenTurnOver(state);
+    listenTells(state);
+    freePicture(window, state, signal);
+    keepAwake(needsScreen(state));
+    // A link that is opened where the page is open already does not load it again.
+    window.addEventListener("hashchange", () => {
+      const another = takeEntry(window);
+      if (another) void enter(another);
+    });
+    identity.share(openIdentityChannel(), () => link.connect());
+  }
   window.addEventListener("pagehide", () => {
     link.close();
     roomViewer?.giveUp();
@@ -523,7 +535,6 @@ export function startSession(): Session {
   window.addEventListener("pageshow", (event) => {
     if (event.persisted && !state.ended.peek()) link.connect();
   });
-  keepAwake(needsScreen(state));
   watchNetwork(() => link.networkChanged(), signal);
   document.addEventListener("visibilitychange", () => {
     if (!document.hidden) link.hurry();
@@ -559,12 +570,6 @@ export function startSession(): Session {
     // In parallel with connecting, never before it.
     listenLanguage(state.preferences, state.isLinkForDriving, say);
   });
-  // A link that is opened where the page is open already does not load it again.
-  window.addEventListener("hashchange", () => {
-    const another = takeEntry(window);
-    if (another) void enter(another);
-  });
-  identity.share(openIdentityChannel(), () => link.connect());
 
   function presented(rtp: number | undefined, atMs: number): void {
     if (roomViewer?.isOnScreen) {

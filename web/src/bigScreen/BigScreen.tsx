@@ -1,16 +1,17 @@
 import "./bigScreen.css";
-import { useSignal } from "@preact/signals";
+import { signal, useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import type { Session } from "../actions";
 import { SessionContext, useSession, useState } from "../view/context";
-import { isLive } from "../view/live";
 import { robotName } from "../view/robotName";
 import { StopButton } from "../view/StopButton";
+import { keepAwake } from "../wakeLock";
 import { named } from "../words/named";
 import { said } from "../words/said";
 import { t } from "../words/words";
 import { clockWords, isOnlyHere, joinAddress, wantsSound, watchers } from "./facts";
 import { watchIdle } from "./idle";
+import { Picture, problemOf, Who } from "./parts";
 import { QrCode } from "./QrCode";
 import { tend } from "./tend";
 
@@ -19,8 +20,10 @@ export function BigScreen({ session }: { session: Session }) {
   const idle = useMemo(() => watchIdle(window), []);
   useEffect(() => {
     const end = tend(session);
+    const sleep = keepAwake(signal(true));
     return () => {
       end();
+      sleep();
       idle.end();
     };
   }, [session, idle]);
@@ -45,49 +48,18 @@ export function BigScreen({ session }: { session: Session }) {
   );
 }
 
-function Picture() {
-  const session = useSession();
-  const { isBlanked } = useState();
-  const video = useRef<HTMLVideoElement>(null);
-  useEffect(() => {
-    session.attachPicture(video.current);
-    return () => session.attachPicture(null);
-  }, [session]);
-  const kinds = [
-    "big-screen-picture",
-    ...(isLive(session.state) ? [] : ["is-greyed"]),
-    ...(isBlanked.value ? ["is-off"] : []),
-  ];
-  return <video ref={video} class={kinds.join(" ")} muted autoplay playsinline />;
-}
-
 /** Why what is seen is not the robot now. */
 function Problem() {
-  const { state } = useSession();
-  const { link, isConnected, isSilent, ended, isBlanked, room } = state;
-  const words = ended.value
-    ? said(ended.value.text)
-    : link.value.is === "connecting" && link.value.reason === null
-      ? t("big_screen.connecting")
-      : !isConnected.value || isSilent.value
-        ? t("big_screen.lost")
-        : isBlanked.value
-          ? t("big_screen.blanked")
-          : room.value?.video.problem
-            ? t("big_screen.no_picture")
-            : isLive(state)
-              ? null
-              : t("big_screen.old");
   return (
     <p class="big-screen-problem" role="status">
-      {words}
+      {problemOf(useState())}
     </p>
   );
 }
 
 /** Who drives and for how long, who is next, and how many watch. */
 function Driver() {
-  const { room, operator, secondsLeft, hello, watching, isConnected } = useState();
+  const { room, secondsLeft, hello, watching, isConnected } = useState();
   const now = room.value;
   if (!now || !isConnected.value) return null;
   const next = now.viewers.find((one) => one.place === 1);
@@ -95,11 +67,7 @@ function Driver() {
   const count = watchers(now, hello.value?.viewer, watching.value);
   return (
     <section class="big-screen-driver" aria-live="polite">
-      <p class="big-screen-who">
-        {operator.value
-          ? t("big_screen.driving", { name: named(operator.value.name) })
-          : t(now.host_settings.held ? "big_screen.closed" : "big_screen.free")}
-      </p>
+      <Who />
       {secondsLeft.value !== null && (
         <p
           class="big-screen-timer"

@@ -4,7 +4,7 @@ import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import type { Session } from "../actions";
-import { openBigScreen, wantsBigScreen } from "../openBigScreen";
+import { openView, viewOf } from "../openView";
 import { hello, room } from "../testing/messages";
 import { testSession } from "../testing/session";
 import { says } from "../words/said";
@@ -168,15 +168,15 @@ it("follows the server to another version", () => {
 });
 
 it("is opened by its address, and tries again where it could not be loaded", async () => {
-  const asked = ["?view=big-screen&sound=on", "?view=stage", "?view=x", ""].map(wantsBigScreen);
-  expect(asked).toEqual([true, true, false, false]);
+  const asked = ["?view=big-screen&sound=on", "?view=stage", "?view=embed", "?view=x", ""];
+  expect(asked.map((one) => viewOf(one) !== null)).toEqual([true, true, false, false, false]);
   const reload = vi.fn();
   vi.stubGlobal("location", { ...window.location, reload });
-  await openBigScreen(body, session, () => Promise.reject(new Error("offline")));
+  await openView(body, session, () => Promise.reject(new Error("offline")));
   expect(getByRole(body, "alert").textContent).toContain("tries again by itself");
   vi.advanceTimersByTime(10_000);
   expect(reload).toHaveBeenCalledOnce();
   at("https://robot.example.org/?view=big-screen");
-  await act(() => openBigScreen(body, session, async () => ({ BigScreen })));
+  await act(() => openView(body, session, async () => BigScreen));
   expect(getByRole(body, "heading", { name: "WAX" })).toBeTruthy();
 });

@@ -1,8 +1,7 @@
-/** Keeps a screen going for weeks, with nobody there. */
+/** Keeps a screen or a frame going for weeks, with nobody there. */
 
-import { effect, signal } from "@preact/signals";
+import { effect } from "@preact/signals";
 import type { Session } from "../actions";
-import { keepAwake } from "../wakeLock";
 
 /** After the server has sent it away without saying until when. */
 const COMES_BACK_MS = 60_000;
@@ -38,7 +37,6 @@ export function tend({ state, actions }: Session, page: Page = window.location):
       const coming = setTimeout(() => actions.comeBack(), COMES_BACK_MS);
       return () => clearTimeout(coming);
     }),
-    keepAwake(signal(true)),
   ];
   return () => {
     for (const end of ends) end();

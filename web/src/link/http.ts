@@ -1,5 +1,6 @@
 /** HTTP requests to the server; errors are sentences for people. */
 
+import { isFramed } from "../framed";
 import type { Ended, Opening } from "../messages";
 import { isSentence, ours, type Saying, said, says } from "../words/said";
 
@@ -53,7 +54,8 @@ export async function timed(asking: Promise<Answer>): Promise<Answer & Asked> {
 export async function ask(path: string, init: RequestInit = {}): Promise<Answer> {
   let response: Response;
   try {
-    response = await fetch(path, init);
+    // In a frame no cookie counts, even where the browser would send one.
+    response = await fetch(path, isFramed() ? { ...init, credentials: "omit" } : init);
   } catch {
     throw new RequestError(ours("link.unreachable"), false);
   }

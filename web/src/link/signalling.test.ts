@@ -22,6 +22,21 @@ it("posts offer and client as JSON and returns the answer's text", async () => {
   expect(fetching).toHaveBeenCalledWith("api/offer", expect.objectContaining(PLAIN));
 });
 
+it("offers from a frame by a way of its own, and asks for nothing with a cookie", async () => {
+  vi.stubGlobal("document", { documentElement: { dataset: { view: "embed" } } });
+  const fetching = vi.fn(
+    async (path: string) => new Response(path === "api/ice" ? "{}" : '{"sdp": "v=0"}'),
+  );
+  vi.stubGlobal("fetch", fetching);
+  await askIce(signal);
+  await postOffer(await offerOf("v=0", "some-uuid"), signal);
+  const asked = fetching.mock.calls as unknown as [string, RequestInit][];
+  expect(asked.map(([path, { credentials }]) => [path, credentials])).toEqual([
+    ["api/ice", "omit"],
+    ["api/embed", "omit"],
+  ]);
+});
+
 it("packs the offer where the browser can, since an uplink may be a modem's", async () => {
   const { headers, body } = await offerOf("v=0", "some-uuid");
   expect(headers).toMatchObject({ "Content-Encoding": "gzip" });

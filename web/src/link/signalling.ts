@@ -1,5 +1,6 @@
 /** The HTTP requests before there is a connection. */
 
+import { isFramed } from "../framed";
 import type { SentToRoom } from "../messages";
 import { ours } from "../words/said";
 import { type Asked, ask, packed, RequestError, timed } from "./http";
@@ -53,7 +54,7 @@ export async function postOffer(
   request: RequestInit,
   signal: AbortSignal,
 ): Promise<Answered | Sent> {
-  const answer = await timed(ask("api/offer", { ...request, signal }));
+  const answer = await timed(ask(isFramed() ? "api/embed" : "api/offer", { ...request, signal }));
   if (typeof answer.sdp === "string") return { sdp: answer.sdp, isForHost: answer.host === true };
   if (answer.type === "sent_to_room") return answer as unknown as Sent;
   throw new RequestError(ours("link.no_description"), true);

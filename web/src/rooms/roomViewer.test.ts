@@ -62,7 +62,7 @@ beforeEach(() => {
   [shown, said, asked, left] = [[], [], [], []];
   named = undefined;
   answer = () => json(viewer(7, { role: "queued", place: 3, wait_s: 150 }));
-  vi.stubGlobal("document", { hidden: false });
+  vi.stubGlobal("document", { hidden: false, documentElement: { dataset: {} } });
   renewals = 0;
   renewed = () => new Response(JSON.stringify(sentToRoom({ rooms: [seat("two")] })));
   vi.stubGlobal("fetch", async (path: string, init: { body: string; keepalive?: boolean }) => {

@@ -206,6 +206,28 @@ describe("the host's panel", () => {
     window.history.replaceState(null, "", "/");
   });
 
+  it("has the line for other sites where the page says that there is one", async () => {
+    const html = '<iframe src="https://robot.example.org/?view=embed"></iframe>';
+    const fetching = vi.fn(async () => new Response(JSON.stringify({ html })));
+    vi.stubGlobal("fetch", fetching);
+    showHost();
+    const field = () => queryByRole<HTMLInputElement>(panel(), "textbox", { name: "Line of HTML" });
+    expect(field()).toBeNull();
+    expect(fetching).not.toHaveBeenCalled();
+    act(() => {
+      state.panel.value = null;
+    });
+    const about = document.createElement("link");
+    about.type = "application/json+oembed";
+    about.href = "https://robot.example.org/oembed?url=x&format=json";
+    document.head.append(about);
+    showHost();
+    await act(async () => {});
+    await vi.waitFor(() => expect(field()?.value).toBe(html));
+    expect(fetching).toHaveBeenCalledExactlyOnceWith("oembed?url=x&format=json", {});
+    about.remove();
+  });
+
   it("limits the guests' speed", () => {
     showHost();
     const select = getByRole<HTMLSelectElement>(panel(), "combobox", { name: /Guests drive/ });

@@ -4,6 +4,7 @@ import { useState } from "../context";
 import { ProofPanel } from "../ProofPanel";
 import { Calibration } from "./Calibration";
 import { Door } from "./Door";
+import { Frame } from "./Frame";
 import { Hosts } from "./Hosts";
 import { Invitation } from "./Invitation";
 import { Message } from "./Message";
@@ -28,6 +29,7 @@ export function HostPanel() {
       <Door />
       <Hosts />
       <Invitation />
+      <Frame />
       <Message />
       <Calibration />
       <ProofPanel />

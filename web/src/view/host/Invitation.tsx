@@ -1,9 +1,9 @@
 import { useSignal } from "@preact/signals";
-import { useRef } from "preact/hooks";
 import type { Invite } from "../../messages";
 import { t } from "../../words/words";
 import { useActions, useState } from "../context";
 import { whenWords } from "../words";
+import { ToCopy } from "./ToCopy";
 
 const HOUR_S = 3600;
 const DAY_S = 24 * HOUR_S;
@@ -86,47 +86,18 @@ function here(): string {
   return window.location.origin + window.location.pathname.replace(/\/$/, "");
 }
 
-/** The newest invitation, to be copied: with the system's clipboard, or by hand. */
+/** The newest invitation. */
 function MadeLink() {
   const { invitation } = useState();
-  const field = useRef<HTMLInputElement>(null);
-  const copied = useSignal("");
   const made = invitation.value;
   if (!made) return null;
-  const link = `${made.page || here()}/#invite=${made.token}`;
-  const copy = async () => {
-    field.current?.select();
-    try {
-      // Browsers have it under HTTPS and on this machine only.
-      await navigator.clipboard.writeText(link);
-      copied.value = link;
-    } catch {
-      copied.value = "";
-    }
-  };
   const code = made.purpose === "queue" ? "invitation.made_to_drive" : "invitation.made_to_watch";
   return (
     <div class="made-link">
       <p class="quiet">
         {t(code, { n: made.uses, when: whenWords(made.ends_wall_ms, Date.now()) })}
       </p>
-      <div class="host-row">
-        <input
-          ref={field}
-          type="text"
-          readOnly
-          dir="ltr"
-          aria-label={t("invitation.link")}
-          value={link}
-          onFocus={(event) => event.currentTarget.select()}
-        />
-        <button type="button" class="main-button" onClick={() => void copy()}>
-          {t("invitation.copy")}
-        </button>
-      </div>
-      <p role="status" aria-label={t("invitation.copied_label")}>
-        {copied.value === link && t("invitation.copied")}
-      </p>
+      <ToCopy name={t("invitation.link")} text={`${made.page || here()}/#invite=${made.token}`} />
     </div>
   );
 }

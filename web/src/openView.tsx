@@ -1,0 +1,32 @@
+import { type ComponentType, render } from "preact";
+import type { Session } from "./actions";
+import { isFramed } from "./framed";
+import { learnLater, t } from "./words/words";
+
+const AGAIN_MS = 10_000;
+
+type View = ComponentType<{ session: Session }>;
+
+/** What draws another view than the page's own, where this is one: in a frame, or in a hall. */
+export function viewOf(search: string): (() => Promise<View>) | null {
+  if (isFramed()) return async () => (await import("./embed/Embed")).Embed;
+  // Formerly `stage`.
+  if (!["big-screen", "stage"].includes(new URLSearchParams(search).get("view") ?? "")) return null;
+  return async () => (await import("./bigScreen/BigScreen")).BigScreen;
+}
+
+/** Draws a view once it is loaded; nobody is there to try again, so that it does so itself. */
+export async function openView(
+  root: Element,
+  session: Session,
+  load: () => Promise<View>,
+): Promise<void> {
+  render(<p role="status">{t("big_screen.loading")}</p>, root);
+  try {
+    const [View] = await Promise.all([load(), learnLater()]);
+    render(<View session={session} />, root);
+  } catch {
+    render(<p role="alert">{t("big_screen.failed")}</p>, root);
+    setTimeout(() => window.location.reload(), AGAIN_MS);
+  }
+}
