@@ -38,10 +38,10 @@ MEASURES = ("delay", "instrument", "link", "load", "peers")
 
 BESIDE = (
     *("gallery", "reach", "test_aboard.py", "test_bad_input.py", "test_big_screen.py"),
-    *("test_branding.py", "test_controls.py", "test_first_load.py", "test_language.py"),
-    *("test_loopback_only.py", "test_page.py", "test_prove_stop.py", "test_queue.py"),
-    *("test_reconnect.py", "test_records.py", "test_start_stop.py", "test_stats.py"),
-    *("test_strangers.py", "test_thesis.py", "test_watching.py"),
+    *("test_branding.py", "test_controls.py", "test_embed.py", "test_first_load.py"),
+    *("test_language.py", "test_loopback_only.py", "test_page.py", "test_prove_stop.py"),
+    *("test_queue.py", "test_reconnect.py", "test_records.py", "test_start_stop.py"),
+    *("test_stats.py", "test_strangers.py", "test_thesis.py", "test_watching.py"),
 )
 """Where a wait is long enough for a machine that does other things: another test runs beside it."""
 

@@ -102,6 +102,13 @@ STATES: Final = (
         shows=lambda page: page.get_by_role("img", name=re.compile("^QR code")),
         has_stop=False,
     ),
+    State(
+        "embed",
+        "In a frame on another site (?view=embed)",
+        watching.embed,
+        "1 person waits",
+        has_stop=False,
+    ),
 )
 
 

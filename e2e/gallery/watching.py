@@ -122,3 +122,13 @@ async def big_screen(scene: Scene) -> None:
     await viewer.is_reached_as(_NAME)
     await viewer.page.goto(f"{_NAME}/?view=big-screen")
     await viewer.sees_picture()
+
+
+async def embed(scene: Scene) -> None:
+    """Have nothing but the frame that another site shows, while somebody drives and one waits."""
+    await scene.serves()
+    await scene.somebody_drives()
+    await scene.somebody_waits()
+    viewer = await scene.prepares()
+    await viewer.page.goto(f"{scene.server.url}/?view=embed")
+    await viewer.sees_picture()

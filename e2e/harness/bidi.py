@@ -92,6 +92,11 @@ class Firefox:
             "browsingContext.navigate", context=self._context, url=url, wait="complete"
         )
 
+    async def frame(self) -> Firefox:
+        """Return the first frame of the page, of whatever origin."""
+        tree = await self._session.send("browsingContext.getTree", root=self._context)
+        return Firefox(self._session, tree["contexts"][0]["children"][0]["context"])
+
     async def evaluate(self, expression: str) -> Any:
         """Return the (awaited) expression's value, through JSON; raises `AssertionError`."""
         done = await self._session.send(

@@ -1,0 +1,157 @@
+"""A frame on another site, where no cookie is let through: one watches there, and no more."""
+
+from __future__ import annotations
+
+import json
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import pytest
+from aiohttp import web
+from playwright.async_api import async_playwright, expect
+
+from e2e.harness import toml
+from e2e.harness.bidi import firefox
+from e2e.harness.chromium import launch_chromium
+from e2e.harness.installed import FIREFOX, installed
+from e2e.harness.robot import moves
+from e2e.harness.server import free_port
+from e2e.harness.viewer import Viewer
+from e2e.harness.wait import eventually
+from wax.client import Operator
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from playwright.async_api import FrameLocator
+
+    from e2e.conftest import Serve
+    from e2e.harness.server import Server
+
+PROBE: Final = Path(__file__).parent / "harness" / "probe.js"
+NO_THIRD_PARTY: Final = "--test-third-party-cookie-phaseout"
+NO_COOKIE: Final = {"network.cookie.cookieBehavior": 1}
+"""Of third parties, in Firefox."""
+TRIES: Final = "(document.cookie = 'tried=1; SameSite=None; Secure', document.cookie)"
+
+pytestmark = pytest.mark.timeout(120)
+
+
+@asynccontextmanager
+async def sites(*ports: int) -> AsyncIterator[dict[str, str]]:
+    """Serve these pages, by path, on sites of other names than the robot's, which is 127.0.0.1."""
+    pages: dict[str, str] = {}
+
+    async def page(request: web.Request) -> web.Response:
+        text = f"<!doctype html><title>Museum</title>{pages.get(request.path, '')}"
+        return web.Response(text=text, content_type="text/html")
+
+    application = web.Application()
+    application.router.add_get("/{path:.*}", page)
+    runner = web.AppRunner(application)
+    await runner.setup()
+    try:
+        for port in ports:
+            await web.TCPSite(runner, "localhost", port).start()
+        yield pages
+    finally:
+        await runner.cleanup()
+
+
+def allowing(port: int) -> str:
+    """Return the configuration of a robot that this port's site may show."""
+    return toml.card_with(page=f'embed_on = ["http://localhost:{port}"]', turns=toml.BRIEF_GRACE)
+
+
+async def line(server: Server) -> str:
+    """Return the line of HTML for other sites, as a site asks for it that was given a link."""
+    url = server.url.replace(":", "%3A").replace("/", "%2F")
+    code, told = await server.get(f"/oembed?url={url}%2F&format=json")
+    assert code == 200
+    return str(told["html"])
+
+
+async def test_a_frame_shows_the_robot_and_moves_nothing(serve: Serve, tmp_path: Path) -> None:
+    """It plays, tells who drives, sounds after a press, and leads to the page; no key does a thing.
+
+    The site that is named has it, by the line that oEmbed gives, and the page itself has nobody.
+    """
+    museum, other = free_port(), free_port()
+    async with (
+        sites(museum, other) as pages,
+        serve(tmp_path, allowing(museum)) as server,
+        async_playwright() as playwright,
+    ):
+        pages["/"] = await line(server)
+        pages["/page"] = f'<iframe src="{server.url}/"></iframe>'
+        browser = await launch_chromium(playwright, NO_THIRD_PARTY)
+        context = await browser.new_context(viewport={"width": 1280, "height": 720})
+        viewer = await Viewer.prepare(context, server.url)
+        await viewer.page.goto(f"http://localhost:{museum}/")
+        frame = viewer.page.frame_locator("iframe")
+        await expect(frame.get_by_text("the robot is free")).to_be_visible(timeout=20_000)
+        inside = viewer.page.frames[1]
+        await eventually(lambda: inside.evaluate("waxProbe.playing()"), "the frame's picture plays")
+        assert await inside.evaluate(TRIES) == "", "this browser lets third parties have cookies"
+        assert await context.cookies() == []
+
+        async with Operator(server.url, name="Grace") as operator:
+            await operator.join()
+            await expect(frame.get_by_text("Grace is driving")).to_be_visible()
+            await tries_to_drive(frame, server)
+            assert operator.newest("room")["stop"] is None
+        await frame.get_by_role("button", name="Turn sound on").click()
+        await expect(frame.get_by_role("button", name="Mute")).to_be_visible()
+        assert await frame.get_by_role("button").count() == 1
+
+        async with context.expect_page() as opened:
+            await frame.get_by_role("link", name="Drive this robot").click()
+        page = await opened.value
+        assert page.url == f"{server.url}/"
+        assert await page.evaluate("window.opener") is None
+        await page.close()
+
+        for url in (f"http://localhost:{museum}/page", f"http://localhost:{other}/"):
+            viewer.console.clear()
+            await viewer.page.goto(url)
+            await eventually(lambda: refused(viewer), f"the frame of {url} is refused")
+            assert await viewer.page.frame_locator("iframe").get_by_role("main").count() == 0
+        await browser.close()
+
+
+async def tries_to_drive(frame: FrameLocator, server: Server) -> None:
+    """Press in the frame what drives and stops on the page."""
+    await frame.get_by_text("is driving").click()
+    for key in ("ArrowLeft", "w", "Space", "Escape", "t"):
+        await frame.locator("body").press(key, delay=100)
+    assert not await moves(server, within_s=0.5)
+
+
+async def refused(viewer: Viewer) -> bool:
+    """Return whether the browser has said that a frame may not be there."""
+    return any("frame-ancestors" in one for one in viewer.console)
+
+
+@pytest.mark.full
+async def test_firefox_shows_the_frame_without_a_cookie(serve: Serve, tmp_path: Path) -> None:
+    """The picture plays and its words are there, where third parties can store nothing."""
+    museum, profile = free_port(), tmp_path / "profile"
+    profile.mkdir()
+    script = PROBE.read_text(encoding="utf-8")
+    async with (
+        sites(museum) as pages,
+        serve(tmp_path, allowing(museum)) as server,
+        firefox(installed(*FIREFOX), profile, script, preferences=NO_COOKIE) as window,
+    ):
+        pages["/"] = await line(server)
+        await window.goto(f"http://localhost:{museum}/")
+        frame = await window.frame()
+        await eventually(
+            lambda: frame.evaluate("window.waxProbe?.playing() ?? false"),
+            "the frame's picture plays",
+            within_s=30,
+        )
+        says = f"document.body.innerText.includes({json.dumps('the robot is free')})"
+        await eventually(lambda: frame.evaluate(says), "the frame says that the robot is free")
+        assert await frame.evaluate(TRIES) == ""
