@@ -290,7 +290,7 @@ describe("a message with an end", () => {
       state.room.value = now;
     });
     const told = getByText(body, "The host says:").parentElement?.textContent;
-    expect(told?.replace("\u202f", " ")).toBe("The host says: Tea until today at 3:00 PM");
+    expect(told?.replace("\u202f", " ")).toBe("The host says: Tea (until today at 3:00 PM)");
   });
 });
 

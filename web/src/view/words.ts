@@ -18,6 +18,7 @@ import type { Voice } from "../voice/talk";
 import { named } from "../words/named";
 import { said } from "../words/said";
 import { type Code, figure, locale, t } from "../words/words";
+import { sizeWords } from "./figures";
 
 /** The connection, for the status line. */
 export function connectionWords(link: LinkState, nowMs: number): string {
@@ -154,7 +155,7 @@ export function qualityWords(line: ConsoleViewer): string {
     ...(line.picture_ms === null
       ? []
       : [t("host.picture_age", { ms: figure(Math.round(line.picture_ms)) })]),
-    line.rendition === null ? t("host.no_picture") : line.rendition.replace("x", " × "),
+    line.rendition === null ? t("host.no_picture") : sizeWords(line.rendition),
   ];
   return words.join(", ");
 }
@@ -162,7 +163,7 @@ export function qualityWords(line: ConsoleViewer): string {
 /** When something happens, in the reader's own time: `today at 14:00`, `on Tuesday at 9:00`. */
 export function whenWords(wallMs: number, nowMs: number, where = locale()): string {
   const at = new Date(wallMs);
-  const time = at.toLocaleTimeString(where, { hour: "numeric", minute: "2-digit" });
+  const time = at.toLocaleTimeString(where, TIME);
   const midnight = new Date(nowMs).setHours(0, 0, 0, 0);
   const days = Math.round((new Date(wallMs).setHours(0, 0, 0, 0) - midnight) / DAY_MS);
   if (days === 0) return t("when.today", { time });
@@ -176,17 +177,20 @@ export function whenWords(wallMs: number, nowMs: number, where = locale()): stri
 }
 
 const DAY_MS = 86_400_000;
+const TIME = { hour: "numeric", minute: "2-digit" } as const;
 
 /** From when until when it is open, in the reader's own time: `Friday 18:00 – Saturday 01:00`. */
 export function openingWords({ opens_wall_ms, closes_wall_ms }: Opening, where = locale()): string {
   const opens = new Date(opens_wall_ms);
   const closes = new Date(closes_wall_ms);
-  const time = { hour: "numeric", minute: "2-digit" } as const;
-  const dayAndTime = { weekday: "long", ...time } as const;
+  const time = (at: Date) => at.toLocaleTimeString(where, TIME);
+  // Not both by one call, which writes the hours in another way than a time alone.
+  const dayAndTime = (at: Date) =>
+    `${at.toLocaleDateString(where, { weekday: "long" })} ${time(at)}`;
   const isSameDay = opens.toDateString() === closes.toDateString();
   return t("when.from_to", {
-    from: opens.toLocaleString(where, dayAndTime),
-    to: closes.toLocaleString(where, isSameDay ? time : dayAndTime),
+    from: dayAndTime(opens),
+    to: isSameDay ? time(closes) : dayAndTime(closes),
   });
 }
 
