@@ -61,7 +61,7 @@ async def opened(
 async def test_firefox_shows_sounds_and_drives(
     serve: Serve, tmp_path: Path, ear: Ear | None
 ) -> None:
-    """In stock Firefox the card is read live, the sound has energy, and a key moves the robot."""
+    """In stock Firefox the card is read live, our player sounds with energy, a key drives."""
     async with (
         serve(tmp_path, toml.CARD) as server,
         opened(server, tmp_path, needed(ear)) as window,
@@ -95,6 +95,9 @@ async def test_firefox_shows_sounds_and_drives(
             return probe.loudness(tap.take()) > 0.02
 
         await eventually(is_loud, "the sound has energy")
+        await presses(window, "Details")
+        ours = 'document.body.textContent.includes("Sound playerWAX\'s own")'
+        await eventually(lambda: window.evaluate(ours), "it is the built-in player's", within_s=20)
 
         await presses(window, "Join the queue")
         await reads(window, "You are driving")

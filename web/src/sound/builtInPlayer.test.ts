@@ -65,8 +65,8 @@ const TOLD = {
 const feeds = () =>
   FakeWorker.last.said.flatMap((one) => (one as { playing?: string }).playing ?? []);
 
-async function playing(): Promise<BuiltInPlayer> {
-  const player = new BuiltInPlayer(events);
+async function playing(Player = BuiltInPlayer): Promise<BuiltInPlayer> {
+  const player = new Player(events);
   const ready = player.start();
   FakeWorker.last.says("ready");
   expect(await ready).toBe(true);
@@ -74,11 +74,15 @@ async function playing(): Promise<BuiltInPlayer> {
   return player;
 }
 
-beforeEach(() => {
-  vi.useFakeTimers();
+function stub(): void {
   vi.stubGlobal("Worker", FakeWorker);
   vi.stubGlobal("AudioContext", FakeContext);
   vi.stubGlobal("AudioWorkletNode", FakeNode);
+}
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  stub();
   vi.clearAllMocks();
   FakeContext.made = 0;
 });
@@ -111,6 +115,21 @@ it("tells what is heard when, by the device's own time", async () => {
   expect(heard?.atMs).toBeCloseTo(5030);
   expect(heard?.outputMs).toBeCloseTo(30);
   expect([heard?.playedMs, heard?.concealedMs, heard?.stretchedMs]).toEqual([20, 2, 1]);
+});
+
+it("never asks Firefox for its device's latency, which can stop the page for ever", async () => {
+  vi.stubGlobal("navigator", { userAgent: "Gecko/20100101 Firefox/153.0" });
+  vi.resetModules();
+  const { BuiltInPlayer: InFirefox } = await import("./builtInPlayer");
+  vi.unstubAllGlobals();
+  stub();
+  const player = await playing(InFirefox);
+  const asked = vi.fn(() => 0);
+  Object.defineProperty(FakeContext.last, "outputLatency", { get: asked });
+  Object.defineProperty(FakeContext.last, "getOutputTimestamp", { value: asked });
+  FakeNode.last.port.says(TOLD);
+  expect(player.heard(5000)).toMatchObject({ rtp: 7, atMs: expect.closeTo(5030) });
+  expect(asked).not.toHaveBeenCalled();
 });
 
 it.each([

@@ -34,14 +34,14 @@ const LOOK_EVERY_MS = 50;
 /** After so many looks without a word from the worklet, the device has gone. */
 const MOST_SILENT_LOOKS = 4;
 
-const IS_FIREFOX = /Firefox\//.test(navigator.userAgent);
-/** Firefox 153 at times stops for ever if a context is made while its own player starts. */
-const SETTLES_MS = 800;
-
-/** Why the built-in player plays in this browser only by choice, as a sentence; null where it may without. */
-export function doubtful(): string | null {
-  return IS_FIREFOX ? t("sound.firefox") : null;
-}
+/**
+ * Firefox (153, PulseAudio) at times stops the page for ever when asked for its device's latency, by
+ * `outputLatency` or `getOutputTimestamp`: the page holds the lock of the audio graph and waits for
+ * the device, whose callback waits for that lock.
+ */
+const MUST_NOT_ASK = /Firefox\//.test(navigator.userAgent);
+/** What Firefox reports there: it demands a buffer of 25 ms. */
+const UNASKED_S = 0.03;
 
 /** What this browser lacks for the built-in player, as a sentence; null if it can. */
 export function lacking(scope: typeof globalThis = globalThis): string | null {
@@ -152,7 +152,6 @@ export class BuiltInPlayer {
   async play(): Promise<void> {
     this.#isWanted = true;
     try {
-      if (IS_FIREFOX && !this.#context) await new Promise((done) => setTimeout(done, SETTLES_MS));
       this.#context ??= new AudioContext({ latencyHint: 0, sampleRate: SAMPLES_PER_MS * 1000 });
       const context = this.#context;
       // Without a touch it is not resolved before there is one.
@@ -262,16 +261,8 @@ export class BuiltInPlayer {
   }
 }
 
-/**
- * When which frame of the context is heard. Firefox's `getOutputTimestamp` is 30 ms wrong, so there
- * the device's latency counts, which Chromium reports only coarsely.
- */
+/** When which frame of the context is heard. */
 function outputTime(context: AudioContext, nowMs: number): AudioTimestamp {
-  if (IS_FIREFOX) {
-    return {
-      contextTime: context.currentTime - (context.outputLatency ?? 0),
-      performanceTime: nowMs,
-    };
-  }
-  return context.getOutputTimestamp();
+  if (!MUST_NOT_ASK) return context.getOutputTimestamp();
+  return { contextTime: context.currentTime - UNASKED_S, performanceTime: nowMs };
 }

@@ -5,7 +5,6 @@ import { SoundPlayback } from "./soundPlayback";
 
 const builtIn = vi.hoisted(() => ({
   lacks: null as string | null,
-  doubt: null as string | null,
   routes: true,
   loudness: 1,
   setOutput: vi.fn(async (_: string) => {}),
@@ -20,7 +19,6 @@ const builtIn = vi.hoisted(() => ({
 
 vi.mock("./builtInPlayer", () => ({
   lacking: () => builtIn.lacks,
-  doubtful: () => builtIn.doubt,
   routes: () => builtIn.routes,
   BuiltInPlayer: class {
     constructor(events: typeof builtIn.events) {
@@ -84,7 +82,6 @@ beforeEach(() => {
   vi.clearAllMocks();
   Object.assign(builtIn, {
     lacks: null,
-    doubt: null,
     starts: true,
     isReady: false,
     routes: true,
@@ -150,20 +147,6 @@ it("says why it is the browser's where the built-in player cannot play", async (
   playback.play();
   expect(builtIn.play).not.toHaveBeenCalled();
   expect(changed).toHaveBeenLastCalledWith({ by: "browser", why: "over HTTPS it could" });
-});
-
-it("takes the built-in player only by choice where there is a doubt", async () => {
-  builtIn.doubt = "in this browser it is a matter of choice";
-  const playback = await made({ isStarted: false });
-  await playback.start("auto");
-  expect(builtIn.isReady).toBe(false);
-  playback.choose("auto", null);
-  playback.play();
-  expect(builtIn.play).not.toHaveBeenCalled();
-  expect(changed).toHaveBeenLastCalledWith({ by: "browser", why: builtIn.doubt });
-  playback.choose("built-in", null);
-  await vi.advanceTimersByTimeAsync(0);
-  expect(reconnect).toHaveBeenCalledOnce();
 });
 
 it("connects again if the built-in player is chosen later", async () => {

@@ -2,7 +2,7 @@ import { look } from "../measure/stats";
 import type { Playout } from "../messages";
 import { Playback } from "../playback";
 import { t } from "../words/words";
-import { BuiltInPlayer, doubtful, type Heard, lacking, routes } from "./builtInPlayer";
+import { BuiltInPlayer, type Heard, lacking, routes } from "./builtInPlayer";
 import { levelOfPower } from "./loudness";
 
 /** Which player is to play; "auto" is the built-in one where it can. */
@@ -61,7 +61,7 @@ export class SoundPlayback {
 
   /** Gets ready for this choice; where that is not possible the browser's player plays. */
   async start(choice: PlayerChoice): Promise<void> {
-    if (this.#hindrance(choice) !== null || this.#builtIn.isReady || choice === "browser") return;
+    if (this.#hindrance() !== null || this.#builtIn.isReady || choice === "browser") return;
     if (!(await this.#builtIn.start())) {
       this.#problem = t("sound.player_not_loaded");
     }
@@ -88,8 +88,7 @@ export class SoundPlayback {
     this.#builtIn.negotiated(redundancy);
     if (choice === this.#choice) return;
     this.#choice = choice;
-    const isNew =
-      choice !== "browser" && this.#hindrance(choice) === null && !this.#builtIn.isReady;
+    const isNew = choice !== "browser" && this.#hindrance() === null && !this.#builtIn.isReady;
     if (!isNew) this.#update();
     else
       void this.start(choice).then(() =>
@@ -190,10 +189,9 @@ export class SoundPlayback {
   }
 
   /** Why the built-in player is not to play. */
-  #hindrance(choice = this.#choice): string | null {
+  #hindrance(): string | null {
     if (this.#problem !== null) return this.#problem;
-    if (this.#output !== "" && !routes()) return t("sound.not_routed");
-    return choice === "auto" ? doubtful() : null;
+    return this.#output !== "" && !routes() ? t("sound.not_routed") : null;
   }
 
   #rest(): void {
