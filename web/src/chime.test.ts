@@ -36,6 +36,14 @@ it("plays two notes, one after the other, quietly", () => {
   expect(Math.max(...peaks)).toBeLessThanOrEqual(0.1);
 });
 
+it("may be refused the device, as during a call", async () => {
+  const { context } = fakeContext();
+  const refused = new DOMException("", "InvalidStateError");
+  vi.mocked(context.resume).mockRejectedValue(refused);
+  new Chime(() => context).ring();
+  await expect(context.resume()).rejects.toBe(refused);
+});
+
 it("is silent where there is no WebAudio", () => {
   const chime = new Chime(() => {
     throw new TypeError("AudioContext is not a constructor");

@@ -17,7 +17,7 @@ export class Chime {
     try {
       this.#context ??= this.make();
       const context = this.#context;
-      void context.resume();
+      void context.resume().catch(() => {}); // during a call
       NOTES_HZ.forEach((hz, i) => {
         this.#note(context, hz, context.currentTime + i * NOTE_S);
       });

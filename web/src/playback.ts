@@ -1,3 +1,13 @@
+/** What nobody hears is played again so often while the system holds it back. */
+const AGAIN_EVERY_MS = 1000;
+
+export interface PlaybackEvents {
+  /** It is not heard, or seen, any more: the system has paused it, as for a call, or wants a touch first. */
+  silenced?(): void;
+  /** The system plays it on. */
+  resumed?(): void;
+}
+
 /**
  * Plays one stream on one element, and starts again when either is replaced.
  *
@@ -9,11 +19,21 @@ export class Playback {
   #track: MediaStreamTrack | null = null;
   #stream: MediaStream | null = null;
   #playing = false;
+  #isSilenced = false;
   #volume = 1;
   #output = "";
+  #watching = new AbortController();
+
+  constructor(private readonly events: PlaybackEvents = {}) {}
 
   attach(element: HTMLMediaElement | null): void {
+    this.#watching.abort();
+    this.#watching = new AbortController();
+    const { signal } = this.#watching;
     this.#element = element;
+    for (const type of ["pause", "play"]) {
+      element?.addEventListener(type, () => this.#noticed(element), { signal });
+    }
     if (element) element.volume = this.#volume;
     if (this.#output) void this.setOutput(this.#output).catch(() => {});
     this.#show();
@@ -37,6 +57,7 @@ export class Playback {
    */
   play(): void {
     this.#playing = true;
+    this.#isSilenced = false;
     this.#go();
   }
 
@@ -59,6 +80,7 @@ export class Playback {
 
   pause(): void {
     this.#playing = false;
+    this.#isSilenced = false;
     this.#element?.pause();
   }
 
@@ -69,7 +91,28 @@ export class Playback {
   }
 
   #go(): void {
-    // After a refusal the element stays paused, and the Start button resolves it.
-    this.#element?.play().catch(() => {});
+    this.#element?.play().catch((error: unknown) => {
+      if (error instanceof DOMException && error.name === "NotAllowedError") this.#silence();
+    });
+  }
+
+  /** Paused or played on, perhaps by the system. */
+  #noticed(element: HTMLMediaElement): void {
+    const { paused, ended, muted } = element;
+    if (!this.#playing || ended || element !== this.#element) return;
+    if (!paused && this.#isSilenced) {
+      this.#isSilenced = false;
+      this.events.resumed?.();
+    } else if (paused && muted) {
+      this.#go();
+      setTimeout(() => this.#noticed(element), AGAIN_EVERY_MS);
+    } else if (paused) this.#silence();
+  }
+
+  /** Leaves the element as it is: after a call WebKit plays on only what the page did not pause. */
+  #silence(): void {
+    if (!this.#playing || this.#isSilenced) return;
+    this.#isSilenced = true;
+    this.events.silenced?.();
   }
 }

@@ -593,3 +593,23 @@ it("speaks the language that is chosen, and keeps the choice", async () => {
   session.actions.setLanguage(null);
   await vi.waitFor(() => expect(document.documentElement.lang).toBe("en"));
 });
+
+it("offers the sound again once a call has taken it, and plays on if the browser does", () => {
+  const element = document.createElement("audio");
+  const paused = vi.spyOn(element, "paused", "get").mockReturnValue(false);
+  vi.spyOn(element, "play").mockResolvedValue();
+  const { state, actions } = session;
+  open();
+  receive(hello());
+  session.attachSound(element);
+  actions.start();
+  paused.mockReturnValue(true);
+  element.dispatchEvent(new Event("pause"));
+  expect([state.isSoundOn.value, state.isStartOffered.value]).toEqual([false, true]);
+  expect(peer().sent.at(-1)).toMatchObject({ type: "want", sound: false });
+  expect(state.preferences.value.sound).toBe(true);
+  paused.mockReturnValue(false);
+  element.dispatchEvent(new Event("play"));
+  expect([state.isSoundOn.value, state.isStartOffered.value]).toEqual([true, false]);
+  expect(peer().sent.at(-1)).toMatchObject({ type: "want", sound: true });
+});

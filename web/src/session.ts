@@ -79,12 +79,18 @@ export function startSession(): Session {
   const store = isEmbed ? null : openStore(() => window.localStorage);
   const state = createState(loadPreferences(store));
   const history = recordHistory(state);
-  const picture = new Playback();
+  const picture = new Playback({ silenced: offerStart });
   const sound = new SoundPlayback({
     changed(player) {
       state.player.value = player;
     },
     reconnect: () => link.connect(),
+    silenced() {
+      state.isSoundOn.value = false;
+      offerStart();
+      sendWant();
+    },
+    resumed: () => actions.setSound(true),
   });
   const identity = new Identity(isEmbed ? null : openStore(() => window.sessionStorage));
 
@@ -159,6 +165,11 @@ export function startSession(): Session {
       sound.isDucked = isDucked;
     },
   });
+
+  /** Where the system has paused what plays, or demands a touch. */
+  function offerStart(): void {
+    state.isStartOffered.value = true;
+  }
 
   function say(what: string | Saying): void {
     state.notice.value = { text: typeof what === "string" ? says(what) : what };

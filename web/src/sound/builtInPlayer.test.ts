@@ -32,13 +32,14 @@ class FakeNode {
   }
 }
 
-class FakeContext {
+class FakeContext extends EventTarget {
   static made = 0;
   static last: FakeContext;
+  state = "running";
   currentTime = 10;
   destination = {};
   audioWorklet = { addModule: async () => {} };
-  resume = async () => {};
+  resume = vi.fn(async () => {});
   suspend = async () => {};
   close = async () => {};
   setSinkId = vi.fn(async (_id: string) => {});
@@ -46,12 +47,17 @@ class FakeContext {
   createGain = () => this.gain;
   getOutputTimestamp = () => ({ contextTime: 9.97, performanceTime: 5000 });
   constructor() {
+    super();
     FakeContext.made++;
     FakeContext.last = this;
   }
+  becomes(state: string): void {
+    this.state = state;
+    this.dispatchEvent(new Event("statechange"));
+  }
 }
 
-const events = { plays: vi.fn(), failed: vi.fn() };
+const events = { plays: vi.fn(), failed: vi.fn(), silenced: vi.fn(), resumed: vi.fn() };
 const TOLD = {
   frame: 480_000,
   rtp: 7,
@@ -146,6 +152,50 @@ it.each([
   expect(player.heard(5000)).toBeNull();
   await player.play();
   expect(FakeContext.made).toBe(2);
+});
+
+it("waits for a call to end, and plays on with the same device", async () => {
+  const player = await playing();
+  FakeNode.last.port.says(TOLD);
+  FakeContext.last.becomes("interrupted");
+  expect(events.silenced).toHaveBeenCalledOnce();
+  expect(player.heard(5000)).toBeNull();
+  vi.advanceTimersByTime(60_000);
+  FakeContext.last.becomes("suspended");
+  expect(events.resumed).toHaveBeenCalledOnce();
+  FakeContext.last.resume.mockClear();
+  await player.play();
+  expect(FakeContext.last.resume).toHaveBeenCalledOnce();
+  vi.advanceTimersByTime(900);
+  FakeNode.last.port.says(TOLD);
+  expect(player.heard(5000)?.rtp).toBe(7);
+  expect(events.failed).not.toHaveBeenCalled();
+  expect(FakeContext.made).toBe(1);
+});
+
+it.each([
+  [
+    "after a call",
+    (player: BuiltInPlayer) => [FakeContext.last.becomes("suspended"), player.play()],
+  ],
+  ["during one, for who asks", (player: BuiltInPlayer) => [player.play()]],
+])("gives the sound back if the device stays silent %s", async (_, goOn) => {
+  const player = await playing();
+  FakeNode.last.port.says(TOLD);
+  FakeContext.last.becomes("interrupted");
+  await Promise.all(goOn(player));
+  vi.advanceTimersByTime(1100);
+  expect(events.failed).toHaveBeenCalledOnce();
+});
+
+it("says nothing of a device that rests", async () => {
+  const player = await playing();
+  FakeNode.last.port.says(TOLD);
+  player.rest();
+  FakeContext.last.becomes("interrupted");
+  FakeContext.last.becomes("suspended");
+  expect(events.silenced).not.toHaveBeenCalled();
+  expect(events.resumed).not.toHaveBeenCalled();
 });
 
 it("does not take a page that was busy for a device that has gone", async () => {

@@ -22,6 +22,9 @@ export interface BuiltInPlayerEvents {
   plays(): void;
   /** It plays no more; the sentence says why. The browser's player has the sound already. */
   failed(why: string): void;
+  /** The system has taken its device away, as for a call; and has given it back, for `play`. */
+  silenced(): void;
+  resumed(): void;
 }
 
 /** Of browsers that let a page choose the device (Web Audio API 1.1). */
@@ -33,6 +36,8 @@ const SAMPLES_PER_MS = 48;
 const LOOK_EVERY_MS = 50;
 /** After so many looks without a word from the worklet, the device has gone. */
 const MOST_SILENT_LOOKS = 4;
+/** After a call it may take so much longer. */
+const LOOKS_AFTER_CALL = 16;
 
 /**
  * Firefox (153, PulseAudio) at times stops the page for ever when asked for its device's latency, by
@@ -79,6 +84,8 @@ export class BuiltInPlayer {
   #silentLooks = 0;
   #isWanted = false;
   #isHeard = false;
+  /** By the system, as for a call (Web Audio API 1.1, `interrupted`). */
+  #isInterrupted = false;
 
   constructor(private readonly events: BuiltInPlayerEvents) {}
 
@@ -152,8 +159,11 @@ export class BuiltInPlayer {
   async play(): Promise<void> {
     this.#isWanted = true;
     try {
-      this.#context ??= new AudioContext({ latencyHint: 0, sampleRate: SAMPLES_PER_MS * 1000 });
-      const context = this.#context;
+      const context = this.#context ?? this.#open();
+      if (this.#isInterrupted) {
+        this.#isInterrupted = false;
+        this.#watchDevice(-LOOKS_AFTER_CALL);
+      }
       // Without a touch it is not resolved before there is one.
       void context.resume().catch(() => {});
       this.#building ??= this.#build(context);
@@ -172,11 +182,9 @@ export class BuiltInPlayer {
   /** Gives the sound back to the browser's player. */
   rest(): void {
     this.#isWanted = false;
+    this.#isInterrupted = false;
     this.#feed("browser");
-    clearInterval(this.#looking);
-    this.#looking = undefined;
-    this.#newest = null;
-    this.#isHeard = false;
+    this.#hush();
     void this.#context?.suspend().catch(() => {});
   }
 
@@ -203,6 +211,35 @@ export class BuiltInPlayer {
     return (this.#isHeard && this.#newest?.levels) || null;
   }
 
+  #open(): AudioContext {
+    const context = new AudioContext({ latencyHint: 0, sampleRate: SAMPLES_PER_MS * 1000 });
+    context.addEventListener("statechange", () => this.#stateChanged(context));
+    this.#context = context;
+    return context;
+  }
+
+  #stateChanged(context: AudioContext): void {
+    const isInterrupted = context.state === "interrupted";
+    if (context !== this.#context || !this.#isWanted || isInterrupted === this.#isInterrupted)
+      return;
+    this.#isInterrupted = isInterrupted;
+    if (isInterrupted) {
+      this.#hush();
+      this.events.silenced();
+    } else {
+      this.#watchDevice(-LOOKS_AFTER_CALL);
+      this.events.resumed();
+    }
+  }
+
+  /** Nothing is heard, and the silence is no failure. */
+  #hush(): void {
+    clearInterval(this.#looking);
+    this.#looking = undefined;
+    this.#newest = null;
+    this.#isHeard = false;
+  }
+
   async #build(context: AudioContext): Promise<void> {
     if (this.#output) await (context as Routed).setSinkId?.(this.#output);
     await context.audioWorklet.addModule(workletUrl);
@@ -224,12 +261,16 @@ export class BuiltInPlayer {
   #told(newest: FromWorklet): void {
     if (!this.#isWanted) return;
     this.#newest = newest;
-    this.#silentLooks = 0;
-    this.#looking ??= setInterval(() => this.#look(), LOOK_EVERY_MS);
+    this.#watchDevice(0);
     if (this.#isHeard || newest.rtp === null) return;
     this.#isHeard = true;
     this.#feed("built-in");
     this.events.plays();
+  }
+
+  #watchDevice(silentLooks: number): void {
+    this.#silentLooks = silentLooks;
+    this.#looking ??= setInterval(() => this.#look(), LOOK_EVERY_MS);
   }
 
   /** A device that vanishes says nothing. Looks are counted: a blocked page hears nothing either. */

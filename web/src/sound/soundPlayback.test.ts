@@ -1,4 +1,5 @@
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import type { PlaybackEvents } from "../playback";
 import { german } from "../words/de";
 import { ENGLISH, language } from "../words/words";
 import { SoundPlayback } from "./soundPlayback";
@@ -10,7 +11,7 @@ const builtIn = vi.hoisted(() => ({
   setOutput: vi.fn(async (_: string) => {}),
   starts: true,
   isReady: false,
-  events: { plays() {}, failed(_: string) {} },
+  events: { plays() {}, failed(_: string) {}, silenced() {}, resumed() {} },
   levels: [0.5, 0.25] as number[] | null,
   play: vi.fn(),
   rest: vi.fn(),
@@ -58,6 +59,7 @@ const receiver = {
   },
 };
 const element = {
+  addEventListener: vi.fn(),
   muted: false,
   volume: 1,
   setSinkId: vi.fn(async (_: string) => {}),
@@ -68,8 +70,11 @@ const element = {
 const changed = vi.fn();
 const reconnect = vi.fn();
 
-async function made({ isStarted = true } = {}): Promise<SoundPlayback> {
-  const playback = new SoundPlayback({ changed, reconnect });
+async function made({
+  isStarted = true,
+  ...told
+}: { isStarted?: boolean } & PlaybackEvents = {}): Promise<SoundPlayback> {
+  const playback = new SoundPlayback({ changed, reconnect, ...told });
   if (isStarted) await playback.start("built-in");
   playback.attach(element as unknown as HTMLAudioElement);
   playback.take(receiver as unknown as RTCRtpReceiver);
@@ -147,6 +152,21 @@ it("says why it is the browser's where the built-in player cannot play", async (
   playback.play();
   expect(builtIn.play).not.toHaveBeenCalled();
   expect(changed).toHaveBeenLastCalledWith({ by: "browser", why: "over HTTPS it could" });
+});
+
+it("says when a call takes the built-in player's sound, and plays on by it", async () => {
+  const [silenced, resumed] = [vi.fn(), vi.fn()];
+  const playback = await made({ silenced, resumed });
+  playback.choose("auto", null);
+  playback.play();
+  builtIn.events.plays();
+  builtIn.events.silenced();
+  expect(silenced).toHaveBeenCalledOnce();
+  builtIn.events.resumed();
+  expect(resumed).toHaveBeenCalledOnce();
+  builtIn.play.mockClear();
+  playback.play();
+  expect(builtIn.play).toHaveBeenCalledOnce();
 });
 
 it("connects again if the built-in player is chosen later", async () => {

@@ -1,6 +1,6 @@
 import { look } from "../measure/stats";
 import type { Playout } from "../messages";
-import { Playback } from "../playback";
+import { Playback, type PlaybackEvents } from "../playback";
 import { t } from "../words/words";
 import { BuiltInPlayer, type Heard, lacking, routes } from "./builtInPlayer";
 import { levelOfPower } from "./loudness";
@@ -14,7 +14,7 @@ export interface SoundPlayerState {
   why: string | null;
 }
 
-export interface SoundPlaybackEvents {
+export interface SoundPlaybackEvents extends PlaybackEvents {
   changed(state: SoundPlayerState): void;
   /** A connection is needed whose sound is watched from its beginning. */
   reconnect(): void;
@@ -32,7 +32,7 @@ const AGAIN_AFTER_MS = 5000;
  * a reload: until the built-in one sounds, and once it fails, the browser's plays.
  */
 export class SoundPlayback {
-  readonly #browser = new Playback();
+  readonly #browser: Playback;
   readonly #builtIn: BuiltInPlayer;
   /** Why the built-in player cannot be used now. */
   #problem = lacking();
@@ -53,7 +53,10 @@ export class SoundPlayback {
   #againMs = AGAIN_AFTER_MS;
 
   constructor(private readonly events: SoundPlaybackEvents) {
+    this.#browser = new Playback(events);
     this.#builtIn = new BuiltInPlayer({
+      silenced: () => events.silenced?.(),
+      resumed: () => events.resumed?.(),
       plays: () => this.#builtInPlays(),
       failed: (why) => this.#builtInFailed(why),
     });
@@ -146,6 +149,7 @@ export class SoundPlayback {
   play(): void {
     this.#isPlaying = true;
     if (this.#state.by === "browser") this.#browser.play();
+    else void this.#builtIn.play();
     this.#update();
   }
 
