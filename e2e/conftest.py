@@ -191,10 +191,16 @@ async def open_viewer(
     async with AsyncExitStack() as leaving:
 
         async def open_one(
-            server: Server, *, is_host: bool = False, drives: bool = False, **options: Any
+            server: Server,
+            *,
+            is_host: bool = False,
+            drives: bool = False,
+            first: str = "",  # runs before any other script
+            **options: Any,
         ) -> Viewer:
             context = await chromium.new_context(**options)
             leaving.push_async_callback(context.close)
+            await context.add_init_script(first)
             if is_host:
                 await server.make_host(context)
             viewer = await Viewer.prepare(context, server.url, ear)

@@ -275,6 +275,7 @@
     },
     state: () => peer()?.connectionState ?? "none",
     peers: () => peers.length,
+    offer: () => peer()?.localDescription?.sdp ?? "",
     answer: () => peer()?.remoteDescription?.sdp ?? "",
   };
 })();
