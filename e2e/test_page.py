@@ -112,6 +112,25 @@ async def test_nothing_that_is_opened_hides_what_a_driver_must_see(driver: Viewe
             assert _is_within(await box_of(driver.button("Stop")), width, height), (width, panel)
 
 
+async def test_on_a_wide_screen_what_is_opened_stands_under_the_picture(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """As wide as the picture was; Stop and the card stay where they are."""
+    viewer = await open_viewer(server, viewport={"width": 1280, "height": 800})
+    picture = viewer.page.get_by_role("region", name="Picture", exact=True)
+    fixed = [viewer.button("Stop"), viewer.page.get_by_role("region", name="Turn")]
+    before, alone = [await box_of(one) for one in fixed], await box_of(picture)
+    await viewer.open("Details")
+    opened = await box_of(viewer.page.get_by_role("region", name="Details", exact=True))
+    beside = await box_of(picture)
+    for box, one in zip(before, fixed, strict=True):
+        assert await box_of(one) == pytest.approx(box, abs=0.5)
+    assert opened["width"] == pytest.approx(alone["width"], abs=1)
+    assert opened["y"] > beside["y"] + beside["height"]
+    assert beside["width"] / beside["height"] == pytest.approx(640 / 480, rel=0.02)
+    assert _is_within(opened, 1280, 800)
+
+
 async def test_a_half_typed_name_stays_and_who_waits_can_read_why(
     server: Server, open_viewer: OpenViewer
 ) -> None:

@@ -55,7 +55,13 @@ export function Panels() {
         ))}
       </div>
       {shown && (
-        <Sheet key={shown} name={t(NAMES[shown][0])} title={t(NAMES[shown][1])} onClose={close}>
+        <Sheet
+          key={shown}
+          isLong={LONG.includes(shown)}
+          name={t(NAMES[shown][0])}
+          title={t(NAMES[shown][1])}
+          onClose={close}
+        >
           {content(shown)}
         </Sheet>
       )}
@@ -64,6 +70,8 @@ export function Panels() {
 }
 
 const HOST: Panel[] = ["host"];
+/** What has more room where there is some. */
+const LONG: Panel[] = ["details", "host"];
 
 function content(panel: Panel): ComponentChildren {
   switch (panel) {
@@ -87,6 +95,7 @@ function content(panel: Panel): ComponentChildren {
 }
 
 interface SheetProps {
+  isLong: boolean;
   name: string;
   title: string;
   onClose: (isByKey: boolean) => void;
@@ -94,13 +103,13 @@ interface SheetProps {
 }
 
 /** What is open; Escape closes it, wherever in it the keyboard is. */
-function Sheet({ name, title, onClose, children }: SheetProps) {
+function Sheet({ isLong, name, title, onClose, children }: SheetProps) {
   const sheet = useRef<HTMLElement>(null);
   useEffect(() => sheet.current?.scrollIntoView({ block: "nearest" }), []);
   return (
     <section
       ref={sheet}
-      class="sheet"
+      class={isLong ? "sheet is-long" : "sheet"}
       aria-label={name}
       onKeyDown={(event) => {
         if (event.key === "Escape") onClose(true);

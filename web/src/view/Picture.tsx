@@ -62,7 +62,10 @@ export function Picture() {
 function shape(section: HTMLElement, video: HTMLVideoElement): () => void {
   const follow = () => {
     const { videoWidth, videoHeight } = video;
-    if (videoWidth > 0) section.style.setProperty("--aspect", `${videoWidth / videoHeight}`);
+    if (videoWidth === 0) return;
+    section.style.setProperty("--aspect", `${videoWidth / videoHeight}`);
+    // What stands under the picture is as wide.
+    section.parentElement?.style.setProperty("--shape", `${videoWidth / videoHeight}`);
   };
   follow();
   video.addEventListener("resize", follow);
