@@ -85,6 +85,45 @@ def test_what_is_stuck_stops_pictures_but_for_a_try() -> None:
     assert 2 <= gone <= 4
 
 
+def test_another_link_is_found_out_anew() -> None:
+    """What the one before carried, or that nothing came of it, says nothing of the next."""
+    line = Line(200e3)
+    line.control.negotiated(has_feedback=True)
+    line.run(4.0, 1000)
+    for _ in range(1000):
+        line.now_s += 0.002
+        line.control.sent(120, line.now_s, is_media=True)
+    assert line.control.estimate(line.now_s).state == "blind"
+    line.control.begin_anew()
+    assert line.control.estimate(line.now_s).state == "starting"
+    assert line.control.free_in_s(None, line.now_s) == 0.0
+    line.rate_bps = 20e6
+    line._free_s, line._told = 0.0, []
+    line.run(2.0, 4000)
+    assert line.run(2.0, 4000) >= 58
+
+
+def test_another_link_has_the_feedback_that_was_agreed() -> None:
+    """A browser without any is not waited for on the next one either."""
+    control = SenderSideControl(lambda _estimate, _now_s: None)
+    control.negotiated(has_feedback=False, kind="audio")
+    control.negotiated(has_feedback=False)
+    control.begin_anew()
+    for tick in range(500):
+        control.sent(1000, 100 + tick / 100, is_media=True, has_feedback=False)
+    assert control.estimate(105).state != "blind"
+    assert control.estimate(105) == _without_feedback().estimate(105)
+
+
+def _without_feedback() -> SenderSideControl:
+    control = SenderSideControl(lambda _estimate, _now_s: None)
+    control.negotiated(has_feedback=False, kind="audio")
+    control.negotiated(has_feedback=False)
+    for tick in range(500):
+        control.sent(1000, 100 + tick / 100, is_media=True, has_feedback=False)
+    return control
+
+
 def test_what_others_take_is_counted() -> None:
     """Data channels and their acknowledgements are told apart from sound and picture."""
     control = SenderSideControl(lambda _estimate, _now_s: None)

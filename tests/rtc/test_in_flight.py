@@ -71,6 +71,20 @@ def test_each_packet_is_told_as_it_was_sent() -> None:
     ]
 
 
+def test_what_went_another_way_is_forgotten() -> None:
+    """Nothing of it is waited for or told, and the numbers go on."""
+    transmissions = numbered(3)
+    transmissions.reported(feedback(0, (5.0, None, None)), 100.0)
+    send(transmissions, 100.0, 2)
+    transmissions.forget()
+    assert transmissions.oldest_unreported_s(101.0) is None
+    assert transmissions.sent(101.0, size_bytes=100, kind="video", train=7) == 5
+    assert transmissions.oldest_unreported_s(101.5) == 0.5
+    assert trains(transmissions.reported(feedback(0, (None, 6.0, 6.0, 6.0, 6.0, 6.1)), 102.0)) == [
+        (7, 6.1)
+    ]
+
+
 def test_the_last_ones_are_lost_only_when_a_later_one_has_come() -> None:
     """A feedback written while packets were still on their way condemns none of them."""
     transmissions = InFlight()

@@ -213,6 +213,38 @@ async def test_a_thin_link_has_one_channel() -> None:
     assert rig.streams.status()["sound_channels"] == 1
 
 
+async def test_another_network_gets_a_fresh_start() -> None:
+    """What waits is given up; the smallest rendition goes at once, and grows again."""
+    rig = Rig()
+    rig.begin()
+    await rig.run(2.0)
+    rig.video._fan_out(rig._picture(TOP, rig.clock.now_s()))
+    assert not rig.lane.is_empty
+    rig.asked.clear()
+    rig.sizes.clear()
+    rig.streams.moved()
+    rig._feedback.clear()
+    await rig.run(0.05)
+    assert rig.asked[0] == rig.sizes[0] == BOTTOM
+    await rig.run(2.0)
+    assert rig.sizes[-1] == TOP
+
+
+async def test_another_network_begins_with_a_keyframe_of_the_same_rendition() -> None:
+    """What was lost on the way needs one; and it grows as if the link before had not been thin."""
+    rig = Rig(rate_bps=50e3)
+    rig.begin()
+    await rig.run(8.0)
+    assert rig.streams.status()["rendition"] == BOTTOM
+    rig.asked.clear()
+    rig.streams.moved()
+    rig.rate_bps = 20e6
+    await rig.run(0.05)
+    assert rig.asked == [BOTTOM]
+    await rig.run(2.0)
+    assert rig.sizes[-1] == TOP
+
+
 async def test_a_thin_link_stays_with_what_it_carries() -> None:
     """A modem line gets the smallest rendition and long units of sound, without a queue."""
     rig = Rig(rate_bps=50e3)

@@ -110,6 +110,9 @@ class BaselineStreams:
     def ready(self) -> None:
         self._tell()
 
+    def moved(self) -> None:
+        """Do nothing: every picture is a keyframe, and the acknowledgements say how it goes."""
+
     def want(
         self,
         *,

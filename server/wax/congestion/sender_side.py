@@ -59,6 +59,11 @@ class SenderSideControl(CongestionControl):
         again what the budget has no room for."""
         self._on_news = on_news
         self._budget = UploadBudget(0) if budget is None else budget
+        self._has_feedback: dict[Kind, bool] = {}
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """Forget what is known of the link, which is another now."""
         self._sampling = FeedbackSampling()
         self._trained_s = float("-inf")
         self._estimator = LinkEstimator()
@@ -73,6 +78,8 @@ class SenderSideControl(CongestionControl):
         self._earned_bits = 0.0
         """For retransmissions, by what was sent first; not kept beyond a burst."""
         self._estimate: LinkEstimate | None = None
+        for kind, has_feedback in self._has_feedback.items():
+            self._estimator.negotiated(has_feedback=has_feedback, kind=kind)
 
     def estimate(self, now_s: float) -> LinkEstimate:
         """Return the current estimate of the link."""
@@ -88,6 +95,7 @@ class SenderSideControl(CongestionControl):
     # --- CongestionControl -----------------------------------------------------------------
 
     def negotiated(self, *, has_feedback: bool, kind: Kind = "video") -> None:
+        self._has_feedback[kind] = has_feedback or self._has_feedback.get(kind, False)
         self._estimator.negotiated(has_feedback=has_feedback, kind=kind)
 
     def lost(self, share: float, now_s: float, kind: Kind = "video") -> None:

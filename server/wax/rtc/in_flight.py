@@ -79,6 +79,13 @@ class InFlight:
             told.sort(key=_number)
         return tuple([_delivery(sent, arrived_s) for _, sent, arrived_s in told[-MOST_TOLD:]])
 
+    def forget(self) -> None:
+        """Forget all that is in flight; numbers go on."""
+        self._sent.clear()
+        self._untold.clear()
+        self._oldest = self._ahead = self._next
+        self._doubted = range(0)
+
     def oldest_unreported_s(self, now_s: float) -> float | None:
         """Return how long ago the oldest packet in flight left, 5 s at most; None without one."""
         self._forget(now_s)

@@ -69,6 +69,10 @@ class TransportTap:
         """Tell a stream nothing more; safe to repeat."""
         self._streams.pop(stream.ssrc, None)
 
+    def forget(self) -> None:
+        """Expect no feedback about what has left: it went another way."""
+        self._transmissions.forget()
+
     def mark(
         self,
         size_bytes: int,

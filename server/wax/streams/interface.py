@@ -109,6 +109,10 @@ class Streams(Protocol):
         """Send the page its initial state: the data channels are open."""
         ...
 
+    def moved(self) -> None:
+        """Begin anew, with a keyframe: the browser has another link, of which nothing is known."""
+        ...
+
     def want(self, *, sound: bool, picture: bool, size: str, policy: Policy | None) -> None:
         """Send these from now on, with pictures of at most `size`, which is one of `sizes`.
 

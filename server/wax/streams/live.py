@@ -136,6 +136,11 @@ class LiveStreams:
         self._is_ready = True
         self._playout.ready()
 
+    def moved(self) -> None:
+        self._congestion.begin_anew()
+        self._decide_now()
+        self.keyframe_wanted()
+
     def want(self, *, sound: bool, picture: bool, size: str, policy: Policy | None) -> None:
         self._sound_wanted = sound
         self._size = size if picture else None
