@@ -99,14 +99,16 @@ def by_relay(url: str, *more: str) -> str:
 
 @pytest.mark.full
 async def test_one_forwarded_port_is_enough(tmp_path: Path) -> None:
-    """A friend behind another NAT sees the picture and drives, also after their router forgot."""
+    """A friend behind another NAT drives, and by the same peer also after their router forgot."""
     friend = replace(FRIEND, symmetric=True)
     async with staged(tmp_path, BASE, ROBOT, friend) as stage:
         assert (await stage.sees())["to"] == f"{ROBOT.public}:{MEDIA}"
         await stage.drives()
+        peers = await stage.viewer.probe("peers()")
         await stage.net.forget("friend")
         await asyncio.sleep(0.2)  # what was under way
         assert (await stage.sees())["to"] == f"{ROBOT.public}:{MEDIA}"
+        assert await stage.viewer.probe("peers()") == peers
         await stage.drives()
 
 

@@ -32,6 +32,7 @@ from wax.congestion.control import CongestionControl
 from wax.encode.encoded import EncodedPicture, EncodedSound
 from wax.errors import SignallingError
 from wax.rtc import private, rtp
+from wax.rtc.one_port import lite_agent
 from wax.rtc.peer import Peer
 from wax.rtc.signalling import clean_offer
 from wax.streams.interface import Codecs
@@ -40,6 +41,9 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Sequence
 
     from wax.congestion.delivery import Delivery
+    from wax.rtc.one_port.lite_agent import Path as LocalPath
+
+ELSEWHERE = "127.0.0.9"
 
 
 class Noted(CongestionControl):
@@ -145,6 +149,9 @@ class Events:
 
     def ready(self) -> None:
         self._note("ready")
+
+    def moved(self) -> None:
+        self._note("moved")
 
     def received(self, channel: str, data: str | bytes) -> None:
         self._note(f"received {channel}", data)
@@ -314,6 +321,45 @@ async def test_a_full_link_gets_no_retransmissions(
     """If congestion control refuses, a lost packet is not retransmitted."""
     monkeypatch.setattr(pair.congestion, "may_retransmit", lambda *_: False)
     assert await _asked_ten_times(pair, monkeypatch) == []
+
+
+@pytest.mark.parametrize("pair", [("vp8", "one-port")], ids="-".join, indirect=True)
+async def test_a_browser_that_has_another_address_goes_on(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By the same peer, without an offer: what it sends from there moves all that it is sent."""
+    monkeypatch.setattr(lite_agent, "_QUIET_S", 0.0)
+    hub = pair.peer._network._hub
+    receive, send = hub.received, hub.send
+    home = next(iter(hub._paths)).host
+
+    def received(number: int, data: bytes, _host: str, port: int) -> None:
+        if not data.startswith(b"\0\1"):  # no check of its own
+            receive(number, data, ELSEWHERE, port)
+
+    def sent(path: LocalPath, data: bytes) -> None:
+        if path.host == ELSEWHERE:
+            send(path._replace(host=home), data)
+
+    monkeypatch.setattr(hub, "received", received)
+    monkeypatch.setattr(hub, "send", sent)
+    forgotten: list[str] = []
+    monkeypatch.setattr(pair.peer._tap, "forget", lambda: forgotten.append("in flight"))
+    got: asyncio.Queue[str] = asyncio.Queue()
+    pair.channels["state"].on("message", got.put_nowait)
+    pair.channels["drive"].send("from elsewhere")
+    assert await pair.events.wait("received drive") == "from elsewhere"
+    await pair.events.wait("moved")
+    assert forgotten == ["in flight"]
+    pair.peer.send("state", "hello")
+    assert await asyncio.wait_for(got.get(), 5) == "hello"
+
+
+async def test_before_and_after_a_connection_nobody_moves(pair: Pair) -> None:
+    """While it connects a browser may try one address after another."""
+    await pair.peer.close()
+    pair.peer._moved()
+    assert "moved" not in dict(pair.events.seen)
 
 
 async def test_a_closed_link_holds_pictures_but_not_sound(pair: Pair) -> None:

@@ -41,6 +41,8 @@ class Stuck(Pictures):
 class Noticing(Events):
     """Notes which camera's keyframe is wanted."""
 
+    def moved(self) -> None: ...
+
     def keyframe_wanted(self, camera: int | None = None) -> None:
         self._note("keyframe", camera)
 

@@ -378,6 +378,28 @@ async def test_what_is_held_drives_on_after_a_lapse_as_short_as_was_told(
     assert ada.last("drive_status")["moving"] is moves
 
 
+async def test_an_operator_in_another_network_drives_on_by_a_new_press(rig: Rig) -> None:
+    """The robot stops at once, and what is held meanwhile moves nothing; the turn is theirs."""
+    ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
+    ada.says(type="join")
+    rig.wait(0.3, ada, bob)
+
+    def moves(seq: int, linear: float) -> bool:
+        rig.drive(ada, seq, linear=linear)
+        rig.wait(0.1, ada, bob)
+        newest = rig.robot.told[-1]
+        return isinstance(newest, Twist) and newest != Twist()
+
+    assert [moves(1, 0.0), moves(2, 0.5)] == [False, True]
+    bob.events.moved()
+    assert moves(3, 0.5)
+    ada.events.moved()
+    assert rig.robot.told[-1] == "stop"
+    assert [moves(4, 0.5), moves(5, 0.5), moves(6, 0.0), moves(7, 0.5)] == [False] * 3 + [True]
+    turn = ada.last("room")["turn"]
+    assert (turn["number"], turn["operator"]) == (1, 1)
+
+
 async def test_the_same_page_gets_its_place_back(rig: Rig) -> None:
     """A page that reloads is the same viewer: they keep name, place and turn."""
     ada = await rig.enter("ada-1111")

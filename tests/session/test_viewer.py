@@ -42,6 +42,9 @@ class FakeRoom:
     def viewer_connected(self, viewer: Viewer) -> None:
         self.calls.append(("connected", viewer.number))
 
+    def viewer_moved(self, viewer: Viewer) -> None:
+        self.calls.append(("moved", viewer.number))
+
     def viewer_closed(self, viewer: Viewer, peer: Peer) -> None:
         self.calls.append(("closed", peer))
 
@@ -377,6 +380,21 @@ def test_leaving_ends_what_nobody_else_wants() -> None:
     connected.viewer.release()
     connected.viewer.release()
     assert (connected.video.wanted, connected.audio.wanted) == ([], [])
+
+
+def test_a_page_in_another_network_gets_its_streams_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """But first the room hears of it, which stops the robot; and the delay is measured anew."""
+    connected = _scene()
+    connected.viewer.link.pinged(1, None, None, 100.0)
+    connected.viewer.link.pinged(2, 1, 0.0, 100.1)
+    assert connected.viewer.link.one_way_s == pytest.approx(0.05)
+    calls = connected.room.calls
+    monkeypatch.setattr(connected.viewer.streams, "moved", lambda: calls.append(("streams", None)))
+    calls.clear()
+    connected.viewer.moved()
+    assert calls == [("moved", 7), ("streams", None)]
+    assert connected.viewer.link.one_way_s is None
+    assert connected.viewer.link.silence_s(connected.clock.now_s()) == 0
 
 
 def test_what_the_page_has_received_reaches_its_streams(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -78,11 +78,15 @@ class Network:
         trusted = Budget(_TRUSTED).payer(address)
         return Meter(self._turnstile, self._guests.payer(address), trusted, is_trusted)
 
-    def reached(self, meter: Meter) -> AbstractContextManager[None]:
-        """Cover the making of a peer and of its answer (`private.reached_by`)."""
+    def reached(self, meter: Meter, on_moved: Callable[[], None]) -> AbstractContextManager[None]:
+        """Cover the making of a peer and of its answer (`private.reached_by`).
+
+        `on_moved` is called when the browser has another address, by which it goes on.
+        """
 
         def connect() -> LiteConnection:
-            return LiteConnection(self._hub, self._announced.now, self._clock.now_s, meter)
+            now_s = self._clock.now_s
+            return LiteConnection(self._hub, self._announced.now, now_s, meter, on_moved)
 
         is_one = self._settings.mode == "one-port"
         return private.reached_by(private.Reach(connect if is_one else None, self._addresses))

@@ -21,6 +21,7 @@ from wax.rtc.sound_sender import SoundSender
 from wax.rtc.transport_tap import TransportTap
 from wax.rtc.voice_receiver import VoiceReceiver
 from wax.sentence import Sentence
+from wax.weak_callback import weak_callback
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -59,6 +60,10 @@ class PeerEvents(Protocol):
 
     def ready(self) -> None:
         """Both data channels are open."""
+        ...
+
+    def moved(self) -> None:
+        """Handle a browser that goes on by another network."""
         ...
 
     def received(self, channel: Channel, data: str | bytes) -> None: ...
@@ -115,7 +120,7 @@ class Peer:
         self._clock_told_s: dict[Kind, float] = {}
         self._closed = False
         self._closing: asyncio.Task[None] | None = None
-        with network.reached(meter):
+        with network.reached(meter, weak_callback(self._moved)):
             self._pc = RTCPeerConnection(network.configuration())
             sound = self._transceiver("audio", receives=on_voice is not None)
             picture = self._transceiver("video")
@@ -142,7 +147,7 @@ class Peer:
         try:
             description = RTCSessionDescription(offer, "offer")
             self._picture.shows_at_once = not is_firefox(offer)
-            with self._network.reached(self._meter):
+            with self._network.reached(self._meter, weak_callback(self._moved)):
                 self._add_cameras(offer)
                 async with asyncio.timeout(_ANSWER_S):
                     await self._negotiate(description)
@@ -160,6 +165,7 @@ class Peer:
             private.widen(self._pc, _EXTENSIONS)
         if self._pc.sctp is not None:
             private_association.bound_association(self._pc.sctp, self._exceeded)
+            private.authenticate(self._pc.sctp)
             private_association.delay_acknowledgements(self._pc.sctp, _ACKNOWLEDGE_S)
         await self._pc.setLocalDescription(await self._pc.createAnswer())
 
@@ -282,6 +288,13 @@ class Peer:
             self._events.connected()
         elif state in ("closed", "failed"):
             self.abandon()
+
+    def _moved(self) -> None:
+        if self._pc.connectionState != "connected":
+            return  # while it connects a browser tries one address after another
+        _LOG.info("a viewer goes on from another address")
+        self._tap.forget()
+        self._events.moved()
 
     def _exceeded(self, why: str) -> None:
         _LOG.warning("SCTP limits exceeded; closing the peer", why=why)

@@ -658,6 +658,23 @@ def _meter(ice: RTCIceTransport, meter: Meter) -> None:
     ice._recv = metered
 
 
+def authenticate(sctp: RTCSctpTransport) -> None:
+    """Tell the one port which datagrams the browser has encrypted; after `bound_association`.
+
+    SCTP gets nothing else from DTLS, and that only once: it drops repetitions (RFC 6347, 4.1.2.6).
+    """
+    connection: Any = cast("Any", sctp.transport.transport)._connection
+    if not getattr(connection, "is_lite", False):
+        return
+    take = sctp._handle_data
+
+    async def heard(data: bytes) -> None:
+        connection.authenticated()
+        await take(data)
+
+    sctp._handle_data = heard  # type: ignore[method-assign]  # see above
+
+
 def on_datagram(transport: RTCDtlsTransport, callback: Callable[[bytes], None]) -> None:
     """Call back with each datagram that aiortc itself sends: all but our media."""
     ice = transport.transport

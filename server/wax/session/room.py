@@ -196,6 +196,11 @@ class Room:
             viewer.send_text(room_change.text_of(messages.RoomChange(viewers=[own], gone=[])))
         self._viewers.changed()
 
+    def viewer_moved(self, viewer: Viewer) -> None:
+        """Let an operator drive on, but by a new press, as after any other loss."""
+        self._control.lost(viewer.number)
+        self._control.returned(viewer.number)
+
     def viewer_closed(self, viewer: Viewer, peer: Peer) -> None:
         if peer is not viewer.peer:
             return

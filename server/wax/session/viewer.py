@@ -78,6 +78,8 @@ class ViewerEvents(Protocol):
 
     def viewer_connected(self, viewer: Viewer) -> None: ...
 
+    def viewer_moved(self, viewer: Viewer) -> None: ...
+
     def viewer_closed(self, viewer: Viewer, peer: Peer) -> None: ...
 
     def viewer_role(self, viewer: Viewer) -> Role: ...
@@ -219,6 +221,12 @@ class Viewer:
         self.link.heard(self._clock.now_s())
         self._events.viewer_connected(self)
         self.streams.ready()
+
+    def moved(self) -> None:
+        self.link = LinkMonitor(self._clock.now_s())  # the delay of the other network was another
+        self._events.viewer_moved(self)
+        with self.boundary:
+            self.streams.moved()
 
     def closed(self, peer: Peer) -> None:
         self._events.viewer_closed(self, peer)

@@ -272,7 +272,7 @@ class _Viewer:
     """A peer of the one port, as far as it needs no event loop."""
 
     meter = cast("Any", _Meter())
-    has_room = True
+    has_room = is_quiet = True
 
     def __init__(self) -> None:
         self.agent = LiteAgent(now_s=0.0)
@@ -285,6 +285,9 @@ class _Viewer:
         assert self.agent.selected is None  # nothing but an answer to our random check does that
 
     def datagram(self, data: bytes, path: Path) -> None: ...
+
+    def stray(self, data: bytes, path: Path) -> None:
+        assert data[0] == 23  # what is under the keys of DTLS, and nothing else
 
     def displaced(self, path: Path) -> None: ...
 
@@ -311,6 +314,7 @@ ONE_PORT: Final = Target(
         _signed(USERNAME="ours:theirs", PRIORITY=1, ICE_CONTROLLING=2, USE_CANDIDATE=None),
         _signed(USERNAME="ours:others"),
         b"\x80\x60" + bytes(20),
+        b"\x17\xfe\xfd\x00\x01" + bytes(20),
         b"",
     ),
     words=(*STUN.words, b"ours:theirs", b"\x00\x08\x00\x14", b"\x01\x01"),

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.examples import examples
 
-from wax.rtc.one_port.lite_agent import MAX_PATHS, LiteAgent, Path
+from wax.rtc.one_port.lite_agent import MAX_PATHS, Datagram, LiteAgent, Path
 
 HERE = Path(0, "192.0.2.7", 5000)
 THERE = Path(0, "192.0.2.8", 5000)
@@ -164,6 +164,47 @@ def test_a_rebound_address_takes_over(browser: Browser) -> None:
     assert browser.agent.selected == THERE
 
 
+def probes(datagrams: list[Datagram]) -> list[Message]:
+    return [parse_message(one.data) for one in datagrams]
+
+
+def test_a_browser_that_goes_on_elsewhere_is_checked_and_followed(browser: Browser) -> None:
+    """It encrypts from another address: that is checked at once, and used once it has answered."""
+    browser.verify()
+    assert not browser.agent.is_quiet(0.2)
+    assert browser.agent.is_quiet(0.3)
+    (probe,) = probes(browser.agent.spoke(THERE, 0.3))
+    assert probe.check_message_integrity(b"secret")
+    assert browser.agent.spoke(THERE, 0.31) == []
+    assert browser.agent.selected == HERE
+    assert not browser.agent.heard(THERE, 0.32)
+    assert browser.answer(probe, THERE, 0.35)
+    assert browser.agent.selected == THERE
+
+
+def test_a_browser_that_comes_back_is_followed_at_once(browser: Browser) -> None:
+    """Its earlier address has been checked; but what was under way from there moves nothing."""
+    browser.verify(HERE)
+    browser.verify(THERE, 1.0)
+    browser.agent.heard(HERE, 1.1)
+    assert browser.agent.spoke(HERE, 1.1) == []
+    assert browser.agent.selected == THERE
+    browser.agent.heard(HERE, 1.5)
+    assert browser.agent.spoke(HERE, 1.5) == []
+    assert browser.agent.selected == HERE
+
+
+def test_what_is_sent_on_from_elsewhere_draws_few_checks(browser: Browser) -> None:
+    """Somebody on the way writes strangers' addresses on all that the browser sends."""
+    browser.verify()
+    sent = 0
+    for number in range(100):
+        path = Path(0, f"203.0.113.{number}", 53)
+        sent += len(browser.agent.spoke(path, number / 100))
+    assert sent <= 8 + 4 + 1
+    assert browser.agent.selected == HERE
+
+
 def test_paths_are_few(browser: Browser) -> None:
     """The one in use is never given up for a new one."""
     browser.verify()
@@ -198,12 +239,15 @@ def test_nothing_is_selected_that_has_not_answered(data: st.DataObject) -> None:
     for _ in range(data.draw(st.integers(1, 40))):
         now_s += data.draw(st.floats(0, 3))
         path = data.draw(st.sampled_from(paths))
-        match data.draw(st.sampled_from(["check", "nominate", "answer", "forge", "tick"])):
+        match data.draw(st.sampled_from(["check", "nominate", "answer", "forge", "speak", "tick"])):
             case "answer" if path in open_probes:
                 if browser.answer(open_probes[path], path, now_s):
                     verified.add(path)
             case "forge" if path in open_probes:
                 assert not browser.answer(open_probes[path], path, now_s, password="wrong")
+            case "speak":
+                for one in probes(browser.agent.spoke(path, now_s)):
+                    open_probes[path] = one
             case "tick":
                 browser.agent.tick(now_s)
             case what:

@@ -21,7 +21,7 @@ from tests.rtc.networks import rich_meter
 from wax.clock import SystemClock
 from wax.edge.turnstile import Meter, Turnstile
 from wax.errors import StartError
-from wax.rtc.one_port import lite_connection, udp_hub
+from wax.rtc.one_port import lite_agent, lite_connection, udp_hub
 from wax.rtc.one_port.lite_connection import LiteConnection
 from wax.rtc.one_port.udp_hub import UdpHub
 from wax.rtc.one_port.viewer_socket import CAN_CONNECT
@@ -240,6 +240,103 @@ async def test_a_browser_behind_a_new_port_is_followed(rig: Rig) -> None:
     rig.ada.moves()
     await rig.ada.verifies()
     assert await rig.ada.gets(b"picture")
+
+
+RECORD: Final = b"\x17\xfe\xfd\x00\x01" + bytes(60)
+"""Data under the keys of DTLS."""
+
+
+@pytest.fixture
+def quiet(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let any pause of a browser's be one in which it may have moved."""
+    monkeypatch.setattr(lite_agent, "_QUIET_S", 0.0)
+
+
+async def reads(peer: LiteConnection) -> bytes:
+    return await asyncio.wait_for(peer.recv(), 5)
+
+
+@pytest.mark.usefixtures("quiet")
+async def test_a_browser_that_only_sends_on_is_followed(rig: Rig) -> None:
+    """From another address, without a check: what its keys fit is answered by one of ours."""
+    moves: list[int] = []
+    rig.peers[0]._on_moved = lambda: moves.append(1)
+    await rig.ada.verifies()
+    assert moves == []
+    rig.ada.moves()
+    rig.ada.sends(RECORD)
+    assert await reads(rig.peers[0]) == RECORD
+    rig.peers[0].authenticated()
+    rig.ada.sends(rig.ada.answer(await rig.ada.hears() or b""))
+    await until(lambda: rig.ada.is_verified)
+    assert await rig.ada.gets(b"picture")
+    assert moves == [1]
+
+
+@pytest.mark.usefixtures("quiet")
+async def test_a_browser_that_is_back_at_an_address_is_followed_at_once(rig: Rig) -> None:
+    """It has answered there before, so what its keys fit is enough."""
+    await rig.ada.verifies()
+    first, rig.ada.socket = rig.ada.socket, socket.socket(type=socket.SOCK_DGRAM)
+    rig.ada.moves()
+    await rig.ada.verifies()
+    assert await rig.ada.gets(b"there")
+    rig.ada.socket.close()
+    rig.ada.socket = first
+    rig.ada.sends(RECORD)
+    assert await reads(rig.peers[0]) == RECORD
+    rig.peers[0].authenticated()
+    assert await rig.ada.gets(b"here again")
+
+
+@pytest.mark.usefixtures("quiet")
+async def test_what_no_keys_fit_moves_nobody(rig: Rig) -> None:
+    """Each viewer who is not heard tries it, and a stranger gets nothing."""
+    await rig.ada.verifies()
+    await rig.bob.verifies()
+    with stranger() as other:
+        other.sendto(RECORD, rig.ada.server)
+        for peer in rig.peers:
+            assert await reads(peer) == RECORD
+        rig.ada.sends(b"from ada")
+        assert await reads(rig.peers[0]) == b"from ada"
+        rig.peers[0].authenticated()  # that, and not what the stranger sent
+        await asyncio.sleep(SOON_S)
+        assert nothing(other)
+    assert await rig.ada.gets(b"picture")
+
+
+async def test_who_is_heard_tries_nothing(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A viewer whose datagrams come has no use for a stranger's; nor is a handshake tried."""
+    await rig.ada.verifies()
+    with stranger() as other:
+        other.sendto(RECORD, rig.ada.server)
+        await asyncio.sleep(0.01)
+        assert rig.peers[0]._queue.empty()
+        monkeypatch.setattr(lite_agent, "_QUIET_S", 0.0)
+        for junk in (b"\x16" + RECORD[1:], RECORD[:3] + bytes(60), RECORD[:13], b"\x80" * 60):
+            other.sendto(junk, rig.ada.server)
+        await asyncio.sleep(0.01)
+    assert rig.peers[0]._queue.empty()
+
+
+@pytest.mark.usefixtures("quiet")
+async def test_strangers_bytes_are_tried_at_a_bounded_rate(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However many come, and each viewer has one of them waiting at most."""
+    await rig.ada.verifies()
+    await rig.bob.verifies()
+    monkeypatch.setattr(udp_hub, "_STRAYS_HZ", 0.0)
+    tried: list[bytes] = []
+    for _ in range(5):
+        rig.hub.received(0, RECORD, ELSEWHERE, 4000)
+    assert [peer._queue.qsize() for peer in rig.peers] == [1, 1]
+    for peer in rig.peers:
+        monkeypatch.setattr(peer, "stray", lambda data, _path: tried.append(data))
+    for number in range(10_000):
+        rig.hub.received(0, RECORD, ELSEWHERE, 1000 + number)
+    assert 100 < len(tried) <= 200
 
 
 async def test_candidates_are_not_asked(rig: Rig) -> None:

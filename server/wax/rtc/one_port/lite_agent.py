@@ -3,6 +3,9 @@
 A lite agent answers the browser's checks and sends to the address that the browser nominates. By
 that alone, a viewer who writes a stranger's address on their checks would aim the video at it. So
 an address gets nothing but a short answer until it has answered one check of ours.
+
+A browser that gets another address goes on sending from there, but checks it only when its timer is
+due, 2.5 s later at worst. So what it has encrypted makes us check the address from which it comes.
 """
 
 from __future__ import annotations
@@ -20,6 +23,8 @@ _RETRY_S: Final = (0.1, 0.2, 0.4, 0.8)
 """When an unanswered check of ours is sent again, after the one before."""
 _SILENT_S: Final = 2.0
 """A nominated address that is silent for so long gives way to another that is not."""
+_QUIET_S: Final = 0.2
+"""Whoever is not heard for so long may have another address; an operator is ten times a second."""
 _GIVE_UP_S: Final = 30.0
 """Consent ends without a check from the browser for so long (RFC 7675, 5.1)."""
 _PROBES_HZ: Final = 4.0
@@ -80,6 +85,26 @@ class LiteAgent:
             self._select(path, now_s, is_nomination=False)
         return True
 
+    def is_quiet(self, now_s: float) -> bool:
+        """Whether nothing comes from where the browser was, so that it may be elsewhere."""
+        state = None if self.selected is None else self._paths.get(self.selected)
+        return state is not None and now_s - state.heard_s > _QUIET_S
+
+    def spoke(self, path: Path, now_s: float) -> list[Datagram]:
+        """Handle a path by which something came that only the browser can have encrypted.
+
+        It counts as nominated, since browsers send data by no other. One that has not answered a
+        check of ours is sent one.
+        """
+        state = self._state(path)
+        if state.is_verified:
+            if self.is_quiet(now_s):  # else it was under way when the browser moved
+                self._select(path, now_s, is_nomination=True)
+            return []
+        state.heard_s = now_s
+        state.is_nominated = True
+        return [] if state.probe else self._probe(path, state, now_s)
+
     def is_lost(self, now_s: float) -> bool:
         """Whether the browser has not checked us for so long that it no longer consents."""
         return now_s - self._checked_s > _GIVE_UP_S
@@ -103,11 +128,7 @@ class LiteAgent:
         """Answer a check; what is not signed with our password gets no answer."""
         if self.remote_username is None or not self._is_for_us(request):
             return []
-        state = self._paths.get(path)
-        if state is None:
-            if len(self._paths) >= MAX_PATHS:
-                self._make_room()
-            state = self._paths[path] = _PathState()
+        state = self._state(path)
         if now_s - state.heard_s > _GIVE_UP_S:
             state.is_verified = False  # a router may have given it to somebody else meanwhile
         self._checked_s = now_s
@@ -188,6 +209,13 @@ class LiteAgent:
         current = None if self.selected is None else self._paths.get(self.selected)
         if is_nomination or current is None or now_s - current.heard_s > _SILENT_S:
             self.selected = path
+
+    def _state(self, path: Path) -> _PathState:
+        if path not in self._paths:
+            if len(self._paths) >= MAX_PATHS:
+                self._make_room()
+            self._paths[path] = _PathState()
+        return self._paths[path]
 
     def _make_room(self) -> None:
         """Forget an address that has not answered, else the one that is silent for longest."""

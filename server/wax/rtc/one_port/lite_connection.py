@@ -32,7 +32,8 @@ _ENOUGH: Final = 16
 class LiteConnection:
     """The interface of `aioice.Connection` that aiortc uses, with its names.
 
-    `announced` are public addresses of this machine, beside its own (NAT, 1:1).
+    `announced` are public addresses of this machine, beside its own (NAT, 1:1). `on_moved` is
+    called when the browser is reached at another address than before.
     """
 
     is_lite = True
@@ -43,13 +44,18 @@ class LiteConnection:
         announced: Callable[[], Sequence[str]],
         now_s: Callable[[], float],
         meter: Meter,
+        on_moved: Callable[[], None] = lambda: None,
     ) -> None:
         self.meter = meter
+        self._on_moved = on_moved
         self._hub = hub
         self._announced = announced
         self._now_s = now_s
         self._agent = LiteAgent(now_s=now_s())
-        self._queue: asyncio.Queue[bytes | None] = asyncio.Queue(_MAX_WAITING)
+        self._queue: asyncio.Queue[tuple[bytes, Path | None] | None] = asyncio.Queue(_MAX_WAITING)
+        self._stray: Path | None = None
+        """Where what `recv` returned last came from, if nothing is sent there."""
+        self._reached: Path | None = None
         self._decided = asyncio.Event()
         self._closed = asyncio.Event()
         self._timer: asyncio.TimerHandle | None = None
@@ -142,9 +148,10 @@ class LiteConnection:
         """Return the next datagram; raises `ConnectionError` once closed."""
         if not self._queue.empty():
             await asyncio.sleep(0)  # one each time round the loop, so that a flood delays nobody
-        data = None if self._closed.is_set() else await self._queue.get()
-        if data is None:
+        taken = None if self._closed.is_set() else await self._queue.get()
+        if taken is None:
             raise ConnectionError("the connection is closed")
+        data, self._stray = taken
         if self._queue.empty():
             self._hub.resume(self)
         return data
@@ -168,6 +175,14 @@ class LiteConnection:
                 self._agent.selected, datagrams, sizes, segmented=self._may_segment
             )
 
+    def authenticated(self) -> None:
+        """Note that the browser has encrypted what `recv` returned last; it is no repetition."""
+        if self._stray is not None and not self._closed.is_set():
+            self._send(self._agent.spoke(self._stray, self._now_s()))
+            self._give_up()
+            self._note_path()
+            self._plan(_TICK_S)
+
     # --- the hub's (HubPeer) -----------------------------------------------------------------
 
     def stun(self, message: Message, path: Path) -> None:
@@ -177,8 +192,7 @@ class LiteConnection:
             self._hub.forget(message.transaction_id)
             self._hub.claim(path, self)
         self._give_up()
-        if self._agent.selected is not None:
-            self._decided.set()
+        self._note_path()
         if self._agent.is_asking:
             self._plan(_TICK_S)
 
@@ -187,7 +201,16 @@ class LiteConnection:
         if data and self._agent.heard(path, self._now_s()):
             if self._queue.full():
                 self._queue.get_nowait()
-            self._queue.put_nowait(data)
+            self._note_path()
+            self._queue.put_nowait((data, None if path == self._agent.selected else path))
+
+    def stray(self, data: bytes, path: Path) -> None:
+        if self._queue.empty():
+            self._queue.put_nowait((data, path))
+
+    @property
+    def is_quiet(self) -> bool:
+        return self._agent.is_quiet(self._now_s())
 
     @property
     def has_room(self) -> bool:
@@ -203,6 +226,15 @@ class LiteConnection:
             if one.asks is not None:
                 self._hub.expect(one.asks, self)
             self._hub.send(one.path, one.data)
+
+    def _note_path(self) -> None:
+        path = self._agent.selected
+        if path is None:
+            return
+        self._decided.set()
+        before, self._reached = self._reached, path
+        if before not in (None, path):
+            self._on_moved()
 
     def _give_up(self) -> None:
         """Tell the hub which paths and checks were given up."""

@@ -2,7 +2,8 @@
 
 A check names its peer (STUN USERNAME, RFC 8445 7.1.2); everything else is known by the path that a
 peer has verified, which then has a queue of its own where the system can do that. What is nobody's
-is dropped without an answer.
+is dropped without an answer: only DTLS may be of a browser that has another address now, so those
+that are not heard try whether it is theirs.
 """
 
 from __future__ import annotations
@@ -44,6 +45,11 @@ that what somebody floods us with would delay everybody behind it; junk costs a 
 _LONGEST_BYTES: Final = 65_536
 _STUN_HEADER_BYTES: Final = 20
 _USERNAME: Final = 0x0006
+_APPLICATION_DATA: Final = 23
+_DTLS_HEADER_BYTES: Final = 13
+_STRAYS_HZ: Final = 100.0
+"""So often strangers' bytes are tried with a peer's keys, which takes some 50 µs."""
+_STRAYS_BURST: Final = 200.0
 _TRIES: Final = 5
 """For a port that is free on all addresses, where any will do."""
 
@@ -73,6 +79,15 @@ class HubPeer(Protocol):
     def stun(self, message: Message, path: Path) -> None: ...
 
     def datagram(self, data: bytes, path: Path) -> None: ...
+
+    @property
+    def is_quiet(self) -> bool:
+        """Whether nothing comes from where its browser was."""
+        ...
+
+    def stray(self, data: bytes, path: Path) -> None:
+        """Try whether this is its browser's, from another address."""
+        ...
 
     def displaced(self, path: Path) -> None:
         """Give up a path, which another peer has verified as its own."""
@@ -107,6 +122,8 @@ class UdpHub:
         self._full: set[Path] = set()
         self._can_connect = CAN_CONNECT
         self._asked: dict[bytes, HubPeer] = {}
+        self._strays_left = _STRAYS_BURST
+        self._strays_filled_s = time.monotonic()
 
     async def open(self) -> None:
         """Bind the port; raises `StartError` if that is possible on no address."""
@@ -282,6 +299,22 @@ class UdpHub:
             self._stun(data, path)
         elif peer is not None:
             peer.datagram(data, path)
+        elif _is_encrypted(data):
+            self._try(data, path)
+
+    def _try(self, data: bytes, path: Path) -> None:
+        """Let those try it who are not heard; what strangers send costs no more than so often."""
+        now_s = time.monotonic()
+        gained = (now_s - self._strays_filled_s) * _STRAYS_HZ
+        self._strays_left = min(self._strays_left + gained, _STRAYS_BURST)
+        self._strays_filled_s = now_s
+        if self._strays_left < 1:
+            return
+        self._strays_left -= 1
+        for peer in self._peers.values():
+            if self._strays_left >= 1 and peer.is_quiet:
+                self._strays_left -= 1
+                peer.stray(data, path)
 
     def _stun(self, data: bytes, path: Path) -> None:
         """Hand a check, or the answer to one, to its peer, who pays for it; parse nobody's.
@@ -296,6 +329,11 @@ class UdpHub:
         with suppress(ValueError, struct.error):  # ValueError includes bad UTF-8
             peer.stun(parse_message(data), path)
         peer.meter.charge(began_s)
+
+
+def _is_encrypted(data: bytes) -> bool:
+    """Whether it looks like data under the keys of DTLS 1.2 (RFC 6347, 4.1)."""
+    return len(data) > _DTLS_HEADER_BYTES and data[0] == _APPLICATION_DATA and data[3:5] != b"\0\0"
 
 
 def _ufrag(data: bytes) -> str:
