@@ -64,6 +64,11 @@ export class Heartbeat {
     return isKeen ? KEEN_EVERY_MS : CALM_EVERY_MS;
   }
 
+  /** Expects no answer to what was sent into a network that is gone. */
+  forgive(): void {
+    this.#unansweredSinceMs = null;
+  }
+
   /** How long pings have gone unanswered; 0 if none has. */
   unansweredMs(nowMs: number): number {
     return nowMs - (this.#unansweredSinceMs ?? nowMs);

@@ -21,12 +21,18 @@ const { FakePeer, peers } = vi.hoisted(() => {
     sent: DrivePing[] = [];
     isClosed = false;
     trouble: Saying = { code: "link.no_answer" };
+    mayMove = false;
+    mayOffer = true;
 
     constructor(readonly events: PeerEvents) {
       made.push(this);
     }
 
-    async connect(): Promise<void> {}
+    async connect(_client: string, mayOffer?: Promise<void>): Promise<void> {
+      this.mayOffer = mayOffer === undefined;
+      await mayOffer;
+      this.mayOffer = true;
+    }
 
     send(_channel: string, text: string): void {
       const [type, id, sentMs] = JSON.parse(text);
@@ -357,6 +363,78 @@ describe("when the network has changed", () => {
     expect(peers).toHaveLength(1);
     vi.advanceTimersByTime(150);
     expect(peers).toHaveLength(2);
+  });
+
+  describe("and the server follows a peer to another address", () => {
+    const SILENCE_MS = 1000;
+    const CHECK_MS = 350;
+
+    /** Drives until nothing arrives any more, for a second. */
+    function isDoubtful(): InstanceType<typeof FakePeer> {
+      open();
+      playFor(6);
+      const old = peer();
+      old.mayMove = true;
+      vi.advanceTimersByTime(SILENCE_MS);
+      link.networkChanged();
+      return old;
+    }
+
+    it("makes another ready, and drops it when the peer goes on", () => {
+      const old = isDoubtful();
+      const fresh = peer();
+      expect(fresh).not.toBe(old);
+      expect(fresh.mayOffer).toBe(false);
+      old.events.received("drive", JSON.stringify(["beat", "x7-_2A"]));
+      expect(fresh.isClosed).toBe(true);
+      expect(old.isClosed).toBe(false);
+      expect(link.peer).toBe(old);
+      expect(states.at(-1)).toEqual({ is: "connected" });
+    });
+
+    it("offers the other when the peer has not gone on in time", async () => {
+      const old = isDoubtful();
+      await vi.advanceTimersByTimeAsync(CHECK_MS);
+      expect(peers.at(-1)?.mayOffer).toBe(true);
+      peer().events.reached();
+      old.events.received("drive", JSON.stringify(["beat", "x7-_2A"]));
+      expect(peer().isClosed).toBe(false);
+      open();
+      expect(old.isClosed).toBe(true);
+    });
+
+    it("is one question, whatever else tells of it", () => {
+      isDoubtful();
+      const before = peers.length;
+      link.networkChanged();
+      expect(peers).toHaveLength(before);
+    });
+
+    it("takes no unanswered ping of before for the peer's end", () => {
+      link.mayDrive = true;
+      open();
+      answerFor(6);
+      const old = peer();
+      old.mayMove = true;
+      vi.advanceTimersByTime(2500);
+      link.networkChanged();
+      const before = peers.length;
+      old.events.received("drive", JSON.stringify(["beat", "x7-_2A"]));
+      vi.advanceTimersByTime(400);
+      expect(peers).toHaveLength(before);
+      expect(link.peer).toBe(old);
+    });
+
+    it("tries where all seemed well, but nothing has come", () => {
+      open();
+      playFor(6);
+      peer().mayMove = true;
+      link.networkChanged();
+      vi.advanceTimersByTime(200);
+      expect(peers).toHaveLength(1);
+      vi.advanceTimersByTime(150);
+      expect(peers).toHaveLength(2);
+    });
   });
 });
 

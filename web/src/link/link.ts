@@ -50,6 +50,8 @@ const GOODBYE_MS = 1000;
 const FRESH_MS = 250;
 /** After a change of network the peer may be alive: so long it has to say so. */
 const DOUBT_MS = 150;
+/** The same where it may go on from another address, which the server checks first. */
+const MOVE_MS = 300;
 
 const now = () => performance.now();
 
@@ -57,8 +59,9 @@ const now = () => performance.now();
  * Keeps a connection to the server, with one peer after another, while the page is open.
  *
  * A peer that has fallen silent is kept until the server has answered another. It is often the first
- * to hear that the network is back, but does not go on: for its pictures the server would have to
- * find out anew, and slowly, what the link carries.
+ * to hear that the network is back. It goes on if the browser told of another network, since the
+ * server then follows it to another address and starts over; else another takes its place: for its
+ * pictures the server would have to find out, slowly, what the link carries now.
  */
 export class Link {
   clock = new ServerClock();
@@ -77,6 +80,8 @@ export class Link {
   /** The one that is tried in its place. */
   #next: Peer | null = null;
   #isRetrying = false;
+  /** The peer may go on by another network: until it says so, or has not, no other is offered. */
+  #isMoving = false;
   /** Whether the attempt has had any answer from the server. */
   #isReached = false;
   #attempts = 0;
@@ -118,26 +123,34 @@ export class Link {
   }
 
   /**
-   * The device may have another network now. Tries at once if the connection is doubtful; else asks
-   * the server whether it is still there, because many such changes are none.
+   * The device may have another network now. The peer is asked whether it goes on there; where that
+   * is doubtful another is made ready meanwhile. Many such changes are none.
    */
   networkChanged(): void {
-    if (this.#state.is === "closed" || now() < this.#notBeforeMs) return;
+    if (this.#state.is === "closed" || now() < this.#notBeforeMs || this.#isMoving) return;
     const isAlive = this.#state.is === "connected" && !this.#silence.isDoubtful;
-    if (!isAlive) {
+    const mayMove = this.#isGreeted && this.#peer?.mayMove === true;
+    if (!isAlive && !mayMove) {
       this.#attempts = 0;
       this.#begin(null);
       return;
     }
+    const slowestMs = this.clock.slowestMs ?? 0;
+    const answerMs = mayMove ? MOVE_MS + 2 * slowestMs : DOUBT_MS + slowestMs;
     const askedMs = now();
+    this.#isMoving = mayMove;
     this.#ping();
-    setTimeout(
-      () => {
+    const asked = new Promise<void>((resolve) => {
+      setTimeout(() => {
+        this.#isMoving = false;
         const isHeard = this.#silence.sinceMs > askedMs;
         if (!isHeard && this.#peer && !this.#isRetrying) this.#lose(ours("link.silent"));
-      },
-      DOUBT_MS + (this.clock.slowestMs ?? 0),
-    );
+        resolve();
+      }, answerMs);
+    });
+    if (isAlive) return;
+    this.#attempts = 0;
+    this.#begin(null, asked, answerMs);
   }
 
   /** Closes until `connect` is called again. */
@@ -167,7 +180,7 @@ export class Link {
   // --- attempts ------------------------------------------------------------------------------
 
   /** Begins an attempt in the place of the one before, which has not been answered. */
-  #begin(reason: Saying | null): void {
+  #begin(reason: Saying | null, mayOffer?: Promise<void>, afterMs = 0): void {
     clearTimeout(this.#trying);
     this.#next?.close();
     const events: PeerEvents = {
@@ -192,8 +205,18 @@ export class Link {
     this.#attempts++;
     this.#change({ is: "connecting", reason });
     const forMs = patienceMs(attemptAfterMs(this.#attempts, Math.random()), this.#lostLink);
-    this.#giveUpAfter(forMs);
-    void peer.connect(this.client());
+    this.#giveUpAfter(afterMs + forMs);
+    void peer.connect(this.client(), mayOffer);
+  }
+
+  /** The peer has come back to life by itself. */
+  #goOn(): void {
+    clearTimeout(this.#trying);
+    this.#next?.close();
+    this.#next = null;
+    this.#isRetrying = false;
+    this.#heartbeat.forgive();
+    this.#change({ is: "connected" });
   }
 
   #reached(): void {
@@ -318,7 +341,10 @@ export class Link {
 
   #received(channel: Channel, text: string): void {
     this.heard();
-    if (this.#isRetrying && this.#isGreeted) this.#tryNow();
+    if (this.#isRetrying && this.#isGreeted) {
+      if (this.#isMoving) this.#goOn();
+      else this.#tryNow();
+    }
     if (channel === "drive") {
       const answer = readRow(text);
       if (answer.type === "pong") this.#heartbeat.heard(answer, now());

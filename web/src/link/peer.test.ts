@@ -86,6 +86,18 @@ beforeEach(() => {
   });
 });
 
+const EVENTS = {
+  reached: () => {},
+  answered: () => {},
+  opened: () => {},
+  received: () => {},
+  lost: () => {},
+  refused: () => {},
+  sent: () => {},
+  offered: () => {},
+  receivers: () => {},
+};
+
 /** A fresh peer that connects; the promise resolves when it has its answer or has failed. */
 function connect(mayHaveVoice = false) {
   const lost = vi.fn();
@@ -175,6 +187,29 @@ it("waits for its candidates only where the server wants them", async () => {
   first.connection.dispatchEvent(new Event("icegatheringstatechange"));
   await first.connected;
   expect(first.connection.remoteDescription?.sdp).toBe("v=0 answer");
+});
+
+it("is made ready without an offer, until it may send one", async () => {
+  const { connection } = connect();
+  const peer = new Peer({ ...EVENTS }, false);
+  let mayOffer = () => {};
+  const connected = peer.connect("client", new Promise((resolve) => (mayOffer = resolve)));
+  await vi.waitFor(() => expect(connection.remoteDescription?.sdp).toBe("v=0 answer"));
+  expect(offers).toBe(1);
+  mayOffer();
+  await connected;
+  expect(offers).toBe(2);
+});
+
+it.each([
+  ["v=0\r\na=ice-lite\r\n", true],
+  ["v=0\r\n", false],
+])("may move where the server follows it: %j", async (sdp, mayMove) => {
+  answer = sdp;
+  const { peer, connected } = connect();
+  expect(peer.mayMove).toBe(false);
+  await connected;
+  expect(peer.mayMove).toBe(mayMove);
 });
 
 it("creates the offer while it asks", async () => {

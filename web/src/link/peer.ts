@@ -82,8 +82,11 @@ export class Peer {
     });
   }
 
-  /** Sends the offer and applies the answer; a failure is reported as `lost`. */
-  async connect(client: string): Promise<void> {
+  /**
+   * Sends the offer, once `mayOffer` is settled, and applies the answer; a failure is reported as
+   * `lost`.
+   */
+  async connect(client: string, mayOffer?: Promise<void>): Promise<void> {
     const pc = this.#pc;
     const { signal } = this.#aborting;
     try {
@@ -99,6 +102,7 @@ export class Peer {
       // Without ICE servers there is nothing to wait for: the server learns our address from us.
       if (servers.length > 0 && ice.wantsCandidates) await gathered(pc);
       const request = await offerOf(pc.localDescription?.sdp ?? "", client);
+      await mayOffer;
       if (signal.aborted) return;
       const answering = postOffer(request, signal);
       this.events.offered();
@@ -181,6 +185,11 @@ export class Peer {
 
   #shaped(answer: string): string {
     return this.#voice && this.#encoding ? withVoice(answer, this.#encoding) : answer;
+  }
+
+  /** Whether the server follows this peer to another address (one port, ICE-lite). */
+  get mayMove(): boolean {
+    return /^a=ice-lite/m.test(this.#answer ?? "");
   }
 
   /** The bytes queued on the drive channel. */
