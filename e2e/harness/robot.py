@@ -64,7 +64,7 @@ async def pose(server: Told) -> Pose:
     return Pose(**robot["pose"])
 
 
-async def moves(server: Server, within_s: float = 2.0) -> bool:
+async def moves(server: Told, within_s: float = 2.0) -> bool:
     """Return whether the robot moves, as soon as it does: to see that it stands, name the time."""
     before = await pose(server)
 
@@ -149,9 +149,7 @@ async def turn_by_key(server: Server, viewer: Viewer, key: str = "ArrowLeft") ->
     await until_it_moves(server, lambda: keys.down(key), lambda: keys.up(key))
 
 
-async def stands_still(
-    server: Server, after_s: float = STANDS_WITHIN_S, for_s: float = 0.6
-) -> bool:
+async def stands_still(server: Told, after_s: float = STANDS_WITHIN_S, for_s: float = 0.6) -> bool:
     """Return whether the robot stands `after_s` from now at the latest, and stays so for a while.
 
     Commands come at least 20 times a second: what would move it on does so at once.

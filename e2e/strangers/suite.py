@@ -59,7 +59,8 @@ SUITE: Final = Suite(
     measures=(*SERVER, *PAGE, *FIRMWARE, "tests/fuzz/**/*.py"),
     columns=("median", "p95", "p99", "max"),
     cases=(
-        _lost("network", 20, 3.5),
+        _lost("network", 50, 7.5),
+        _lost("absence", 50, 9.0),
         _lost("outage", 12, 4.5),
         *_hostile("hostile", {}, AS_SHIPPED),
         *_hostile("public-robot", *public_robot()),
