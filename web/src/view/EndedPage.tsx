@@ -1,8 +1,11 @@
-import type { Ended, Opening } from "../messages";
+import type { Ended } from "../messages";
 import { said } from "../words/said";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
-import { openingWords, whenWords } from "./words";
+import { late } from "./late";
+import { whenWords } from "./words";
+
+export const Hours = late(async () => (await import("./Hours")).Hours);
 
 /** Instead of everything else: why this page may not stay, and what to do. */
 export function EndedPage({ ended }: { ended: Ended }) {
@@ -22,22 +25,5 @@ export function EndedPage({ ended }: { ended: Ended }) {
         {t("link.come_back")}
       </button>
     </main>
-  );
-}
-
-/** A week of opening hours as a clock here shows them, and as a calendar to take along. */
-function Hours({ openings }: { openings: readonly Opening[] }) {
-  const zone = Intl.DateTimeFormat().resolvedOptions().timeZone;
-  return (
-    <>
-      <p id="ended-hours">{t("link.hours", { zone })}</p>
-      {/* biome-ignore lint/a11y/noRedundantRoles: without its marks Safari takes it for no list */}
-      <ul role="list" aria-labelledby="ended-hours">
-        {openings.map((one) => (
-          <li key={one.opens_wall_ms}>{openingWords(one)}</li>
-        ))}
-      </ul>
-      <a href="open.ics">{t("link.calendar")}</a>
-    </>
   );
 }

@@ -14,7 +14,7 @@ import { AboardBanner } from "./AboardBanner";
 import { App } from "./App";
 import { CallCard } from "./CallCard";
 import { SessionContext } from "./context";
-import { EndedPage } from "./EndedPage";
+import { EndedPage, Hours } from "./EndedPage";
 import { HostPanel } from "./host/HostPanel";
 import { LanguageChoice } from "./LanguageChoice";
 import { LossPanel } from "./LossPanel";
@@ -33,7 +33,7 @@ let state: State;
 let session: Session;
 
 beforeAll(async () => {
-  for (const part of [LateHostPanel, RulesPanel, WaysPanel]) await part.load();
+  for (const part of [LateHostPanel, RulesPanel, WaysPanel, Hours]) await part.load();
 });
 
 /** The host's page, where as much as possible is to be read. */

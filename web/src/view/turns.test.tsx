@@ -4,6 +4,7 @@ import { act } from "preact/test-utils";
 import { describe, expect, it, vi } from "vitest";
 import { aboard, hello, room } from "../testing/messages";
 import { says } from "../words/said";
+import { Hours } from "./EndedPage";
 import { actions, body, button, drawsPage, show, state } from "./page.test.setup";
 import { blanked, notInvited } from "./words";
 
@@ -139,7 +140,8 @@ describe("a call", () => {
 });
 
 describe("who may not stay, hear or drive", () => {
-  it("reads why, and when the robot opens, and may try again", () => {
+  it("reads why, and when the robot opens, and may try again", async () => {
+    await Hours.load();
     vi.setSystemTime(new Date(2026, 10, 26, 12));
     show({ watching: [1] });
     act(() => {

@@ -7,7 +7,6 @@ import type {
   CameraInfo,
   ConsoleViewer,
   Hello,
-  Opening,
   RobotStatus,
   RoomState,
   Served,
@@ -177,22 +176,7 @@ export function whenWords(wallMs: number, nowMs: number, where = locale()): stri
 }
 
 const DAY_MS = 86_400_000;
-const TIME = { hour: "numeric", minute: "2-digit" } as const;
-
-/** From when until when it is open, in the reader's own time: `Friday 18:00 – Saturday 01:00`. */
-export function openingWords({ opens_wall_ms, closes_wall_ms }: Opening, where = locale()): string {
-  const opens = new Date(opens_wall_ms);
-  const closes = new Date(closes_wall_ms);
-  const time = (at: Date) => at.toLocaleTimeString(where, TIME);
-  // Not both by one call, which writes the hours in another way than a time alone.
-  const dayAndTime = (at: Date) =>
-    `${at.toLocaleDateString(where, { weekday: "long" })} ${time(at)}`;
-  const isSameDay = opens.toDateString() === closes.toDateString();
-  return t("when.from_to", {
-    from: dayAndTime(opens),
-    to: isSameDay ? time(closes) : dayAndTime(closes),
-  });
-}
+export const TIME = { hour: "numeric", minute: "2-digit" } as const;
 
 export function turnWords(room: RoomState | null, me: ViewerInfo | null): TurnWords {
   if (!room || !me) return { headline: t("turn.one_moment"), next: "" };

@@ -1,3 +1,4 @@
+import "../../style/calibrate.css";
 import { type Signal, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import type { Camera } from "../../path/camera";
