@@ -35,6 +35,7 @@ from wax.config.opening_hours import OpeningHours, zone_of
 from wax.control.loop import ControlLoop
 from wax.control.picture_clock import PictureClock
 from wax.control.turns import Turns
+from wax.door.tunnel import Tunnel
 from wax.edge.turnstile import Turnstile
 from wax.encode.choice import choose
 from wax.encode.video_encoder import IntraEncoder
@@ -192,9 +193,8 @@ class App:
         self._channel_faults = ChannelFaults(_log_channel_fault, most=settings.audio.channels)
         self._blocks = Blocks()
         ice = IceServers(settings.network, settings.relay)
-        turnstile = Turnstile(clock)
+        turns, turnstile = Turns(settings.turns), Turnstile(clock)
         self._network = Network(settings.network, ice, clock, turnstile)
-        turns = Turns(settings.turns)
         self._tape = self._make_tape(counters)
         viewers = Viewers(
             sync=settings.sync,
@@ -215,6 +215,7 @@ class App:
             seen=self._house_states,
             act=lambda act: self._room.house_acts(act),  # noqa: PLW0108 - made below
         )
+        self._tunnel = Tunnel(settings, clock, lambda: self._entrance.port)
         self._keeper = RecordKeeper(
             records=self._records,
             clock=clock,
@@ -274,7 +275,11 @@ class App:
                 voices=self._voices,
                 tape=lambda: None if tape is None else tape.status(),
                 cameras=self._cameras,
-                hooks=lambda: [*self._hooks.problems(), *self._house.problems()],
+                problems=lambda: [
+                    *self._tunnel.problems(),
+                    *self._hooks.problems(),
+                    *self._house.problems(),
+                ],
             ),
             access=self._access,
             decisions=self._decisions,
@@ -305,6 +310,7 @@ class App:
             cameras=self._cameras,
             encoders=encoders,
             hooks=self._hooks.status,
+            door=self._tunnel.status,
         )
         self._proof_runner = ProofRunner(
             control=self._control,
@@ -412,6 +418,7 @@ class App:
             self._speaker.start()
         if self._tape is not None:
             self._tape.start()
+        self._tunnel.start()
         self._supervisor.spawn("control loop", self._control.run())
         self._supervisor.spawn("room", self._room.run())
         self._supervisor.spawn("status", self._status.run())
@@ -457,7 +464,7 @@ class App:
         speakers = () if self._speaker is None else (self._speaker,)
         tape = () if self._tape is None else (self._tape,)
         captures = (*self._captures.values(), *self._cameras)
-        parts = (*captures, self._video, self._records, *speakers, *tape)
+        parts = (*captures, self._video, self._records, self._tunnel, *speakers, *tape)
         for part in parts:
             part.request_stop()
         for part in parts:
@@ -514,7 +521,13 @@ class App:
         return Seen(
             is_open=self._access.is_open,
             waiting=waiting,
-            faults=faults(problems, state, self._settings.gauges, self._cluster.lost),
+            faults=faults(
+                problems,
+                state,
+                self._settings.gauges,
+                self._cluster.lost,
+                self._tunnel.problem,
+            ),
             battery_fraction=state.battery_fraction,
         )
 

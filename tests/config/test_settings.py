@@ -217,7 +217,7 @@ def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
     ("text", "problem"),
     [
         ("speed = 1", "speed: there is no such key"),
-        ("[motor]", "motor: there is no such key"),
+        ("[lidar]", "lidar: there is no such key"),
         ("turns = 5", "turns: got 5; allowed is a table"),
         ("[turns]\nturn_s = nan", "turns.turn_s: got nan; allowed is a number from 1 to 86400"),
         ("[turns]\nturn_s = inf", "turns.turn_s: got inf; allowed is a number from 1 to 86400"),

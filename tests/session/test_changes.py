@@ -152,3 +152,12 @@ def test_gauges_and_a_robot_that_is_gone() -> None:
     assert faults({}, RobotState(connected=False), [gauge], []) == {
         ("robot", None): "robot.not_connected"
     }
+
+
+def test_a_door_that_does_not_lead_here_is_told() -> None:
+    """With the code of its sentence, and again when people elsewhere reach the page."""
+    found = faults({}, RobotState(connected=True), [], [], Sentence("tunnel.closed", {"host": "h"}))
+    assert found == {("tunnel", None): "tunnel.closed"}
+    looks = Looks()
+    assert looks.look(20, faults=found) == [(BEGAN_S, "tunnel.lost")]
+    assert looks.look(20) == [(MENDED_S - 1, "tunnel.back")]

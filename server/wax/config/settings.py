@@ -28,6 +28,7 @@ from wax.config.controls import (
     GaugeSettings,
     check_names,
 )
+from wax.config.door import DoorSettings, check_server
 from wax.config.hook import MAX_HOOKS, HookSettings, check_targets
 from wax.config.mqtt import MqttSettings
 from wax.config.network import HostName, Network, PageUrl
@@ -696,6 +697,7 @@ class Settings(_Section):
     mqtt: MqttSettings = MqttSettings()
     network: NetworkSettings = NetworkSettings()
     relay: RelaySettings = RelaySettings()
+    door: DoorSettings = DoorSettings()
     video: DrivingViewSettings = DrivingViewSettings()
     audio: AudioSettings = AudioSettings()
     voice: VoiceSettings = VoiceSettings()
@@ -724,6 +726,11 @@ class Settings(_Section):
         targets = [(f"hook[{number}].url", one.url) for number, one in enumerate(self.hook)]
         targets += [("mqtt.url", self.mqtt.url)] if self.mqtt.url else []
         check_targets(targets, server.port, names, self.robot.model_dump())
+        return self
+
+    @model_validator(mode="after")
+    def _door_leads_here(self) -> Self:
+        check_server(self.door, self.server)
         return self
 
     @model_validator(mode="after")

@@ -109,6 +109,13 @@ class ClusterEvent(_Event):
     room: int
 
 
+class TunnelEvent(_Event):
+    """People elsewhere do not reach the page through `[door]`, or do again."""
+
+    type: Literal["tunnel.lost", "tunnel.back"]
+    why: str
+
+
 class Removed(_OfPerson):
     """The host removed somebody, or banned them for a day."""
 
@@ -139,6 +146,7 @@ Event = (
     | StoppedByItself
     | FaultEvent
     | ClusterEvent
+    | TunnelEvent
     | Removed
     | TapeKept
     | HookTested

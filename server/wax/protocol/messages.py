@@ -860,8 +860,8 @@ class Console(_Outgoing):
     `opens_wall_ms` (since 1970) is when it opens by its hours, null if it is open or nobody knows.
     `pressers` are those of the last ten minutes, the newest first, without operators and hosts.
     `reused` is the address, shortened, from which a host's cookie that had been replaced was used
-    again, null if none was: somebody may have a copy. `hooks` are sentences about receivers of
-    events that do not take them.
+    again, null if none was: somebody may have a copy. `problems` are sentences about what the host
+    alone can mend: hooks that take no events, a door that does not lead here.
     """
 
     type: Literal["console"] = "console"
@@ -870,7 +870,7 @@ class Console(_Outgoing):
     opens_wall_ms: float | None
     pressers: list[Presser] = []
     reused: str | None = None
-    hooks: list[Sentence] = []
+    problems: list[Sentence] = []
 
 
 class InvitationLink(_Outgoing):

@@ -47,8 +47,8 @@ def _no_tape() -> None:
 class Announcements:
     """Makes the messages for all pages and for new ones; changes no state.
 
-    `tape` returns what everybody is told of the recording, None where there is none; `hooks` what
-    the host is told of those.
+    `tape` returns what everybody is told of the recording, None where there is none; `problems`
+    what the host is told of hooks and the door.
     """
 
     def __init__(
@@ -65,9 +65,9 @@ class Announcements:
         voices: Voices | None = None,
         tape: Callable[[], messages.Tape | None] = _no_tape,
         cameras: Sequence[Camera] = (),
-        hooks: Callable[[], list[Sentence]] = list,
+        problems: Callable[[], list[Sentence]] = list,
     ) -> None:
-        self._hooks = hooks
+        self._problems = problems
         self._cameras = cameras
         self._tape = tape
         self._settings = settings
@@ -197,7 +197,7 @@ class Announcements:
                 for one in pressers
             ],
             reused=None if reused_at is None else shortened(reused_at),
-            hooks=self._hooks(),
+            problems=self._problems(),
         )
 
     def _console_line(self, viewer: Viewer) -> messages.ConsoleViewer:

@@ -5,7 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Literal
 
-from wax.protocol.events import ClusterEvent, DoorEvent, Event, FaultEvent, Part, QueueEvent
+from wax.protocol.events import (
+    ClusterEvent,
+    DoorEvent,
+    Event,
+    FaultEvent,
+    Part,
+    QueueEvent,
+    TunnelEvent,
+)
 from wax.session import equipment
 
 if TYPE_CHECKING:
@@ -22,7 +30,7 @@ MENDED_S: Final = 10.0
 LOW: Final = 0.15
 CHARGED: Final = 0.2
 
-Fault = tuple[Part | Literal["room"], str | None]
+Fault = tuple[Part | Literal["room", "tunnel"], str | None]
 """What has failed, and its name where there are several."""
 
 _ROBOT: Final[Fault] = ("robot", None)
@@ -45,10 +53,13 @@ def faults(
     state: RobotState,
     gauges: Iterable[GaugeSettings],
     lost_rooms: Iterable[int],
+    tunnel: Sentence | None = None,
 ) -> dict[Fault, str]:
-    """Return what fails: of `problems` those that there are, the robot, its gauges, and rooms."""
+    """Return what fails: what of `problems` there is, the robot, its gauges, rooms, tunnel."""
     found = {fault: _code(problem) for fault, problem in problems.items() if problem is not None}
     found |= {("room", str(number)): "lost" for number in lost_rooms}
+    if tunnel is not None:
+        found["tunnel", None] = _code(tunnel)
     if state.said is not None or not state.connected:
         found[_ROBOT] = _code(state.said) if state.said else "robot.not_connected"
     for name, level in equipment.beyond(gauges, state).items():
@@ -109,6 +120,8 @@ def _event(fault: Fault, why: str, *, began: bool) -> Event:
     part, which = fault
     if part == "room":
         return ClusterEvent(type="cluster.lost" if began else "cluster.back", room=int(which or 0))
+    if part == "tunnel":
+        return TunnelEvent(type="tunnel.lost" if began else "tunnel.back", why=why)
     return FaultEvent(
         type="fault.began" if began else "fault.mended", part=part, which=which, why=why
     )

@@ -60,8 +60,10 @@ class Status:
         cameras: Sequence[Camera] = (),
         encoders: Sequence[Encoders] = (),
         hooks: Callable[[], list[dict[str, object]]] = list,
+        door: Callable[[], dict[str, object] | None] = lambda: None,
     ) -> None:
         self._hooks = hooks
+        self._door = door
         self._encoders = encoders
         self._cameras = cameras
         self._clock = clock
@@ -143,6 +145,7 @@ class Status:
             "rooms": self._cluster.status(),
             "tape": _tape(self._tape),
             "hooks": self._hooks(),
+            "door": self._door(),
             "counters": self._counters.snapshot() | self._control.counts(),
             "tasks": len(asyncio.all_tasks()),
         }

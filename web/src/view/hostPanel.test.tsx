@@ -49,7 +49,7 @@ describe("the host's panel", () => {
         opens_wall_ms: null,
         pressers: [],
         reused: null,
-        hooks: [],
+        problems: [],
       };
     });
   }
@@ -86,7 +86,7 @@ describe("the host's panel", () => {
       opens_wall_ms: null,
       pressers: [],
       reused: null,
-      hooks: [],
+      problems: [],
       ...some,
     };
   }
@@ -112,7 +112,7 @@ describe("the host's panel", () => {
     showHost();
     const hook = "1 (example.org)";
     const why = { code: "hook.silent", values: { limit: 3 } };
-    act(() => tells({ hooks: [{ code: "hook.waiting", values: { hook, n: 2, why } }] }));
+    act(() => tells({ problems: [{ code: "hook.waiting", values: { hook, n: 2, why } }] }));
     expect(getByText(panel(), /2 events wait for hook/).textContent).toBe(
       "2 events wait for hook 1 (example.org). It does not answer within 3 s.",
     );

@@ -118,7 +118,7 @@ export function showHost(options: Parameters<typeof room>[0] = { watching: [1] }
       opens_wall_ms: null,
       pressers: [],
       reused: null,
-      hooks: [],
+      problems: [],
     };
     state.panel.value = "host";
   });

@@ -74,7 +74,7 @@ beforeEach(() => {
       { id: 1, address: "192.0.2.0/24", by: { code: "by.host" }, presses: 2, muted: false },
     ],
     reused: "192.0.2.0/24",
-    hooks: [says("3")],
+    problems: [says("3")],
     viewers: [3, 4].map((id) => ({
       id,
       address: "",

@@ -18,7 +18,7 @@ export function HostPanel() {
   if (!isHost.value) return null;
   return (
     <div class="host">
-      {console.value?.hooks.map(said).map((one) => (
+      {console.value?.problems.map(said).map((one) => (
         <p key={one} role="status">
           {one}
         </p>

@@ -1,0 +1,61 @@
+"""`[door]`: the public machine through which the page is reached where no port can be opened."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+if TYPE_CHECKING:
+    from wax.config.settings import ServerSettings
+
+DoorHost = Annotated[
+    str,
+    Field(
+        pattern=r"^([A-Za-z0-9]([A-Za-z0-9.-]{0,251}[A-Za-z0-9])?)?$",
+        description='empty, or a host name or address, as "robot.example.org"',
+    ),
+]
+HostKey = Annotated[
+    str,
+    Field(
+        pattern=r"^(ssh-ed25519 AAAAC3NzaC1lZDI1NTE5[A-Za-z0-9+/]{48})?$",
+        description='empty, or a key as "ssh-ed25519 AAAA…"',
+    ),
+]
+
+
+class DoorSettings(BaseModel):
+    """Where it is, which key it has, and by which key it knows this robot."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+    host: DoorHost = ""
+    port: Annotated[int, Field(ge=0, le=65535)] = 0
+    host_key: HostKey = ""
+    key_file: str = ""
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> Self:
+        missing = [name for name in ("port", "host_key", "key_file") if not getattr(self, name)]
+        if self.host and missing:
+            raise ValueError(
+                f"{' and '.join(missing)} missing; let `wax init --door LINE` write this table"
+            )
+        return self
+
+
+def check_server(door: DoorSettings, server: ServerSettings) -> None:
+    """Raise `ValueError` where the page cannot be what the door hands on."""
+    if not door.host:
+        return
+    if server.https or server.certificate:
+        raise ValueError(
+            "door: the door has the certificate and asks this machine by HTTP; leave https and"
+            " certificate out of [server]"
+        )
+    if not server.trusted_proxies:
+        raise ValueError(
+            "door: all its visitors would share one address's limits; set [server]"
+            ' trusted_proxies = ["127.0.0.1", "::1"]'
+        )

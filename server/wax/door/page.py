@@ -1,0 +1,66 @@
+"""Whether the page opens at its public address, as asked from here; blocks."""
+
+from __future__ import annotations
+
+import email.utils
+import http.client
+import ssl
+import urllib.error
+import urllib.request
+from typing import Final
+
+from wax.door.over_https import PATH
+from wax.sentence import Sentence, says
+
+_ANSWER_S: Final = 5.0
+CLOCK_OFF_S: Final = 300.0
+"""Half of what the relay's passwords last."""
+
+
+def look(url: str, wall_s: float) -> Sentence | None:
+    """Return what is wrong with the page at `url`, None if nothing; `wall_s` is Unix time."""
+    problem = None
+    try:
+        with _get(f"{url}/healthz", ssl.create_default_context()) as answer:
+            answer.read(1000)
+    except urllib.error.HTTPError as error:
+        problem = Sentence("tunnel.page", {"url": url, "why": says(f"{error.code} {error.reason}")})
+    except (OSError, http.client.HTTPException) as error:
+        why = getattr(error, "reason", error)
+        if isinstance(why, ssl.SSLCertVerificationError):
+            problem = Sentence("tunnel.certificate", {"url": url, "why": says(why.verify_message)})
+        else:
+            text = says(str(why) or type(why).__name__)
+            problem = Sentence("tunnel.page", {"url": url, "why": text})
+    off_s = _clock_off_s(url, wall_s)
+    if off_s is not None and abs(off_s) > CLOCK_OFF_S:
+        return Sentence("tunnel.clock", {"n": round(abs(off_s) / 60)})
+    return problem
+
+
+def _clock_off_s(url: str, wall_s: float) -> float | None:
+    """Return by how much our clock is ahead of the door's, which answers this path itself.
+
+    Whoever has the wrong time believes no certificate, so none is asked for.
+    """
+    context = ssl.create_default_context()
+    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+    try:
+        with _get(url + PATH, context) as answer:
+            date = answer.headers["Date"]
+    except urllib.error.HTTPError as error:
+        date = error.headers["Date"]
+    except (OSError, http.client.HTTPException):
+        return None
+    try:
+        return wall_s - email.utils.parsedate_to_datetime(date or "").timestamp()
+    except ValueError:
+        return None
+
+
+def _get(url: str, context: ssl.SSLContext) -> http.client.HTTPResponse:
+    handlers = urllib.request.HTTPSHandler(context=context), urllib.request.ProxyHandler({})
+    answer: http.client.HTTPResponse = urllib.request.build_opener(*handlers).open(
+        url, timeout=_ANSWER_S
+    )
+    return answer

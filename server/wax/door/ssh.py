@@ -1,0 +1,110 @@
+"""The command of the tunnel, and what its words mean. Pure.
+
+OpenSSH prints no code for what failed, so its English is read; what is not known is passed on.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Final, Literal
+
+from wax.sentence import Sentence, says
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from wax.config.door import DoorSettings
+
+Way = Literal["ssh", "https"]
+
+USER: Final = "wax-door"
+ALIAS: Final = "wax-door"
+"""The name of the pinned key: it is the same whatever name or address the door has."""
+CONNECT_S: Final = 4
+ALIVE_S: Final = 2
+ALIVE_COUNT: Final = 3
+"""Unanswered questions that end it: a tunnel that stalls is noticed after 8 s."""
+OPENED: Final = "remote forward success for"
+"""What `ssh -v` says once the door leads here."""
+
+_OPTIONS: Final = (
+    *("BatchMode=yes", "PasswordAuthentication=no", "KbdInteractiveAuthentication=no"),
+    *("IdentitiesOnly=yes", "IdentityAgent=none", "StrictHostKeyChecking=yes"),
+    *("GlobalKnownHostsFile=/dev/null", "UpdateHostKeys=no", "HostKeyAlgorithms=ssh-ed25519"),
+    *(f"HostKeyAlias={ALIAS}", "CheckHostIP=no", "ExitOnForwardFailure=yes", "LogLevel=DEBUG1"),
+    *(f"ConnectTimeout={CONNECT_S}", f"ServerAliveInterval={ALIVE_S}"),
+    *(f"ServerAliveCountMax={ALIVE_COUNT}", "TCPKeepAlive=no", "IPQoS=af21"),
+)
+
+_MEANS: Final = tuple(
+    (re.compile(pattern, re.IGNORECASE), code)
+    for pattern, code in (
+        (r"identification has changed|host key verification failed", "host_key"),
+        (r"no ed25519 host key|no matching host key type", "host_key"),
+        (r"could not resolve|not known|no address associated", "name"),
+        (r"no such identity|load key|unprotected private key", "key_file"),
+        (r"permission denied \(", "key"),
+        (r"remote port forwarding failed", "taken"),
+        (r"not responding|broken pipe|timed out during banner", "stalled"),
+        (r"no upgrade:", "no_https"),
+        (r"connection refused|timed out|no route|unreachable", "closed"),
+        (r"connection (closed|reset)|closed by remote|kex_exchange", "ended"),
+    )
+)
+"""In this order: a key that was not read is also not taken."""
+
+
+def command(door: DoorSettings, way: Way, known_hosts: Path, target: str, proxy: str) -> list[str]:
+    """Return the command that lets the door's port lead to `target`, ``HOST:PORT`` as seen here.
+
+    `proxy` is the command that goes by HTTPS.
+    """
+    options = [
+        *_OPTIONS,
+        f"UserKnownHostsFile={_quoted(str(known_hosts))}",
+        # Not -i: that is left out where there is no such file, and the user's own keys are tried.
+        f"IdentityFile={_quoted(door.key_file)}",
+    ]
+    if way == "https":
+        options.append(f"ProxyCommand={proxy}")
+    return [
+        *("ssh", "-F", "none", "-N", "-T", "-a", "-x", "-p", "22"),
+        *(word for option in options for word in ("-o", option)),
+        *("-R", f"127.0.0.1:{door.port}:{target}", f"{USER}@{door.host}"),
+    ]
+
+
+def known_hosts(door: DoorSettings) -> str:
+    """Return the file with the one key that counts."""
+    return f"{ALIAS} {door.host_key}\n"
+
+
+def problem(door: DoorSettings, said: list[str]) -> Sentence:
+    """Return why it ended, from the last lines that it has said."""
+    lines = [line.strip() for line in said if line.strip() and not line.startswith("debug1:")]
+    text = "\n".join(lines)
+    kind = next((kind for pattern, kind in _MEANS if pattern.search(text)), None)
+    if kind is None:
+        why = says(lines[-1].rstrip(".") if lines else "ssh ended")
+        return Sentence("tunnel.failed", {"host": door.host, "why": why})
+    if kind == "key_file":
+        return Sentence("tunnel.key_file", {"file": door.key_file})
+    if kind == "taken":
+        return Sentence("tunnel.taken", {"host": door.host, "port": str(door.port)})
+    return Sentence(
+        {
+            "host_key": "tunnel.host_key",
+            "name": "tunnel.name",
+            "key": "tunnel.key",
+            "stalled": "tunnel.stalled",
+            "no_https": "tunnel.no_https",
+            "closed": "tunnel.closed",
+            "ended": "tunnel.ended",
+        }[kind],
+        {"host": door.host},
+    )
+
+
+def _quoted(path: str) -> str:
+    """Return a path as ssh reads it in an option: tokens begin with %, spaces end a word."""
+    return '"' + path.replace("%", "%%") + '"'

@@ -1,0 +1,235 @@
+"""Keeps the tunnel: starts ssh, reads what it says, starts it again; in threads of its own.
+
+Starting a program may wait for a disk, and a name for a server that does not answer: neither may
+hold up the loop that drives.
+"""
+
+from __future__ import annotations
+
+import shlex
+import shutil
+import subprocess
+import threading
+from collections import deque
+from dataclasses import dataclass
+from typing import IO, TYPE_CHECKING, Final
+
+import structlog
+
+from wax import state_dir
+from wax.door import ssh
+from wax.door.attempts import Attempts
+from wax.door.page import look
+from wax.errors import WaxError
+from wax.process import python_module
+from wax.sentence import Sentence, says
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from wax.clock import Clock
+    from wax.config.settings import Settings
+    from wax.door.ssh import Way
+
+_LOG = structlog.get_logger(__name__)
+
+_LINES: Final = 30
+_LINE_BYTES: Final = 2000
+_LOOK_EVERY_S: Final = 60.0
+_LOOK_AGAIN_S: Final = 10.0
+_LOOK_FIRST_S: Final = 1.0
+_END_S: Final = 0.5
+_HERE: Final = {"localhost": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
+
+
+def start(command: Sequence[str], environment: Mapping[str, str]) -> subprocess.Popen[bytes]:
+    """Start ssh so that it ends with the thread that has started it; raises `OSError`."""
+    if shutil.which(command[0]) is None:
+        raise FileNotFoundError(command[0])
+    tied = shutil.which("setpriv")  # of util-linux; elsewhere the service manager ends both
+    bound = [tied, "--pdeathsig", "TERM", "--", *command] if tied else list(command)
+    return subprocess.Popen(
+        bound,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        env=dict(environment),
+        start_new_session=True,  # Ctrl-C is for the server, which ends it
+    )
+
+
+@dataclass(slots=True)
+class _State:
+    problem: Sentence | None = None
+    page: Sentence | None = None
+    since_s: float | None = None
+    """When the tunnel that stands was opened."""
+    opened: int = 0
+    failed: int = 0
+
+
+class Tunnel:
+    """The tunnel of `[door]`; without one, nothing here does anything.
+
+    `port` returns the TCP port of the page; `run_ssh` starts the program.
+    """
+
+    def __init__(
+        self,
+        settings: Settings,
+        clock: Clock,
+        port: Callable[[], int],
+        run_ssh: Callable[[Sequence[str], Mapping[str, str]], subprocess.Popen[bytes]] = start,
+    ) -> None:
+        self._door, self._server = settings.door, settings.server
+        self._clock = clock
+        self._port = port
+        self._run_ssh = run_ssh
+        self._attempts = Attempts()
+        self._closing = threading.Event()
+        self._lock = threading.Lock()
+        self._state = _State()
+        self._child: subprocess.Popen[bytes] | None = None
+        self._threads: list[threading.Thread] = []
+
+    @property
+    def is_used(self) -> bool:
+        """Whether there is a door."""
+        return bool(self._door.host)
+
+    @property
+    def problem(self) -> Sentence | None:
+        """Why people elsewhere do not reach the page."""
+        return self._state.problem or self._state.page
+
+    def problems(self) -> list[Sentence]:
+        """Return what the host is to know."""
+        return [] if self.problem is None else [self.problem]
+
+    def status(self) -> dict[str, object] | None:
+        """Return its state for the host's status page, None without a door."""
+        if not self.is_used:
+            return None
+        state = self._state
+        return {
+            "host": self._door.host,
+            "is_open": state.since_s is not None,
+            "way": self._attempts.way,
+            "opened": state.opened,
+            "failed": state.failed,
+            "problem": None if self.problem is None else str(self.problem),
+        }
+
+    # --- its threads -----------------------------------------------------------------------
+
+    def start(self) -> None:
+        """Begin, in the background."""
+        if not self.is_used:
+            return
+        for name, work in (("tunnel", self._keep), ("public page", self._look)):
+            # Daemons: a name server that does not answer must not hold up the end.
+            self._threads.append(threading.Thread(target=work, name=name, daemon=True))
+            self._threads[-1].start()
+
+    def request_stop(self) -> None:
+        with self._lock:
+            self._closing.set()
+            if self._child is not None:
+                self._child.terminate()
+
+    def stop(self) -> None:
+        """End ssh, which takes no time; the thread that looks may be waiting for an answer."""
+        self.request_stop()
+        for thread in self._threads[:1]:
+            thread.join(_END_S)
+        with self._lock:
+            if self._child is not None:
+                self._child.kill()
+
+    def _keep(self) -> None:
+        while not self._closing.is_set():
+            way = self._attempts.way
+            try:
+                problem = self._once(way)
+            except Exception as error:  # the page can be reached from here all the same
+                _LOG.exception("the tunnel failed")
+                problem = self._failed(str(error) or type(error).__name__)
+            if self._closing.is_set():
+                return
+            state = self._state
+            stood_s = 0.0 if state.since_s is None else self._clock.now_s() - state.since_s
+            if state.problem != problem:
+                _LOG.warning("the door cannot be reached", why=str(problem), way=way)
+            state.problem, state.page, state.since_s = problem, None, None
+            state.failed += 1
+            pause_s = self._attempts.ended(problem.code.partition(".")[2], stood_s)
+            self._closing.wait(pause_s)
+
+    def _once(self, way: Way) -> Sentence:
+        """Run ssh until it ends; return why."""
+        door = self._door
+        try:
+            folder = state_dir.prepare(state_dir.find(self._server.state_dir))
+            known_hosts = folder / "door_known_hosts"
+            known_hosts.write_text(ssh.known_hosts(door), encoding="ascii")
+        except (WaxError, OSError) as error:
+            return self._failed(str(error))
+        proxy = shlex.join([*python_module.command("wax.door.over_https"), door.host])
+        command = ssh.command(door, way, known_hosts, self._target(), proxy.replace("%", "%%"))
+        with self._lock:
+            if self._closing.is_set():
+                return self._failed("")
+            try:
+                # Its words are read, so they must be English.
+                child = self._run_ssh(command, python_module.environment() | {"LC_ALL": "C"})
+            except FileNotFoundError:
+                return Sentence("tunnel.no_ssh")
+            except OSError as error:
+                return self._failed(str(error))
+            self._child = child
+        assert child.stderr is not None
+        try:
+            said = self._follow(child.stderr, way)
+        finally:
+            child.wait()
+            with self._lock:
+                self._child = None
+            child.stderr.close()
+        return ssh.problem(door, said)
+
+    def _follow(self, stderr: IO[bytes], way: Way) -> list[str]:
+        """Read until it ends; return the last lines."""
+        said: deque[str] = deque(maxlen=_LINES)
+        while line := stderr.readline(_LINE_BYTES).decode(errors="replace"):
+            if ssh.OPENED in line:
+                self._attempts.opened()
+                state = self._state
+                state.problem, state.since_s = None, self._clock.now_s()
+                state.opened += 1
+                _LOG.info("the page can be reached through the door", host=self._door.host, way=way)
+            elif not line.startswith("debug1:"):
+                said.append(line.strip())
+        return list(said)
+
+    def _look(self) -> None:
+        """Look now and then whether the page opens out there."""
+        wait_s = _LOOK_FIRST_S
+        while not self._closing.wait(wait_s):
+            wait_s = _LOOK_FIRST_S
+            if self._state.since_s is None or not self._server.public_url:
+                continue
+            found = look(self._server.public_url, self._clock.wall_ms() / 1000)
+            if self._state.since_s is None:
+                continue
+            if found is not None and found != self._state.page:
+                _LOG.warning("the public page does not open", why=str(found))
+            self._state.page = found
+            wait_s = _LOOK_EVERY_S if found is None else _LOOK_AGAIN_S
+
+    def _target(self) -> str:
+        """Return where the page is served, as seen from this machine."""
+        host = _HERE.get(self._server.host, self._server.host)
+        return f"{f'[{host}]' if ':' in host else host}:{self._port()}"
+
+    def _failed(self, why: str) -> Sentence:
+        return Sentence("tunnel.failed", {"host": self._door.host, "why": says(why)})

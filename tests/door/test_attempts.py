@@ -1,0 +1,57 @@
+"""When the door is tried again, and by which way."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from wax.door import ssh
+from wax.door.attempts import HOPELESS_S, LONGEST_S, STEADY_S, Attempts
+
+if TYPE_CHECKING:
+    from wax.door.ssh import Way
+
+
+def ways(attempts: Attempts, times: int) -> list[Way]:
+    found = []
+    for _ in range(times):
+        found.append(attempts.way)
+        attempts.ended("closed", 0.0)
+    return found
+
+
+def test_443_is_tried_where_22_is_closed() -> None:
+    """In turn, until one of them works; then that, and the other now and then."""
+    attempts = Attempts()
+    assert ways(attempts, 3) == ["ssh", "https", "ssh"]
+    attempts.opened()
+    attempts.ended("stalled", STEADY_S)
+    assert ways(attempts, 9).count("https") == 7
+    assert attempts.way == "https"
+
+
+def test_whoever_waits_for_the_door_waits_five_seconds_at_most() -> None:
+    """From the door's return on: the pause, and an attempt that began too early."""
+    attempts = Attempts()
+    pauses = [attempts.ended("closed", 0.0) for _ in range(50)]
+    assert pauses == sorted(pauses)
+    assert pauses[-1] == LONGEST_S
+    assert LONGEST_S + ssh.CONNECT_S <= 5
+
+
+def test_what_only_the_host_can_mend_is_not_tried_all_the_time() -> None:
+    """A wrong key does not become right by itself; the door need not hear of it each second."""
+    assert Attempts().ended("host_key", 0.0) == HOPELESS_S
+
+
+def test_after_a_good_one_the_next_follows_at_once() -> None:
+    """A tunnel that has stood is made anew the same way, without a pause to speak of."""
+    attempts = Attempts()
+    attempts.opened()
+    ways(attempts, 2)
+    assert attempts.ended("stalled", STEADY_S) < 0.5
+    assert attempts.way == "ssh"
+
+
+def test_a_stalled_tunnel_is_noticed_in_time() -> None:
+    """Ssh asks, and gives up at the question after the last that it allows to be in vain."""
+    assert ssh.ALIVE_S * (ssh.ALIVE_COUNT + 1) <= 10

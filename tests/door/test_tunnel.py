@@ -1,0 +1,160 @@
+"""The tunnel as the server keeps it; ssh's words come from a pipe."""
+
+from __future__ import annotations
+
+import os
+import threading
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from tests.door.door_lines import door_line
+from tests.turned_clock import TurnedClock
+
+from wax.config import settings as config
+from wax.door import line
+from wax.door.tunnel import Tunnel
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
+
+OPENED = b"debug1: remote forward success for: listen 127.0.0.1:20001, connect 127.0.0.1:8080\n"
+WITHIN_S = 10.0
+
+
+class Ssh:
+    """Stands for the program: says what the test has it say, and ends when it is told."""
+
+    def __init__(self) -> None:
+        reading, self._said = os.pipe()
+        self.stderr = os.fdopen(reading, "rb")
+        self._ended = threading.Event()
+
+    def says(self, words: bytes) -> None:
+        os.write(self._said, words)
+
+    def ends(self, words: bytes = b"") -> None:
+        if not self._ended.is_set():
+            self._ended.set()
+            self.says(words)
+            os.close(self._said)
+
+    terminate = kill = ends
+
+    def wait(self) -> int:
+        assert self._ended.wait(WITHIN_S)
+        return 255
+
+
+class Stage:
+    """A tunnel whose programs the test has; `state` is set whenever one is started."""
+
+    def __init__(self, folder: Path) -> None:
+        self.commands: list[Sequence[str]] = []
+        self.started: list[Ssh] = []
+        self._news = threading.Condition()
+        door = line.read(door_line())
+        self.settings = config.parse(
+            {
+                "server": {"trusted_proxies": ["127.0.0.1"], "state_dir": str(folder)},
+                "door": {
+                    "host": door.host,
+                    "port": door.port,
+                    "host_key": door.host_key,
+                    "key_file": "key",
+                },
+            },
+            "here",
+        )
+        self.clock = TurnedClock()
+        self.tunnel = Tunnel(self.settings, self.clock, lambda: 8080, self._run)
+
+    def _run(self, command: Sequence[str], environment: Mapping[str, str]) -> Any:
+        assert environment["LC_ALL"] == "C"
+        with self._news:
+            self.commands.append(command)
+            self.started.append(Ssh())
+            self._news.notify_all()
+            return self.started[-1]
+
+    def ssh(self, number: int) -> Ssh:
+        """Return the program that was started as the n-th, once it was."""
+        with self._news:
+            assert self._news.wait_for(lambda: len(self.started) >= number, WITHIN_S)
+        return self.started[number - 1]
+
+    def until(self, code: str | None) -> None:
+        """Wait until the host is told this."""
+        for _ in range(int(WITHIN_S * 100)):
+            problem = self.tunnel.problem
+            if (None if problem is None else problem.code) == code:
+                return
+            threading.Event().wait(0.01)
+        raise AssertionError(f"{self.tunnel.problem}, not {code}")
+
+
+@pytest.fixture
+def stage(tmp_path: Path) -> Iterator[Stage]:
+    made = Stage(tmp_path)
+    yield made
+    made.tunnel.stop()
+
+
+def is_open(stage: Stage) -> bool:
+    return bool((stage.tunnel.status() or {})["is_open"])
+
+
+def test_the_host_reads_why_the_door_does_not_lead_here_and_when_it_does(stage: Stage) -> None:
+    """Refused, tried again, opened, stalled, opened again."""
+    assert stage.tunnel.problem is None
+    stage.tunnel.start()
+    stage.ssh(1).ends(b"ssh: connect to host robot.example.org port 22: Connection refused\n")
+    stage.until("tunnel.closed")
+    stage.ssh(2).says(OPENED)
+    stage.until(None)
+    assert is_open(stage)
+    stage.clock.time_s += 60
+    stage.ssh(2).ends(b"Timeout, server robot.example.org not responding.\n")
+    stage.until("tunnel.stalled")
+    assert not is_open(stage)
+    stage.ssh(3).says(OPENED)
+    stage.until(None)
+    status = stage.tunnel.status() or {}
+    assert (status["opened"], status["failed"]) == (2, 2)
+
+
+def test_22_is_followed_by_https(stage: Stage) -> None:
+    """The second attempt goes by our program, which speaks HTTPS to the door."""
+    stage.tunnel.start()
+    stage.ssh(1).ends()
+    stage.ssh(2)
+    assert not any("ProxyCommand" in word for word in stage.commands[0])
+    [proxy] = [word for word in stage.commands[1] if "ProxyCommand" in word]
+    assert proxy.endswith("wax.door.over_https robot.example.org")
+
+
+def test_the_end_ends_ssh_and_starts_none(stage: Stage) -> None:
+    """Neither one that stands nor the next outlives the server."""
+    stage.tunnel.start()
+    stage.ssh(1).says(OPENED)
+    stage.until(None)
+    stage.tunnel.request_stop()
+    stage.tunnel.stop()
+    assert len(stage.started) == 1
+    assert not [one for one in threading.enumerate() if one.name == "tunnel"]
+
+
+def test_a_folder_that_cannot_be_written_is_told(stage: Stage, tmp_path: Path) -> None:
+    """Without the file of the pinned key ssh is not started: it would trust nobody."""
+    (tmp_path / "door_known_hosts").mkdir()
+    stage.tunnel.start()
+    stage.until("tunnel.failed")
+    assert not stage.started
+
+
+def test_without_a_door_nothing_is_started() -> None:
+    """Nor told."""
+    tunnel = Tunnel(config.load(None), TurnedClock(), lambda: 8080)
+    tunnel.start()
+    assert (tunnel.status(), tunnel.problems()) == (None, [])
+    tunnel.stop()

@@ -1,0 +1,87 @@
+"""The command of the tunnel, and what ssh's words mean."""
+
+from __future__ import annotations
+
+import subprocess
+from typing import TYPE_CHECKING
+
+import pytest
+from tests.door.door_lines import door_line
+
+from wax.config.door import DoorSettings
+from wax.door import line, ssh
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+DOOR = DoorSettings(
+    host="robot.example.org",
+    port=20001,
+    host_key=line.read(door_line()).host_key,
+    key_file="/etc/wax/robot.door-key",
+)
+
+
+@pytest.mark.parametrize(
+    ("said", "code"),
+    [
+        ("ssh: Could not resolve hostname robot.example.org: Name or service not known", "name"),
+        ("ssh: connect to host robot.example.org port 22: Connection refused", "closed"),
+        ("ssh: connect to host robot.example.org port 22: Connection timed out", "closed"),
+        (
+            "TCP 443: timed out\nkex_exchange_identification: Connection closed by remote host",
+            "closed",
+        ),
+        ("no upgrade: HTTP/1.1 404 Not Found\nConnection closed by UNKNOWN port 65535", "no_https"),
+        (
+            "@ WARNING: REMOTE HOST IDENTIFICATION HAS CHANGED! @\nHost key verification failed.",
+            "host_key",
+        ),
+        (
+            "No ED25519 host key is known for wax-door and you have requested strict checking.",
+            "host_key",
+        ),
+        (
+            "Unable to negotiate with 203.0.113.9 port 22: no matching host key type found.",
+            "host_key",
+        ),
+        (
+            "no such identity: /x: No such file\nwax-door@h: Permission denied (publickey).",
+            "key_file",
+        ),
+        ("wax-door@robot.example.org: Permission denied (publickey).", "key"),
+        ("Error: remote port forwarding failed for listen port 20001", "taken"),
+        ("Timeout, server robot.example.org not responding.", "stalled"),
+        ("kex_exchange_identification: Connection closed by remote host", "ended"),
+        ("Connection to robot.example.org closed by remote host.", "ended"),
+        ("No user exists for uid 61234", "failed"),
+        ("", "failed"),
+    ],
+)
+def test_each_failure_has_its_sentence(said: str, code: str) -> None:
+    """What ssh says becomes one sentence; what it says for debugging counts for nothing."""
+    lines = ["debug1: Permission denied (gssapi)", *said.splitlines()]
+    problem = ssh.problem(DOOR, lines)
+    assert problem.code == f"tunnel.{code}"
+    assert "…" not in str(problem)
+
+
+def test_the_command_is_one_that_ssh_takes(tmp_path: Path) -> None:
+    """Each option exists and says what it must; nobody's own settings or agent count."""
+    folder = tmp_path / "a folder, 50%"
+    folder.mkdir()
+    (folder / "hosts").write_text(ssh.known_hosts(DOOR), encoding="ascii")
+    words = ssh.command(DOOR, "https", folder / "hosts", "127.0.0.1:8080", "proxy me")
+    dumped = subprocess.run(
+        [words[0], "-G", *words[1:]], capture_output=True, text=True, check=True
+    ).stdout
+    said = dict(one.partition(" ")[::2] for one in dumped.splitlines())
+    assert said["batchmode"] == said["exitonforwardfailure"] == said["identitiesonly"] == "yes"
+    assert said["stricthostkeychecking"] == "true"
+    assert said["identityagent"] == "none"
+    assert said["userknownhostsfile"].strip('"') == str(folder / "hosts")
+    assert said["remoteforward"] == "[127.0.0.1]:20001 [127.0.0.1]:8080"
+    assert said["proxycommand"] == "proxy me"
+    assert said["user"] == "wax-door"
+    assert said["identityfile"].strip('"') == DOOR.key_file
+    assert words[1:3] == ["-F", "none"]
