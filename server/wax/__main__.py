@@ -125,20 +125,27 @@ def _add_init(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     init.add_argument(
         "--serial", metavar="URL", help="the robot's serial port, where it is not listed"
     )
+    init.add_argument(
+        "--door",
+        metavar="LINE",
+        help="what config/deploy/door.sh printed: people anywhere reach the robot; FILE may be there",
+    )
 
 
 def _init(arguments: argparse.Namespace) -> int:
     from wax.commands.init.command import init
 
-    if not arguments.yes and not sys.stdin.isatty():
+    asks_nothing = arguments.yes or (arguments.door and arguments.path.is_file())
+    if not asks_nothing and not sys.stdin.isatty():
         raise ConfigError("no terminal to ask at; pass --yes to take the defaults")
     try:
         with quiet_logs():
             init(
                 arguments.path,
-                ask=None if arguments.yes else input,
+                ask=None if asks_nothing else input,
                 tell=lambda text: print(text, flush=True),
                 port=arguments.serial,
+                door=arguments.door,
             )
     except (KeyboardInterrupt, EOFError):
         print("\nNothing was written.", file=sys.stderr)

@@ -21,6 +21,7 @@ from wax.door import ssh
 from wax.door.attempts import Attempts
 from wax.door.page import look
 from wax.errors import WaxError
+from wax.folders import secret_file
 from wax.process import python_module
 from wax.sentence import Sentence, says
 
@@ -175,6 +176,8 @@ class Tunnel:
         except (WaxError, OSError) as error:
             return self._failed(str(error))
         proxy = shlex.join([*python_module.command("wax.door.over_https"), door.host])
+        key = str(secret_file(door.key_file))
+        door = door.model_copy(update={"key_file": key})
         command = ssh.command(door, way, known_hosts, self._target(), proxy.replace("%", "%%"))
         with self._lock:
             if self._closing.is_set():

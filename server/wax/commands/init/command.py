@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING
 from wax.capture.find_sources import make_sources
 from wax.clock import SystemClock
 from wax.commands.init import questions
+from wax.commands.init.door import files, with_door
 from wax.commands.init.found import look
 from wax.commands.init.writing import render
 from wax.config import settings as config
+from wax.door import line as door_line
 from wax.errors import ConfigError, StateError
 from wax.logs.printable import printable
 from wax.robot.find_driver import make_driver
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
 
     from wax.commands.init.found import Found
     from wax.commands.init.questions import Key, Question
+    from wax.door.line import DoorLine
 
 _LINE_CHARS = 120
 
@@ -35,24 +38,39 @@ def init(
     ask: Callable[[str], str] | None,
     tell: Callable[[str], None],
     port: str | None = None,
+    door: str | None = None,
     look: Callable[[], Found] = look,
 ) -> None:
     """Write a configuration that starts to `path`, which must not exist yet.
 
     `ask` puts a question to a person; None takes the defaults. `port` is the robot's serial port,
-    where it is not among those that are listed. Raises `ConfigError` and `StateError`; whatever
+    where it is not among those that are listed. `door` is the line that a door printed: a file that
+    is there gets it, and stays otherwise as it is. Raises `ConfigError` and `StateError`; whatever
     `ask` raises ends it, and nothing is written then.
     """
+    line = None if door is None else door_line.read(door)
+    if line is not None and path.is_file():
+        _give_door(path, line)
+        tell(_next(path, is_real=False))
+        return
     _check_free(path)
     found = look()
     given: dict[Key, str] = {}
     first = questions.robot(found, port)
     given["robot"] = _answer(first, ask, tell)
     for question in questions.others(found, given["robot"].partition(" ")[0]):
-        given[question.key] = _answer(question, ask, tell)
+        if question.key == "who" and line is not None:
+            given["who"] = questions.ANYWHERE
+        else:
+            given[question.key] = _answer(question, ask, tell)
+    if line is None and ask is not None and given["who"] == questions.ANYWHERE:
+        line = _pasted(ask, tell)
     day = datetime.datetime.now().astimezone().date().isoformat()
     text = render(questions.answers(given), found, path.name, day)
+    if line is not None:
+        text = with_door(text, line, path)
     _check_starts(text, path)
+    _keep_secrets(path, line)
     _write_new(path, text)
     tell(_next(path, is_real=given["robot"] != "simulated"))
 
@@ -95,6 +113,52 @@ def _answer(
         if answer.isdecimal() and 1 <= int(answer) <= len(choices):
             return choices[int(answer) - 1].value
         tell(f"Type a number from 1 to {len(choices)}.")
+
+
+def _pasted(ask: Callable[[str], str], tell: Callable[[str], None]) -> DoorLine:
+    """Ask for the door's line until it is one."""
+    while True:
+        try:
+            return door_line.read(ask("The door's line: "))
+        except ConfigError as error:
+            tell(str(error))
+
+
+def _give_door(path: Path, line: DoorLine) -> None:
+    """Add a door to a file that is there; what it was before is kept beside it."""
+    try:
+        before = path.read_text(encoding="utf-8-sig")
+        text = with_door(before, line, path)
+        config.parse(tomllib.loads(text), str(path))
+        _keep_secrets(path, line)
+        kept = path.with_name(f"{path.name}~")
+        _replace(kept, before, path.stat().st_mode)
+        _replace(path, text, path.stat().st_mode)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: is not valid TOML: {error}") from error
+    except OSError as error:
+        raise StateError(f"{path} cannot be changed: {error.strerror or error}.") from error
+
+
+def _keep_secrets(path: Path, line: DoorLine | None) -> None:
+    """Write the door's secrets for this user only; raises `StateError`."""
+    for place, text in files(line, path).items() if line is not None else ():
+        try:
+            _replace(place, text, 0o600)
+        except OSError as error:
+            raise StateError(f"{place} cannot be written: {error.strerror or error}.") from error
+
+
+def _replace(path: Path, text: str, mode: int) -> None:
+    """Write a file whole, in place of one that may be there; raises `OSError`."""
+    number, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.absolute().parent)
+    try:
+        with os.fdopen(number, "w", encoding="utf-8") as file:
+            file.write(text)
+        Path(name).chmod(mode & 0o777)
+        Path(name).replace(path)
+    finally:
+        Path(name).unlink(missing_ok=True)
 
 
 def _check_starts(text: str, path: Path) -> None:

@@ -14,6 +14,7 @@ Key = Literal["robot", "camera", "microphone", "speaker", "who"]
 
 THIS_MACHINE = "localhost"
 NETWORK = "0.0.0.0"  # the host chooses it
+ANYWHERE = "door"
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +97,9 @@ def others(found: Found, driver: str) -> Iterator[Question]:
         (
             Choice(THIS_MACHINE, "this machine only"),
             Choice(NETWORK, "every device in this network, by HTTPS"),
+            Choice(
+                ANYWHERE, "people anywhere, through a door (you paste the line that it printed)"
+            ),
         ),
     )
 
@@ -109,7 +113,7 @@ def answers(given: dict[Key, str]) -> Answers:
         camera=given["camera"],
         microphone=given["microphone"],
         speaker=given.get("speaker", "none"),
-        host=given["who"],
+        host=THIS_MACHINE if given["who"] == ANYWHERE else given["who"],
     )
 
 

@@ -1,0 +1,109 @@
+"""`wax init --door`: one line makes a robot one that people anywhere reach."""
+
+from __future__ import annotations
+
+import subprocess
+from typing import TYPE_CHECKING
+
+import pytest
+from tests.door.door_lines import door_line
+
+from wax.__main__ import main
+from wax.commands.init.command import init
+from wax.commands.init.found import Found
+from wax.config import settings as config
+from wax.errors import ConfigError
+from wax.rtc.ice_servers import IceServers
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from wax.config.settings import Settings
+
+MINE = """# My robot.
+[video]
+source = "testcard"   # for now
+[server]
+host = "0.0.0.0"
+https = true
+[network]   # at home
+udp_port = 9000
+"""
+
+
+def is_through_door(settings: Settings, folder: Path) -> None:
+    """Check that people elsewhere come by the door, and that each secret is its owner's."""
+    assert settings.server.public_url == "https://robot.example.org"
+    assert settings.server.trusted_proxies == ["127.0.0.1", "::1"]
+    assert not settings.server.https
+    assert settings.network.mode == "full-ice"
+    assert settings.network.stun == ["stun:robot.example.org:3478"]
+    assert (settings.door.host, settings.door.port) == ("robot.example.org", 20001)
+    assert IceServers(settings.network, settings.relay).of("1", 0.0)[1]["credential"]
+    for name in (settings.door.key_file, settings.relay.secret_file):
+        assert (folder / name).stat().st_mode & 0o777 == 0o600
+    public = ["ssh-keygen", "-y", "-f", settings.door.key_file]
+    told = subprocess.run(public, capture_output=True, text=True, check=True).stdout
+    assert told.startswith("ssh-ed25519 ")
+
+
+def test_a_new_robot_with_a_door(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One command, and no line of it is told again."""
+    path = tmp_path / "robot.toml"
+    assert main(["init", "--yes", "--door", door_line(), str(path)]) == 0
+    is_through_door(config.load(path), tmp_path)
+    assert "c0ffee" not in capsys.readouterr().out + path.read_text(encoding="utf-8")
+
+
+def test_a_robot_that_is_there_gets_one(tmp_path: Path) -> None:
+    """Its other keys and its comments stay; another line takes the place of the first."""
+    path = tmp_path / "robot.toml"
+    path.write_text(MINE, encoding="utf-8")
+    for name in ("old.example.org", "robot.example.org"):
+        init(path, ask=None, tell=lambda _: None, door=door_line(name=name))
+    settings = config.load(path)
+    is_through_door(settings, tmp_path)
+    text = path.read_text(encoding="utf-8")
+    assert '# My robot.\n[video]\nsource = "testcard"   # for now\n' in text
+    assert (settings.server.host, settings.network.udp_port) == ("0.0.0.0", 9000)
+    assert "old.example.org" not in text
+    assert "old.example.org" in (tmp_path / "robot.toml~").read_text(encoding="utf-8")
+
+
+def test_a_line_can_be_pasted_at_a_question(tmp_path: Path) -> None:
+    """Asked for again until it is one."""
+    replies = iter(["", "", "", "", "3", door_line()[:99], door_line()])
+    told: list[str] = []
+    path = tmp_path / "robot.toml"
+    init(path, ask=lambda _: next(replies), tell=told.append, look=Found)
+    is_through_door(config.load(path), tmp_path)
+    assert any("cut or mistyped" in one for one in told)
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("[server", "not valid TOML"),
+        ('server = { host = "localhost" }', "add by hand:\n.server.\npublic_url = "),
+        ('[relay]\nurls = [\n"turn:a:1",\n]\nsecret = "x"', "add by hand"),
+        ('[server]\ncertificate = "a"\nkey = "b"', "leave https and certificate out"),
+    ],
+)
+def test_a_file_that_is_not_understood_stays(tmp_path: Path, text: str, why: str) -> None:
+    """Rather than half a door: what to write is told, and nothing is written."""
+    path = tmp_path / "robot.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError, match=why):
+        init(path, ask=None, tell=print, door=door_line())
+    assert path.read_text(encoding="utf-8") == text
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_wrong_line_is_said_before_anything_is_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In one sentence, as a wrong use."""
+    path = tmp_path / "robot.toml"
+    assert main(["init", "--yes", "--door", door_line()[:-1], str(path)]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert not path.exists()
