@@ -128,7 +128,7 @@ def _add_init(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     init.add_argument(
         "--door",
         metavar="LINE",
-        help="what config/deploy/door.sh printed: people anywhere reach the robot; FILE may be there",
+        help="what config/deploy/door.sh printed, for a FILE that is there, too",
     )
 
 

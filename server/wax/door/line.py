@@ -1,9 +1,10 @@
 """The line that a door prints: all that a robot must know of it, as one word. Pure.
 
-``wax-door-1:NAME:PORT:HOST-KEY:SEED:SECRET:SUM``: the host's Ed25519 key and the seed of the
-robot's own (32 bytes each, RFC 4648 base64), the secret of its relay, and the first eight
-hexadecimal digits of the SHA-256 of all before the last colon. Whoever has it can show a page of
-their own under that name, and use the door's relay; `door.sh --forget` ends both.
+``wax-door-1:DOOR:NAME:PORT:HOST-KEY:SEED:SECRET:SUM``: the names of door and robot, the door's
+Ed25519 key and the seed of the robot's own (32 bytes each, RFC 4648 base64), the robot's secret for
+the relay, and the first eight hexadecimal digits of the SHA-256 of all before the last colon.
+Whoever has it can show a page of their own under the robot's name, and use the door's relay between
+machines that ask it to; `door.sh --forget NAME` ends both.
 """
 
 from __future__ import annotations
@@ -22,8 +23,9 @@ _VERSION: Final = f"{_BEGINS}1"
 _SUM: Final = 8
 _TYPE: Final = b"\0\0\0\x0bssh-ed25519\0\0\0\x20"
 """What stands before an Ed25519 key of 32 bytes (RFC 8709, 4)."""
+_NAME: Final = r"[a-z0-9](?:[a-z0-9.-]{0,251}[a-z0-9])?"
 _FIELDS: Final = re.compile(
-    r"(?P<name>[A-Za-z0-9](?:[A-Za-z0-9.-]{0,251}[A-Za-z0-9])?):(?P<port>[0-9]{1,5})"
+    rf"(?P<door>{_NAME}):(?P<name>{_NAME}):(?P<port>[0-9]{{1,5}})"
     r":(?P<host>[A-Za-z0-9+/]{43}=):(?P<seed>[A-Za-z0-9+/]{43}=):(?P<secret>[0-9a-f]{32,64})"
 )
 _AGAIN: Final = "copy it once more, whole, from where the door printed it"
@@ -31,9 +33,13 @@ _AGAIN: Final = "copy it once more, whole, from where the door printed it"
 
 @dataclass(frozen=True, slots=True)
 class DoorLine:
-    """`host_key` is as OpenSSH writes it; `seed` is that of the robot's private key (RFC 8032)."""
+    """`host` is the door, `name` the robot's page there; `host_key` is as OpenSSH writes it.
+
+    `seed` is that of the robot's private key (RFC 8032).
+    """
 
     host: str
+    name: str
     port: int
     host_key: str
     seed: bytes = field(repr=False)
@@ -63,4 +69,6 @@ def read(text: str) -> DoorLine:
     except binascii.Error:
         raise ConfigError(f"The door's line is whole, but not understood; {_AGAIN}.") from None
     host_key = f"ssh-ed25519 {base64.b64encode(_TYPE + host).decode()}"
-    return DoorLine(found["name"].lower(), int(found["port"]), host_key, seed, found["secret"])
+    return DoorLine(
+        found["door"], found["name"], int(found["port"]), host_key, seed, found["secret"]
+    )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import tomllib
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
@@ -15,6 +14,7 @@ from wax.errors import ConfigError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from pathlib import Path
 
     from wax.door.line import DoorLine
 
@@ -38,7 +38,7 @@ def with_door(text: str, line: DoorLine, path: Path) -> str:
     key_file, secret_file = map(str, _places(path))
     tables: dict[str, dict[str, Any]] = {
         "server": {
-            "public_url": f"https://{line.host}",
+            "public_url": f"https://{line.name}",
             "trusted_proxies": ["127.0.0.1", "::1"],
             "https": False,
         },
