@@ -104,9 +104,7 @@ exec /usr/sbin/sshd -i -o LoginGraceTime=10
 END
 write /etc/systemd/system/wax-door-ssh.socket <<'END'
 [Socket]
-ListenStream=/run/wax-door.sock
-SocketUser=caddy
-SocketMode=0600
+ListenStream=127.0.0.1:20000
 Accept=yes
 MaxConnections=32
 
@@ -140,7 +138,7 @@ ${robot##*/} {
 		header Upgrade ssh
 	}
 	handle @ssh {
-		reverse_proxy unix//run/wax-door.sock
+		reverse_proxy 127.0.0.1:20000
 	}
 	handle /wax-door {
 		respond 426

@@ -316,3 +316,30 @@ async def test_a_flood_of_full_ice_waits_in_bounds_and_its_checks_are_charged(
     assert asked == [check]
     assert len(charged) == 1
     await pc.close()
+
+
+async def test_a_direct_way_is_found_before_the_relay_is_heard(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """For less than a second; not where everything is to be relayed, or a pair was chosen."""
+    private.install()
+    heard: list[bytes] = []
+    clock = [100.0]
+    monkeypatch.setattr("time.monotonic", lambda: clock[0])
+    for policy, waits in (("ALL", True), ("RELAY", False)):
+        ice = aioice.ice.Connection(
+            ice_controlling=False, transport_policy=aioice.ice.TransportPolicy[policy]
+        )
+        monkeypatch.setattr(ice, "request_received", lambda *_: heard.append(b"check"))
+        check = bytes(aioice.stun.Message(aioice.stun.Method.BINDING, aioice.stun.Class.REQUEST))
+        by_relay, by_host = (aioice.ice.StunProtocol(ice) for _ in range(2))
+        for protocol, kind in ((by_relay, "relay"), (by_host, "host")):
+            protocol.local_candidate = aioice.Candidate("1", 1, "udp", 1, "192.0.2.1", 9, kind)
+        by_host.datagram_received(check, ("192.0.2.2", 9))
+        assert len(heard) == 1
+        by_relay.datagram_received(check, ("192.0.2.2", 9))
+        assert len(heard) == (1 if waits else 2)
+        clock[0] += 2 * private.RELAY_AFTER_S
+        by_relay.datagram_received(check, ("192.0.2.2", 9))
+        assert len(heard) == (2 if waits else 3)
+        heard.clear()

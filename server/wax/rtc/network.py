@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 from typing import TYPE_CHECKING, Final
 
 from aiortc import RTCConfiguration, RTCIceServer, RTCIceTransportPolicy
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from wax.rtc.ice_servers import IceServers
 
 _OURS: Final = "server"
-"""The name of our own relay in the TURN server's log."""
+"""Begins the name of each of our own relays at the TURN server, which limits how many one has."""
 _GUESTS: Final = Rates(committed=0.01, committed_burst_s=0.02, pool=0.15, pool_burst_s=0.1)
 """What a browser that watches sends costs 0.3 % of a core; connecting, some 10 ms once."""
 _TRUSTED: Final = Rates(committed=0.3, committed_burst_s=0.3, pool=0.0, pool_burst_s=0.0)
@@ -99,7 +100,7 @@ class Network:
         """
         if self._settings.mode == "one-port":
             return RTCConfiguration(iceServers=[])
-        told = self._servers.of(_OURS, self._clock.wall_ms() / 1000)
+        told = self._servers.of(f"{_OURS}-{secrets.token_hex(4)}", self._clock.wall_ms() / 1000)
         policy = RTCIceTransportPolicy.RELAY if self._servers.relay_only else None
         return RTCConfiguration(
             iceServers=[RTCIceServer(**one) for one in told],

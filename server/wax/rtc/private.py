@@ -68,6 +68,8 @@ _RED: Final = "audio/red"
 _MAX_WAITING: Final = 128
 """Datagrams that aiortc has not read yet, as on the one port."""
 _COOKIE: Final = aioice.stun.COOKIE.to_bytes(4, "big")
+RELAY_AFTER_S: Final = 0.8
+"""Longer than aioice takes to repeat a check, which is the first that two NATs let through."""
 _MAX_SOURCES: Final = 32
 """Of one browser: a few for its reports, and one for a voice."""
 
@@ -102,6 +104,10 @@ def check() -> None:
                 hasattr(aioice.ice.Connection, "data_received"),
             ),
             ("aioice.ice.Connection._queue", sets(aioice.ice.Connection, "_queue")),
+            (
+                "aioice.ice.Connection._transport_policy",
+                sets(aioice.ice.Connection, "_transport_policy"),
+            ),
             (
                 "aioice.ice.StunProtocol.datagram_received",
                 "datagram_received" in vars(aioice.ice.StunProtocol),
@@ -347,6 +353,8 @@ def _datagram_received(
 ) -> None:
     """Charge the peer for checks, which aioice answers at once; all else is charged when read."""
     meter: Meter | None = getattr(protocol.receiver, "meter", None)
+    if _is_early(protocol):
+        return
     if meter is None or data[4:8] != _COOKIE:
         _take_datagram(protocol, data, address)
     elif meter.is_open:
@@ -356,6 +364,23 @@ def _datagram_received(
 
 
 _take_datagram = aioice.ice.StunProtocol.datagram_received
+
+
+def _is_early(protocol: aioice.ice.StunProtocol) -> bool:
+    """Whether it came by our relay while a direct way may still be found.
+
+    aioice takes the first pair that works and gives up all others (RFC 8445, 8.1.1 leaves it to the
+    other side to wait), and a relay has no NAT to open: it would win wherever there is one.
+    """
+    ice: Any = protocol.receiver
+    local = protocol.local_candidate
+    if local is None or local.type != "relay" or ice._nominated:
+        return False
+    if ice._transport_policy == aioice.ice.TransportPolicy.RELAY:
+        return False
+    now_s = time.monotonic()
+    since_s: float = vars(ice).setdefault("relay_since_s", now_s)
+    return now_s - since_s < RELAY_AFTER_S
 
 
 def _parsed_stun(data: bytes) -> aioice.stun.Message:

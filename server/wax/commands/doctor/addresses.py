@@ -58,15 +58,26 @@ def local_addresses(network: ServedNetwork, own: Sequence[tuple[str, Address]]) 
     if public:
         return ok(f"This machine has a public address: {told}. Nothing needs to be forwarded.")
     carried = [name for name, address in own if address in CARRIER and not _is_vpn(name)]
-    if carried:
-        return warning(
-            f"The provider shares its address with other customers: {told}.",
-            "No port can be forwarded. Ask for an address of your own, use IPv6 or a VPN, or serve"
-            " from a public host.",
-        )
+    if network.door or carried:
+        return _shared(network, told, carried)
     return ok(
         f"This machine has only private addresses: {told}. For viewers from elsewhere the router"
         f" must forward {network.ports} to it."
+    )
+
+
+def _shared(network: ServedNetwork, told: str, carried: Sequence[str]) -> Verdict:
+    """Say what a door is for, or that one is wanted."""
+    if not network.door:
+        return warning(
+            f"The provider shares its address with other customers: {told}.",
+            "No port can be forwarded. Let people come through a door, a small public machine of"
+            " yours (config/deploy/README.md), ask for an address of your own, or use IPv6.",
+        )
+    shared = ", which the provider shares with others" if carried else ""
+    return ok(
+        f"People elsewhere come through the door {network.door}, so no port need be open here:"
+        f" {told}{shared}."
     )
 
 
@@ -96,6 +107,8 @@ def _seen(seen: Address, network: ServedNetwork, own: Sequence[tuple[str, Addres
     """Compare the address that the world sees with our own, and with what viewers are told."""
     if any(seen == address for _, address in own):
         return ok(f"The world sees this machine as {seen}, its own address.")
+    if network.udp_port is None:
+        return ok(f"The world sees this machine as {seen}; each viewer's way is opened from here.")
     announced = [ipaddress.ip_address(one) for one in network.public_addresses]
     if announced and seen not in announced:
         return bad(

@@ -38,6 +38,7 @@ class ServedNetwork:
     is_self_signed: bool
     is_behind_proxy: bool
     names: tuple[str, ...]
+    door: str = ""
 
     @property
     def is_local(self) -> bool:
@@ -77,6 +78,7 @@ def network_of(settings: Settings, stun: str | None = None) -> ServedNetwork:
         is_self_signed=server.https and not server.certificate,
         is_behind_proxy=bool(server.trusted_proxies),
         names=tuple(server.all_names),
+        door=settings.door.host,
     )
 
 

@@ -59,6 +59,8 @@ def tcp_port(network: ServedNetwork, *, running: bool) -> Verdict:
 
 def udp_port(network: ServedNetwork, *, running: bool) -> Verdict:
     """Look whether the port of picture, sound and commands can be had."""
+    if network.udp_port is None and network.stun:
+        return ok("Each viewer gets a UDP port of its own, which is opened from here.")
     if network.udp_port is None:
         return warning(
             "Each viewer gets a random UDP port, which no router can forward.",

@@ -1,0 +1,66 @@
+"""Whether a TURN server relays between two who ask it to, as it must where both ends use it."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from typing import Final
+from urllib.parse import parse_qs
+
+from aioice import stun, turn
+
+from wax.rtc.public_address import StunError, split
+
+_ANSWER_S: Final = 6.0
+_SENT: Final = b"WAX asks whether you relay"
+_AGAIN_S: Final = 0.3
+
+
+class _End(asyncio.DatagramProtocol):
+    def __init__(self) -> None:
+        self.heard = asyncio.Event()
+
+    def datagram_received(self, data: bytes, addr: object) -> None:  # noqa: ARG002  # asyncio's form
+        if data == _SENT:
+            self.heard.set()
+
+
+def problem(url: str, username: str, credential: str) -> str | None:
+    """Return why the server at this ``turn:`` or ``turns:`` address does not relay; blocks."""
+    try:
+        asyncio.run(asyncio.wait_for(_relay(url, username, credential), _ANSWER_S))
+    except TimeoutError:
+        return "nothing comes through"
+    except stun.TransactionFailed as error:
+        return f"it refuses ({error.response.attributes['ERROR-CODE'][1]})"
+    except (OSError, StunError, stun.TransactionError, ConnectionError) as error:
+        return str(error) or type(error).__name__
+    return None
+
+
+async def _relay(url: str, username: str, credential: str) -> None:
+    scheme, _, rest = url.partition(":")
+    where, _, query = rest.partition("?")
+    transport = parse_qs(query).get("transport", ["udp"])[0]
+    host, port = split(where)
+    loop = asyncio.get_running_loop()
+    found = await loop.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
+    # TLS needs the name; aioice asks for an address by UDP.
+    server = (host if scheme == "turns" else str(found[0][4][0]), port)
+    ends = []
+    try:
+        for _ in range(2):
+            made = await turn.create_turn_endpoint(
+                _End, server, username, credential, ssl=scheme == "turns", transport=transport
+            )
+            ends.append(made)  # the first is closed where the second fails
+        (first, one), (second, other) = ends
+        pairs = ((first, second, other), (second, first, one))
+        while not (one.heard.is_set() and other.heard.is_set()):
+            for sender, receiver, _end in pairs:
+                sender.sendto(_SENT, receiver.get_extra_info("sockname"))
+            await asyncio.sleep(_AGAIN_S)
+    finally:
+        for transport_, _end in ends:
+            transport_.close()
+        await asyncio.sleep(0)  # the refresh that ends an allocation is sent
