@@ -38,6 +38,8 @@ class End:
         self._network = network
         self._user = user
         self._spawned: list[Process] = []
+        self.names: Path | None = None
+        """What stands in for `/etc/hosts` here."""
 
     def command(self, arguments: Sequence[str]) -> list[str]:
         """Return the command line that runs another one at this end, as the same process.
@@ -50,6 +52,9 @@ class End:
         if self._user is not None:
             enter = [f"--user={held}/{self._user}", "--preserve-credentials", *enter]
         mark = f"{leftovers.MARK}={leftovers.owner()}"
+        if self.names is not None:
+            bind = 'mount --bind "$0" /etc/hosts && exec "$@"'
+            arguments = ["unshare", "--mount", "sh", "-c", bind, str(self.names), *arguments]
         return ["env", mark, namespace.tool("nsenter", "util-linux"), *enter, "--", *arguments]
 
     async def spawn(self, arguments: Sequence[str], **options: Any) -> Process:

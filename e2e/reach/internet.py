@@ -53,6 +53,11 @@ class Internet:
         """Return a host, or by its address a router, on which programs can be started."""
         return self._held.ends[name]
 
+    def know(self, names: Path) -> None:
+        """Have every host know the names in this file, which is as `/etc/hosts`."""
+        for host in self._hosts:
+            self[host].names = names
+
     async def forget(self, name: str) -> None:
         """Restart a host's router, which loses its mappings."""
         router = self[self._hosts[name].public or name]

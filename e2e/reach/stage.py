@@ -14,7 +14,7 @@ from e2e.harness.wait import eventually
 from e2e.reach.internet import Host
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncIterator, Mapping
     from contextlib import AbstractAsyncContextManager
     from pathlib import Path
 
@@ -49,10 +49,12 @@ async def obeys(robot: Wax, viewer: Viewer) -> None:
 
 
 @asynccontextmanager
-async def serving(net: Internet, folder: Path, toml: str) -> AsyncIterator[Wax]:
+async def serving(
+    net: Internet, folder: Path, toml: str, variables: Mapping[str, str] | None = None
+) -> AsyncIterator[Wax]:
     """Serve at the robot's host, with its state in ``state`` of `folder`, where its log is too."""
     place = ("--host", "0.0.0.0", "--port", str(HTTP))
-    async with wax.serving(net["robot"], folder, toml, *place) as served:
+    async with wax.serving(net["robot"], folder, toml, *place, variables=variables) as served:
         await served.become_host(folder / "state")
         yield served
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import re
 import time
+from functools import partial
+from typing import TYPE_CHECKING
 
 import aioice
 import aioice.candidate
@@ -33,6 +35,9 @@ from wax.errors import StartError
 from wax.rtc import private, private_association, rtp
 from wax.rtc.one_port.lite_connection import LiteConnection
 from wax.rtc.one_port.udp_hub import UdpHub
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 
 def test_all_private_parts_are_there() -> None:
@@ -321,25 +326,36 @@ async def test_a_flood_of_full_ice_waits_in_bounds_and_its_checks_are_charged(
 async def test_a_direct_way_is_found_before_the_relay_is_heard(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """For less than a second; not where everything is to be relayed, or a pair was chosen."""
+    """What comes by our relay waits for less than a second, and not where all is to be relayed."""
     private.install()
-    heard: list[bytes] = []
+    heard: list[str] = []
+    later: list[Callable[[], None]] = []
     clock = [100.0]
     monkeypatch.setattr("time.monotonic", lambda: clock[0])
-    for policy, waits in (("ALL", True), ("RELAY", False)):
+    monkeypatch.setattr(
+        asyncio.get_running_loop(), "call_later", lambda _, do, *it: later.append(partial(do, *it))
+    )
+    check = bytes(aioice.stun.Message(aioice.stun.Method.BINDING, aioice.stun.Class.REQUEST))
+
+    def comes(policy: str, kind: str, *, is_chosen: bool = False) -> list[str]:
+        """Return what is heard of a check at once, and of the same once the time is over."""
+        heard.clear(), later.clear()
         ice = aioice.ice.Connection(
             ice_controlling=False, transport_policy=aioice.ice.TransportPolicy[policy]
         )
-        monkeypatch.setattr(ice, "request_received", lambda *_: heard.append(b"check"))
-        check = bytes(aioice.stun.Message(aioice.stun.Method.BINDING, aioice.stun.Class.REQUEST))
-        by_relay, by_host = (aioice.ice.StunProtocol(ice) for _ in range(2))
-        for protocol, kind in ((by_relay, "relay"), (by_host, "host")):
-            protocol.local_candidate = aioice.Candidate("1", 1, "udp", 1, "192.0.2.1", 9, kind)
-        by_host.datagram_received(check, ("192.0.2.2", 9))
-        assert len(heard) == 1
-        by_relay.datagram_received(check, ("192.0.2.2", 9))
-        assert len(heard) == (1 if waits else 2)
+        monkeypatch.setattr(ice, "request_received", lambda *_: heard.append("heard"))
+        protocol = aioice.ice.StunProtocol(ice)
+        protocol.local_candidate = aioice.Candidate("1", 1, "udp", 1, "192.0.2.1", 9, kind)
+        protocol.datagram_received(check, ("192.0.2.2", 9))
+        heard.append("later")
+        if is_chosen:
+            ice._nominated[1] = aioice.ice.CandidatePair(protocol, protocol.local_candidate)
         clock[0] += 2 * private.RELAY_AFTER_S
-        by_relay.datagram_received(check, ("192.0.2.2", 9))
-        assert len(heard) == (2 if waits else 3)
-        heard.clear()
+        for do in later:
+            do()
+        return heard
+
+    assert comes("ALL", "host") == ["heard", "later"]
+    assert comes("RELAY", "relay") == ["heard", "later"]
+    assert comes("ALL", "relay") == ["later", "heard"]
+    assert comes("ALL", "relay", is_chosen=True) == ["later"]

@@ -6,6 +6,7 @@ sentence if a new version has moved something.
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import copy
 import struct
@@ -353,9 +354,9 @@ def _datagram_received(
 ) -> None:
     """Charge the peer for checks, which aioice answers at once; all else is charged when read."""
     meter: Meter | None = getattr(protocol.receiver, "meter", None)
-    if _is_early(protocol):
-        return
-    if meter is None or data[4:8] != _COOKIE:
+    if (wait_s := _early_s(protocol)) > 0:
+        asyncio.get_running_loop().call_later(wait_s, _late, protocol, data, address)
+    elif meter is None or data[4:8] != _COOKIE:
         _take_datagram(protocol, data, address)
     elif meter.is_open:
         began_s = time.thread_time()
@@ -366,8 +367,14 @@ def _datagram_received(
 _take_datagram = aioice.ice.StunProtocol.datagram_received
 
 
-def _is_early(protocol: aioice.ice.StunProtocol) -> bool:
-    """Whether it came by our relay while a direct way may still be found.
+def _late(protocol: aioice.ice.StunProtocol, data: bytes, address: tuple[Any, ...]) -> None:
+    """Take what was held back, unless a way was chosen meanwhile."""
+    if not protocol.receiver._nominated:
+        _datagram_received(protocol, data, address)
+
+
+def _early_s(protocol: aioice.ice.StunProtocol) -> float:
+    """Return how long what came by our relay waits, because a direct way may still be found.
 
     aioice takes the first pair that works and gives up all others (RFC 8445, 8.1.1 leaves it to the
     other side to wait), and a relay has no NAT to open: it would win wherever there is one.
@@ -375,12 +382,12 @@ def _is_early(protocol: aioice.ice.StunProtocol) -> bool:
     ice: Any = protocol.receiver
     local = protocol.local_candidate
     if local is None or local.type != "relay" or ice._nominated:
-        return False
+        return 0.0
     if ice._transport_policy == aioice.ice.TransportPolicy.RELAY:
-        return False
+        return 0.0
     now_s = time.monotonic()
     since_s: float = vars(ice).setdefault("relay_since_s", now_s)
-    return now_s - since_s < RELAY_AFTER_S
+    return since_s + RELAY_AFTER_S - now_s
 
 
 def _parsed_stun(data: bytes) -> aioice.stun.Message:

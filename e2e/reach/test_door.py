@@ -1,0 +1,224 @@
+"""People elsewhere reach a robot that dials out to a door, also while that dies."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+from contextlib import asynccontextmanager
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+import pytest
+from playwright.async_api import async_playwright
+
+from e2e.harness.chromium import chromium_at
+from e2e.harness.robot import pose
+from e2e.harness.viewer import Viewer
+from e2e.harness.wait import eventually
+from e2e.link import namespace
+from e2e.reach.door import DOOR, NAME, OTHER_NAME, Door, aliases, door
+from e2e.reach.internet import Host, Internet
+from e2e.reach.stage import FRIEND, serving, tell_logs
+from e2e.reach.test_reach import Stage
+from wax.__main__ import main
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+    from e2e.delay.systems.wax import Wax
+
+CARRIED: Final = Host("robot", "192.168.1.2", public="100.64.0.2", carrier="203.0.113.1")
+OFFICE: Final = Host("friend", "10.1.1.2", public="203.0.113.3", udp=False)
+URL: Final = f"https://{NAME}"
+SHUT: Final = """table inet shut {
+    chain in {
+        type filter hook input priority filter
+        tcp dport 22 drop
+    }
+}
+"""
+BASE: Final = """
+[server]
+state_dir = "{state}"
+[audio]
+source = "none"
+"""
+
+
+class Dialling:
+    """A robot that dials out, and its door."""
+
+    def __init__(self, net: Internet, robot: Wax, door: Door, toml: Path) -> None:
+        self.net = net
+        self.robot = robot
+        self.door = door
+        self.toml = toml
+
+    async def tunnel(self) -> dict[str, Any]:
+        told: dict[str, Any] = (await self.robot.status())["door"]
+        return told
+
+    async def leads(self, within_s: float, *, here: bool = True) -> None:
+        """Wait until the door leads to the robot, or no more."""
+
+        async def is_so() -> bool:
+            return (await self.tunnel())["is_open"] is here
+
+        await eventually(is_so, "the door leads to the robot", within_s=within_s)
+
+    async def tells(self, words: str) -> None:
+        """Wait until the host is told this of the door."""
+
+        async def is_so() -> bool:
+            return words in ((await self.tunnel())["problem"] or "")
+
+        await eventually(is_so, f"the host reads {words!r}", within_s=15)
+
+    async def doctor(self) -> dict[str, str]:
+        """Return the level of each of its verdicts."""
+        arguments = ["-m", "wax", "doctor", "--json", "--config", str(self.toml)]
+        process = await self.net["robot"].spawn_python(
+            arguments,
+            stdout=asyncio.subprocess.PIPE,
+            env={**os.environ, "SSL_CERT_FILE": self.door.root},
+        )
+        said, _ = await process.communicate()
+        return {one["check"]: one["level"] for one in json.loads(said)}
+
+
+def configured(folder: Path, line: str, name: str = "robot") -> Path:
+    """Return what `wax init` makes of a robot that is there and a line."""
+    path = folder / f"{name}.toml"
+    path.write_text(BASE.format(state=folder / "state"), encoding="utf-8")
+    assert main(["init", "--door", line, str(path)]) == 0
+    return path
+
+
+@asynccontextmanager
+async def dialling(folder: Path, *hosts: Host, line: str | None = None) -> AsyncIterator[Dialling]:
+    """Set up a door, and serve a robot that has its line, or `line`."""
+    async with Internet(*hosts, DOOR) as net:
+        try:
+            there = await door(net, folder, NAME, OTHER_NAME)
+            path = configured(folder, line or there.line())
+            toml, variables = path.read_text(encoding="utf-8"), {"SSL_CERT_FILE": there.root}
+            async with serving(net, folder, toml, variables=variables) as robot:
+                yield Dialling(net, robot, there, path)
+        except BaseException:
+            tell_logs(folder)
+            raise
+
+
+@asynccontextmanager
+async def visited(dials: Dialling) -> AsyncIterator[Stage]:
+    """Open its page in the friend's browser, by the door's name."""
+    await dials.leads(10)
+    async with (
+        async_playwright() as playwright,
+        chromium_at(dials.net["friend"], playwright, aliases(NAME)) as browser,
+    ):
+        context = await browser.new_context(ignore_https_errors=True)
+        yield Stage(dials.net, dials.robot, await Viewer.at(context, URL))
+
+
+async def test_a_robot_behind_two_nats_is_driven_through_its_door(tmp_path: Path) -> None:
+    """By HTTPS from a real name; picture and commands go past the door, and on without it."""
+    async with dialling(tmp_path, CARRIED, FRIEND) as dials, visited(dials) as stage:
+        way = await stage.sees()
+        assert way["type"] != "relay"
+        assert way["to"].startswith(f"{CARRIED.carrier}:")
+        assert await stage.viewer.page.evaluate("isSecureContext")
+        [viewer] = (await dials.robot.status())["viewers"]
+        assert viewer["address"] == FRIEND.public
+        await dials.door.kill()
+        await dials.leads(10, here=False)
+        await stage.drives()
+        await stage.viewer.button("Stop").click()
+        await stage.viewer.release_stop()
+
+
+@pytest.mark.full
+async def test_where_there_is_no_direct_way_the_relay_carries(tmp_path: Path) -> None:
+    """From an office without UDP to a robot behind a symmetric NAT; when it dies, robot stands."""
+    hosts = replace(CARRIED, symmetric=True), OFFICE
+    async with dialling(tmp_path, *hosts) as dials, visited(dials) as stage:
+        way = await stage.sees()
+        assert (way["type"], way["relay"]) == ("relay", "tcp")
+        assert way["to"].startswith(f"{DOOR.address}:")
+        await stage.drives()
+        await stage.viewer.page.keyboard.down("ArrowLeft")
+
+        async def stands() -> bool:
+            before = await pose(dials.robot)
+            await asyncio.sleep(0.5)
+            return (await pose(dials.robot)).distance_m(before) == 0
+
+        await dials.door.kill()
+        await eventually(stands, "the robot stands")
+
+
+@pytest.mark.full
+async def test_a_door_that_dies_or_falls_silent_is_missed_and_found_again(tmp_path: Path) -> None:
+    """Noticed within ten seconds, and back within five of its return; `wax doctor` tells each."""
+    async with dialling(tmp_path, CARRIED) as dials:
+        await dials.leads(10)
+        assert {level for check, level in (await dials.doctor()).items() if "door" in check} == {
+            "ok"
+        }
+        await dials.door.kill()
+        await dials.leads(2, here=False)
+        await dials.tells("does not answer at TCP 22 or 443")
+        assert (await dials.doctor())["door's tunnel"] == "bad"
+        await dials.door.start()
+        await dials.leads(5)
+        await dials.door.unplug()
+        await dials.leads(10, here=False)
+        await dials.door.plug()
+        await dials.leads(5)
+
+
+@pytest.mark.full
+async def test_where_22_is_closed_the_tunnel_goes_by_443(tmp_path: Path) -> None:
+    """Through Caddy, as a school's network lets out nothing else."""
+    async with dialling(tmp_path, CARRIED) as dials:
+        await dials.leads(10)
+        rules = tmp_path / "shut.nft"
+        rules.write_text(SHUT, encoding="ascii")
+        nft = [namespace.tool("nft", "nftables"), "-f", str(rules)]
+        shut = await dials.net["door"].spawn(nft)
+        assert await shut.wait() == 0
+        await dials.leads(10, here=False)
+        await dials.leads(20)
+        assert (await dials.tunnel())["way"] == "https"
+        assert (await dials.doctor())["door's tunnel"] == "warning"
+
+
+@pytest.mark.full
+async def test_no_robot_takes_anothers_place(tmp_path: Path) -> None:
+    """Neither with its own key and another's port, nor with the same line; who is there stays."""
+    async with dialling(tmp_path, CARRIED) as dials:
+        await dials.leads(10)
+        path = configured(tmp_path, dials.door.line(OTHER_NAME), "other")
+        own, port = path.read_text(encoding="utf-8"), "port = 20001"
+        for number, text in enumerate(
+            (own.replace("port = 20002", port), dials.toml.read_text(encoding="utf-8"))
+        ):
+            assert port in text
+            second = text.replace("[server]", f"[server]\nport = {9000 + number}")
+            path.write_text(second, encoding="utf-8")
+            other = Dialling(dials.net, dials.robot, dials.door, path)
+            assert (await other.doctor())["door's tunnel"] == "bad"
+        assert (await dials.tunnel())["is_open"]
+
+
+@pytest.mark.full
+async def test_another_host_key_is_never_trusted(tmp_path: Path) -> None:
+    """Where the name leads elsewhere, or the door was set up anew, the host reads what to do."""
+    async with dialling(tmp_path, CARRIED) as dials:
+        await dials.leads(10)
+        text = dials.toml.read_text(encoding="utf-8")
+        start = text.index("AAAAC3NzaC1lZDI1NTE5AAAAI") + 30
+        dials.toml.write_text(f"{text[:start]}{'A' * 8}{text[start + 8 :]}", encoding="utf-8")
+        assert (await dials.doctor())["door's tunnel"] == "bad"
