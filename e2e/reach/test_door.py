@@ -133,7 +133,7 @@ async def test_a_robot_behind_two_nats_is_driven_through_its_door(tmp_path: Path
         [viewer] = (await dials.robot.status())["viewers"]
         assert viewer["address"] == FRIEND.public
         await dials.door.kill()
-        await dials.leads(10, here=False)
+        await stage.viewer.page.get_by_text("Nobody new can come").wait_for()
         await stage.drives()
         await stage.viewer.button("Stop").click()
         await stage.viewer.release_stop()

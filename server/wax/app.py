@@ -275,6 +275,7 @@ class App:
                 voices=self._voices,
                 tape=lambda: None if tape is None else tape.status(),
                 cameras=self._cameras,
+                has_way_in=lambda: self._tunnel.problem is None,
                 problems=lambda: [
                     *self._tunnel.problems(),
                     *self._hooks.problems(),

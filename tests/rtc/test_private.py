@@ -339,7 +339,8 @@ async def test_a_direct_way_is_found_before_the_relay_is_heard(
 
     def comes(policy: str, kind: str, *, is_chosen: bool = False) -> list[str]:
         """Return what is heard of a check at once, and of the same once the time is over."""
-        heard.clear(), later.clear()
+        heard.clear()
+        later.clear()
         ice = aioice.ice.Connection(
             ice_controlling=False, transport_policy=aioice.ice.TransportPolicy[policy]
         )

@@ -220,6 +220,7 @@ class Rig:
             controls=settings.controls,
             gauges=settings.gauges,
         )
+        self.has_way_in = True
         self.room = Room(
             settings=settings,
             clock=self.clock,
@@ -237,6 +238,7 @@ class Rig:
                 picture_clock=lambda: self.picture_clock,
                 access=self.access,
                 decisions=self.decisions,
+                has_way_in=lambda: self.has_way_in,
             ),
             access=self.access,
             decisions=self.decisions,
@@ -304,6 +306,19 @@ async def test_who_enters_is_greeted_and_told_the_room(rig: Rig) -> None:
     assert hello["has_microphone"] is False
     assert told["audio"]["problem"] is None
     assert told["video"]["problem"] is None
+
+
+async def test_everybody_is_told_that_nobody_new_can_come(rig: Rig) -> None:
+    """As long as it is so, and not why: that is the host's."""
+    ada = await rig.enter("ada-1111")
+    rig.wait(0.1, ada)
+    assert ada.last("room")["no_way_in"] is None
+    rig.has_way_in = False
+    rig.wait(2, ada)
+    assert ada.last("room")["no_way_in"] == {"code": "tunnel.nobody_new"}
+    rig.has_way_in = True
+    rig.wait(2, ada)
+    assert ada.last("room")["no_way_in"] is None
 
 
 @pytest.mark.usefixtures("rig")

@@ -682,6 +682,8 @@ class RoomState(_Outgoing):
     """As in `Hello`."""
     controls: dict[str, float] = {}
     """The values of those that were set, as `Operate` has them."""
+    no_way_in: Sentence | None = None
+    """Why nobody new comes in from elsewhere, though whoever is here stays."""
 
 
 class RoomChange(_Outgoing):
@@ -706,6 +708,7 @@ class RoomChange(_Outgoing):
     aboard: AboardInfo | None = _ABSENT
     cameras: list[SourceStatus] = _ABSENT
     controls: dict[str, float] = _ABSENT
+    no_way_in: Sentence | None = _ABSENT
 
 
 class Playout(_Outgoing):

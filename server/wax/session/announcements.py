@@ -48,7 +48,7 @@ class Announcements:
     """Makes the messages for all pages and for new ones; changes no state.
 
     `tape` returns what everybody is told of the recording, None where there is none; `problems`
-    what the host is told of hooks and the door.
+    what the host is told of hooks and the door; `has_way_in` whether people elsewhere can come.
     """
 
     def __init__(
@@ -66,8 +66,10 @@ class Announcements:
         tape: Callable[[], messages.Tape | None] = _no_tape,
         cameras: Sequence[Camera] = (),
         problems: Callable[[], list[Sentence]] = list,
+        has_way_in: Callable[[], bool] = lambda: True,
     ) -> None:
         self._problems = problems
+        self._has_way_in = has_way_in
         self._cameras = cameras
         self._tape = tape
         self._settings = settings
@@ -161,6 +163,7 @@ class Announcements:
             aboard=self._aboard(state),
             cameras=[messages.SourceStatus(problem=one.problem) for one in self._cameras],
             controls=dict(controls or {}),
+            no_way_in=None if self._has_way_in() else Sentence("tunnel.nobody_new"),
         )
 
     def told(self, room: messages.RoomState, watching: int, now_s: float) -> messages.Told:

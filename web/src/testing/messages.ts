@@ -209,5 +209,6 @@ export function room(options: RoomOptions): RoomState {
     aboard: null,
     cameras: [],
     controls: {},
+    no_way_in: null,
   };
 }

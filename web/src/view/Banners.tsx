@@ -4,11 +4,12 @@ import { AboardBanner } from "./AboardBanner";
 import { useState } from "./context";
 import { whenWords } from "./words";
 
-/** Above the picture: who is aboard, the host's words to all, and a link that does not work. */
+/** Above the picture: who is aboard, the host's words, no way in, and a link that does not work. */
 export function Banners() {
   const { room, messageEndsMs, entryProblem } = useState();
   const endsMs = messageEndsMs.value;
   const message = room.value?.host_settings.message;
+  const noWayIn = room.value?.no_way_in;
   const dismiss = () => {
     entryProblem.value = null;
   };
@@ -23,6 +24,7 @@ export function Banners() {
           )}
         </p>
       )}
+      {noWayIn && <p class="banner is-problem">{said(noWayIn)}</p>}
       {entryProblem.value && (
         <p class="banner is-problem">
           <span>{said(entryProblem.value)}</span>

@@ -260,6 +260,13 @@ describe("the host's panel", () => {
   });
 });
 
+it("tells everybody that nobody new can come, while the door does not lead here", () => {
+  act(() => {
+    state.room.value = { ...room({ watching: [1] }), no_way_in: { code: "tunnel.nobody_new" } };
+  });
+  getByText(body, /^Nobody new can come just now/);
+});
+
 describe("a message with an end", () => {
   it.each([
     ["15:00", 9000],
