@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
-from typing import TYPE_CHECKING
+import sys
+import time
+from pathlib import Path
 
 import pytest
 from tests.door.door_lines import door_line
 
 from wax.config.door import DoorSettings
 from wax.door import line, ssh
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 DOOR = DoorSettings(
     host="robot.example.org",
@@ -85,3 +85,24 @@ def test_the_command_is_one_that_ssh_takes(tmp_path: Path) -> None:
     assert said["user"] == "wax-door"
     assert said["identityfile"].strip('"') == DOOR.key_file
     assert words[1:3] == ["-F", "none"]
+
+
+@pytest.mark.system
+@pytest.mark.skipif(shutil.which("setpriv") is None, reason="util-linux is Linux's")
+def test_ssh_ends_with_a_server_that_is_killed() -> None:
+    """Nothing of ours goes on leading people here when nobody watches over it."""
+    program = (
+        "import os, signal, time\n"
+        "from wax.door.tunnel import start\n"
+        "print(start(['sleep', '600'], os.environ).pid, flush=True)\n"
+        "time.sleep(0.2)\n"  # it takes that long to become `sleep`
+        "os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    said = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False
+    )
+    child = Path(f"/proc/{int(said.stdout)}/stat")
+    until_s = time.monotonic() + 10
+    while child.exists() and child.read_text(encoding="ascii").split()[2] != "Z":
+        assert time.monotonic() < until_s, "it goes on"
+        time.sleep(0.02)
