@@ -1,0 +1,100 @@
+"""Whether the page opens out there, by what a server at its address answers."""
+
+from __future__ import annotations
+
+import email.utils
+import ssl
+import threading
+from http.server import BaseHTTPRequestHandler, HTTPServer
+from typing import TYPE_CHECKING
+
+import pytest
+from tests.commands.doctor.certificates import write_pair
+
+from wax.door.page import CLOCK_OFF_S, look
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+pytestmark = pytest.mark.system
+
+NOW_S = 1_800_000_000.0
+
+
+class Door(HTTPServer):
+    """Answers as Caddy does, with a page that is there or not."""
+
+    status = 200
+
+    def __init__(self) -> None:
+        super().__init__(("127.0.0.1", 0), _Answer)
+        self.scheme = "http"
+
+    @property
+    def url(self) -> str:
+        return f"{self.scheme}://127.0.0.1:{self.server_port}"
+
+
+class _Answer(BaseHTTPRequestHandler):
+    def do_GET(self) -> None:  # http.server's form
+        assert isinstance(self.server, Door)
+        is_page = self.path == "/healthz"
+        self.send_response_only(self.server.status if is_page else 426)
+        # The page's own answer has the robot's date.
+        self.send_header("Date", email.utils.formatdate(0 if is_page else NOW_S, usegmt=True))
+        self.send_header("Content-Length", "0")
+        self.end_headers()
+
+    def log_message(self, *_: object) -> None: ...
+
+
+@pytest.fixture
+def door() -> Iterator[Door]:
+    with Door() as made:
+        thread = threading.Thread(target=made.serve_forever, kwargs={"poll_interval": 0.01})
+        thread.start()
+        yield made
+        made.shutdown()
+        thread.join()
+
+
+def code(door: Door, *, ahead_s: float = 0.0) -> str | None:
+    found = look(door.url, NOW_S + ahead_s)
+    return None if found is None else found.code
+
+
+def test_a_page_that_opens_is_well(door: Door) -> None:
+    """And one behind which nobody is, or that is not there, is not."""
+    assert code(door) is None
+    door.status = 502
+    assert code(door) == "tunnel.page"
+
+
+@pytest.mark.parametrize("ahead_s", [-86_400.0, 86_400.0])
+def test_a_clock_that_is_wrong_by_a_day_is_the_first_to_be_told(door: Door, ahead_s: float) -> None:
+    """Whatever else fails, certificates above all, fails because of it."""
+    door.status = 502
+    assert code(door, ahead_s=ahead_s) == "tunnel.clock"
+    door.status = 200
+    assert code(door, ahead_s=ahead_s) == "tunnel.clock"
+    assert code(door, ahead_s=CLOCK_OFF_S - 1) is None
+
+
+def test_a_certificate_that_does_not_count_is_told(door: Door, tmp_path: Path) -> None:
+    """One that nobody vouches for stands for all of them."""
+    pair = write_pair(tmp_path, "127.0.0.1")
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(pair.chain, pair.key)
+    door.socket = context.wrap_socket(door.socket, server_side=True)
+    door.scheme = "https"
+    assert code(door) == "tunnel.certificate"
+
+
+def test_a_page_that_nobody_serves_is_told(door: Door) -> None:
+    """The clock cannot be compared then."""
+    url = door.url
+    door.server_close()
+    found = look(url, NOW_S)
+    assert found is not None
+    assert found.code == "tunnel.page"
