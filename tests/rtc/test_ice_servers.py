@@ -10,9 +10,12 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from wax.clock import SystemClock
 from wax.config.settings import NetworkSettings, RelaySettings, Settings
+from wax.edge.turnstile import Turnstile
 from wax.errors import StartError
 from wax.rtc.ice_servers import IceServers
+from wax.rtc.network import Network
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -49,6 +52,31 @@ def test_each_viewer_gets_their_own() -> None:
     servers = IceServers(NetworkSettings(), RelaySettings(urls=URLS, secret=SECRET))
     told = [servers.of(name, at_s)[0] for name, at_s in (("a", 0.0), ("b", 0.0), ("a", 1.0))]
     assert len({one["credential"] for one in told}) == 3
+
+
+def test_each_of_our_own_relays_has_a_name_of_its_own() -> None:
+    """The TURN server gives each name a few relays, and every viewer may need one here, too."""
+    settings = NetworkSettings(mode="full-ice")
+    servers = IceServers(settings, RelaySettings(urls=URLS, secret=SECRET))
+    clock = SystemClock()
+    network = Network(settings, servers, clock, Turnstile(clock))
+    names = {(network.configuration().iceServers or [])[0].username for _ in range(20)}
+    assert len(names) == 20
+    assert all("server-" in str(name) for name in names)
+
+
+def test_a_service_reads_what_systemd_gives_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By the file's name, where its user may not read the file itself."""
+    copies = tmp_path / "credentials"
+    copies.mkdir()
+    (copies / "wax.turn-secret").write_text(SECRET)
+    monkeypatch.setenv("CREDENTIALS_DIRECTORY", str(copies))
+    relay = RelaySettings(urls=URLS, secret_file="/etc/wax/no such folder/wax.turn-secret")
+    (told,) = IceServers(NetworkSettings(), relay).of("ada", 1000.0)
+    (other,) = IceServers(NetworkSettings(), RelaySettings(urls=URLS, secret=SECRET)).of("ada", 1e3)
+    assert told == other
 
 
 def test_the_secret_may_be_in_a_file(tmp_path: Path) -> None:
