@@ -13,6 +13,7 @@ import pytest
 from playwright.async_api import async_playwright
 
 from e2e.harness.chromium import chromium_at
+from e2e.harness.commands import said_by
 from e2e.harness.robot import pose
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
@@ -130,8 +131,8 @@ async def test_a_robot_behind_two_nats_is_driven_through_its_door(tmp_path: Path
         assert way["type"] != "relay"
         assert way["to"].startswith(f"{CARRIED.carrier}:")
         assert await stage.viewer.page.evaluate("isSecureContext")
-        [viewer] = (await dials.robot.status())["viewers"]
-        assert viewer["address"] == FRIEND.public
+        [visit] = json.loads(await said_by(tmp_path, "records", "sessions", "--json"))["sessions"]
+        assert visit["address"] == "203.0.113.0/24"  # the friend's, not the tunnel's
         await dials.door.kill()
         await stage.viewer.page.get_by_text("Nobody new can come").wait_for()
         await stage.drives()

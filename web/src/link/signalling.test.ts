@@ -1,7 +1,7 @@
 import { expect, it, vi } from "vitest";
 import { says } from "../words/said";
 import { RequestError } from "./http";
-import { askIce, offerOf, postOffer } from "./signalling";
+import { askIce, gathered, offerOf, postOffer } from "./signalling";
 
 const signal = new AbortController().signal;
 
@@ -84,4 +84,23 @@ it("passes on the seconds that the server asks to wait, and nothing else", async
   expect(await asked("12")).toBe(12_000);
   expect(await asked("soon")).toBeNull();
   expect(await asked("-1")).toBeNull();
+});
+
+it.each([
+  ["", 2000],
+  ["candidate:1 1 udp 1 203.0.113.2 9 typ srflx", 2000],
+  ["candidate:1 1 udp 1 203.0.113.9 9 typ relay", 200],
+])("waits for candidates no longer than any can take to come (%s)", async (candidate, ms) => {
+  vi.useFakeTimers();
+  const pc = Object.assign(new EventTarget(), { iceGatheringState: "gathering" });
+  let isReady = false;
+  void gathered(pc as unknown as RTCPeerConnection).then(() => {
+    isReady = true;
+  });
+  pc.dispatchEvent(Object.assign(new Event("icecandidate"), { candidate: { candidate } }));
+  await vi.advanceTimersByTimeAsync(ms - 1);
+  expect(isReady).toBe(false);
+  await vi.advanceTimersByTimeAsync(1);
+  expect(isReady).toBe(true);
+  vi.useRealTimers();
 });

@@ -6,6 +6,8 @@ import { ours } from "../words/said";
 import { type Asked, ask, packed, RequestError, timed } from "./http";
 
 const GATHERING_MS = 2000;
+/** A relay takes more round trips than an address does: what has not come by then will not come. */
+const AFTER_RELAY_MS = 200;
 
 /** What the host configured of STUN and TURN servers. */
 export interface Ice {
@@ -60,7 +62,7 @@ export async function postOffer(
   throw new RequestError(ours("link.no_description"), true);
 }
 
-/** Waits until all candidates are known, but at most two seconds. */
+/** Waits until all candidates are known; at most two seconds, and not for what blocked UDP keeps. */
 export function gathered(pc: RTCPeerConnection): Promise<void> {
   return new Promise((resolve) => {
     const timer = setTimeout(resolve, GATHERING_MS);
@@ -70,6 +72,9 @@ export function gathered(pc: RTCPeerConnection): Promise<void> {
       resolve();
     };
     pc.addEventListener("icegatheringstatechange", look);
+    pc.addEventListener("icecandidate", ({ candidate }) => {
+      if (candidate?.candidate.includes(" typ relay")) setTimeout(resolve, AFTER_RELAY_MS);
+    });
     look();
   });
 }
