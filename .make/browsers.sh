@@ -96,11 +96,13 @@ want_ear() {
         _missing "the sound cannot be heard; type: sudo apt-get install -y pulseaudio pulseaudio-utils"
 }
 
-# Friends whose network lets no UDP out reach the robot by a TURN server.
+# Friends whose network lets no UDP out reach the robot by a TURN server; a door has sshd and Caddy, too.
 want_relay() {
     [ "$(uname)" = Linux ] || return 0
     { command -v turnserver && command -v nft; } >/dev/null || apt_install coturn nftables ||
         _missing "the relay cannot be tested; type: sudo apt-get install -y coturn nftables"
+    { command -v caddy && [ -x /usr/sbin/sshd ]; } >/dev/null || apt_install caddy openssh-server ||
+        _missing "the door cannot be tested; type: sudo apt-get install -y caddy openssh-server"
 }
 
 # The broker of home automation, which Debian keeps where only root looks.

@@ -131,7 +131,7 @@ async def test_a_robot_behind_two_nats_is_driven_through_its_door(tmp_path: Path
         assert way["type"] != "relay"
         assert way["to"].startswith(f"{CARRIED.carrier}:")
         assert await stage.viewer.page.evaluate("isSecureContext")
-        [visit] = json.loads(await said_by(tmp_path, "records", "sessions", "--json"))["sessions"]
+        [visit] = json.loads(await said_by(tmp_path, "records", "sessions", "--json"))
         assert visit["address"] == "203.0.113.0/24"  # the friend's, not the tunnel's
         await dials.door.kill()
         await stage.viewer.page.get_by_text("Nobody new can come").wait_for()
