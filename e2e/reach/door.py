@@ -138,7 +138,6 @@ async def door(net: Internet, folder: Path, *names: str) -> Door:
     place = folder / "door"
     place.mkdir()
     hosts = place / "hosts"
-    names = names or (NAME,)
     known = " ".join(alias for name in names for alias in aliases(name))
     hosts.write_text(f"127.0.0.1 localhost\n{DOOR.address} {known}\n", encoding="ascii")
     net.know(hosts)

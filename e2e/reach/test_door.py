@@ -98,12 +98,14 @@ def configured(folder: Path, line: str, name: str = "robot") -> Path:
 
 
 @asynccontextmanager
-async def dialling(folder: Path, *hosts: Host, line: str | None = None) -> AsyncIterator[Dialling]:
-    """Set up a door, and serve a robot that has its line, or `line`."""
+async def dialling(
+    folder: Path, *hosts: Host, names: tuple[str, ...] = (NAME,)
+) -> AsyncIterator[Dialling]:
+    """Set up a door for robots of these names, and serve the first."""
     async with Internet(*hosts, DOOR) as net:
         try:
-            there = await door(net, folder, NAME, OTHER_NAME)
-            path = configured(folder, line or there.line())
+            there = await door(net, folder, *names)
+            path = configured(folder, there.line())
             toml, variables = path.read_text(encoding="utf-8"), {"SSL_CERT_FILE": there.root}
             async with serving(net, folder, toml, variables=variables) as robot:
                 yield Dialling(net, robot, there, path)
@@ -199,7 +201,7 @@ async def test_where_22_is_closed_the_tunnel_goes_by_443(tmp_path: Path) -> None
 @pytest.mark.full
 async def test_no_robot_takes_anothers_place(tmp_path: Path) -> None:
     """Neither with its own key and another's port, nor with the same line; who is there stays."""
-    async with dialling(tmp_path, CARRIED) as dials:
+    async with dialling(tmp_path, CARRIED, names=(NAME, OTHER_NAME)) as dials:
         await dials.leads(10)
         path = configured(tmp_path, dials.door.line(OTHER_NAME), "other")
         own, port = path.read_text(encoding="utf-8"), "port = 20001"
