@@ -5,9 +5,11 @@ from __future__ import annotations
 import asyncio
 import socket
 import threading
+from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING
 
 import pytest
+from aiohttp.client_proto import ResponseHandler
 from tests.hooks.receiver import Receiver, receiving
 
 from wax.hooks.outbox import Message
@@ -109,21 +111,50 @@ async def test_nobody_there_is_a_sentence() -> None:
             await _post(f"http://127.0.0.1:{port}/")
 
 
-async def test_what_is_no_http_is_a_sentence() -> None:
-    """And what it said is shown only as far as it fits."""
+@asynccontextmanager
+async def _babbling(said: bytes) -> AsyncIterator[str]:
+    """Return where somebody says this again and again, whatever they are asked."""
+    ended = asyncio.Event()
 
     async def babble(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        writer.write(b"SSH-2.0-" + b"x" * 5000 + b"\r\n\r\n")
-        await writer.drain()
+        with suppress(ConnectionError):
+            while True:
+                writer.write(said)
+                await writer.drain()
         writer.close()
+        ended.set()
 
     server = await asyncio.start_server(babble, "127.0.0.1", 0)
     async with server:
-        port = server.sockets[0].getsockname()[1]
-        with pytest.raises(HookError, match="cannot be reached: ") as refused:
-            await _post(f"http://127.0.0.1:{port}/")
-    assert len(str(refused.value)) < 200
-    assert "\n" not in str(refused.value)
+        yield f"http://127.0.0.1:{server.sockets[0].getsockname()[1]}/secret-path"
+        await asyncio.wait_for(ended.wait(), 5)
+
+
+@pytest.mark.parametrize("said", [b"SSH-2.0-" + b"x" * 5000 + b"\r\n\r\n", b"HTTP/1.1 200 \0\r\n"])
+async def test_what_is_no_http_is_a_sentence(said: bytes) -> None:
+    """In which neither what it said nor the address's path is shown."""
+    async with _babbling(said) as url:
+        with pytest.raises(HookError) as refused:
+            await _post(url)
+    assert str(refused.value) == "It cannot be reached: what came back is no HTTP."
+
+
+async def test_announcements_without_end_come_a_few_at_a_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Each pass of the event loop takes all that has come, and driving waits for it."""
+    came_bytes: list[int] = []
+    taken = ResponseHandler.data_received
+
+    def noted(handler: ResponseHandler, data: bytes) -> None:
+        came_bytes.append(len(data))
+        taken(handler, data)
+
+    monkeypatch.setattr(ResponseHandler, "data_received", noted)
+    async with _babbling(b"HTTP/1.1 100 Continue\r\n\r\n" * 4000) as url:
+        with pytest.raises(HookError, match="does not answer"):
+            await _post(url, limit_s=SHORT_S)
+    assert 0 < max(came_bytes) < 8192
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0", "robot.example"])

@@ -43,7 +43,10 @@ def session(own_port: Callable[[], int]) -> aiohttp.ClientSession:
         family, kind, protocol, _, address = info
         if address[1] == own_port() and _is_own(family, address[0]):
             raise OSError(errno.EACCES, "that is this server itself")
-        return socket.socket(family, kind, protocol)
+        made = socket.socket(family, kind, protocol)
+        # aiohttp takes all answers that only announce one (1xx) in one pass: let few come at once.
+        made.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER_BYTES)
+        return made
 
     return aiohttp.ClientSession(
         connector=aiohttp.TCPConnector(resolver=_Resolver(), socket_factory=socket_to),
@@ -92,7 +95,10 @@ def not_reached(error: Exception, limit_s: float) -> Sentence:
     """Return why another program is not reached, for the host."""
     if isinstance(error, TimeoutError):
         return Sentence("hook.silent", {"limit": limit_s})
-    why = getattr(error, "strerror", None) or str(error) or type(error).__name__
+    if isinstance(error, aiohttp.ClientResponseError):  # which repeats the URL, and a stranger
+        why = "what came back is no HTTP"
+    else:
+        why = getattr(error, "strerror", None) or str(error) or type(error).__name__
     if isinstance(error, OSError) and error.errno in _CONNECTING:
         why = os.strerror(error.errno)  # asyncio's own words are for those who know it
     return Sentence("hook.not_reached", {"why": printable(why, _MOST_CHARS)})
