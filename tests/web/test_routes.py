@@ -588,7 +588,23 @@ async def test_the_page_is_made_once_for_each_name(
     assert (again.status, await again.read()) == (200, await first.read())
     same = await client.get("/", headers={"If-None-Match": again.headers["ETag"]})
     assert (same.status, await same.read()) == (304, b"")
-    assert (await client.head("/assets/b.js")).status in (200, 403)
+
+
+@pytest.mark.parametrize("path", ["/", "/assets/b.js", "/open.ics", "/?view=embed", "/api/status"])
+async def test_a_head_is_what_a_get_would_begin_with(client: Client, path: str) -> None:
+    """Sites that make a picture of a link ask so first; who may not read it may not ask so."""
+    got, asked = await client.get(path), await client.head(path)
+    policy = "Content-Security-Policy"
+    assert (asked.status, asked.headers[policy]) == (got.status, got.headers[policy])
+    assert await asked.read() == b""
+    assert (got.status == 403) == (path == "/api/status")
+
+
+async def test_a_link_keeps_working_whatever_sites_add_to_it(client: Client) -> None:
+    """Such as a click's number of 300 letters; a longer one than any browser sends is refused."""
+    clicked = "fbclid=" + "a" * 300
+    assert (await client.get(f"/?{clicked}")).status == 200
+    assert (await client.get(f"/?{'a' * 9000}")).status == 400
 
 
 async def test_an_embed_is_answered_whoever_its_browser_is(

@@ -129,7 +129,8 @@ class Guards:
         if not (self._is_ours(host) and self._is_ours(target)):
             self._refused(request, "not our name", host=host)
             raise NotForUsError(_NOT_OURS, 421)
-        if len(request.raw_path) > _LONGEST_PATH or "\0" in request.path:
+        # Other sites add to a link whatever they like to know, and ask about such links.
+        if len(request.raw_path.partition("?")[0]) > _LONGEST_PATH or "\0" in request.path:
             raise NotForUsError(Sentence("request.no_page"), 404)
         if request.method not in ("GET", "HEAD") and not is_same_origin(request, seen.origin):
             self._refused(request, "another site's page")

@@ -389,7 +389,8 @@ class Routes:
             request[_VISITOR] = visitor
             if resource is not None:  # otherwise there is no such page
                 path = "/assets" if resource.canonical == "/{path}" else resource.canonical
-                route = f"{request.method} {path}"
+                method = "GET" if request.method == "HEAD" else request.method
+                route = f"{method} {path}"
                 permissions.check(self._room.role_of(visitor), route)
             return await handler(request)
 
