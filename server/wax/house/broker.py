@@ -50,6 +50,7 @@ _FIRST_WAIT_S: Final = 1.0
 _LONGEST_WAIT_S: Final = 30.0
 _LOOP_S: Final = 0.1
 _MOST_CHARS: Final = 120
+_MOST_PASSWORD_CHARS: Final = 1000
 _PORTS: Final = {"mqtt": 1883, "mqtts": 8883}
 
 
@@ -233,12 +234,17 @@ def _password(path: str) -> str | None:
         return None
     try:
         with Path(path).open(encoding="utf-8") as file:
-            password = file.read(1000).strip()
+            password = file.read(_MOST_PASSWORD_CHARS + 1).strip()
     except (OSError, UnicodeDecodeError) as error:
         why = getattr(error, "strerror", None) or error
         raise StartError(f"mqtt.password_file: {path} cannot be read: {why}") from error
     if not password:
         raise StartError(f"mqtt.password_file: {path} is empty; write the password into it")
+    if len(password) > _MOST_PASSWORD_CHARS:
+        raise StartError(
+            f"mqtt.password_file: {path} holds more than {_MOST_PASSWORD_CHARS} characters; is it"
+            " the right file?"
+        )
     return password
 
 

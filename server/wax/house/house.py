@@ -163,15 +163,16 @@ class House:
 
         A retained copy is what somebody wanted at some time, and would act again with each new
         connection. That goes for Stop, too: a robot that stops whenever its broker comes back is
-        soon driven without one. An empty message is how a retained one is deleted.
+        soon driven without one. An empty message is how a retained one is deleted, or how somebody
+        presses who has nothing to say: in doubt it stops.
         """
         loop = self._loop
         if loop is None:
             return
-        if is_retained or not payload:
+        name = topic.removeprefix(f"{self._topic}/").removesuffix("/set")
+        if is_retained or not (payload or name == commands.STOP):
             self.counts["retained"] += 1
             return
-        name = topic.removeprefix(f"{self._topic}/").removesuffix("/set")
         if name not in commands.NAMES:  # nobody asked for it, and names are kept
             return
         with self._lock:
