@@ -115,6 +115,32 @@ def _heard(home: AtHome, link: Kept) -> bool:
     return bool(link.taken)
 
 
+def test_a_flood_is_left_before_driving_waits_for_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What came before acts, the host reads why, and it is tried again."""
+    monkeypatch.setattr(broker, "MOST_PER_S", 50)
+    said: list[str | None] = []
+    with (
+        running(tmp_path) as mosquitto,
+        AtHome(mosquitto.port) as home,
+        _linked(mosquitto.port) as link,
+    ):
+        monkeypatch.setattr(link._ended, "wait", lambda _: said.append(_code(link)))
+        until(lambda: link.is_connected)
+        for number in range(60):
+            home.says("rover/stop/set", str(number), qos=0)
+        until(lambda: said and link.is_connected)
+        assert said[0] == "house.flooded"
+        assert [payload for _, payload, _ in link.taken][:50] == [b"%d" % n for n in range(50)]
+        home.says("rover/stop/set", "again")
+        until(lambda: link.taken[-1][1] == b"again")
+
+
+def _code(link: BrokerLink) -> str | None:
+    return None if link.problem is None else link.problem.code
+
+
 def test_a_lost_server_is_told_by_the_broker(tmp_path: Path) -> None:
     """By the last will; the link is back by itself, and says all its states again."""
     with (

@@ -44,6 +44,8 @@ KEEPALIVE_S: Final = 15
 """A broker that hangs is left after twice this; it tells of us that we are gone after 1.5 times."""
 MOST_BYTES: Final = 1024
 MOST_EVENTS: Final = 200
+MOST_PER_S: Final = 2000
+"""Reading more would take the interpreter from the event loop, and with it from driving."""
 KEPT_S: Final = 60.0
 """Old events would switch something that has long been otherwise; states are what lasts."""
 _FIRST_WAIT_S: Final = 1.0
@@ -92,6 +94,7 @@ class BrokerLink:
         self._refusal: ReasonCode | None = None
         self._said: dict[str, str] = {}
         self._events: deque[tuple[float, str]] = deque(maxlen=MOST_EVENTS)
+        self._arrived_s: deque[float] = deque([float("-inf")] * MOST_PER_S, maxlen=MOST_PER_S)
         self._ended = threading.Event()
         # A daemon: a name server that hangs must not keep the process.
         self._thread = threading.Thread(target=self._run, name="mqtt", daemon=True)
@@ -216,7 +219,12 @@ class BrokerLink:
         self.is_connected = self._refusal is None
 
     def _arrived(self, _client: paho.Client, _data: Any, message: paho.MQTTMessage) -> None:
+        """Take a message; raises `BrokerError` where there are too many, after it has acted."""
         self._take(message.topic, bytes(message.payload), message.retain)
+        now_s, before_s = self._clock.now_s(), self._arrived_s[0]
+        self._arrived_s.append(now_s)
+        if now_s - before_s < 1:
+            raise BrokerError(Sentence("house.flooded", {"n": MOST_PER_S}))
 
 
 def _why(error: Exception) -> Sentence:
