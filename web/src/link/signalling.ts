@@ -73,7 +73,7 @@ export function gathered(pc: RTCPeerConnection): Promise<void> {
     };
     pc.addEventListener("icegatheringstatechange", look);
     pc.addEventListener("icecandidate", ({ candidate }) => {
-      if (candidate?.candidate.includes(" typ relay")) setTimeout(resolve, AFTER_RELAY_MS);
+      if (/ typ relay\b/.test(candidate?.candidate ?? "")) setTimeout(resolve, AFTER_RELAY_MS);
     });
     look();
   });
