@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
+from e2e.harness import toml
 from e2e.harness.robot import nothing_is_held, turn_by_key, until_it_moves
 from e2e.harness.touch_screen import TouchPoints
-from e2e.stop.camera import SOURCE
 
 if TYPE_CHECKING:
     from e2e.gallery.scene import Scene
@@ -19,7 +20,6 @@ _LATE: Final = "e2e.stop.camera:LateCamera"
 
 async def driving(scene: Scene) -> None:
     """Turn the robot: by a key that is held, or by a finger."""
-    await scene.serves()
     await scene.comes("Bob")
     viewer = await scene.drives()
     if not scene.is_touched:
@@ -38,7 +38,7 @@ async def slow(scene: Scene) -> None:
     """Drive by a picture that is late, but not too late, even where the machine is busy."""
     await scene.serves(
         video={"source": _LATE},
-        audio={"source": "testcard"},
+        audio=toml.MEDIA["audio"],
         drive={"stop_picture_age_ms": _TOO_LATE_MS},
     )
     viewer = await scene.drives()
@@ -48,10 +48,7 @@ async def slow(scene: Scene) -> None:
 
 async def paused(scene: Scene) -> None:
     """Freeze the camera while somebody drives."""
-    camera = scene.camera()
-    await scene.serves(
-        environment=camera.environment, video={"source": SOURCE}, audio={"source": "testcard"}
-    )
+    camera = await scene.serves_a_camera()
     viewer = await scene.drives()
     await nothing_is_held(scene.server)
     await viewer.page.keyboard.down("ArrowLeft")
@@ -59,28 +56,22 @@ async def paused(scene: Scene) -> None:
 
 
 async def stopped_by_you(scene: Scene) -> None:
-    await scene.serves()
     viewer = await scene.drives()
     await viewer.button("Stop").click()
 
 
-async def stopped_by_another(scene: Scene) -> None:
-    await scene.serves()
-    other = await scene.comes("Wanda")
+async def _stopped_by(name: str, scene: Scene, *, is_host: bool = False) -> None:
+    other = await scene.comes(name, is_host=is_host)
     await scene.drives()
     await other.press_stop()
 
 
-async def stopped_by_host(scene: Scene) -> None:
-    await scene.serves()
-    host = await scene.comes("Host", is_host=True)
-    await scene.drives()
-    await host.press_stop()
+stopped_by_another = partial(_stopped_by, "Wanda")
+stopped_by_host = partial(_stopped_by, "Host", is_host=True)
 
 
 async def stopped_watched(scene: Scene) -> None:
     """Stop the robot before somebody who cannot release it."""
-    await scene.serves()
     operator = await scene.somebody_drives()
     await scene.opens()
     await operator.press_stop()

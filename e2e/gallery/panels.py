@@ -10,13 +10,11 @@ if TYPE_CHECKING:
 
 
 async def picture_off(scene: Scene) -> None:
-    await scene.serves()
     viewer = await scene.drives()
     await viewer.switches_the_picture_off()
 
 
 async def blanked(scene: Scene) -> None:
-    await scene.serves()
     host = await scene.comes("Host", is_host=True)
     await scene.opens()
     host.say(type="blank", blanked=True)
@@ -24,7 +22,6 @@ async def blanked(scene: Scene) -> None:
 
 async def console(scene: Scene) -> None:
     """Open the host's console while somebody drives and somebody waits."""
-    await scene.serves()
     await scene.somebody_drives()
     await scene.somebody_waits()
     viewer = await scene.opens(is_host=True)
@@ -32,7 +29,6 @@ async def console(scene: Scene) -> None:
 
 
 async def people(scene: Scene) -> None:
-    await scene.serves()
     await scene.somebody_drives()
     await scene.somebody_waits()
     viewer = await scene.opens()
@@ -40,7 +36,6 @@ async def people(scene: Scene) -> None:
 
 
 async def _opened(panel: str, scene: Scene) -> None:
-    await scene.serves()
     viewer = await scene.drives()
     await viewer.open(panel)
 
@@ -49,6 +44,5 @@ settings, details = partial(_opened, "Settings"), partial(_opened, "Details")
 
 
 async def rules(scene: Scene) -> None:
-    await scene.serves()
     viewer = await scene.opens()
     await viewer.open("Safety")

@@ -16,7 +16,7 @@ from e2e.harness import toml
 from e2e.harness.board import Board
 from e2e.harness.server import Server
 from e2e.harness.viewer import Viewer
-from e2e.stop.camera import Control
+from e2e.stop.camera import SOURCE, Control
 from wax.client import Operator
 
 if TYPE_CHECKING:
@@ -38,7 +38,8 @@ _FLAT: Final[dict[str, Any]] = {
 class Scene:
     """What a story of `e2e.gallery.states` tells with; all of it ends with the scene.
 
-    A story calls `serves` and `opens` before anything else of the kind.
+    A story that wants more than `_FLAT` calls `serves` before anybody comes, and each calls
+    `prepares` or what does.
     """
 
     def __init__(self, browser: Browser, device: Device, folder: Path, stack: AsyncExitStack):
@@ -55,32 +56,34 @@ class Scene:
 
     @property
     def server(self) -> Server:
-        assert self._server is not None, "the story has not called `serves`"
+        assert self._server is not None, "nobody has come yet"
         return self._server
 
     @property
     def viewer(self) -> Viewer:
         """The page that is looked at."""
-        assert self._viewer is not None, "the story has not called `opens`"
+        assert self._viewer is not None, "the story has not called `prepares`"
         return self._viewer
 
     # --- what there is ------------------------------------------------------------------------
 
-    async def serves(self, *, environment: dict[str, str] | None = None, **tables: Any) -> Server:
+    async def serves(self, *, environment: dict[str, str] | None = None, **tables: Any) -> None:
         """Start the server; `tables` are of its configuration."""
         server = self._server = Server(self.folder, tomlkit.dumps(toml.merged(_FLAT, tables)))
         server.environment |= environment or {}
         self._stack.push_async_callback(server.kill)
         await server.start()
-        return server
 
     async def board(self) -> Board:
         """Plug the real firmware in, for ``robot=board.robot``."""
         return await self._stack.enter_async_context(Board(self.folder))
 
-    def camera(self) -> Control:
-        """Have a camera that freezes when it is told to, for ``video=…`` of `faults.camera`."""
-        return self._stack.enter_context(Control())
+    async def serves_a_camera(self) -> Control:
+        """Start the server with a camera that freezes when it is told to."""
+        camera = self._stack.enter_context(Control())
+        media = {"video": {"source": SOURCE}, "audio": toml.MEDIA["audio"]}
+        await self.serves(environment=camera.environment, **media)
+        return camera
 
     async def loses(self, requests: str) -> None:
         """Give no answer to what the page asks for there, as where the network has lost it."""
@@ -102,6 +105,8 @@ class Scene:
 
     async def prepares(self, *, is_host: bool = False) -> Viewer:
         """Have the browser of the person whose page is looked at, with no page open yet."""
+        if self._server is None:
+            await self.serves()
         context = await self._browser.new_context(**self.device.context)
         self._stack.push_async_callback(context.close)
         if is_host:
@@ -127,6 +132,8 @@ class Scene:
 
     async def comes(self, name: str, *, is_host: bool = False) -> Operator:
         """Let somebody else in, without a browser."""
+        if self._server is None:
+            await self.serves()
         cookies = await self.server.host_cookies() if is_host else None
         client = Operator(self.server.url, name=name, cookies=cookies)
         return await self._stack.enter_async_context(client)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from e2e.gallery import broken, driving, panels, watching
@@ -31,7 +32,7 @@ class State:
 
     key: str
     title: str
-    tell: Callable[[Scene], Awaitable[None]]
+    tell: Callable[[Scene], Awaitable[object]]
     says: str | re.Pattern[str]
     shows: Callable[[Page], Locator] | None = None
     has_stop: bool = True
@@ -53,8 +54,8 @@ class State:
 
 STATES: Final = (
     State("connecting", "Connecting", watching.connecting, "connecting", has_stop=False),
-    State("first-visit", "A first visit", watching.first_visit, "welcome"),
-    State("free", "Watching, the robot is free", watching.free, "robot is free"),
+    State("first-visit", "A first visit", partial(Scene.opens, is_new=True), "welcome"),
+    State("free", "Watching, the robot is free", Scene.opens, "robot is free"),
     State(
         "somebody-drives", "Watching, somebody drives", watching.somebody_drives, "Ada is driving"
     ),

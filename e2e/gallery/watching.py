@@ -21,31 +21,18 @@ _NAME: Final = "http://robot.example"
 
 async def connecting(scene: Scene) -> None:
     """Open the page where what it asks the server for gets lost on the way."""
-    await scene.serves()
     viewer = await scene.prepares()
     await scene.loses("**/api/offer")
     await viewer.page.goto(scene.server.url)
 
 
-async def first_visit(scene: Scene) -> None:
-    await scene.serves()
-    await scene.opens(is_new=True)
-
-
-async def free(scene: Scene) -> None:
-    await scene.serves()
-    await scene.opens()
-
-
 async def somebody_drives(scene: Scene) -> None:
-    await scene.serves()
     await scene.somebody_drives()
     await scene.comes("Bob")
     await scene.opens()
 
 
 async def waiting(scene: Scene) -> None:
-    await scene.serves()
     await scene.somebody_drives()
     await scene.somebody_waits()
     viewer = await scene.opens()
@@ -53,7 +40,6 @@ async def waiting(scene: Scene) -> None:
 
 
 async def you_are_next(scene: Scene) -> None:
-    await scene.serves()
     await scene.somebody_drives()
     viewer = await scene.opens()
     await viewer.join()
@@ -92,7 +78,6 @@ async def full(scene: Scene) -> None:
 
 
 async def removed(scene: Scene) -> None:
-    await scene.serves()
     host = await scene.comes("Host", is_host=True)
     await scene.opens()
 
@@ -116,7 +101,6 @@ async def closed(scene: Scene) -> None:
 
 async def big_screen(scene: Scene) -> None:
     """Show it on a screen in a hall, while somebody drives."""
-    await scene.serves()
     await scene.somebody_drives()
     viewer = await scene.prepares()
     await viewer.is_reached_as(_NAME)
@@ -126,9 +110,6 @@ async def big_screen(scene: Scene) -> None:
 
 async def embed(scene: Scene) -> None:
     """Have nothing but the frame that another site shows, while somebody drives and one waits."""
-    await scene.serves()
     await scene.somebody_drives()
     await scene.somebody_waits()
-    viewer = await scene.prepares()
-    await viewer.page.goto(f"{scene.server.url}/?view=embed")
-    await viewer.sees_picture()
+    await scene.opens("/?view=embed")
