@@ -5,12 +5,10 @@ from __future__ import annotations
 import asyncio
 import time
 from contextlib import asynccontextmanager
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
 import pytest
-import pytest_asyncio
 from playwright.async_api import expect
 
 from e2e.harness import toml
@@ -187,61 +185,27 @@ async def test_a_gamepad_drives_as_far_as_it_is_pushed(
 # --- whatever lets go ----------------------------------------------------------------------------
 
 
-@pytest_asyncio.fixture(loop_scope="session")
-async def thumb(server: Server, open_viewer: OpenViewer) -> Thumb:
-    """Have a thumb on the joystick of a phone."""
-    viewer = await open_viewer(server, drives=True, **PHONE)
-    return Thumb(server, viewer, await TouchPoints.of(viewer), await travel_px(viewer))
-
-
-@dataclass(frozen=True, slots=True)
-class Thumb:
-    server: Server
-    viewer: Viewer
-    points: TouchPoints
-    travel_px: float
-
-    async def push(self) -> None:
-        """Push to the left."""
-        await self.points.press(0, self.viewer.joystick)
-        await self.points.slide(0, -self.travel_px, 0)
-
-    async def lift(self) -> None:
-        await self.points.lift(0)
-
-    async def turns(self) -> None:
-        """Push until the robot turns."""
-        await until_it_moves(self.server, self.push, self.lift)
-
-
 @pytest.mark.timeout(90)
-async def test_a_joystick_out_of_hands_stops(server: Server, thumb: Thumb) -> None:
+async def test_a_joystick_out_of_hands_stops(server: Server, open_viewer: OpenViewer) -> None:
     """Blurred, and by a touch that is cancelled; a finger that moves on changes nothing."""
-    await thumb.turns()
-    await thumb.viewer.page.evaluate(LOSSES["blur"])
-    await thumb.points.slide(0, 10, 10)
+    viewer = await open_viewer(server, drives=True, **PHONE)
+    points, travel = await TouchPoints.of(viewer), await travel_px(viewer)
+
+    async def push() -> None:
+        await points.press(0, viewer.joystick)
+        await points.slide(0, -travel, 0)
+
+    async def lift() -> None:
+        await points.lift(0)
+
+    await until_it_moves(server, push, lift)
+    await viewer.page.evaluate(LOSSES["blur"])
+    await points.slide(0, 10, 10)
     assert await stands_still(server)
-    await thumb.lift()
-    await thumb.turns()
-    await thumb.points.cancel()
+    await lift()
+    await until_it_moves(server, push, lift)
+    await points.cancel()
     assert await stands_still(server)
-
-
-@pytest.mark.full
-@pytest.mark.timeout(90)
-async def test_a_second_finger_on_the_joystick_does_nothing(server: Server, thumb: Thumb) -> None:
-    """It neither moves nor releases it; the first one, lifted, stops."""
-
-    async def turns_on() -> bool:
-        await thumb.push()
-        await thumb.points.press(1, thumb.viewer.joystick)
-        await thumb.points.lift(1)
-        is_driven = await drives_on(server)
-        await thumb.lift()
-        assert await stands_still(server)
-        return is_driven
-
-    assert await undisturbed(server, turns_on)
 
 
 async def test_a_gamepad_that_is_lost_or_left_stops(

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import re
-import time
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from e2e.harness import toml
-from e2e.harness.robot import moves, nothing_is_held, stands_still, turn_by_key, undisturbed
+from e2e.harness.robot import moves, nothing_is_held, stands_still
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -17,10 +16,7 @@ if TYPE_CHECKING:
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
 
-TURN_S = 3.0
-
-
-SERVER_SETTINGS = toml.card_with(turns=f"turn_s = {TURN_S}\n{toml.BRIEF_GRACE}")
+SERVER_SETTINGS = toml.card_with(turns=f"turn_s = 3.0\n{toml.BRIEF_GRACE}")
 
 
 async def person(open_viewer: OpenViewer, server: Server, name: str) -> Viewer:
@@ -96,20 +92,3 @@ async def test_turns_pass_on_and_the_robot_stands_between_them(
         lambda told: (operator(told), listed(told, "Ada")["role"]) == ("Bob", "observer"),
         "Bob drives, and Ada has left",
     )
-
-
-@pytest.mark.timeout(90)
-@pytest.mark.full
-async def test_alone_the_turn_renews_without_a_break(server: Server, driver: Viewer) -> None:
-    """Alone in the queue, a turn renews without a break in driving."""
-
-    async def goes_on() -> bool:
-        await turn_by_key(server, driver)
-        until_s = time.monotonic() + 1.5 * TURN_S
-        goes_on = True
-        while goes_on and time.monotonic() < until_s:
-            goes_on = await moves(server, within_s=0.4)
-        await driver.page.keyboard.up("ArrowLeft")
-        return goes_on
-
-    assert await undisturbed(server, goes_on)

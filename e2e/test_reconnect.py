@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.timeout(90)
 
-GRACE_S = 2.0
 PATIENT = toml.card_with(turns="grace_s = 20.0")
 """A busy machine takes its time to open a page again."""
 
@@ -52,27 +51,6 @@ async def test_a_reload_keeps_turn_place_and_name(
         await ada.page.keyboard.up("ArrowLeft")
         await turn_by_key(server, ada)
         await ada.page.keyboard.up("ArrowLeft")
-
-
-async def test_a_lost_operator_is_replaced_after_the_grace(
-    serve: Serve, tmp_path: Path, open_viewer: OpenViewer
-) -> None:
-    """A viewer who stays away loses the turn when the grace time ends, not before."""
-    async with serve(tmp_path, toml.card_with(turns=f"grace_s = {GRACE_S}")) as server:
-        ada, carol = await open_viewer(server), await open_viewer(server)
-        await ada.takes_the_wheel()
-        await carol.join()
-        await carol.page.get_by_role("button", name=LEAVE).wait_for()
-        await ada.page.goto("about:blank")
-        await server.until(
-            lambda told: (
-                [(one["role"], one["lost"]) for one in told["viewers"]]
-                == [("operator", True), ("queued", False)]
-            ),
-            "the turn is kept for a lost operator",
-            every_s=0.02,
-        )
-        await carol.drives()
 
 
 async def test_a_killed_client_comes_back_as_itself(serve: Serve, tmp_path: Path) -> None:

@@ -222,8 +222,11 @@ async def test_every_answer_is_protected(line: Line, path: str, host: bytes | No
     """Pages, files, refusals and errors alike; what /api tells is kept nowhere."""
     answer = await line.ask(f"GET {path} HTTP/1.1".encode(), host or line.host)
     policy = answer.headers["Content-Security-Policy"]
-    assert "default-src" in policy
+    rules = dict(rule.strip().split(" ", 1) for rule in policy.split(";"))
+    assert rules["default-src"] == "'self'"
+    assert not rules.keys() & {"script-src", "style-src"}, "neither is more than the default"
     assert "unsafe" not in policy
+    assert "*" not in policy
     assert answer.headers["Cross-Origin-Opener-Policy"] == "same-origin"
     assert answer.headers["Cross-Origin-Resource-Policy"] == "same-origin"
     assert answer.headers["X-Content-Type-Options"] == "nosniff"
