@@ -111,10 +111,11 @@ ear = pytest_asyncio.fixture(sound_device, scope="session", loop_scope="session"
 
 @pytest_asyncio.fixture(scope="session", loop_scope="session")
 async def chromium(ear: Ear | None) -> AsyncIterator[Browser]:
-    async with async_playwright() as playwright:
-        browser = await launch_chromium(playwright, ear=ear)
+    async with (
+        async_playwright() as playwright,
+        await launch_chromium(playwright, ear=ear) as browser,
+    ):
         yield browser
-        await browser.close()
 
 
 @pytest.fixture(scope="session")

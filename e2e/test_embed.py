@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from contextlib import asynccontextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import pytest
@@ -14,8 +12,8 @@ from playwright.async_api import async_playwright, expect
 from e2e.harness import toml
 from e2e.harness.bidi import firefox
 from e2e.harness.chromium import launch_chromium
-from e2e.harness.installed import FIREFOX, installed
 from e2e.harness.robot import moves
+from e2e.harness.scripts import reads
 from e2e.harness.server import free_port
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
@@ -23,13 +21,13 @@ from wax.client import Operator
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
+    from pathlib import Path
 
     from playwright.async_api import FrameLocator
 
     from e2e.conftest import Serve
     from e2e.harness.server import Server
 
-PROBE: Final = Path(__file__).parent / "harness" / "probe.js"
 NO_THIRD_PARTY: Final = "--test-third-party-cookie-phaseout"
 NO_COOKIE: Final = {"network.cookie.cookieBehavior": 1}
 """Of third parties, in Firefox."""
@@ -82,10 +80,10 @@ async def test_a_frame_shows_the_robot_and_moves_nothing(serve: Serve, tmp_path:
         sites(museum, other) as pages,
         serve(tmp_path, allowing(museum)) as server,
         async_playwright() as playwright,
+        await launch_chromium(playwright, NO_THIRD_PARTY) as browser,
     ):
         pages["/"] = await line(server)
         pages["/page"] = f'<iframe src="{server.url}/"></iframe>'
-        browser = await launch_chromium(playwright, NO_THIRD_PARTY)
         context = await browser.new_context(viewport={"width": 1280, "height": 720})
         viewer = await Viewer.prepare(context, server.url)
         await viewer.page.goto(f"http://localhost:{museum}/")
@@ -117,7 +115,6 @@ async def test_a_frame_shows_the_robot_and_moves_nothing(serve: Serve, tmp_path:
             await viewer.page.goto(url)
             await eventually(lambda: refused(viewer), f"the frame of {url} is refused")
             assert await viewer.page.frame_locator("iframe").get_by_role("main").count() == 0
-        await browser.close()
 
 
 async def tries_to_drive(frame: FrameLocator, server: Server) -> None:
@@ -136,13 +133,11 @@ async def refused(viewer: Viewer) -> bool:
 @pytest.mark.full
 async def test_firefox_shows_the_frame_without_a_cookie(serve: Serve, tmp_path: Path) -> None:
     """The picture plays and its words are there, where third parties can store nothing."""
-    museum, profile = free_port(), tmp_path / "profile"
-    profile.mkdir()
-    script = PROBE.read_text(encoding="utf-8")
+    museum = free_port()
     async with (
         sites(museum) as pages,
         serve(tmp_path, allowing(museum)) as server,
-        firefox(installed(*FIREFOX), profile, script, preferences=NO_COOKIE) as window,
+        firefox(tmp_path, preferences=NO_COOKIE) as window,
     ):
         pages["/"] = await line(server)
         await window.goto(f"http://localhost:{museum}/")
@@ -152,6 +147,5 @@ async def test_firefox_shows_the_frame_without_a_cookie(serve: Serve, tmp_path: 
             "the frame's picture plays",
             within_s=30,
         )
-        says = f"document.body.innerText.includes({json.dumps('the robot is free')})"
-        await eventually(lambda: frame.evaluate(says), "the frame says that the robot is free")
+        await reads(frame, "the robot is free")
         assert await frame.evaluate(TRIES) == ""

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-import json
 from contextlib import AsyncExitStack, asynccontextmanager
 from functools import partial
-from pathlib import Path
 from statistics import median
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
@@ -15,23 +13,24 @@ import pytest
 
 from e2e.harness import gamepad, probe, speech, toml
 from e2e.harness.bidi import firefox
-from e2e.harness.installed import FIREFOX, installed, needed
+from e2e.harness.installed import needed
 from e2e.harness.microphone import hearing
 from e2e.harness.probe import LIVE_MS
 from e2e.harness.robot import holding_moves, moves
-from e2e.harness.scripts import press, says
-from e2e.harness.wait import eventually, until
+from e2e.harness.scripts import press, reads, reads_of_no_webrtc
+from e2e.harness.wait import eventually
 from e2e.measure.ear import open_ear
+from e2e.test_voice import SPOKEN_S, are_played
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Mapping
+    from pathlib import Path
 
     from e2e.conftest import Serve
     from e2e.harness.bidi import Firefox
     from e2e.harness.server import Server
     from e2e.measure.ear import Ear
 
-PROBE = Path(__file__).parent / "harness" / "probe.js"
 ARROW_LEFT = "\ue012"
 FEEDBACK = "http://www.ietf.org/id/draft-holmer-rmcat-transport-wide-cc-extensions-01"
 LARGEST = "640x480 at 1000 kbit/s"
@@ -47,10 +46,7 @@ async def opened(
     preferences: Mapping[str, int] = MappingProxyType({}),
 ) -> AsyncIterator[Firefox]:
     """Have the page open in a Firefox without a past, whose picture plays."""
-    profile = folder / "profile"
-    profile.mkdir()
-    script = PROBE.read_text(encoding="utf-8")
-    async with firefox(installed(*FIREFOX), profile, script, ear, preferences) as window:
+    async with firefox(folder, ear, preferences) as window:
         await window.goto(server.url)
         await eventually(
             lambda: window.evaluate("waxProbe.playing()"), "the picture plays", within_s=30
@@ -105,11 +101,6 @@ async def test_firefox_shows_sounds_and_drives(
         assert await holding_moves(server, down, up)
 
 
-SPOKEN_S = 12.0
-HEARD_S = 4
-"""Of the first half second nothing is asked, in which the browser finds its level."""
-
-
 @pytest.mark.full
 async def test_firefox_speaks_to_the_robot(serve: Serve, tmp_path: Path) -> None:
     """The words that Firefox's microphone hears are those of the robot's speaker."""
@@ -124,15 +115,7 @@ async def test_firefox_speaks_to_the_robot(serve: Serve, tmp_path: Path) -> None
         await reads(window, "You are driving")
         await window.key("keyDown", "t")
         await reads(window, "You are heard.")
-        enough = (HEARD_S + 0.5) * speech.RATE_HZ
-        await until(lambda: len(speech.read(played)) > enough, "the speaker plays", within_s=20)
-        await window.key("keyUp", "t")
-        heard = speech.read(played)[speech.RATE_HZ // 2 :]
-        assert speech.in_order(heard, words) >= 0.5
-
-
-async def reads(window: Firefox, sentence: str) -> None:
-    await eventually(lambda: window.evaluate(says(sentence)), f"the page says “{sentence}”")
+        await are_played(played, words)
 
 
 async def presses(window: Firefox, name: str) -> None:
@@ -142,7 +125,6 @@ async def presses(window: Firefox, name: str) -> None:
 
 # --- the ways to drive other than keys ---
 
-WORDS: Final = Path(__file__).parents[1] / "web/src/words/en/first.json"
 TOUCH_SCREEN: Final = {"ui.primaryPointerCapabilities": 1, "ui.allPointerCapabilities": 1}
 """Fingers are all that points."""
 IN_FRONT: Final = "document.hasFocus = () => true"
@@ -189,15 +171,10 @@ async def test_firefox_drives_by_joystick_and_gamepad(serve: Serve, tmp_path: Pa
 @pytest.mark.full
 async def test_firefox_without_webrtc_says_so(serve: Serve, tmp_path: Path) -> None:
     """Where its user has switched WebRTC off, the page says that, and what to do."""
-    path = installed(*FIREFOX)
-    profile = tmp_path / "profile"
-    profile.mkdir()
     off = {"media.peerconnection.enabled": False}
-    words = json.loads(WORDS.read_text(encoding="utf-8"))
     async with (
         serve(tmp_path, toml.CARD) as server,
-        firefox(path, profile, "", preferences=off) as window,
+        firefox(tmp_path, preferences=off, probes=False) as window,
     ):
         await window.goto(server.url)
-        for name in ("cannot", "no_webrtc", "switched_off", "what_to_do"):
-            await reads(window, words[f"support.{name}"])
+        await reads_of_no_webrtc(window)

@@ -77,12 +77,7 @@ async def test_every_offered_size_is_fresh_until_it_is_switched_off(
         return is_silent and not video["wanted"] and not any(video["encoded_fps"].values())
 
     await eventually(rests, "nothing is sent nor encoded that nobody wants", within_s=20)
-    heard = await viewer.packets("audio")
-
-    async def sounds_on() -> bool:
-        return await viewer.packets("audio") > heard
-
-    await eventually(sounds_on, "the sound goes on")
+    await viewer.receives_more("audio")
     await viewer.switch("Picture").click()
     await viewer.sees_picture()
     await viewer.cards(5)

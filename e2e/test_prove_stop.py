@@ -77,10 +77,9 @@ def rows(record: str) -> dict[str, str]:
 
 async def sheets(chromium: Browser, record: str) -> int:
     """Print it on A4; return how many sheets that takes."""
-    page = await chromium.new_page()
-    await page.set_content(record)
-    printed = await page.pdf(format="A4", prefer_css_page_size=True)
-    await page.close()
+    async with await chromium.new_page() as page:
+        await page.set_content(record)
+        printed = await page.pdf(format="A4", prefer_css_page_size=True)
     return len(re.findall(rb"/Type\s*/Page\b", printed))
 
 

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from e2e.conftest import OpenViewer, Serve
-    from e2e.harness.viewer import Viewer
 
 pytestmark = pytest.mark.timeout(120)
 
@@ -35,7 +34,7 @@ async def test_a_restarted_server_is_found_again(
         await eventually(viewer.says_connected, "the page says that it is connected")
         await viewer.probe("noteChange()")
         await server.stop(signal.SIGTERM)
-        _, said = await says_next(viewer)
+        _, said = await viewer.probe("said()")
         assert "The server is restarting or was switched off." in said
         await server.start()
 
@@ -59,12 +58,6 @@ SAID_WITHIN_MS = 1000
 """A safety deadline: the operator must not mistake an old picture for a live one."""
 
 
-async def says_next(viewer: Viewer) -> tuple[float, str]:
-    """Return when the page next said something else of the connection, as Unix time, and what."""
-    at_ms, text = await viewer.probe("said()")
-    return at_ms, text
-
-
 async def test_a_server_that_is_gone_is_told_within_a_second_and_found_again(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
@@ -84,7 +77,7 @@ async def test_a_server_that_is_gone_is_told_within_a_second_and_found_again(
             await viewer.probe("noteChange()")
             ended_ms = SystemClock().wall_ms()
             os.kill(server.pid, end)
-            at_ms, said = await says_next(viewer)
+            at_ms, said = await viewer.probe("said()")
             assert said == "No answer for 1 s"
             assert await viewer.probe("isGrey()")
             assert at_ms - ended_ms < SAID_WITHIN_MS

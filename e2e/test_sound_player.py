@@ -31,21 +31,7 @@ AudioDecoder.prototype.decode = function (chunk) {
 
 
 async def plays_by(viewer: Viewer, player: str) -> None:
-    async def says() -> bool:
-        await viewer.open("Details")
-        text = await viewer.page.evaluate("document.body.textContent")
-        return f"Sound player{player}" in text
-
-    await eventually(says, f"{player} player plays", within_s=20)
-
-
-async def opened(open_viewer: OpenViewer, server: Server) -> Viewer:
-    """Open a page whose sound the built-in player has played for a while."""
-    viewer = await open_viewer(server)
-    await viewer.listen()
-    await plays_by(viewer, OWN)
-    await asyncio.sleep(3)
-    return viewer
+    await viewer.details_say(f"Sound player{player}")
 
 
 @pytest.mark.timeout(120)
@@ -54,7 +40,10 @@ async def test_a_page_that_is_busy_or_behind_plays_on(
     server: Server, open_viewer: OpenViewer
 ) -> None:
     """No gap is heard while the main thread is blocked four times, nor for 15 s in a tab behind."""
-    viewer = await opened(open_viewer, server)
+    viewer = await open_viewer(server)
+    await viewer.listen()
+    await plays_by(viewer, OWN)
+    await asyncio.sleep(3)
     viewer.forget()
     for _ in range(4):
         await viewer.page.evaluate(

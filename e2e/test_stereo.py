@@ -56,14 +56,6 @@ def sides(viewer: Viewer) -> NDArray[np.float64]:
     return np.asarray(whole.std(axis=1))
 
 
-async def sends_stereo(viewer: Viewer) -> None:
-    async def says() -> bool:
-        await viewer.open("Details")
-        return "kbit/s stereo" in await viewer.page.evaluate("document.body.textContent")
-
-    await eventually(says, "stereo is sent", within_s=30)
-
-
 @pytest.mark.timeout(120)
 async def test_left_and_right_arrive_apart(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
@@ -75,7 +67,7 @@ async def test_left_and_right_arrive_apart(
     async with serve(tmp_path, hears(tmp_path / "sides.wav")) as server:
         viewer = await open_viewer(server)
         await viewer.listen()
-        await sends_stereo(viewer)
+        await viewer.details_say("kbit/s stereo", within_s=30)
         viewer.forget()
 
         async def change_sides() -> bool:
@@ -101,7 +93,7 @@ async def test_turned_away_the_radio_is_heard_where_it_is(
         viewer = await open_viewer(server)
         await viewer.listen()
         await viewer.takes_the_wheel()
-        await sends_stereo(viewer)
+        await viewer.details_say("kbit/s stereo", within_s=30)
         for key, seconds in (("ArrowLeft", 2.0), ("ArrowRight", 4.0)):
             await turn_by_key(server, viewer, key)
             await asyncio.sleep(seconds)

@@ -84,8 +84,7 @@ async def test_what_was_driven_is_replayed(
     assert part.media is not None
     pictures_ms = times_ms(part.media)
 
-    context = await chromium.new_context()
-    async with replayed(folder) as url:
+    async with await chromium.new_context() as context, replayed(folder) as url:
         page = (viewer := await Viewer.prepare(context, url)).page
 
         async def video(what: str) -> Any:
@@ -127,4 +126,3 @@ async def test_what_was_driven_is_replayed(
         await page.get_by_role("button", name="Play").click()
         await eventually(lambda: video("paused === false"), "it plays")
         assert viewer.errors == []
-    await context.close()

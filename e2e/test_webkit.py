@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -10,26 +9,22 @@ from typing import TYPE_CHECKING, Any, Final
 import aiohttp
 import pytest
 from aiohttp import web
+from aiohttp.test_utils import TestServer
 
 from e2e.gallery.views import ACROSS, DESKTOP, UPRIGHT
 from e2e.harness import toml
-from e2e.harness.scripts import says
-from e2e.harness.wait import eventually
+from e2e.harness.scripts import reads, reads_of_no_webrtc
 from e2e.harness.webkit import webkit
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
     from e2e.conftest import Serve
-    from e2e.harness.webkit import WebKit
 
 pytestmark = [pytest.mark.full, pytest.mark.timeout(120)]
 
 LAYOUT: Final = (Path(__file__).parent / "gallery/layout.js").read_text(encoding="utf-8")
 SIDEWAYS: Final = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
-WORDS: Final = json.loads(
-    (Path(__file__).parents[1] / "web/src/words/en/first.json").read_text(encoding="utf-8")
-)
 SILENT_PEER: Final = """
 class Never extends EventTarget {
   connectionState = "new"; iceGatheringState = "new"; readyState = "connecting";
@@ -44,20 +39,12 @@ window.RTCPeerConnection ??= Never;
 """A WebRTC that never connects: with it the browser is asked to lay out the page all the same."""
 
 
-async def _says(window: WebKit, sentence: str) -> None:
-    expression = says(sentence)
-    await eventually(
-        lambda: window.evaluate(expression), f"the page says “{sentence}”", within_s=15
-    )
-
-
 async def test_what_is_missing_is_said(serve: Serve, tmp_path: Path) -> None:
     """Where there is no WebRTC the page says so, and what to do, in windows of all sizes."""
     async with serve(tmp_path, toml.CARD) as server, webkit(tmp_path) as window:
         await window.goto(server.url)
         assert not await window.evaluate("'RTCPeerConnection' in window"), "it has WebRTC now"
-        for name in ("cannot", "no_webrtc", "switched_off", "what_to_do"):
-            await _says(window, WORDS[f"support.{name}"])
+        await reads_of_no_webrtc(window)
         for size in (UPRIGHT, ACROSS, DESKTOP):
             await window.resize(size.width, size.height)
             assert await window.evaluate(SIDEWAYS) <= 0, size.key
@@ -71,7 +58,7 @@ async def test_the_layout_is_whole(serve: Serve, tmp_path: Path) -> None:
         webkit(tmp_path) as window,
     ):
         await window.goto(url)
-        await _says(window, "Connecting")
+        await reads(window, "Connecting")
         for size in (UPRIGHT, ACROSS, DESKTOP):
             await window.resize(size.width, size.height)
             found = await window.evaluate(f"({LAYOUT})(null)")
@@ -98,11 +85,5 @@ async def _with_a_peer(url: str) -> AsyncIterator[str]:
         application = web.Application()
         application.router.add_get("/silent-peer.js", peer)
         application.router.add_get("/{path:.*}", passed_on)
-        runner = web.AppRunner(application)
-        await runner.setup()
-        try:
-            site = web.TCPSite(runner, "127.0.0.1", 0)
-            await site.start()
-            yield f"http://127.0.0.1:{runner.addresses[0][1]}/"
-        finally:
-            await runner.cleanup()
+        async with TestServer(application) as passing:
+            yield str(passing.make_url("/"))

@@ -37,8 +37,7 @@ _QUALITY: Final = 85
 async def gallery(states: Sequence[State]) -> dict[str, str]:
     """Photograph these states; return why by the key of each that was not reached."""
     problems: dict[str, str] = {}
-    async with async_playwright() as playwright:
-        browser = await launch_chromium(playwright)
+    async with async_playwright() as playwright, await launch_chromium(playwright) as browser:
         for state in states:
             print(f"{state.key} … ", end="", flush=True)
             try:
@@ -50,19 +49,16 @@ async def gallery(states: Sequence[State]) -> dict[str, str]:
             except (AssertionError, Error) as error:
                 problems[state.key] = " ".join(str(error).split())[:300]
             print(problems.get(state.key, "ok"))
-        await browser.close()
     return problems
 
 
 async def readme() -> None:
-    async with async_playwright() as playwright:
-        browser = await launch_chromium(playwright)
+    async with async_playwright() as playwright, await launch_chromium(playwright) as browser:
         for name, view in README.items():
             async with named("driving").reached(browser, view.device) as scene:
                 page = scene.viewer.page
                 await view.show(page)
                 await page.screenshot(path=SCREENSHOTS / name, type="jpeg", quality=_QUALITY)
-        await browser.close()
 
 
 def main() -> int:

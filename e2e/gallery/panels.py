@@ -11,7 +11,9 @@ if TYPE_CHECKING:
 
 async def picture_off(scene: Scene) -> None:
     viewer = await scene.drives()
-    await viewer.switches_the_picture_off()
+    await viewer.open("Settings")
+    await viewer.switch("Picture").click()
+    await viewer.closes("Settings")
 
 
 async def blanked(scene: Scene) -> None:

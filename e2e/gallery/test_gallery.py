@@ -16,9 +16,8 @@ if TYPE_CHECKING:
 
 @pytest_asyncio.fixture(loop_scope="session")
 async def blank(chromium: Browser) -> AsyncIterator[Page]:
-    page = await chromium.new_page(viewport={"width": 400, "height": 300})
-    yield page
-    await page.close()
+    async with await chromium.new_page(viewport={"width": 400, "height": 300}) as page:
+        yield page
 
 
 _STOP: Final = (

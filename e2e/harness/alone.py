@@ -28,13 +28,14 @@ for its address by multicast DNS first, which no interface carries.
 
 async def watch(folder: Path) -> int:
     """Count the whole pictures among thirty presented ones."""
-    async with Server(folder, toml.CARD) as server, async_playwright() as playwright:
-        browser = await launch_chromium(playwright, *LOOPBACK_FLAGS)
+    async with (
+        Server(folder, toml.CARD) as server,
+        async_playwright() as playwright,
+        await launch_chromium(playwright, *LOOPBACK_FLAGS) as browser,
+    ):
         viewer = await Viewer.at(await browser.new_context(), server.url)
         await viewer.sees_picture()
-        cards = await viewer.cards(30)
-        await browser.close()
-    return sum(card.valid for card in cards)
+        return sum(card.valid for card in await viewer.cards(30))
 
 
 if __name__ == "__main__":

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
 
+from e2e.harness.installed import FIREFOX, installed
+from e2e.harness.viewer import PROBE
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -126,16 +128,20 @@ class Firefox:
 
 @asynccontextmanager
 async def firefox(
-    path: str,
-    profile: Path,
-    preload: str,
+    folder: Path,
     ear: Ear | None = None,
     preferences: Mapping[str, bool | int | str] = MappingProxyType({}),
+    *,
+    probes: bool = True,
 ) -> AsyncIterator[Firefox]:
-    """Start a headless Firefox with a fresh profile; it ends at the end of the block.
+    """Start a headless Firefox with a fresh profile in `folder`; it ends at the end of the block.
 
-    `preferences` are set beside the usual ones; `preload` runs before each page's own script.
+    `preferences` are set beside the usual ones; it `probes` each page by the video probe, which
+    needs WebRTC. Raises `NotRunError`.
     """
+    path = installed(*FIREFOX)
+    profile = folder / "profile"
+    profile.mkdir()
     wanted = {**PREFERENCES, **preferences}
     lines = [f"user_pref({json.dumps(k)}, {json.dumps(v)});" for k, v in wanted.items()]
     (profile / "user.js").write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -152,8 +158,9 @@ async def firefox(
         url = await _listens(profile, process)
         async with aiohttp.ClientSession() as http, _talking(http, url) as session:
             tree = await session.send("browsingContext.getTree")
-            script = f"() => {{ {preload} }}"
-            await session.send("script.addPreloadScript", functionDeclaration=script)
+            if probes:
+                script = f"() => {{ {PROBE.read_text(encoding='utf-8')} }}"
+                await session.send("script.addPreloadScript", functionDeclaration=script)
             yield Firefox(session, tree["contexts"][0]["context"])
     finally:
         if process.returncode is None:

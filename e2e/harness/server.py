@@ -134,10 +134,6 @@ class Server:
         code = self._process.returncode if self._process else None
         assert code is None, f"the server ended with {code} at start:\n{self.log}"
 
-    async def exit_code(self, within_s: float) -> int:
-        assert self._process is not None, "the server was not started"
-        return await asyncio.wait_for(self._process.wait(), within_s)
-
     async def stop(self, how: signal.Signals = signal.SIGTERM) -> None:
         """Ask it to exit; raises `AssertionError` if it hangs, fails or has logged an error.
 
@@ -147,7 +143,7 @@ class Server:
             return
         self._process.send_signal(how)
         try:
-            code = await self.exit_code(20)
+            code = await asyncio.wait_for(self._process.wait(), 20)
         except TimeoutError:
             await self.kill()
             raise AssertionError(f"still running 20 s after {how.name}") from None

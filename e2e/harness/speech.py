@@ -62,19 +62,6 @@ def envelope(sound: NDArray[np.int16]) -> NDArray[np.float64]:
     return np.asarray(np.sqrt((blocks**2).mean(axis=1)))
 
 
-def fit_in_loop(heard: NDArray[np.float64], original: NDArray[np.float64]) -> float:
-    """Return how well `heard` fits the looped `original` where it fits best (≤ 1)."""
-    looped = np.concatenate([original, np.resize(original, len(heard))])
-    centred = heard - heard.mean()
-    best = -1.0
-    for start in range(len(original)):
-        piece = looped[start : start + len(heard)]
-        piece = piece - piece.mean()
-        scale = float(np.linalg.norm(piece) * np.linalg.norm(centred)) + 1e-12
-        best = max(best, float(piece @ centred) / scale)
-    return best
-
-
 def in_order(heard: NDArray[np.int16], original: NDArray[np.int16]) -> float:
     """Return the share of half seconds of `heard` that go on in the looped `original` where the
     one before ended.

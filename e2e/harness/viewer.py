@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from e2e.measure.ear import Block, Ear, Tap
 
-HERE = Path(__file__).parent
+PROBE = Path(__file__).with_name("probe.js")
 BLACK = 16
 LEAVE = re.compile(r"^(Leave the queue|End my turn)$")
 
@@ -61,7 +61,7 @@ class Viewer:
     @classmethod
     async def prepare(cls, context: BrowserContext, url: str, ear: Ear | None = None) -> Viewer:
         """Make a page with the instruments in it, still empty."""
-        await context.add_init_script(path=HERE / "probe.js")
+        await context.add_init_script(path=PROBE)
         return cls(await context.new_page(), url, ear)
 
     @classmethod
@@ -165,16 +165,20 @@ class Viewer:
 
     # --- what is opened and put away --------------------------------------------------------
 
+    async def details_say(self, words: str, within_s: float = 20) -> None:
+        """Open the details, and wait until they say this."""
+
+        async def say() -> bool:
+            await self.open("Details")
+            return words in await self.page.evaluate("document.body.textContent")
+
+        await eventually(say, f"the details say “{words}”", within_s=within_s)
+
     async def puts_the_first_card_away(self) -> None:
         """Close what greets who is here for the first time, if it is there."""
         card = self.page.get_by_role("region", name="Welcome", exact=True)
         if await card.is_visible():
             await card.get_by_role("button").last.click()
-
-    async def switches_the_picture_off(self) -> None:
-        await self.open("Settings")
-        await self.switch("Picture").click()
-        await self.closes("Settings")
 
     async def closes(self, panel: str) -> None:
         """Close a panel by its tab, so that nothing of it has the keyboard."""
@@ -216,6 +220,15 @@ class Viewer:
 
     async def packets(self, kind: str) -> int:
         return int((await self.inbound(kind)).get("packetsReceived", 0))
+
+    async def receives_more(self, kind: str) -> None:
+        """Wait until further packets of this stream have come."""
+        before = await self.packets(kind)
+
+        async def more() -> bool:
+            return await self.packets(kind) > before
+
+        await eventually(more, f"the {kind} goes on")
 
     # --- the ear --------------------------------------------------------------------------
 

@@ -110,8 +110,11 @@ async def test_a_page_whose_tokens_have_expired_asks_for_others(
     serve: Serve, tmp_path: Path, chromium: Browser
 ) -> None:
     """It says that it cannot watch, asks the robot's server again, and sees the robot."""
-    async with published(serve, tmp_path) as (_, server), Operator(server.url):
-        context = await chromium.new_context()
+    async with (
+        published(serve, tmp_path) as (_, server),
+        Operator(server.url),
+        await chromium.new_context() as context,
+    ):
         answers: list[dict[str, Any]] = []
 
         async def late(route: Route) -> None:
@@ -123,17 +126,14 @@ async def test_a_page_whose_tokens_have_expired_asks_for_others(
                     seat["token"] = expired(seat["token"])
             await route.fulfill(response=response, body=json.dumps(answer))
 
-        try:
-            await context.route("**/api/offer", late)
-            viewer = await Viewer.at(context, server.url)
-            full = viewer.page.get_by_text("Watching is full").first
-            await full.wait_for(state="visible", timeout=10_000)
-            await viewer.sees_picture(within_s=20)
-            await eventually(viewer.says_connected, "the page says that it is connected")
-            assert len(answers) == REFUSED + 1
-            assert not viewer.errors
-        finally:
-            await context.close()
+        await context.route("**/api/offer", late)
+        viewer = await Viewer.at(context, server.url)
+        full = viewer.page.get_by_text("Watching is full").first
+        await full.wait_for(state="visible", timeout=10_000)
+        await viewer.sees_picture(within_s=20)
+        await eventually(viewer.says_connected, "the page says that it is connected")
+        assert len(answers) == REFUSED + 1
+        assert not viewer.errors
 
 
 def expired(token: str) -> str:
