@@ -136,38 +136,28 @@ def serve(pytestconfig: pytest.Config) -> Serve:
 
 
 @pytest_asyncio.fixture(scope="session", loop_scope="session")
-async def serve_card(
+async def card_server(
     serve: Serve, tmp_path_factory: pytest.TempPathFactory
-) -> AsyncIterator[Callable[[], Awaitable[Server]]]:
-    """Have what gives the one server with the test card, which starts when first asked for."""
-    started: list[Server] = []
-    async with AsyncExitStack() as leaving:
-
-        async def give() -> Server:
-            if not started:
-                card = serve(
-                    tmp_path_factory.mktemp("card"), toml.card_with(turns=toml.BRIEF_GRACE)
-                )
-                started.append(await leaving.enter_async_context(card))
-            return started[0]
-
-        yield give
+) -> AsyncIterator[Server]:
+    settings = toml.card_with(turns=toml.BRIEF_GRACE)
+    async with serve(tmp_path_factory.mktemp("card"), settings) as running:
+        yield running
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="session")
-async def server(
-    request: pytest.FixtureRequest,
-    serve: Serve,
-    serve_card: Callable[[], Awaitable[Server]],
-    tmp_path_factory: pytest.TempPathFactory,
+async def own_server(
+    request: pytest.FixtureRequest, serve: Serve, tmp_path_factory: pytest.TempPathFactory
 ) -> AsyncIterator[Server]:
-    """Serve a module's `SERVER_SETTINGS`; without any the card, to all that change nothing."""
-    settings = getattr(request.module, "SERVER_SETTINGS", None)
-    if settings is None:
-        yield await serve_card()
-        return
+    settings = request.module.SERVER_SETTINGS
     async with serve(tmp_path_factory.mktemp("server"), settings) as running:
         yield running
+
+
+@pytest.fixture(scope="module")
+def server(request: pytest.FixtureRequest) -> Any:
+    """Serve a module's `SERVER_SETTINGS`; without any the card, to all that change nothing."""
+    has_own = hasattr(request.module, "SERVER_SETTINGS")
+    return request.getfixturevalue("own_server" if has_own else "card_server")
 
 
 @pytest_asyncio.fixture(loop_scope="session")

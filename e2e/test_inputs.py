@@ -131,15 +131,10 @@ async def test_the_joystick_drives_as_far_as_it_is_pushed(
         await asyncio.sleep(0.5)
         assert not board.moves
         await points.lift(0)
-
-        async def half() -> None:
-            await points.press(0, viewer.joystick)
-            await points.slide(0, 0, -0.6 * travel)
-
         attempt = partial(
             goes_further,
             board,
-            half=half,
+            half=lambda: points.push(0, viewer.joystick, 0, -0.6 * travel),
             whole=lambda: points.slide(0, 0, -0.6 * travel),
             let_go=lambda: points.lift(0),
         )
@@ -189,15 +184,9 @@ async def test_a_gamepad_drives_as_far_as_it_is_pushed(
 async def test_a_joystick_out_of_hands_stops(server: Server, open_viewer: OpenViewer) -> None:
     """Blurred, and by a touch that is cancelled; a finger that moves on changes nothing."""
     viewer = await open_viewer(server, drives=True, **PHONE)
-    points, travel = await TouchPoints.of(viewer), await travel_px(viewer)
-
-    async def push() -> None:
-        await points.press(0, viewer.joystick)
-        await points.slide(0, -travel, 0)
-
-    async def lift() -> None:
-        await points.lift(0)
-
+    points = await TouchPoints.of(viewer)
+    push = partial(points.push, 0, viewer.joystick, -await travel_px(viewer), 0)
+    lift = partial(points.lift, 0)
     await until_it_moves(server, push, lift)
     await viewer.page.evaluate(LOSSES["blur"])
     await points.slide(0, 10, 10)

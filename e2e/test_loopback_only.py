@@ -5,15 +5,17 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
 from e2e.harness.installed import CHROMIUM, installed
 from e2e.link import namespace
 from e2e.measure.errors import NotRunError
+from e2e.measure.suite import ROOT
 
-ROOT = Path(__file__).parents[1]
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 def alone() -> list[str]:

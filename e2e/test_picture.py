@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 import pytest_asyncio
+import tomlkit
 
 from e2e.harness import toml
 from e2e.harness.probe import assert_live
@@ -35,7 +36,8 @@ def codec(request: pytest.FixtureRequest) -> str:
 async def server(
     serve: Serve, codec: str, tmp_path_factory: pytest.TempPathFactory
 ) -> AsyncIterator[Server]:
-    async with serve(tmp_path_factory.mktemp(codec), toml.card(codec)) as running:
+    settings = tomlkit.dumps(toml.merged(toml.MEDIA, {"video": {"codec": codec}}))
+    async with serve(tmp_path_factory.mktemp(codec), settings) as running:
         yield running
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from functools import partial
 from typing import TYPE_CHECKING
 
 import pytest
@@ -37,11 +38,7 @@ async def test_in_a_browser_like_safari_one_watches_hears_drives_and_takes_a_cal
 
     await viewer.takes_the_wheel()
     fingers = await TouchPoints.of(viewer)
-
-    async def push() -> None:
-        await fingers.press(0, viewer.joystick)
-        await fingers.slide(0, -60, 0)
-
+    push = partial(fingers.push, 0, viewer.joystick, -60, 0)
     assert await holding_moves(server, push, lambda: fingers.lift(0))
     await push()
     assert await moves(server)

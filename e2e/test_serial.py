@@ -7,31 +7,25 @@ import time
 from typing import TYPE_CHECKING, Any, Final
 
 import pytest
-import pytest_asyncio
 
 from e2e.harness import toml
 from e2e.harness.commands import become_host
-from e2e.harness.line import SerialLine
+from e2e.harness.line import serial_line
 from e2e.harness.robot import undisturbed, until_it_moves
 from e2e.harness.wait import eventually, happens, until
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Awaitable, Callable
+    from collections.abc import Awaitable, Callable
     from pathlib import Path
 
     from e2e.conftest import OpenViewer, Serve
     from e2e.harness.board import Board
+    from e2e.harness.line import SerialLine
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
 
 FOR_GUESTS: Final = str(Sentence("robot.trouble"))
-
-
-@pytest_asyncio.fixture(loop_scope="session")
-async def line(tmp_path: Path) -> AsyncIterator[SerialLine]:
-    with SerialLine(tmp_path) as cable:
-        yield cable
 
 
 async def the_problem(server: Server) -> str:
@@ -67,15 +61,16 @@ def received(line: SerialLine, octet: bytes) -> Callable[[], Awaitable[bool]]:
 
 @pytest.mark.timeout(90)
 async def test_a_key_becomes_one_byte_and_its_release_another(
-    serve: Serve, tmp_path: Path, line: SerialLine, open_viewer: OpenViewer
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
     """In the dialect of 2004 each press is one byte, sent on change, and the release is a stop."""
-    async with serve(tmp_path, toml.card_on(line.path, "bytes")) as server:
-        viewer = await open_viewer(server, drives=True)
-        for key, octet in (("ArrowUp", b"F"), ("s", b"B"), ("ArrowLeft", b"L"), ("d", b"R")):
-            await hold(server, viewer, key, received(line, octet))
-            await viewer.page.keyboard.up(key)
-            await eventually(received(line, b"S"), "a stop comes down the line", within_s=2)
+    with serial_line(tmp_path) as line:
+        async with serve(tmp_path, toml.card_on(line.path, "bytes")) as server:
+            viewer = await open_viewer(server, drives=True)
+            for key, octet in (("ArrowUp", b"F"), ("s", b"B"), ("ArrowLeft", b"L"), ("d", b"R")):
+                await hold(server, viewer, key, received(line, octet))
+                await viewer.page.keyboard.up(key)
+                await eventually(received(line, b"S"), "a stop comes down the line", within_s=2)
 
 
 @pytest.mark.timeout(120)

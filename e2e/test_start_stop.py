@@ -12,7 +12,7 @@ import pytest
 from tests.full_pipe import full_pipe
 
 from e2e.harness import toml
-from e2e.harness.line import SerialLine
+from e2e.harness.line import serial_line
 from e2e.harness.robot import turn_by_key
 from e2e.harness.server import COMMAND, Server
 from e2e.harness.wait import eventually, until
@@ -28,7 +28,7 @@ async def test_the_robot_is_stopped_before_the_end(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
     """The last byte on the line is a stop when the server is ended while somebody drives."""
-    with SerialLine(tmp_path) as line:
+    with serial_line(tmp_path) as line:
         async with serve(tmp_path, toml.card_on(line.path, "bytes")) as server:
             viewer = await open_viewer(server, drives=True)
 

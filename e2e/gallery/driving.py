@@ -26,12 +26,11 @@ async def driving(scene: Scene) -> None:
         await turn_by_key(scene.server, viewer)
         return
     points = await TouchPoints.of(viewer)
-
-    async def pushes() -> None:
-        await points.press(0, viewer.joystick)
-        await points.slide(0, -_PUSH_PX, 0)
-
-    await until_it_moves(scene.server, pushes, lambda: points.lift(0))
+    await until_it_moves(
+        scene.server,
+        lambda: points.push(0, viewer.joystick, -_PUSH_PX, 0),
+        lambda: points.lift(0),
+    )
 
 
 async def slow(scene: Scene) -> None:

@@ -6,15 +6,14 @@ import asyncio
 import json
 import time
 from asyncio.subprocess import PIPE
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from e2e.harness.wait import until
+from e2e.measure.suite import ROOT
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
-
-ROOT = Path(__file__).resolve().parents[2]
+    from pathlib import Path
 
 
 class Board:

@@ -1,4 +1,4 @@
-"""A serial line that can be unplugged: a real pseudo-terminal behind a name of our own."""
+"""A serial line: a real pseudo-terminal behind a name of our own."""
 
 from __future__ import annotations
 
@@ -6,47 +6,36 @@ import asyncio
 import os
 import pty
 import tty
-from typing import TYPE_CHECKING, Self
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
 
+@dataclass(frozen=True, slots=True)
 class SerialLine:
-    """The board's end of the line, plugged in inside its block; `path` is what the server opens.
+    """The board's end of the line; `path` is what the server opens."""
 
-    Needs a running event loop.
-    """
+    path: Path
+    received: bytearray = field(default_factory=bytearray)
 
-    def __init__(self, folder: Path) -> None:
-        self.path = folder / "robot-line"
-        self.received = bytearray()
-        self._board: int | None = None
-        self._port: int | None = None
 
-    def __enter__(self) -> Self:
-        self.plug()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.unplug()
-
-    def plug(self) -> None:
-        self._board, self._port = pty.openpty()
-        tty.setraw(self._port)
-        self.path.symlink_to(os.ttyname(self._port))
-        asyncio.get_running_loop().add_reader(self._board, self._take)
-
-    def unplug(self) -> None:
-        """Pull the plug: the name is gone, and an open port hangs up. Safe to call twice."""
-        if self._board is None or self._port is None:
-            return
-        asyncio.get_running_loop().remove_reader(self._board)
-        self.path.unlink()
-        os.close(self._board)
-        os.close(self._port)
-        self._board = self._port = None
-
-    def _take(self) -> None:
-        assert self._board is not None
-        self.received += os.read(self._board, 4096)
+@contextmanager
+def serial_line(folder: Path) -> Iterator[SerialLine]:
+    """Have it plugged in inside the block, which needs a running event loop."""
+    line = SerialLine(folder / "robot-line")
+    board, port = pty.openpty()
+    tty.setraw(port)
+    line.path.symlink_to(os.ttyname(port))
+    loop = asyncio.get_running_loop()
+    loop.add_reader(board, lambda: line.received.extend(os.read(board, 4096)))
+    try:
+        yield line
+    finally:
+        loop.remove_reader(board)
+        line.path.unlink()
+        os.close(board)
+        os.close(port)

@@ -41,11 +41,6 @@ BRIEF_GRACE = "grace_s = 0.5"
 """A viewer who closes their page is forgotten soon, so the next test need not wait their turn."""
 
 
-def card(codec: str) -> str:
-    """Encode the test card with one of the two video codecs."""
-    return CARD.replace("[audio]", f'codec = "{codec}"\n[audio]')
-
-
 def card_with(**sections: str) -> str:
     """Add tables to the test card, as ``turns="turn_s = 3.0"``; ``__`` in a name is a dot."""
     tables = [f"[{name.replace('__', '.')}]\n{keys}\n" for name, keys in sections.items()]

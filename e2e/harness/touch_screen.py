@@ -33,6 +33,11 @@ class TouchPoints:
         self._points[finger] = (x + right_px, y + down_px)
         await self._send("touchMove", self._points)
 
+    async def push(self, finger: int, on: Locator, right_px: float, down_px: float) -> None:
+        """Press in its middle, and slide on."""
+        await self.press(finger, on)
+        await self.slide(finger, right_px, down_px)
+
     async def lift(self, finger: int) -> None:
         await self._send("touchEnd", {finger: self._points.pop(finger)})
 
