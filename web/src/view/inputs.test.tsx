@@ -153,8 +153,11 @@ describe("the joystick", () => {
     push(0, -70);
     finger("pointerdown", 0, 70, 2);
     finger("pointermove", 0, 70, 2);
+    expect(input.motion).toEqual({ linear: 1, angular: 0 });
     for (const type of ["pointerup", "pointercancel", "lostpointercapture"]) finger(type, 0, 70, 2);
     expect(input.motion).toEqual({ linear: 1, angular: 0 });
+    finger("pointerup", 0, -70);
+    expect(input.isHolding).toBe(false);
   });
 
   it("springs back when all is released, and moves nothing until it is taken again", () => {
