@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 import cv2
@@ -9,9 +10,9 @@ import numpy as np
 import pytest
 import pytest_asyncio
 import tomlkit
+from playwright.async_api import expect
 
 from e2e.harness.robot import stands_still, turn_by_key
-from e2e.harness.wait import eventually
 from wax.web import colours
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ ACCENT = "#ffd200"
 HOSTILE = '"><script>window.hurt = 1</script>'
 WORSE = "\"><img src=x onerror='window.hurt = 2'>"
 SIZE = (120, 63)
+DRAWN = re.compile("M")
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="session")
@@ -91,16 +93,9 @@ async def test_the_page_is_the_hosts_and_what_they_write_cannot_hurt(
 async def test_whoever_drives_sees_where_the_robot_will_be(server: Server, driver: Viewer) -> None:
     """While it moves the path lies on the picture; it is gone soon after it stands."""
     lane = driver.page.locator(".path-arc .path-lane")
-
-    async def is_drawn() -> bool:
-        return bool(await lane.get_attribute("d"))
-
-    async def is_gone() -> bool:
-        return not await is_drawn()
-
-    assert await is_gone()
+    assert not await lane.get_attribute("d")
     await turn_by_key(server, driver, "ArrowUp")
-    await eventually(is_drawn, "the path is drawn")
+    await expect(lane).to_have_attribute("d", DRAWN)
     data = await lane.get_attribute("d") or ""
     numbers = [float(one) for one in data.replace("M", " ").replace("L", " ").split()]
     # Two lanes, of which the robot's left one is left of its right one.
@@ -108,5 +103,5 @@ async def test_whoever_drives_sees_where_the_robot_will_be(server: Server, drive
     half = len(numbers) // 2
     assert numbers[0] < numbers[half]
     await driver.page.keyboard.up("ArrowUp")
-    await eventually(is_gone, "the path is gone")
+    await expect(lane).not_to_have_attribute("d", DRAWN)
     assert await stands_still(server)

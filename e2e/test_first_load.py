@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import aiohttp
 from aiohttp import web
@@ -36,19 +36,13 @@ NAMESPACES: Final = {"www.w3.org"}
 DIST: Final = ROOT / "server/wax/web/dist"
 
 
-async def _loaded(browser: Browser, server: Server) -> list[dict[str, Any]]:
-    """Return what a browser without a past has fetched until a picture was shown."""
-    async with await browser.new_context(locale="en-GB") as context:
+async def test_little_is_loaded_before_the_first_picture(chromium: Browser, server: Server) -> None:
+    """Page, scripts and styles are 75 kB as they travel, and nothing of them is for later."""
+    async with await chromium.new_context(locale="en-GB") as context:
         viewer = await Viewer.prepare(context, server.url)
         await viewer.page.goto(server.url, wait_until="commit")
         await viewer.page.locator("video").first.wait_for(state="attached")
-        found: list[dict[str, Any]] = await viewer.probe("loadedFirst()")
-        return found
-
-
-async def test_little_is_loaded_before_the_first_picture(chromium: Browser, server: Server) -> None:
-    """Page, scripts and styles are 75 kB as they travel, and nothing of them is for later."""
-    loaded = await _loaded(chromium, server)
+        loaded = await viewer.probe("loadedFirst()")
     sizes = {one["name"].removeprefix(server.url): one["encodedBodySize"] for one in loaded}
     assert any(name.endswith(".js") for name in sizes), sizes
     assert "/" in sizes

@@ -6,6 +6,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from playwright.async_api import expect
 
 from e2e.harness import toml
 from e2e.harness.robot import moves, nothing_is_held, stands_still
@@ -49,16 +50,9 @@ async def test_turns_pass_on_and_the_robot_stands_between_them(
     await ada.takes_the_wheel()
     await bob.join()
 
-    async def complete() -> bool:
-        lines = await bob.queue.get_by_role("listitem").all_inner_texts()
-        text = " | ".join(lines)
-        return (
-            len(lines) == 3
-            and all(name in text for name in ("Ada", "Bob", "<b>Cleo"))
-            and re.search(r"watch", text, re.IGNORECASE) is not None
-        )
-
-    await eventually(complete, "all three are in the list")
+    await expect(bob.queue.get_by_role("listitem")).to_have_count(3)
+    for words in ("Ada", "Bob", "<b>Cleo", re.compile("watch", re.IGNORECASE)):
+        await expect(bob.queue).to_contain_text(words)
     assert listed(await server.status(), "<b>Cleo")["role"] == "observer"
 
     def bobs_turn(told: dict[str, Any]) -> int:

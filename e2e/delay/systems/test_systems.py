@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
@@ -14,17 +13,16 @@ from e2e.delay.cell import Cell
 from e2e.delay.systems import start
 from e2e.harness.installed import CHROMIUM, installed
 from e2e.harness.robot import pose
+from e2e.harness.viewer import PROBE
 from e2e.harness.wait import eventually
 from e2e.link import Link
 from e2e.measure.errors import MeasureError, NotRunError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
+    from pathlib import Path
 
     from playwright.async_api import Page
-
-ROOT = Path(__file__).parents[3]
-PROBE = ROOT / "e2e" / "harness" / "probe.js"
 
 
 @pytest_asyncio.fixture(loop_scope="session")
