@@ -10,7 +10,7 @@ from playwright.async_api import expect
 from e2e.harness.viewer import box_of
 
 if TYPE_CHECKING:
-    from playwright.async_api import Locator, Page
+    from playwright.async_api import Page
 
     from e2e.conftest import OpenViewer
     from e2e.harness.server import Server
@@ -26,10 +26,6 @@ RIGHT = re.compile(r"^\W*Ŕî+ĝ")
 """As the trial language writes them."""
 
 
-def _button(page: Page, name: str | re.Pattern[str]) -> Locator:
-    return page.get_by_role("button", name=name, exact=True)
-
-
 async def _is_in(page: Page, language: str) -> None:
     await expect(page.locator("html")).to_have_attribute("lang", language)
 
@@ -40,21 +36,21 @@ async def test_the_language_is_the_browsers_the_addresss_or_the_chosen(
     """A German browser reads German, another English, unless by `?lang=`; a choice stays."""
     german = await open_viewer(server, locale="de-AT")
     await _is_in(german.page, "de")
-    await expect(_button(german.page, "Stopp")).to_be_visible()
+    await expect(german.button("Stopp")).to_be_visible()
     viewer = await open_viewer(server, locale="fr-FR")
     page = viewer.page
     await _is_in(page, "en")
-    await expect(_button(page, "Stop")).to_be_visible()
+    await expect(viewer.button("Stop")).to_be_visible()
     await page.goto(f"{server.url}/?lang=de")
     await _is_in(page, "de")
     await page.goto(server.url)
     await viewer.sees_picture()
-    await _button(page, "Settings").click()
+    await viewer.button("Settings").click()
     await page.get_by_role("combobox", name="Language", exact=True).select_option("Deutsch")
-    await expect(_button(page, "Stopp")).to_be_visible()
+    await expect(viewer.button("Stopp")).to_be_visible()
     await page.reload()
     await _is_in(page, "de")
-    await expect(_button(page, "Stopp")).to_be_visible()
+    await expect(viewer.button("Stopp")).to_be_visible()
 
 
 async def test_a_long_language_from_right_to_left_keeps_the_page_usable(
@@ -66,18 +62,18 @@ async def test_a_long_language_from_right_to_left_keeps_the_page_usable(
     await page.goto(f"{server.url}/?lang=pseudo")
     await viewer.sees_picture()
     await expect(page.locator("html")).to_have_attribute("dir", "rtl")
-    await _button(page, JOIN).click()
+    await viewer.button(JOIN).click()
     for width, height in SIZES:
-        await expect(_button(page, LEFT)).to_be_visible()
+        await expect(viewer.button(LEFT)).to_be_visible()
         await viewer.resize(width, height)
-        left, right = await box_of(_button(page, LEFT)), await box_of(_button(page, RIGHT))
+        left, right = await box_of(viewer.button(LEFT)), await box_of(viewer.button(RIGHT))
         assert left["x"] + left["width"] <= right["x"]
-        stop = await box_of(_button(page, STOP))
+        stop = await box_of(viewer.button(STOP))
         assert stop["y"] >= 0
         assert stop["y"] + stop["height"] <= height
         for _panel in ("people", "settings"):
             scrolls = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
             assert await page.evaluate(scrolls) == 0
             assert await viewer.probe("cutOff()") == []
-            await _button(page, SETTINGS).click()
+            await viewer.button(SETTINGS).click()
             await viewer.lies_still()

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+import tomlkit
 from playwright.async_api import expect
 
 from e2e.harness import toml
@@ -45,10 +46,6 @@ def write_sides(path: Path, left: NDArray[np.float64], right: NDArray[np.float64
         file.writeframes(np.clip(both, -32768, 32767).astype("<i2").tobytes())
 
 
-def hears(path: Path) -> str:
-    return f'[video]\nsource = "testcard"\n[audio]\nsource = "{path}"\n'
-
-
 def sides(viewer: Viewer) -> NDArray[np.float64]:
     """Return how loud each ear was in each tenth of a second, ``(n, 2)``."""
     heard = viewer.ears().astype(np.float64)
@@ -63,8 +60,10 @@ async def test_left_and_right_arrive_apart(
     """Noise that changes sides is heard on its side, and the meters show it."""
     loud = np.full(round(SECONDS_EACH * SAMPLE_RATE_HZ), LOUD)
     soft = np.full(len(loud), SOFT)
-    write_sides(tmp_path / "sides.wav", np.append(loud, soft), np.append(soft, loud))
-    async with serve(tmp_path, hears(tmp_path / "sides.wav")) as server:
+    noise = tmp_path / "sides.wav"
+    write_sides(noise, np.append(loud, soft), np.append(soft, loud))
+    settings = toml.merged(toml.MEDIA, {"audio": {"source": str(noise)}})
+    async with serve(tmp_path, tomlkit.dumps(settings)) as server:
         viewer = await open_viewer(server)
         await viewer.listen()
         await viewer.details_say("kbit/s stereo", within_s=30)

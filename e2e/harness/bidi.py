@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
 
+from e2e.harness.child import terminate
 from e2e.harness.installed import FIREFOX, installed
 from e2e.harness.viewer import PROBE
 from e2e.harness.wait import eventually
@@ -163,9 +164,7 @@ async def firefox(
                 await session.send("script.addPreloadScript", functionDeclaration=script)
             yield Firefox(session, tree["contexts"][0]["context"])
     finally:
-        if process.returncode is None:
-            process.terminate()
-        await process.wait()
+        await terminate(process)
 
 
 async def _listens(profile: Path, process: Process) -> str:

@@ -27,6 +27,13 @@ async def kill(process: Process | None) -> None:
         await process.wait()
 
 
+async def terminate(process: Process) -> None:
+    """Ask a process to end, where it has not, and wait until it has."""
+    if process.returncode is None:
+        process.terminate()
+    await process.wait()
+
+
 async def ends(process: Process, within_s: float) -> None:
     """Wait until a process that was asked to has ended; kill it where that is too late."""
     with suppress(TimeoutError):

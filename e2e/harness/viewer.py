@@ -73,7 +73,7 @@ class Viewer:
 
     # --- the controls ---------------------------------------------------------------------
 
-    def button(self, name: str) -> Locator:
+    def button(self, name: str | re.Pattern[str]) -> Locator:
         return self.page.get_by_role("button", name=name, exact=True)
 
     def switch(self, name: str) -> Locator:

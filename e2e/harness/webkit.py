@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
 
+from e2e.harness.child import terminate
 from e2e.harness.server import free_port
 from e2e.harness.wait import eventually
 from e2e.measure.errors import NotRunError
 
 if TYPE_CHECKING:
-    from asyncio.subprocess import Process
     from collections.abc import AsyncIterator
 
 MINI_BROWSERS: Final = (
@@ -81,7 +81,7 @@ async def webkit(folder: Path) -> AsyncIterator[WebKit]:
             process = await asyncio.create_subprocess_exec(
                 *(driver, f"--port={port}"), env=environment, stdout=log, stderr=log
             )
-        leaving.push_async_callback(_end, process)
+        leaving.push_async_callback(terminate, process)
         http = aiohttp.ClientSession(f"http://127.0.0.1:{port}", timeout=_ANSWER)
         await leaving.enter_async_context(http)
         await eventually(lambda: _listens(http), "WebKitWebDriver listens", within_s=_START_S)
@@ -105,7 +105,7 @@ async def _display(program: str) -> AsyncIterator[int]:
         said = await asyncio.wait_for(process.stdout.readline(), _START_S)
         yield int(said)
     finally:
-        await _end(process)
+        await terminate(process)
 
 
 async def _listens(http: aiohttp.ClientSession) -> bool:
@@ -113,9 +113,3 @@ async def _listens(http: aiohttp.ClientSession) -> bool:
         return bool((await _asked(http, "GET", "/status"))["ready"])
     except aiohttp.ClientError:
         return False
-
-
-async def _end(process: Process) -> None:
-    if process.returncode is None:
-        process.terminate()
-    await process.wait()
