@@ -95,13 +95,8 @@ async def test_a_frame_shows_the_robot_and_moves_nothing(serve: Serve, tmp_path:
         async with Operator(server.url, name="Grace") as operator:
             await operator.join()
             await frame.get_by_text("Grace is driving").click()
-            for key in (
-                "ArrowLeft",
-                "w",
-                "Space",
-                "Escape",
-                "t",
-            ):  # what drives and stops elsewhere
+            # What drives, speaks and stops on the page.
+            for key in ("ArrowLeft", "w", "Space", "Escape", "t"):  # what drives and stops elsewhere
                 await frame.locator("body").press(key, delay=100)
             assert not await moves(server, within_s=0.5)
             assert operator.newest("room")["stop"] is None
