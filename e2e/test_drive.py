@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-import math
 from collections import deque
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import pytest
@@ -31,49 +29,27 @@ if TYPE_CHECKING:
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
 
+    Went = Callable[[Pose, Pose], bool]
+    """Where the robot is, and where it was when it was pressed for."""
+
 pytestmark = pytest.mark.timeout(90)
 
 PHONE: Final = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
 
 
-@dataclass(frozen=True, slots=True)
-class Drive:
-    """From where to where the robot went by one press."""
-
-    start: Pose
-    end: Pose
-
-    @property
-    def distance_m(self) -> float:
-        return self.end.distance_m(self.start)
-
-    @property
-    def ahead_m(self) -> float:
-        """How far towards where the robot looked at the start; negative is back."""
-        east_m, north_m = self.end.x_m - self.start.x_m, self.end.y_m - self.start.y_m
-        heading_rad = self.start.heading_rad
-        return east_m * math.cos(heading_rad) + north_m * math.sin(heading_rad)
-
-    @property
-    def turned_rad(self) -> float:
-        return self.end.turned_rad(self.start)
-
-
-async def goes(server: Server, start: Pose, so: Callable[[Drive], bool]) -> bool:
+async def goes(server: Server, start: Pose, so: Went) -> bool:
     """Return whether the robot has gone so from there, as soon as it has."""
 
     async def has_gone() -> bool:
-        return so(Drive(start, await pose(server)))
+        return so(await pose(server), start)
 
     return await happens(has_gone, within_s=4)
 
 
-async def drive_by_keys(
-    server: Server, viewer: Viewer, *keys: str, so: Callable[[Drive], bool]
-) -> Drive:
-    """Hold the keys together until the robot has gone so, let go, and see it stand."""
+async def drive_by_keys(server: Server, viewer: Viewer, *keys: str, so: Went) -> None:
+    """Hold the keys together until the robot has gone so, let go, and see it stand so."""
 
-    async def attempt() -> Drive | None:
+    async def attempt() -> bool:
         start = await pose(server)
         for key in keys:
             await viewer.page.keyboard.down(key)
@@ -81,11 +57,13 @@ async def drive_by_keys(
         for key in keys:
             await viewer.page.keyboard.up(key)
         assert await stands_still(server, for_s=0.2)
-        return Drive(start, await pose(server)) if has_gone else None
+        return has_gone and so(await pose(server), start)
 
-    drive = await undisturbed(server, attempt)
-    assert drive is not None, f"the robot does not drive as {keys} say"
-    return drive
+    assert await undisturbed(server, attempt), f"the robot does not drive as {keys} say"
+
+
+def turned_left(at: Pose, since: Pose) -> bool:
+    return at.turned_rad(since) > 0.1
 
 
 async def speed_mps(server: Server) -> float:
@@ -114,14 +92,18 @@ async def top_mps(server: Server, viewer: Viewer, key: str, above_mps: float = 0
 @pytest.mark.timeout(120)
 async def test_keys_move_the_robot(server: Server, driver: Viewer) -> None:
     """Arrow keys and WASD drive where they say, two together a curve, Slow slower than Fast."""
-    out = await drive_by_keys(server, driver, "ArrowUp", so=lambda one: one.ahead_m > 0.05)
-    assert abs(out.turned_rad) < 0.05
-    await drive_by_keys(server, driver, "s", so=lambda one: one.ahead_m < -0.05)
-    await drive_by_keys(server, driver, "a", so=lambda one: one.turned_rad > 0.1)
-    await drive_by_keys(server, driver, "ArrowRight", so=lambda one: one.turned_rad < -0.1)
+    await drive_by_keys(
+        *(server, driver, "ArrowUp"),
+        so=lambda at, since: at.ahead_m(since) > 0.05 and abs(at.turned_rad(since)) < 0.05,
+    )
+    await drive_by_keys(server, driver, "s", so=lambda at, since: at.ahead_m(since) < -0.05)
+    await drive_by_keys(server, driver, "a", so=turned_left)
+    await drive_by_keys(
+        *(server, driver, "ArrowRight"), so=lambda at, since: at.turned_rad(since) < -0.1
+    )
     await drive_by_keys(
         *(server, driver, "ArrowDown", "ArrowLeft"),
-        so=lambda one: one.distance_m > 0.05 and abs(one.turned_rad) > 0.1,
+        so=lambda at, since: at.distance_m(since) > 0.05 and abs(at.turned_rad(since)) > 0.1,
     )
     await driver.speed("Slow").click()
     slow_mps = await top_mps(server, driver, "ArrowUp")
@@ -138,7 +120,7 @@ async def test_buttons_work_by_mouse(server: Server, driver: Viewer) -> None:
         start = await pose(server)
         await driver.button("Left").hover()
         await driver.page.mouse.down()
-        has_turned = await goes(server, start, lambda one: one.turned_rad > 0.1)
+        has_turned = await goes(server, start, turned_left)
         await driver.page.mouse.move(2, 2)
         await driver.page.mouse.up()
         assert await stands_still(server)
@@ -162,12 +144,13 @@ async def test_two_thumbs_drive_a_curve(server: Server, open_viewer: OpenViewer)
         await points.press(0, viewer.button("Back"))
         await points.press(1, viewer.button("Left"))
         both = await goes(
-            server, start, lambda one: one.distance_m > 0.03 and abs(one.turned_rad) > 0.1
+            *(server, start),
+            lambda at, since: at.distance_m(since) > 0.03 and abs(at.turned_rad(since)) > 0.1,
         )
         await points.lift(0)
         one = await happens(backs_no_more, within_s=STANDS_WITHIN_S)
         start = await pose(server)
-        one = one and await goes(server, start, lambda one: abs(one.turned_rad) > 0.1)
+        one = one and await goes(server, start, lambda at, since: abs(at.turned_rad(since)) > 0.1)
         end = await pose(server)
         await points.lift(1)
         assert await stands_still(server)

@@ -96,7 +96,7 @@ async def test_a_frame_shows_the_robot_and_moves_nothing(serve: Serve, tmp_path:
             await operator.join()
             await frame.get_by_text("Grace is driving").click()
             # What drives, speaks and stops on the page.
-            for key in ("ArrowLeft", "w", "Space", "Escape", "t"):  # what drives and stops elsewhere
+            for key in ("ArrowLeft", "w", "Space", "Escape", "t"):
                 await frame.locator("body").press(key, delay=100)
             assert not await moves(server, within_s=0.5)
             assert operator.newest("room")["stop"] is None

@@ -53,6 +53,11 @@ class Pose:
     def distance_m(self, since: Pose) -> float:
         return math.hypot(self.x_m - since.x_m, self.y_m - since.y_m)
 
+    def ahead_m(self, since: Pose) -> float:
+        """How far towards where the robot looked then; negative is back."""
+        east_m, north_m = self.x_m - since.x_m, self.y_m - since.y_m
+        return east_m * math.cos(since.heading_rad) + north_m * math.sin(since.heading_rad)
+
     def turned_rad(self, since: Pose) -> float:
         """Counter-clockwise, -pi…pi."""
         turn = self.heading_rad - since.heading_rad
