@@ -400,6 +400,8 @@ describe("in a frame on another site", () => {
   it("no key drives, stops or speaks, and no secret in the address is shown to the server", async () => {
     const fetching = vi.fn();
     vi.stubGlobal("fetch", fetching);
+    // The session that every test here begins with is in no frame, and would take it.
+    window.addEventListener("hashchange", (event) => event.stopImmediatePropagation(), true);
     const listening = vi.spyOn(window, "addEventListener");
     window.history.replaceState(null, "", "#host=s3cret");
     session = startSession();

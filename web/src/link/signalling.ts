@@ -73,7 +73,7 @@ export function gathered(pc: RTCPeerConnection): Promise<void> {
     };
     pc.addEventListener("icegatheringstatechange", look);
     pc.addEventListener("icecandidate", ({ candidate }) => {
-      if (/ typ relay\b/.test(candidate?.candidate ?? "")) setTimeout(resolve, AFTER_RELAY_MS);
+      if (/\styp\srelay\b/.test(candidate?.candidate ?? "")) setTimeout(resolve, AFTER_RELAY_MS);
     });
     look();
   });
