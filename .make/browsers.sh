@@ -96,11 +96,16 @@ want_ear() {
         _missing "the sound cannot be heard; type: sudo apt-get install -y pulseaudio pulseaudio-utils"
 }
 
-# Friends whose network lets no UDP out reach the robot by a TURN server; a door has sshd and Caddy, too.
+# Friends whose network lets no UDP out reach the robot by a TURN server.
 want_relay() {
     [ "$(uname)" = Linux ] || return 0
     { command -v turnserver && command -v nft; } >/dev/null || apt_install coturn nftables ||
         _missing "the relay cannot be tested; type: sudo apt-get install -y coturn nftables"
+}
+
+# A door has sshd and Caddy, too.
+want_door() {
+    [ "$(uname)" = Linux ] || return 0
     { command -v caddy && [ -x /usr/sbin/sshd ]; } >/dev/null || apt_install caddy openssh-server ||
         _missing "the door cannot be tested; type: sudo apt-get install -y caddy openssh-server"
 }

@@ -60,7 +60,7 @@ if [ "$what" != unit ]; then
     . .make/browsers.sh
     want_all
     sh .make/firmware.sh board >/dev/null
-    [ "$what" = test ] || { want_redis && want_webkit && want_fastdds && sh .make/livekit.sh; }
+    [ "$what" = test ] || { want_redis && want_webkit && want_fastdds && want_door && sh .make/livekit.sh; }
     stage "checks" sh .make/check.sh
 fi
 stage "the unit tests of both languages" unit_tests

@@ -137,6 +137,7 @@ async def visits(folder: Path) -> list[dict[str, Any]]:
     return kept
 
 
+@pytest.mark.full
 async def test_a_robot_behind_two_nats_is_driven_through_its_door(tmp_path: Path) -> None:
     """By HTTPS from a real name; picture and commands go past the door, and on without it."""
     async with dialling(tmp_path, CARRIED, FRIEND) as dials, visited(dials) as stage:
