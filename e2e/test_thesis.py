@@ -11,11 +11,9 @@ import pytest
 import tomlkit
 
 from e2e.harness import probe
-from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
     from e2e.conftest import OpenViewer, Serve
-    from e2e.harness.viewer import Viewer
 
 CONFIG = Path(__file__).parents[1] / "config" / "thesis.toml"
 
@@ -27,23 +25,6 @@ def thesis(**more: Any) -> str:
     tree["audio"] = {"source": "testcard"}
     tree["thesis"] |= more
     return tomlkit.dumps(tree)
-
-
-async def _none_waits(viewer: Viewer) -> dict[str, Any]:
-    """Return the browser's counts at a moment when no picture waits to be decoded.
-
-    Only then is `keyFramesDecoded` the same number everywhere: Chromium 150 counts a keyframe
-    when it has come, Chromium 156 when it is decoded.
-    """
-
-    async def counts() -> dict[str, Any] | None:
-        found = await viewer.inbound("video")
-        waiting = found["framesReceived"] - found["framesDecoded"] - found["framesDropped"]
-        return None if waiting else found
-
-    found = await eventually(counts, "no picture waits to be decoded", every_s=0.03)
-    assert found is not None
-    return found
 
 
 @pytest.mark.full
@@ -62,12 +43,12 @@ async def test_the_browser_plays_the_system_of_2004(
         assert await viewer.probe("codec('audio')") == "audio/PCMU"
         await asyncio.sleep(3)  # until the browser's buffer has grown to the length of a unit
         viewer.forget()
-        before = await _none_waits(viewer)
+        before = await viewer.inbound("video")
         cards = await viewer.cards(25)
-        after = await _none_waits(viewer)
+        after = await viewer.inbound("video")
         assert after["frameWidth"] == 166
-        for counts in (before, after):  # received and decoded differ by what was dropped, if any
-            assert counts["keyFramesDecoded"] in (counts["framesReceived"], counts["framesDecoded"])
+        for counts in (before, after):  # some wait to be decoded, and Chromium 150 counts them
+            assert counts["framesDecoded"] <= counts["keyFramesDecoded"] <= counts["framesReceived"]
         assert after["framesDecoded"] - before["framesDecoded"] > 15
         assert [card for card in cards if card.valid]
         assert probe.loudness(viewer.heard()) > 0.02
