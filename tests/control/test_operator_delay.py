@@ -41,6 +41,10 @@ def test_the_least_counts() -> None:
     assert line.one_way_s(7) == 0.02
     meter.one_way_s = None
     assert line.one_way_s(7) == 0.02
+    meter.one_way_s = 0.0
+    assert line.one_way_s(7) == 0.0
+    meter.one_way_s = 0.1
+    assert line.one_way_s(7) == 0.0
 
 
 def test_nobodys_line_is_not_measured() -> None:

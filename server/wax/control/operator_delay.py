@@ -31,16 +31,18 @@ class OperatorDelay:
 
     def renew(self, operator: int) -> None:
         """Measure again for a renewed turn; keep the old value if there is no new one."""
-        self._one_way_s = self._measure(operator) or self._one_way_s
+        measured_s = self._measure(operator)
+        if measured_s is not None:
+            self._one_way_s = measured_s
 
     def one_way_s(self, operator: int | None) -> float | None:
         """Return the delay to use, None while it is unknown."""
-        if operator is not None and not self._is_settled():
+        least_s = self._one_way_s
+        if operator is not None:
             self.renew(operator)
-        elif operator is not None and (now_s := self._measure(operator)) is not None:
-            self._one_way_s = min(now_s, self._one_way_s or now_s)
+        if least_s is not None and self._one_way_s is not None and self._is_drivable(least_s):
+            self._one_way_s = min(least_s, self._one_way_s)
         return self._one_way_s
 
-    def _is_settled(self) -> bool:
-        is_known = self._one_way_s is not None
-        return is_known and time_to_live_s(self._one_way_s, self._rules) is not None
+    def _is_drivable(self, one_way_s: float) -> bool:
+        return time_to_live_s(one_way_s, self._rules) is not None

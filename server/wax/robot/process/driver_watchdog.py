@@ -233,7 +233,8 @@ class DriverWatchdog:
         self._twist = STANDSTILL
 
     def _refusal(self, message: Move | Axis | Control, now_s: float) -> str | None:
-        is_over = isinstance(message, Move) and now_s >= (message.end_s or math.inf)
+        end_s = message.end_s if isinstance(message, Move) else None
+        is_over = end_s is not None and now_s >= end_s
         if is_over or not self._is_fresh(message, now_s):
             return "driver_stale"
         if message.sequence <= self._sequence:
