@@ -1,21 +1,9 @@
-import { useSignal } from "@preact/signals";
-import { useRef } from "preact/hooks";
 import { t } from "../../words/words";
+import { useCopy } from "./useCopy";
 
 /** Lines for the configuration file, to be copied: with the system's clipboard, or by hand. */
 export function Lines({ text }: { text: string }) {
-  const field = useRef<HTMLTextAreaElement>(null);
-  const copied = useSignal("");
-  const copy = async () => {
-    field.current?.select();
-    try {
-      // Browsers have it under HTTPS and on this machine only.
-      await navigator.clipboard.writeText(text);
-      copied.value = text;
-    } catch {
-      copied.value = "";
-    }
-  };
+  const { field, copy, isCopied } = useCopy<HTMLTextAreaElement>(text);
   return (
     <div class="made-link">
       <p class="quiet">{t("path.write")}</p>
@@ -31,7 +19,7 @@ export function Lines({ text }: { text: string }) {
       <button type="button" class="main-button" onClick={() => void copy()}>
         {t("path.copy")}
       </button>
-      <p role="status">{copied.value === text && t("path.copied")}</p>
+      <p role="status">{isCopied && t("path.copied")}</p>
     </div>
   );
 }

@@ -1,21 +1,9 @@
-import { useSignal } from "@preact/signals";
-import { useRef } from "preact/hooks";
 import { t } from "../../words/words";
+import { useCopy } from "./useCopy";
 
 /** A text to be copied: with the system's clipboard, or by hand. */
 export function ToCopy({ name, text }: { name: string; text: string }) {
-  const field = useRef<HTMLInputElement>(null);
-  const copied = useSignal("");
-  const copy = async () => {
-    field.current?.select();
-    try {
-      // Browsers have it under HTTPS and on this machine only.
-      await navigator.clipboard.writeText(text);
-      copied.value = text;
-    } catch {
-      copied.value = "";
-    }
-  };
+  const { field, copy, isCopied } = useCopy<HTMLInputElement>(text);
   return (
     <>
       <div class="host-row">
@@ -33,7 +21,7 @@ export function ToCopy({ name, text }: { name: string; text: string }) {
         </button>
       </div>
       <p role="status" aria-label={t("invitation.copied_label")}>
-        {copied.value === text && t("invitation.copied")}
+        {isCopied && t("invitation.copied")}
       </p>
     </>
   );
