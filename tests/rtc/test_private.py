@@ -337,8 +337,8 @@ async def test_a_direct_way_is_found_before_the_relay_is_heard(
     )
     check = bytes(aioice.stun.Message(aioice.stun.Method.BINDING, aioice.stun.Class.REQUEST))
 
-    def comes(policy: str, kind: str, *, is_chosen: bool = False) -> list[str]:
-        """Return what is heard of a check at once, and of the same once the time is over."""
+    def comes(policy: str, kind: str, *, is_chosen: bool = False, n: int = 1) -> list[str]:
+        """Return what is heard of checks at once, and of the same once the time is over."""
         heard.clear()
         later.clear()
         ice = aioice.ice.Connection(
@@ -347,7 +347,8 @@ async def test_a_direct_way_is_found_before_the_relay_is_heard(
         monkeypatch.setattr(ice, "request_received", lambda *_: heard.append("heard"))
         protocol = aioice.ice.StunProtocol(ice)
         protocol.local_candidate = aioice.Candidate("1", 1, "udp", 1, "192.0.2.1", 9, kind)
-        protocol.datagram_received(check, ("192.0.2.2", 9))
+        for _ in range(n):
+            protocol.datagram_received(check, ("192.0.2.2", 9))
         heard.append("later")
         if is_chosen:
             ice._nominated[1] = aioice.ice.CandidatePair(protocol, protocol.local_candidate)
@@ -360,3 +361,4 @@ async def test_a_direct_way_is_found_before_the_relay_is_heard(
     assert comes("RELAY", "relay") == ["heard", "later"]
     assert comes("ALL", "relay") == ["later", "heard"]
     assert comes("ALL", "relay", is_chosen=True) == ["later"]
+    assert comes("ALL", "relay", n=1000) == ["later", *["heard"] * private.MOST_HELD]

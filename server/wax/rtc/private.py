@@ -71,6 +71,8 @@ _MAX_WAITING: Final = 128
 _COOKIE: Final = aioice.stun.COOKIE.to_bytes(4, "big")
 RELAY_AFTER_S: Final = 0.8
 """Longer than aioice takes to repeat a check, which is the first that two NATs let through."""
+MOST_HELD: Final = 64
+"""Datagrams that wait so: they are taken all at once, and a flood by the relay would delay Stop."""
 _MAX_SOURCES: Final = 32
 """Of one browser: a few for its reports, and one for a voice."""
 
@@ -355,7 +357,7 @@ def _datagram_received(
     """Charge the peer for checks, which aioice answers at once; all else is charged when read."""
     meter: Meter | None = getattr(protocol.receiver, "meter", None)
     if (wait_s := _early_s(protocol)) > 0:
-        asyncio.get_running_loop().call_later(wait_s, _late, protocol, data, address)
+        _hold_back(wait_s, protocol, data, address)
     elif meter is None or data[4:8] != _COOKIE:
         _take_datagram(protocol, data, address)
     elif meter.is_open:
@@ -365,6 +367,16 @@ def _datagram_received(
 
 
 _take_datagram = aioice.ice.StunProtocol.datagram_received
+
+
+def _hold_back(
+    wait_s: float, protocol: aioice.ice.StunProtocol, data: bytes, address: tuple[Any, ...]
+) -> None:
+    """Take it later; of too many the rest is dropped, since checks are repeated."""
+    kept: dict[str, Any] = vars(protocol.receiver)
+    kept["relay_held"] = held = kept.get("relay_held", 0) + 1
+    if held <= MOST_HELD:
+        asyncio.get_running_loop().call_later(wait_s, _late, protocol, data, address)
 
 
 def _late(protocol: aioice.ice.StunProtocol, data: bytes, address: tuple[Any, ...]) -> None:
