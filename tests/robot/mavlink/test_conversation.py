@@ -197,10 +197,10 @@ def test_a_stop_overtakes_also_on_a_line_that_can_only_be_written(
     try:
         until(lambda: talk.state().connected and talk.state().problem is None)
         talk.apply(STANDSTILL, 1, clock.now_s())
-        until(lambda: speeds(lines[0].said)[-1] > 0.0)
+        until(lambda: speeds(lines[0].said)[-1:] > [0.0])
         stops = lines[0].stops
         until(lambda: lines[0].stops > stops, STANDSTILL)
-        until(lambda: speeds(lines[0].said)[-1] > 0.0)
+        until(lambda: speeds(lines[0].said)[-1:] > [0.0])
         lines[0].breaks.set()
         until(lambda: len(lines) > 1)
         assert speeds(lines[0].said)[-1] == 0.0
