@@ -597,8 +597,18 @@ async def test_everybody_stops_and_all_hear_who(rig: Rig) -> None:
     bob.says(type="stop")
     assert rig.robot.told == ["stop"]
     rig.wait(0.1, ada, bob)
-    assert ada.last("room")["stop"] == {"number": 1, "by": _by("Bob"), "viewer": 2}
-    assert bob.last("room")["stop"] == {"number": 1, "by": _by("Bob"), "viewer": 2}
+    assert ada.last("room")["stop"] == {
+        "number": 1,
+        "by": _by("Bob"),
+        "viewer": 2,
+        "by_host": False,
+    }
+    assert bob.last("room")["stop"] == {
+        "number": 1,
+        "by": _by("Bob"),
+        "viewer": 2,
+        "by_host": False,
+    }
 
 
 async def test_only_operator_and_host_release(rig: Rig) -> None:
@@ -623,6 +633,11 @@ async def test_only_operator_and_host_release(rig: Rig) -> None:
     host.visitor = replace(host.visitor, sign_in=rig.sign_in())
     release(bob, 2)
     assert ada.last("room")["stop"] is None
+    bob.says(type="stop")
+    release(ada, 3)
+    assert ada.last("room")["stop"]["by_host"]
+    release(bob, 3)
+    assert ada.last("room")["stop"] is None
 
 
 async def test_stop_and_release_by_the_second_way(rig: Rig) -> None:
@@ -644,7 +659,8 @@ async def test_stop_and_release_by_the_second_way(rig: Rig) -> None:
     with pytest.raises(ForbiddenError):
         rig.room.release_by(visitor("ada-1111"), TAB, number + 1)
     rig.wait(0.1, ada)
-    assert ada.last("room")["stop"] == {"number": number, "by": _by("Guest 2"), "viewer": 2}
+    told = {"number": number, "by": _by("Guest 2"), "viewer": 2}
+    assert ada.last("room")["stop"] == told | {"by_host": False}
     rig.room.release_by(visitor("ada-1111"), TAB, number)
     rig.wait(0.1, ada)
     assert ada.last("room")["stop"] is None

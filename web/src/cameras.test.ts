@@ -4,7 +4,7 @@ import { Cameras } from "./cameras";
 import { listenKey } from "./listenKey";
 import { loadPreferences } from "./preferences";
 import { createState, type State } from "./state";
-import { hello, room, served } from "./testing/messages";
+import { hello, pressedBy, room, served } from "./testing/messages";
 import { type Saying, said, says } from "./words/said";
 
 const TWO = [
@@ -62,7 +62,10 @@ it("shows the driving view large when a turn begins, and lets one swap after tha
   state.room.value = room({ operator: 1 });
   expect(state.large.value).toBeNull();
   cameras.choose(1);
-  state.room.value = room({ operator: 1, stop: { number: 3, by: says("Ada"), viewer: null } });
+  state.room.value = room({
+    operator: 1,
+    stop: pressedBy("Ada", { number: 3 }),
+  });
   expect(state.large.value).toBe(1);
 });
 

@@ -1,8 +1,7 @@
 import { expect, it } from "vitest";
 import type { RoomChange } from "./messages";
 import { changed } from "./roomChange";
-import { room, viewer } from "./testing/messages";
-import { says } from "./words/said";
+import { pressedBy, room, viewer } from "./testing/messages";
 
 const before = room({ operator: 1, waiting: [2], watching: [3] });
 
@@ -22,7 +21,7 @@ it("adds who is new, in the order of arrival, and leaves out who is gone", () =>
 });
 
 it("takes everything else as it is now, a released stop too", () => {
-  const stopped = { ...before, stop: { number: 4, by: says("Bob"), viewer: null } };
+  const stopped = { ...before, stop: pressedBy("Bob", { number: 4 }) };
   const turn = { number: 9, operator: 3, ends_server_ms: null, stands_left_ms: null, axes: {} };
   const after = changed(stopped, change({ turn, stop: null }));
   expect(after).toEqual({ ...before, turn, viewers: changed(before, change({})).viewers });

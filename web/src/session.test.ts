@@ -4,7 +4,7 @@ import type { Session } from "./actions";
 import type { PeerEvents } from "./link/peer";
 import { type Ended, MAX_NAME_CHARS, type StateIn, type StateOut } from "./messages";
 import { startSession } from "./session";
-import { aboard, hello, room, sentToRoom, served } from "./testing/messages";
+import { aboard, hello, pressedBy, room, sentToRoom, served } from "./testing/messages";
 import { LateWords } from "./words/lateWords";
 import { said, says } from "./words/said";
 
@@ -179,7 +179,7 @@ describe("input", () => {
   });
 
   it("are empty from the moment of a stop until the first press after its release", () => {
-    const stop = { number: 3, by: says("Bob"), viewer: null };
+    const stop = pressedBy("Bob", { number: 3 });
     session.actions.press("a", "forward");
     expect(said(() => receive(room({ operator: 1, number: 7, stop })))).toEqual([[false, 0]]);
     session.actions.press("a", "forward");

@@ -1,7 +1,7 @@
 import { beforeEach, expect, it } from "vitest";
 import { loadPreferences } from "./preferences";
 import { createState, type State, secondsUntil } from "./state";
-import { hello, room } from "./testing/messages";
+import { hello, pressedBy, room } from "./testing/messages";
 
 let state: State;
 
@@ -52,4 +52,18 @@ it("never shows more than a turn has, nor less than nothing", () => {
   expect(secondsUntil(1, 0, 60)).toBe(1);
   expect(secondsUntil(0, 0, 60)).toBe(0);
   expect(secondsUntil(0, 5000, 60)).toBe(0);
+});
+
+it("offers the release of a stop to whom the server lets release it", () => {
+  const offers = (by_host: boolean, is_host: boolean, operator: number) => {
+    state.hello.value = hello({ viewer: 2, is_host });
+    const stop = pressedBy("Eve", { by_host });
+    const watching = operator === 2 ? [] : [2];
+    state.room.value = room({ operator, watching, stop });
+    return state.mayRelease.value;
+  };
+  expect(offers(false, false, 2)).toBe(true);
+  expect(offers(true, false, 2)).toBe(false);
+  expect(offers(true, true, 1)).toBe(true);
+  expect(offers(false, false, 1)).toBe(false);
 });

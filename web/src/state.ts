@@ -1,3 +1,5 @@
+/** What the page shows: signals, and what is computed from them. */
+
 import { computed, type ReadonlySignal, type Signal, signal } from "@preact/signals";
 import type { MissedCall } from "./call";
 import { NO_PADS, type PadState } from "./drive/gamepad";
@@ -10,7 +12,6 @@ import type {
   AboardInfo,
   CameraInfo,
   Console,
-  ControlInfo,
   Ended,
   Hello,
   InvitationLink,
@@ -20,6 +21,7 @@ import type {
   Served,
   ViewerInfo,
 } from "./messages";
+import { type Permissions, permissions } from "./permissions";
 import type { Preferences } from "./preferences";
 import type { Proof } from "./proof";
 import type { Output } from "./sound/outputs";
@@ -67,7 +69,7 @@ const MINUTE_MS = 60_000;
 export type Panel = "people" | "settings" | "details" | "rules" | "host";
 
 /** Everything that the page shows, as signals and values computed from them. */
-export interface State {
+export interface State extends Permissions {
   link: Signal<LinkState>;
   hello: Signal<Hello | null>;
   room: Signal<RoomState | null>;
@@ -153,18 +155,6 @@ export interface State {
   isLinkForDriving: ReadonlySignal<boolean>;
   /** The number of the stop in force, null for none. */
   stopNumber: ReadonlySignal<number | null>;
-  /** Whether this page drives and no stop is in force. */
-  mayMove: ReadonlySignal<boolean>;
-  /** Those of the robot's controls that this page may use now; what moves also needs `mayMove`. */
-  usableControls: ReadonlySignal<readonly ControlInfo[]>;
-  /** Whether this page may speak through the robot: while it drives, and the host's. */
-  maySpeak: ReadonlySignal<boolean>;
-  /** Every viewer, unless the server allows only operator and host; even without a connection. */
-  mayStop: ReadonlySignal<boolean>;
-  /** The operator, and the host. */
-  mayRelease: ReadonlySignal<boolean>;
-  mayKeepTape: ReadonlySignal<boolean>;
-  isHost: ReadonlySignal<boolean>;
   /** Whether the host lets nobody see or hear anything now. */
   isBlanked: ReadonlySignal<boolean>;
   /** Until when the host's message is shown, by this page's clock to the minute; null for good. */
@@ -188,13 +178,12 @@ export function createState(kept: Preferences): State {
     room.value?.viewers.find((one) => one.id === id) ?? null;
 
   const me = computed(() => viewer(hello.value?.viewer));
-  const isOperator = computed(() => me.value?.role === "operator");
-  const isInCharge = computed(() => isOperator.value || hello.value?.is_host === true);
+  const isHere = computed(() => isConnected.value && !isInRoom.value);
   const stopNumber = computed(() => room.value?.stop?.number ?? null);
   const drivingTurn = computed(() => {
     const turn = room.value?.turn;
     const mine = turn !== undefined && turn.operator === hello.value?.viewer;
-    return isConnected.value && !isInRoom.value && mine ? turn.number : null;
+    return isHere.value && mine ? turn.number : null;
   });
 
   const served = signal<Served | null>(null);
@@ -248,25 +237,7 @@ export function createState(kept: Preferences): State {
     drivingTurn,
     isLinkForDriving: computed(() => isNeededForDriving(served.value, drivingTurn.value)),
     stopNumber,
-    mayMove: computed(() => drivingTurn.value !== null && stopNumber.value === null),
-    usableControls: computed(() => {
-      if (!isConnected.value || isInRoom.value) return [];
-      const { controls = [], is_host = false } = hello.value ?? {};
-      const roles = {
-        operator: drivingTurn.value !== null && isLeft(room.value),
-        host: is_host,
-        observer: true,
-      };
-      return controls.filter((one) => one.roles.some((role) => roles[role]));
-    }),
-    maySpeak: computed(() => {
-      const isTaken = hello.value?.voice != null && isConnected.value && !isInRoom.value;
-      return isTaken && (drivingTurn.value !== null || hello.value?.is_host === true);
-    }),
-    mayStop: computed(() => hello.value?.on_loss.stop_by !== "operator" || isInCharge.value),
-    mayRelease: isInCharge,
-    mayKeepTape: isInCharge,
-    isHost: computed(() => hello.value?.is_host === true),
+    ...permissions({ hello, room, me, drivingTurn, isHere }),
     isBlanked: computed(() => room.value?.host_settings.blanked === true),
     messageEndsMs: computed(() => {
       const endsMs = room.value?.host_settings.message_ends_server_ms ?? null;
@@ -287,11 +258,6 @@ export function createState(kept: Preferences): State {
       return secondsUntil(endsMs, serverMs.value, hello.value?.turn_s ?? Number.POSITIVE_INFINITY);
     }),
   };
-}
-
-/** Whether who sits in the robot, if somebody does, leaves it to its operator. */
-function isLeft(room: RoomState | null): boolean {
-  return (room?.aboard?.mode ?? "free") === "free";
 }
 
 /** The seconds left, rounded up; never more than a turn, never below 0. */

@@ -628,12 +628,14 @@ class VoiceInfo(_Outgoing):
 class StopInfo(_Outgoing):
     """The stop in force: its rising number, and who pressed it, to be named after “by”.
 
-    `viewer` is their number, null where it was nobody of those who are here.
+    `viewer` is their number, null where it was nobody of those who are here. What the host has
+    pressed, first or again, only the host can release.
     """
 
     number: int
     by: Sentence
     viewer: int | None
+    by_host: bool
 
 
 class HostSettings(_Outgoing):

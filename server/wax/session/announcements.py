@@ -141,7 +141,9 @@ class Announcements:
             call=self._call(),
             stop=None
             if stop is None
-            else messages.StopInfo(number=stop.number, by=stop.by, viewer=stop.viewer),
+            else messages.StopInfo(
+                number=stop.number, by=stop.by, viewer=stop.viewer, by_host=stop.by_host
+            ),
             host_settings=self._host_settings(now_s),
             robot=messages.RobotStatus(
                 connected=state.connected,

@@ -5,7 +5,7 @@ import { act } from "preact/test-utils";
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import type { Session } from "../actions";
 import { openView, viewOf } from "../openView";
-import { hello, room } from "../testing/messages";
+import { hello, pressedBy, room } from "../testing/messages";
 import { testSession } from "../testing/session";
 import { says } from "../words/said";
 import { BigScreen } from "./BigScreen";
@@ -48,7 +48,7 @@ it("tells who drives and for how long, who is next, and how many watch", () => {
   expect(getByRole(body, "timer", { name: "Time left" }).textContent).toBe("0:42");
   expect(getByText(body, "Next: Bob")).toBeTruthy();
   expect(getByText(body, "3 people watch")).toBeTruthy();
-  show({ watching: [9], stop: { number: 1, by: says("Cleo"), viewer: null } });
+  show({ watching: [9], stop: pressedBy("Cleo") });
   expect(getByText(body, "Nobody is driving: the robot is free")).toBeTruthy();
   expect(queryByRole(body, "timer")).toBeNull();
   expect(getByText(body, "Nobody is waiting")).toBeTruthy();

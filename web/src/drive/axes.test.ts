@@ -3,8 +3,7 @@ import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import type { Drive, RoomState } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
-import { hello, room } from "../testing/messages";
-import { says } from "../words/said";
+import { hello, pressedBy, room } from "../testing/messages";
 import { DriveController } from "./driveController";
 
 interface Word {
@@ -12,7 +11,7 @@ interface Word {
   axes: Drive["axes"];
 }
 
-const STOP = { number: 3, by: says("Bob"), viewer: null };
+const STOP = pressedBy("Bob", { number: 3 });
 const NOTHING = { held: false, axes: {} };
 
 let state: State;

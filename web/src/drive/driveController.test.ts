@@ -4,13 +4,12 @@ import type { Drive } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
 import { pad, plugIn, push, readings, takeAwayGamepads } from "../testing/gamepads";
-import { hello, room } from "../testing/messages";
-import { says } from "../words/said";
+import { hello, pressedBy, room } from "../testing/messages";
 import { DriveController } from "./driveController";
 
 const ADA = 1;
 const BOB = 2;
-const STOP = { number: 7, by: says("Bob"), viewer: null };
+const STOP = pressedBy("Bob", { number: 7 });
 const stop = vi.fn();
 const releaseStop = vi.fn();
 const toggleSpeed = vi.fn();

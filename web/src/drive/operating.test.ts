@@ -3,8 +3,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { ControlInfo, Operate, Sentence } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
-import { aboard, control, hello, room } from "../testing/messages";
-import { says } from "../words/said";
+import { aboard, control, hello, pressedBy, room } from "../testing/messages";
 import { listenControlKeys } from "./controlKeys";
 import { InputState } from "./inputState";
 import { Operating } from "./operating";
@@ -381,7 +380,11 @@ it("says nothing of a room that is gone", () => {
   state.room.value = null;
   expect(newest()?.held).toEqual({});
   state.room.value = {
-    ...room({ operator: ADA, number: 7, stop: { number: 1, by: says("Bob"), viewer: null } }),
+    ...room({
+      operator: ADA,
+      number: 7,
+      stop: pressedBy("Bob"),
+    }),
   };
   operating.press("finger", "horn");
   expect(newest()?.held).toEqual({ horn: 1 });

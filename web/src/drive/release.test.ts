@@ -4,8 +4,7 @@ import type { Drive, Operate } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
 import { type FakePad, pad, plugIn, push, readings, takeAwayGamepads } from "../testing/gamepads";
-import { control, hello, room } from "../testing/messages";
-import { says } from "../words/said";
+import { control, hello, pressedBy, room } from "../testing/messages";
 import { DriveController } from "./driveController";
 import { fingerHolder } from "./inputState";
 import type { Way } from "./ways";
@@ -171,7 +170,7 @@ const RELEASES: Record<string, () => void> = {
     state.room.value = room({
       operator: ADA,
       number: 7,
-      stop: { number: 1, by: says("Bob"), viewer: null },
+      stop: pressedBy("Bob"),
     });
   },
   "a lost link": () => {

@@ -4,10 +4,9 @@ import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Session } from "../actions";
 import type { State } from "../state";
-import { hello, room } from "../testing/messages";
+import { hello, pressedBy, room } from "../testing/messages";
 import { testSession as made } from "../testing/session";
 import { SessionContext } from "../view/context";
-import { says } from "../words/said";
 import { commanded } from "./commanded";
 import { PathArc } from "./PathArc";
 import { aspectOf, drivingCamera } from "./view";
@@ -228,7 +227,10 @@ describe("what is commanded", () => {
 
   it("is nothing while a stop is in force", () => {
     push("forward");
-    state.room.value = room({ operator: 1, stop: { number: 1, by: says("Ada"), viewer: null } });
+    state.room.value = room({
+      operator: 1,
+      stop: pressedBy("Ada"),
+    });
     expect(commanded(state)).toEqual({ linearMps: 0, angularRps: 0 });
   });
 });

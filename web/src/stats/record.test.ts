@@ -1,7 +1,7 @@
 import { beforeEach, expect, it } from "vitest";
 import { loadPreferences } from "../preferences";
 import { createState, type Facts, type State } from "../state";
-import { hello, playout, room, served, viewer } from "../testing/messages";
+import { hello, playout, pressedBy, room, served, viewer } from "../testing/messages";
 import { says } from "../words/said";
 import type { History } from "./history";
 import { recordHistory, unnamed } from "./record";
@@ -56,7 +56,7 @@ it("marks what happens, once each, and nothing before it happens", () => {
   state.room.value = room({
     operator: 1,
     number: 4,
-    stop: { number: 2, by: says("Bob"), viewer: null },
+    stop: pressedBy("Bob", { number: 2 }),
   });
   state.room.value = room({ operator: 1, number: 4 });
   state.driveReason.value = says("Slow: the picture is late.");
@@ -82,7 +82,9 @@ it("marks what happens, once each, and nothing before it happens", () => {
 });
 
 it("keeps nobody's name", () => {
-  const present = room({ stop: { number: 2, by: says("Ada from elsewhere"), viewer: null } });
+  const present = room({
+    stop: pressedBy("Ada from elsewhere", { number: 2 }),
+  });
   state.room.value = { ...present, viewers: [viewer(1, { name: "Ada" }), viewer(2, { name: "" })] };
   state.driveReason.value = says("Stopped by Ada. Release the stop, then drive again.");
   expect(marks().at(-1)).toBe("robot: Stopped by …. Release the stop, then drive again.");

@@ -8,9 +8,11 @@ import type {
   RoomState,
   Seat,
   Served,
+  StopInfo,
   Told,
   ViewerInfo,
 } from "../messages";
+import { says } from "../words/said";
 
 export function hello(more: Partial<Hello> = {}): Hello {
   return {
@@ -57,6 +59,11 @@ export function hello(more: Partial<Hello> = {}): Hello {
     gauges: [],
     ...more,
   };
+}
+
+/** A stop in force, the first. */
+export function pressedBy(name: string, more: Partial<StopInfo> = {}): StopInfo {
+  return { number: 1, by: says(name), viewer: null, by_host: false, ...more };
 }
 
 export function control(name: string, more: Partial<ControlInfo> = {}): ControlInfo {

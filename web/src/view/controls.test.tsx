@@ -9,9 +9,8 @@ import { UNHEARD_MS } from "../drive/keysDown";
 import type { ControlInfo, GaugeInfo, Operate, RobotStatus } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
-import { aboard, control, hello, room } from "../testing/messages";
+import { aboard, control, hello, pressedBy, room } from "../testing/messages";
 import { testSession } from "../testing/session";
-import { says } from "../words/said";
 import { SessionContext } from "./context";
 import { ControlSet, RobotControls } from "./drive/RobotControls";
 import { Gauges, GaugeWarnings } from "./Gauges";
@@ -242,7 +241,7 @@ describe("the robot's controls", () => {
   });
 
   it("that move wait while a stop is in force, the others do not", () => {
-    drives({ stop: { number: 1, by: says("Bob"), viewer: null } });
+    drives({ stop: pressedBy("Bob") });
     expect(button("Look around").disabled).toBe(true);
     expect(slider("Lift").disabled).toBe(true);
     expect(button("Horn").disabled).toBe(false);

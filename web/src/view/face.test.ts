@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { hello, room } from "../testing/messages";
+import { hello, pressedBy, room } from "../testing/messages";
 import { says } from "../words/said";
 import { face, type Seen } from "./face";
 
@@ -21,7 +21,7 @@ function seen(change: Partial<Seen> = {}, people: Parameters<typeof room>[0] = {
   };
 }
 
-const stop = { number: 1, by: says("Cleo"), viewer: null };
+const stop = pressedBy("Cleo");
 
 describe("a face for each state", () => {
   it("before there is a connection: what happens, and nothing to press", () => {

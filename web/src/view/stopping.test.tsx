@@ -2,7 +2,7 @@
 import { getByText, queryByRole, queryByText } from "@testing-library/dom";
 import { act } from "preact/test-utils";
 import { beforeEach, describe, expect, it, vi } from "vitest";
-import { hello, room } from "../testing/messages";
+import { hello, pressedBy, room } from "../testing/messages";
 import { says } from "../words/said";
 import {
   actions,
@@ -75,7 +75,7 @@ describe("Stop", () => {
 });
 
 describe("a stop that is latched", () => {
-  const stop = { number: 7, by: says("Cleo"), viewer: null };
+  const stop = pressedBy("Cleo", { number: 7 });
   const release = () => queryByRole(body, "button", { name: "Hold to release" });
 
   beforeEach(() => {

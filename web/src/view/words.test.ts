@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { RoomState } from "../messages";
-import { aboard, room, viewer } from "../testing/messages";
+import { aboard, pressedBy, room, viewer } from "../testing/messages";
 import { named } from "../words/named";
 import { says } from "../words/said";
 import {
@@ -147,7 +147,7 @@ it("names what has a problem", () => {
 });
 
 describe("a stop", () => {
-  const stop = { number: 3, by: says("Eve"), viewer: 9 };
+  const stop = pressedBy("Eve", { number: 3, viewer: 9 });
   const words = (options: Parameters<typeof room>[0], me: number, mayRelease = false) => {
     const now = room(options);
     const viewer = now.viewers.find((one) => one.id === me) ?? null;
@@ -174,6 +174,11 @@ describe("a stop", () => {
     expect(words({ watching: [1] }, 1).next).toBe(
       "Nothing moves until the operator or the host releases it.",
     );
+    const byHost = { ...stop, by_host: true };
+    const now = room({ operator: 1 });
+    expect(stoppedWords(now, byHost, now.viewers[0] ?? null, false).next).toBe(
+      "Nothing moves until the host releases it.",
+    );
   });
 });
 
@@ -197,9 +202,7 @@ describe("the turn's clock", () => {
 
   it("stands still for a reason that is told", () => {
     const { host_settings, robot } = room({});
-    expect(stands({ stop: { number: 1, by: says("Eve"), viewer: null } })).toContain(
-      "while the robot is stopped.",
-    );
+    expect(stands({ stop: pressedBy("Eve") })).toContain("while the robot is stopped.");
     expect(stands({ host_settings: { ...host_settings, blanked: true } })).toContain(
       "picture and sound off",
     );

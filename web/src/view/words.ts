@@ -228,7 +228,8 @@ export function stoppedWords(
 ): TurnWords {
   const operator = room?.viewers.find((viewer) => viewer.role === "operator");
   const other = operator && operator.id !== me?.id ? named(operator.name) : null;
-  const who = mayRelease ? "you" : other === null ? "operator" : "other";
+  const others = other === null ? "operator" : "other";
+  const who = mayRelease ? "you" : stop.by_host ? "host" : others;
   // Who sits in the robot is left stranded by nobody.
   const until = (room?.aboard ? ABOARD_UNTIL : UNTIL)[who];
   return {
@@ -244,12 +245,14 @@ const UNTIL = {
   you: "stop.until_you",
   other: "stop.until_other",
   operator: "stop.until_operator",
+  host: "stop.until_host",
 } as const;
 
 const ABOARD_UNTIL = {
   you: "stop.aboard_until_you",
   other: "stop.aboard_until_other",
   operator: "stop.aboard_until_operator",
+  host: "stop.aboard_until_host",
 } as const;
 
 /** Where strangers may watch, but not drive or hear. */
