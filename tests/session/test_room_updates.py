@@ -135,7 +135,9 @@ FLOODS = {
     "stops": lambda n: room(
         line(1),
         *_others(),
-        stop=messages.StopInfo(number=n, by=says("x" * 24), viewer=n, by_host=n > 5) if n % 2 else None,
+        stop=messages.StopInfo(number=n, by=says("x" * 24), viewer=n, by_host=n > 5)
+        if n % 2
+        else None,
     ),
 }
 
@@ -153,7 +155,10 @@ def test_what_matters_is_told_at_once() -> None:
     for number in range(50):
         updates.next(room(line(1, name=f"x{number}"), *_others()[: number % 9]), now_s)
     assert updates.next(room(line(1, name="y"), *_others()), now_s) is None
-    stopped = room(line(1, name="z"), stop=messages.StopInfo(number=1, by=says("Bob"), viewer=None, by_host=False))
+    stopped = room(
+        line(1, name="z"),
+        stop=messages.StopInfo(number=1, by=says("Bob"), viewer=None, by_host=False),
+    )
     change = updates.next(stopped, now_s)
     assert isinstance(change, messages.RoomChange)
     assert change.stop == stopped.stop

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Generic, Protocol, TypeVar
 
-from wax.capture.device_thread import Device, DeviceThread
+from wax.device_thread import Device, DeviceThread
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:

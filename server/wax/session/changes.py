@@ -1,4 +1,4 @@
-"""What has changed between two looks, as events; a fault that comes and goes is one. Pure."""
+"""What has changed between two looks, as events; when a fault begins and is mended. Pure."""
 
 from __future__ import annotations
 

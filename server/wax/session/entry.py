@@ -12,7 +12,7 @@ from wax.errors import FullError, NoPlaceError, SignallingError
 from wax.rtc.peer import Peer
 from wax.rtc.signalling import clean_offer, lacking
 from wax.sentence import Sentence
-from wax.session.connecting import EMBEDS_FULL, Asking, Connecting
+from wax.session.capacity import EMBEDS_FULL, Asking, Capacity
 from wax.session.viewer import Viewer
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ class Entry:
         self._send_away = send_away
         self._is_due = is_due
         self._voices = voices
-        self._connecting = Connecting(
+        self._capacity = Capacity(
             most=settings.server.max_viewers,
             most_silent_per_address=settings.server.max_silent_per_address,
             share_per_address=settings.server.max_share_per_address,
@@ -83,7 +83,7 @@ class Entry:
 
     def connected(self, number: int) -> None:
         """Note that a viewer's channels have opened."""
-        self._connecting.connected(number)
+        self._capacity.connected(number)
 
     async def answer(self, visitor: Visitor, tab: str, offer: str) -> str:
         """Answer a page's offer; the same tab of the same browser keeps its place, turn and name.
@@ -93,7 +93,7 @@ class Entry:
         """
         viewer = self._viewers.of_tab(visitor.identity, tab)
         embeds = sum(one.visitor.is_embed and one is not viewer for one in self._viewers)
-        self._connecting.check(self._asking(visitor, viewer), self._clock.now_s(), embeds)
+        self._capacity.check(self._asking(visitor, viewer), self._clock.now_s(), embeds)
         # Before anything else: a bad offer must neither take a place nor end a good peer.
         offer = clean_offer(offer, visitor.address)
         if (lacks := lacking(offer, self._service.codecs)) is not None:
@@ -177,7 +177,7 @@ class Entry:
         if is_narrow and (asking.is_embed or not embeds):
             raise NoPlaceError(Sentence("door.upload_full"), retry_after_s=5)
         number = self._viewers.take_number() if viewer is None else viewer.number
-        is_full = self._connecting.admit(
+        is_full = self._capacity.admit(
             number,
             asking,
             [self._asking(one.visitor, None) for one in others if not one.is_in_room(now_s)],

@@ -15,7 +15,7 @@ from wax.cluster.room_directory import person
 from wax.errors import ForbiddenError, FullError, NoPlaceError, NotAdmittedError
 from wax.protocol import messages
 from wax.sentence import Sentence
-from wax.session.seats import Seats
+from wax.session.room_seats import Seats
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING, Final
 
-from wax.capture.device_thread import DeviceThread
+from wax.device_thread import DeviceThread
 from wax.sentence import Sentence
 from wax.speaker.voice_playout import VoicePlayout
 

@@ -52,7 +52,7 @@ class Asking:
     is_embed: bool = False
 
 
-class Connecting:
+class Capacity:
     """Decides for one room of `most` guests; all times in seconds of one clock."""
 
     def __init__(

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tests.examples import examples
 
 from wax.errors import FullError, NoPlaceError, TooOftenError
-from wax.session.connecting import MOST_SILENT, YIELDS_S, Asking, Connecting
+from wax.session.capacity import MOST_SILENT, YIELDS_S, Asking, Capacity
 
 REFUSED: Final = (FullError, TooOftenError)
 
@@ -20,7 +20,7 @@ class Room:
     """Viewers by number, with what the class under test has said."""
 
     def __init__(self, *, most: int = 100, share: float = 0.5, silent: int = 2) -> None:
-        self.connecting = Connecting(
+        self.capacity = Capacity(
             most=most,
             most_silent_per_address=silent,
             share_per_address=share,
@@ -42,7 +42,7 @@ class Room:
             del self.present[number]
 
         present = self.present.values()
-        if self.connecting.admit(number, asking, present, now_s, yield_place):
+        if self.capacity.admit(number, asking, present, now_s, yield_place):
             del self.present[next(key for key, one in self.present.items() if one.is_embed)]
         self.present[number] = asking
         return number
@@ -51,7 +51,7 @@ class Room:
         self, address: str, now_s: float, *, is_host: bool = False, is_embed: bool = False
     ) -> int:
         number = self.ask(address, now_s, is_host=is_host, is_embed=is_embed)
-        self.connecting.connected(number)
+        self.capacity.connected(number)
         return number
 
 
@@ -64,14 +64,14 @@ def test_two_of_an_address_connect_at_once() -> None:
         room.ask("x", 2.0)
     assert refused.value.retry_after_s == 1
     room.ask("y", 2.0)
-    room.connecting.connected(first)
+    room.capacity.connected(first)
     room.ask("x", 2.0)
     with pytest.raises(TooOftenError) as refused:
-        room.connecting.check(Asking("x"), 2.0)
+        room.capacity.check(Asking("x"), 2.0)
     assert refused.value.retry_after_s == 2
     with pytest.raises(TooOftenError):
-        room.connecting.check(Asking("x"), 3.9)
-    room.connecting.check(Asking("x"), 4.0)
+        room.capacity.check(Asking("x"), 3.9)
+    room.capacity.check(Asking("x"), 4.0)
     assert room.yielded == []
     room.ask("x", 4.0)
     assert room.yielded == [2], "the longest silent of the same address makes room"
@@ -95,10 +95,10 @@ def test_a_neighbours_silent_offers_last_three_seconds() -> None:
 
 def test_whoever_drives_comes_back_ahead_of_all() -> None:
     """Others of the room who come back without end use up their own allowance only."""
-    connecting = Room(most=10).connecting
+    capacity = Room(most=10).capacity
 
     def returns(asking: Asking) -> None:
-        connecting.admit(1, asking, [], 0.0, lambda: None)
+        capacity.admit(1, asking, [], 0.0, lambda: None)
 
     for _ in range(10):
         returns(Asking("x", has_been_here=True))
@@ -120,11 +120,11 @@ def test_asking_again_costs_a_place_as_well() -> None:
     """The same page that offers again and again without connecting is no way around."""
     room = Room()
     for _ in range(2):
-        room.connecting.admit(1, Asking("x"), [], 0.0, lambda: None)
+        room.capacity.admit(1, Asking("x"), [], 0.0, lambda: None)
     with pytest.raises(TooOftenError):
-        room.connecting.admit(1, Asking("x"), [], 0.0, lambda: None)
-    room.connecting.connected(1)
-    room.connecting.admit(2, Asking("x"), [], 0.0, lambda: None)
+        room.capacity.admit(1, Asking("x"), [], 0.0, lambda: None)
+    room.capacity.connected(1)
+    room.capacity.admit(2, Asking("x"), [], 0.0, lambda: None)
 
 
 def _fill(room: Room, number: int, now_s: float = 0.0) -> None:
@@ -196,13 +196,13 @@ def test_one_address_has_a_share_of_the_places() -> None:
 
 def test_everybody_may_come_back_at_once() -> None:
     """After an outage nobody is silent; a page that comes back for ever is slowed down."""
-    connecting = Room(most=20).connecting
+    capacity = Room(most=20).capacity
     back = Asking("x", has_been_here=True)
     for number in range(20):
-        connecting.admit(number, back, [], 0.0, lambda: None)
+        capacity.admit(number, back, [], 0.0, lambda: None)
     with pytest.raises(FullError, match="coming back"):
-        connecting.admit(1, back, [], 0.0, lambda: None)
-    connecting.admit(1, back, [], 0.1, lambda: None)
+        capacity.admit(1, back, [], 0.0, lambda: None)
+    capacity.admit(1, back, [], 0.1, lambda: None)
 
 
 def test_an_unknown_address_is_limited_with_all_others_only() -> None:
@@ -210,7 +210,7 @@ def test_an_unknown_address_is_limited_with_all_others_only() -> None:
     room = Room(most=100)
     for number in range(20):
         room.ask("", number / 8)
-    room.connecting.check(Asking(""), 2.5)
+    room.capacity.check(Asking(""), 2.5)
 
 
 @examples(300)
@@ -228,7 +228,7 @@ def test_the_limits_hold_whatever_happens(steps: list[tuple[float, str, bool, in
         now_s += wait_s
         if what == 0 and silent:
             number = silent.pop(0)[2]
-            room.connecting.connected(number)
+            room.capacity.connected(number)
         try:
             number = room.ask(address, now_s, is_host=is_host)
         except REFUSED:
