@@ -211,13 +211,17 @@ async def test_the_longest_message_arrives(link: Link, channel: str) -> None:
     assert await link.answers("after it")
 
 
-async def test_what_is_far_ahead_of_a_missing_chunk_is_not_taken_yet(link: Link) -> None:
+async def test_what_is_far_ahead_of_a_missing_chunk_is_not_taken_yet(
+    link: Link, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Behind a gap no more than 256 are noted; once it is closed, everything goes on."""
     missing = link.next_tsn()
     for number in range(1, 1000):
         await link.take(link.data(missing + number, flags=FIRST | LAST | UNORDERED))
     assert len(link.ours._sack_misordered) == 256
-    assert link.ours._sack_needed
+    sent = await _sent(link, monkeypatch)
+    await link.take(link.data(missing + 1000, flags=FIRST | LAST | UNORDERED))
+    await until(lambda: [type(one) for one in sent] == [SackChunk])
     await link.take(link.data(missing, flags=FIRST | LAST | UNORDERED))
     assert link.ours._last_received_tsn == (missing + 256) % 2**32
     await link.take(link.data(missing + 257, flags=FIRST | LAST | UNORDERED))
@@ -280,8 +284,9 @@ async def test_a_page_with_more_channels_than_it_needs_ends(link: Link) -> None:
     assert await link.ends()
 
 
-def _sent(link: Link, monkeypatch: pytest.MonkeyPatch) -> list[Chunk]:
-    """Return what our end sends from now on; nothing of it leaves."""
+async def _sent(link: Link, monkeypatch: pytest.MonkeyPatch) -> list[Chunk]:
+    """Return what our end sends from now on, for what comes from now on; nothing of it leaves."""
+    await until(lambda: not link.ours._sack_needed)
     sent: list[Chunk] = []
 
     async def kept(chunk: Chunk) -> None:
@@ -328,7 +333,7 @@ async def test_a_packet_gets_one_answer_no_longer_than_itself(
     answers: int,
 ) -> None:
     """However much in it wants one; and afterwards the association goes on."""
-    sent = _sent(link, monkeypatch)
+    sent = await _sent(link, monkeypatch)
     packet = chunks(link)
     await link.take_packet(*packet)
     assert len(sent) == answers
@@ -341,7 +346,7 @@ async def test_whoever_shuts_it_down_is_gone_without_an_answer(
     link: Link, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Hundreds of SHUTDOWNs get none, nor is one sent again later."""
-    sent = _sent(link, monkeypatch)
+    sent = await _sent(link, monkeypatch)
     await link.take_packet(*[ShutdownChunk(0, bytes(4))] * 100)
     await link.take(HeartbeatChunk())
     assert await link.ends()
@@ -355,8 +360,7 @@ async def test_an_acknowledgement_is_no_longer_than_what_it_is_for(
     missing = link.next_tsn()
     for number in range(2, 400, 2):
         await link.take(link.data(missing + number, flags=FIRST | LAST | UNORDERED))
-    await until(lambda: not link.ours._sack_needed)
-    sent = _sent(link, monkeypatch)
+    sent = await _sent(link, monkeypatch)
     for size, gaps in ((1, 1), (100, 25), (1000, 199)):
         duplicate = link.data(missing + 2, flags=FIRST | LAST | UNORDERED, text=bytes(size))
         await link.take_packet(*[duplicate])
