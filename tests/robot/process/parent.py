@@ -6,6 +6,7 @@ Started as ``python -m tests.robot.process.parent SETTINGS LOCAL CLAIM``: the `R
 
 from __future__ import annotations
 
+import os
 import select
 import signal
 import sys
@@ -18,7 +19,12 @@ from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.find_driver import make_robot
 from wax.robot.process.driver import ProcessDriver
 
-TWISTS: Final = {"stand": STANDSTILL, "drive": Twist(0.5, 0.0), "silence": None}
+TWISTS: Final = {
+    "stand": STANDSTILL,
+    "leave": STANDSTILL,
+    "drive": Twist(0.5, 0.0),
+    "silence": None,
+}
 
 
 def main() -> None:
@@ -36,21 +42,23 @@ def main() -> None:
     while not robot.state().connected:
         time.sleep(0.005)
     twist: Twist | None = STANDSTILL
+    words: list[str] = []
     while True:
         if twist is not None:
             robot.apply(twist, 1)
-        if select.select([sys.stdin], [], [], 0.02)[0]:
-            word = sys.stdin.readline()
-            if word == "abandon\n":
-                robot.abandon()
-                return
-            if word == "leave\n":
-                robot.tell_passenger(is_operated=False)
-                word = "stand"
-            if word in ("close\n", ""):  # or nobody is left to tell it anything
-                robot.close()
-                return
-            twist = TWISTS[word.strip()]
+        # Read unbuffered: of two words that came at once, `select` would not see the second.
+        if not words and select.select([0], [], [], 0.02)[0]:
+            words = os.read(0, 4096).decode().split() or ["close"]  # nobody is left to tell it
+        word = words.pop(0) if words else ""
+        if word == "abandon":
+            robot.abandon()
+            return
+        if word == "close":
+            robot.close()
+            return
+        if word == "leave":
+            robot.tell_passenger(is_operated=False)
+        twist = TWISTS.get(word, twist)
 
 
 if __name__ == "__main__":

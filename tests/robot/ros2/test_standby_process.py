@@ -39,9 +39,9 @@ sys.stdin.readline()
 time.sleep(60)
 """
 _LOSES: Final = """
-import sys, time
+import os, sys, time
 sys.stdin.readline()
-print("me 1\\n- 0", flush=True)
+os.write(1, b"me 1\\n- 0\\n")
 time.sleep(60)
 """
 _TRACES: Final = r"""
