@@ -125,7 +125,8 @@ class DdsLink:
             return
         self._is_closed = True
         if self._writer is not None:
-            with suppress(DDSException):  # it is over either way
+            # It is over either way; on a time-out cyclonedds stumbles over its own name for that.
+            with suppress(DDSException, AttributeError):
                 self._writer.wait_for_acks(duration(seconds=ACKNOWLEDGED_S))
         # CycloneDDS deletes what nothing refers to any more.
         self._writer = None
