@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import itertools
 import json
 import os
@@ -10,8 +11,11 @@ import subprocess
 import sys
 import threading
 import time
+from collections import deque
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import gettempdir
 from typing import TYPE_CHECKING, Any, Final
 
 import pytest
@@ -24,13 +28,25 @@ if TYPE_CHECKING:
 _ROOT: Final = Path(__file__).parents[3]
 _SOURCE: Final = Path(__file__).with_name("fastdds_base.cpp")
 _BUILT: Final = _ROOT / ".cache" / "fastdds_base"
-_COUNT: Final = itertools.count()
+_COUNT: Final = itertools.count(29 * os.getpid())
+_OWN: Final = deque[ExitStack]()
+_MOST_OWN: Final = 12
 
 
 def own_domain() -> int:
-    """Return a DDS domain that no other test uses now; each process that tests has 48."""
-    worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")) % 4
-    return 1 + 48 * worker + next(_COUNT) % 48
+    """Return a DDS domain that no other test on this machine uses now.
+
+    It is that of whoever has locked its file; each process keeps its last few.
+    """
+    while True:
+        domain = 1 + next(_COUNT) % 230
+        with suppress(OSError), ExitStack() as held:  # it is another's
+            file = held.enter_context(Path(gettempdir(), f"wax-test-domain-{domain}").open("a"))
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            _OWN.append(held.pop_all())
+            if len(_OWN) > _MOST_OWN:
+                _OWN.popleft().close()
+            return domain
 
 
 @dataclass(frozen=True, slots=True)
