@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+import asyncio
+from typing import TYPE_CHECKING, Protocol
 
 from wax.clock import Clock
+
+if TYPE_CHECKING:
+    import pytest
 
 
 class Turnable(Clock, Protocol):
@@ -24,3 +28,10 @@ class TurnedClock:
 
     def wall_ms(self) -> int:
         return 0
+
+
+def turn_loop(by_s: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the running event loop's clock be so much later: what is due by then is due now."""
+    loop = asyncio.get_running_loop()
+    time_s = loop.time
+    monkeypatch.setattr(loop, "time", lambda: time_s() + by_s)
