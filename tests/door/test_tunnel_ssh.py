@@ -92,10 +92,11 @@ def test_the_command_is_one_that_ssh_takes(tmp_path: Path) -> None:
 def test_ssh_ends_with_a_server_that_is_killed() -> None:
     """Nothing of ours goes on leading people here when nobody watches over it."""
     program = (
-        "import os, signal, time\n"
+        "import os, pathlib, signal\n"
         "from wax.door.tunnel import start\n"
-        "print(start(['sleep', '600'], os.environ).pid, flush=True)\n"
-        "time.sleep(0.2)\n"  # it takes that long to become `sleep`
+        "pid = start(['sleep', '600'], os.environ).pid\n"
+        "print(pid, flush=True)\n"
+        "while pathlib.Path(f'/proc/{pid}/comm').read_text() != 'sleep\\n': pass\n"
         "os.kill(os.getpid(), signal.SIGKILL)\n"
     )
     said = subprocess.run(

@@ -14,6 +14,7 @@ import pytest
 from paho.mqtt import client as paho
 from paho.mqtt.enums import CallbackAPIVersion
 from paho.mqtt.subscribeoptions import SubscribeOptions
+from tests.free_port import free_port
 
 if TYPE_CHECKING:
     import signal
@@ -44,9 +45,7 @@ class Mosquitto:
     """One broker on one port, which can be killed, stopped and started again."""
 
     def __init__(self, folder: Path, *lines: str) -> None:
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            self.port = int(free.getsockname()[1])
+        self.port = free_port()
         self._file = folder / "mosquitto.conf"
         # As root it would become somebody who cannot read the test's files.
         own = [f"listener {self.port} 127.0.0.1", "user root"]
@@ -88,10 +87,14 @@ def running(folder: Path, *lines: str) -> Iterator[Mosquitto]:
 
 
 class AtHome:
-    """A client that keeps what others say: of each topic the newest, and whether that was kept."""
+    """A client that keeps what others say: of each topic the newest, and whether that was kept.
+
+    `said` is all of it, for what may be over before anybody looks.
+    """
 
     def __init__(self, port: int) -> None:
         self.heard: dict[str, tuple[str, bool]] = {}
+        self.said: list[tuple[str, str]] = []
         self.events: list[str] = []
         self._client = paho.Client(CallbackAPIVersion.VERSION2, protocol=paho.MQTTv5)
         self._client.on_message = self._take
@@ -118,5 +121,6 @@ class AtHome:
     def _take(self, _client: paho.Client, _data: object, message: paho.MQTTMessage) -> None:
         text = message.payload.decode(errors="replace")
         self.heard[message.topic] = (text, message.retain)
+        self.said.append((message.topic, text))
         if message.topic.endswith("/event"):
             self.events.append(text)

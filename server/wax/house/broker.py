@@ -162,7 +162,6 @@ class BrokerLink:
     def _serve(self, client: paho.Client) -> None:
         """Publish and listen until the end; raises what ends it before."""
         self._said.clear()
-        self.problem = None
         _LOG.info("connected to the MQTT broker", broker=self.name)
         while not self._ended.is_set():
             self._step(client)
@@ -216,7 +215,9 @@ class BrokerLink:
     ) -> None:
         """Be connected if no topic is kept from us: else a Stop at home would do nothing."""
         self._refusal = next((one for one in answers if one.is_failure), None)
-        self.is_connected = self._refusal is None
+        if self._refusal is None:
+            self.problem = None
+            self.is_connected = True
 
     def _arrived(self, _client: paho.Client, _data: Any, message: paho.MQTTMessage) -> None:
         """Take a message; raises `BrokerError` where there are too many, after it has acted."""
