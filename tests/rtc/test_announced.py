@@ -8,6 +8,7 @@ from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, cast
 
 from aioice.stun import Class, Message, Method, parse_message
+from tests.free_port import free_port
 
 from wax.rtc.announced import AnnouncedAddresses
 from wax.rtc.public_address import StunError
@@ -42,16 +43,11 @@ async def stun_server() -> AsyncIterator[tuple[StunServer, str]]:
         await asyncio.sleep(0)
 
 
-def _closed_port() -> int:
-    with socket.socket(type=socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
 async def test_what_a_stun_server_sees_is_offered_too() -> None:
     """Beside the configured ones, from the first server that answers, and as it changes."""
     async with stun_server() as (server, url):
-        announced = AnnouncedAddresses(["198.51.100.1"], [f"stun:127.0.0.1:{_closed_port()}", url])
+        nobody = f"stun:127.0.0.1:{free_port(socket.SOCK_DGRAM)}"
+        announced = AnnouncedAddresses(["198.51.100.1"], [nobody, url])
         assert announced.now() == ["198.51.100.1"]
         assert await announced.look()
         assert announced.now() == ["198.51.100.1", "203.0.113.7"]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from tests.free_port import free_port
 
 from wax.capture.file.address import shown_name
 from wax.errors import SourceError
@@ -79,8 +80,7 @@ def test_a_file_behind_http_is_played_like_a_file(
 
 def test_an_address_that_nobody_answers_is_one_sentence(open_player: type[Player]) -> None:
     """An unreachable stream is named without its password, with what to do."""
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        port = server.getsockname()[1]
+    port = free_port()
     with pytest.raises(SourceError) as caught:
         open_player(f"http://me:secret@127.0.0.1:{port}/live?token=abc").__enter__()
     assert f"http://127.0.0.1:{port}/live cannot be opened" in str(caught.value)

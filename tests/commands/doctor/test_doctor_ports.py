@@ -98,10 +98,7 @@ async def test_only_our_own_server_may_have_it(
 
 def test_nobody_answers_where_nobody_is(network: MakeNetwork) -> None:
     """A port without a server, and one that is not chosen yet, are not ours."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    assert not ports.is_running(network(host="127.0.0.1", tcp_port=port))
+    assert not ports.is_running(network(host="127.0.0.1", tcp_port=free_port()))
     assert not ports.is_running(network(tcp_port=0))
 
 
