@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -49,6 +50,16 @@ def test_it_is_made_for_its_user_only(tmp_path: Path) -> None:
     shared.chmod(0o755)
     state_dir.prepare(shared)
     assert shared.stat().st_mode & 0o777 == 0o755
+
+
+def test_what_is_no_file_keeps_its_mode(tmp_path: Path) -> None:
+    """As root, a device named as a file of ours would be closed to everybody else."""
+    pipe = tmp_path / "null"
+    os.mkfifo(pipe)
+    pipe.chmod(0o666)
+    with pytest.raises(OSError, match="it is a pipe"):
+        state_dir.make_private(pipe)
+    assert pipe.stat().st_mode & 0o777 == 0o666
 
 
 def test_a_folder_that_cannot_be_is_a_sentence(tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import tempfile
 from pathlib import Path
 
@@ -18,16 +17,6 @@ def expanded(name: str) -> Path:
     with contextlib.suppress(RuntimeError):
         return Path(name).expanduser()
     return Path(name)
-
-
-def secret_file(name: str) -> Path:
-    """Return the file as it is named, or what systemd gives a service of it (`LoadCredential`).
-
-    A service's user may not read the file itself.
-    """
-    given = os.environ.get("CREDENTIALS_DIRECTORY", "")
-    copy = Path(given) / Path(name).name
-    return copy if given and copy.is_file() else Path(name)
 
 
 def temporary(prefix: str) -> tempfile.TemporaryDirectory[str]:

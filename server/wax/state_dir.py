@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wax.errors import StateError
 from wax.folders import expanded
+from wax.named_file import check
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -45,6 +47,8 @@ def prepare(folder: Path) -> Path:
 
 def make_private(path: Path) -> None:
     """Make a file that only its owner can read, unless it is there; raises `OSError`."""
+    with contextlib.suppress(FileNotFoundError):
+        check(path)  # as root, /dev/null would be closed to everybody
     os.close(os.open(path, os.O_CREAT | os.O_RDWR, 0o600))
     if path.stat().st_mode & 0o077:
         path.chmod(0o600)

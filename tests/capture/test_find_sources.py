@@ -171,7 +171,7 @@ def test_a_missing_file_names_key_and_path(tmp_path: Path, key: str) -> None:
     sentence = str(caught.value)
     assert sentence.startswith(f"[{key}] source: {path} does not exist")
     assert "wax devices" in sentence
-    with pytest.raises(ConfigError, match="is not a file"):
+    with pytest.raises(ConfigError, match="not a file"):
         find_one(key, str(tmp_path))
 
 

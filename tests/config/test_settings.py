@@ -500,7 +500,7 @@ def test_a_speed_byte_can_be_left_out(tmp_path: Path) -> None:
     ("make", "sentence"),
     [
         (lambda file: file.unlink(missing_ok=True), "cannot be read: No such file or directory"),
-        (lambda file: file.mkdir(), "cannot be read: Is a directory"),
+        (lambda file: file.mkdir(), "cannot be read: it is a folder"),
         (lambda file: file.write_bytes(b"\xff\xd8\xff\xe0"), "is not UTF-8 text"),
         (lambda file: file.write_text("[server"), "is not valid TOML: "),
         (lambda file: file.write_text("a = 1\na = 2"), "is not valid TOML: "),

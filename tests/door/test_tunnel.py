@@ -54,6 +54,7 @@ class Stage:
         self.started: list[Ssh] = []
         self._news = threading.Condition()
         door = line.read(door_line())
+        (folder / "key").touch()
         self.settings = config.parse(
             {
                 "server": {"trusted_proxies": ["127.0.0.1"], "state_dir": str(folder)},
@@ -61,7 +62,7 @@ class Stage:
                     "host": door.host,
                     "port": door.port,
                     "host_key": door.host_key,
-                    "key_file": "key",
+                    "key_file": str(folder / "key"),
                 },
             },
             "here",

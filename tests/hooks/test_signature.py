@@ -39,7 +39,7 @@ def test_it_is_that_of_standard_webhooks(text: str, tmp_path: Path) -> None:
         (b"QUFB" * 200, "holds a secret of 600 bytes"),
         (b"pass phrase", "holds no secret in Base64"),
         (b"\xff\xfe\x00", "holds no secret in Base64"),
-        (b"QUFB" * 300_000, "bytes, and it takes 24 to 64"),
+        (b"QUFB" * 300_000, "cannot be read: it has more than 1048576 bytes"),
     ],
 )
 def test_a_bad_secret_is_a_sentence(data: bytes | None, says: str, tmp_path: Path) -> None:
@@ -56,5 +56,5 @@ def test_a_bad_secret_is_a_sentence(data: bytes | None, says: str, tmp_path: Pat
 
 def test_a_folder_is_no_secret(tmp_path: Path) -> None:
     """Nor does it end in a traceback."""
-    with pytest.raises(StartError, match="cannot be read: Is a directory"):
+    with pytest.raises(StartError, match="cannot be read: it is a folder"):
         read_secret(str(tmp_path), "hook[0].secret_file")

@@ -7,6 +7,7 @@ import ssl
 from typing import TYPE_CHECKING
 
 import pytest
+from cryptography.hazmat.primitives import serialization
 
 from wax.errors import StartError
 from wax.web.certificate import LASTS, Certificate, self_signed
@@ -91,6 +92,20 @@ def _shake_hands(server: ssl.SSLContext, client: ssl.SSLContext, name: str) -> b
             except ssl.SSLWantReadError:
                 pass
     return not ends
+
+
+def test_nobody_is_asked_for_a_key_s_password(tmp_path: Path) -> None:
+    """A locked key is a sentence; OpenSSL would wait at the terminal, and a service has none."""
+    kept = self_signed(tmp_path, NAMES, NOW)
+    key = serialization.load_pem_private_key(kept.key.read_bytes(), None)
+    locked = key.private_bytes(
+        serialization.Encoding.PEM,
+        serialization.PrivateFormat.PKCS8,
+        serialization.BestAvailableEncryption(b"secret"),
+    )
+    kept.key.write_bytes(locked)
+    with pytest.raises(StartError, match=r"key\.pem is locked with a password"):
+        kept.context()
 
 
 def test_what_cannot_be_used_is_said(tmp_path: Path) -> None:

@@ -76,5 +76,5 @@ def test_what_is_no_picture_is_refused(content: bytes | None, says: str, tmp_pat
 
 def test_a_folder_is_no_picture(tmp_path: Path) -> None:
     """It exists, and still is none."""
-    with pytest.raises(ConfigError, match="is not a file"):
+    with pytest.raises(ConfigError, match="not a file"):
         preview_picture.read(str(tmp_path))

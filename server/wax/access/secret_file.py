@@ -10,6 +10,7 @@ import structlog
 from wax import state_dir
 from wax.access.keyring import SECRET_BYTES
 from wax.errors import StateError
+from wax.named_file import read_bytes
 
 _LOG = structlog.get_logger(__name__)
 
@@ -24,7 +25,7 @@ def load_secret(state: str) -> bytes:
     try:
         path = state_dir.prepare(state_dir.find(state)) / FILE
         state_dir.make_private(path)
-        kept = path.read_bytes()
+        kept = read_bytes(path)
         if len(kept) == SECRET_BYTES:
             return kept
         made = secrets.token_bytes(SECRET_BYTES)

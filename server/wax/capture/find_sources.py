@@ -16,6 +16,7 @@ from wax.capture.upright import upright
 from wax.driver.interface import HasCamera, HasExternalView, HasMicrophone
 from wax.errors import ConfigError, SourceError
 from wax.folders import expanded
+from wax.named_file import check, problem
 from wax.plugin import CAMERAS, MICROPHONES, is_plugin, make_plugin
 
 if TYPE_CHECKING:
@@ -206,17 +207,18 @@ def _camera_device(name: str) -> int | str | None:
 
 def _existing(name: str, key: str) -> Path:
     path = expanded(name)
-    if path.is_file():
-        try:
-            open_container(str(path)).close()
-        except SourceError as error:
-            raise ConfigError(f"{key}: {error}") from error
-        return path.resolve()
-    problem = "is not a file" if path.exists() else "does not exist"
-    raise ConfigError(
-        f"{key}: {name} {problem} (looked for {path.absolute()}); use a file, an address, "
-        "a device listed by 'wax devices', auto, testcard, robot, none or package.module:Class."
-    )
+    try:
+        check(path)
+        open_container(str(path)).close()
+    except OSError as error:
+        raise ConfigError(
+            f"{key}: {name} {problem(error)} (looked for {path.absolute()}); use a file, an"
+            " address, a device listed by 'wax devices', auto, testcard, robot, none or"
+            " package.module:Class."
+        ) from error
+    except SourceError as error:
+        raise ConfigError(f"{key}: {error}") from error
+    return path.resolve()
 
 
 def _make_plugin(

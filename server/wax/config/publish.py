@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from wax.errors import StartError
+from wax.named_file import read_bytes, secret_file
 
 _WebSocket = Annotated[
     str,
@@ -58,9 +58,10 @@ class PublishSettings(BaseModel):
         if not self.api_secret_file:
             return self.api_secret
         try:
-            return Path(self.api_secret_file).read_text(encoding="utf-8").strip()
+            return read_bytes(secret_file(self.api_secret_file)).decode().strip()
         except (OSError, UnicodeDecodeError) as error:
+            why = getattr(error, "strerror", None) or error
             raise StartError(
-                f"publish.api_secret_file: {self.api_secret_file} cannot be read: {error};"
+                f"publish.api_secret_file: {self.api_secret_file} cannot be read: {why};"
                 " it holds the secret of LiveKit's api_key"
             ) from error

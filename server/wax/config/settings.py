@@ -38,6 +38,7 @@ from wax.config.recording import RecordingSettings
 from wax.config.text_dialect import TextDialectSettings
 from wax.config.thesis import ThesisSettings
 from wax.errors import ConfigError
+from wax.named_file import read_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -784,7 +785,7 @@ def load(path: Path | None) -> Settings:
     if path is None:
         return Settings()
     try:
-        tree = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        tree = tomllib.loads(read_bytes(path).decode("utf-8-sig"))
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read: {error.strerror or error}") from error
     except UnicodeDecodeError as error:

@@ -21,7 +21,7 @@ from wax.door import ssh
 from wax.door.attempts import Attempts
 from wax.door.page import look
 from wax.errors import WaxError
-from wax.folders import secret_file
+from wax.named_file import read_bytes, secret_file
 from wax.process import python_module
 from wax.sentence import Sentence, says
 
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from wax.clock import Clock
+    from wax.config.door import DoorSettings
     from wax.config.settings import Settings
     from wax.door.ssh import Way
 
@@ -57,6 +58,13 @@ def start(command: Sequence[str], environment: Mapping[str, str]) -> subprocess.
         env=dict(environment),
         start_new_session=True,  # Ctrl-C is for the server, which ends it
     )
+
+
+def with_key(door: DoorSettings) -> DoorSettings:
+    """Return the door with its key as ssh can read it; raises `OSError` where it would hang."""
+    key = secret_file(door.key_file)
+    read_bytes(key)
+    return door.model_copy(update={"key_file": str(key)})
 
 
 @dataclass(slots=True)
@@ -176,8 +184,10 @@ class Tunnel:
         except (WaxError, OSError) as error:
             return self._failed(str(error))
         proxy = shlex.join([*python_module.command("wax.door.over_https"), door.host])
-        key = str(secret_file(door.key_file))
-        door = door.model_copy(update={"key_file": key})
+        try:
+            door = with_key(door)
+        except OSError:
+            return Sentence("tunnel.key_file", {"file": door.key_file})
         command = ssh.command(door, way, known_hosts, self._target(), proxy.replace("%", "%%"))
         with self._lock:
             if self._closing.is_set():

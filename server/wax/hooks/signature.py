@@ -6,10 +6,10 @@ import base64
 import binascii
 import hashlib
 import hmac
-from pathlib import Path
 from typing import Final
 
 from wax.errors import StartError
+from wax.named_file import read_bytes, secret_file
 
 _PREFIX: Final = "whsec_"
 _LEAST_BYTES: Final = 24
@@ -20,8 +20,7 @@ _MAKE: Final = "make one: (umask 077; echo whsec_$(openssl rand -base64 32) > FI
 def read_secret(path: str, key: str) -> bytes:
     """Return the secret in a file; raises `StartError`, which names the configuration's `key`."""
     try:
-        with Path(path).open("rb") as file:
-            text = file.read(1000).decode("ascii").strip()
+        text = read_bytes(secret_file(path)).decode("ascii").strip()
         secret = base64.b64decode(text.removeprefix(_PREFIX), validate=True)
     except OSError as error:
         raise StartError(f"{key}: {path} cannot be read: {error.strerror or error}") from error

@@ -11,7 +11,6 @@ import selectors
 import ssl
 import threading
 from collections import deque
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import urlsplit
 
@@ -23,9 +22,11 @@ from paho.mqtt.properties import Properties
 from paho.mqtt.subscribeoptions import SubscribeOptions
 
 from wax.errors import StartError, WaxError
+from wax.folders import expanded
 from wax.hooks.post import not_reached
 from wax.house.discovery import OFFLINE, ONLINE, STATUS
 from wax.logs.printable import printable
+from wax.named_file import read_bytes, secret_file
 from wax.sentence import Sentence, says
 
 if TYPE_CHECKING:
@@ -242,8 +243,7 @@ def _password(path: str) -> str | None:
     if not path:
         return None
     try:
-        with Path(path).open(encoding="utf-8") as file:
-            password = file.read(_MOST_PASSWORD_CHARS + 1).strip()
+        password = read_bytes(secret_file(path)).decode().strip()
     except (OSError, UnicodeDecodeError) as error:
         why = getattr(error, "strerror", None) or error
         raise StartError(f"mqtt.password_file: {path} cannot be read: {why}") from error
@@ -259,7 +259,8 @@ def _password(path: str) -> str | None:
 
 def _tls(ca_file: str) -> ssl.SSLContext:
     try:
-        return ssl.create_default_context(cafile=ca_file or None)
-    except OSError as error:  # an SSLError, too
-        why = error.strerror or error
+        own = read_bytes(expanded(ca_file)).decode() if ca_file else None
+        return ssl.create_default_context(cadata=own)
+    except (OSError, UnicodeDecodeError) as error:  # an SSLError, too
+        why = getattr(error, "strerror", None) or error
         raise StartError(f"mqtt.ca_file: {ca_file} holds no certificate: {why}") from error

@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Final
 
 from wax.errors import StateError
+from wax.named_file import check
 from wax.records import file as record_file
 from wax.records import schema
 
@@ -39,16 +40,17 @@ def read(path: Path, table: str, since: datetime | None) -> Table:
     Raises `StateError` with what to do.
     """
     try:
-        if not path.exists():
-            raise StateError(
-                f"{path}: there are no records; no server has run with this configuration and user"
-            )
+        check(path)  # SQLite would wait for a pipe
         with closing(record_file.open_for_reading(path)) as file:
             if not schema.check(file):
                 raise StateError(f"{path}: there are no records in it")
             return _rows(file, table, since)
     except schema.NotOursError as error:
         raise StateError(f"{path}: {error}") from error
+    except FileNotFoundError:
+        raise StateError(
+            f"{path}: there are no records; no server has run with this configuration and user"
+        ) from None
     except OSError as error:
         raise StateError(_cannot(path, error.strerror or str(error))) from error
     except sqlite3.Error as error:

@@ -18,6 +18,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from wax.errors import StartError
+from wax.named_file import read_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -63,13 +64,22 @@ class Certificate:
         context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
         context.minimum_version = ssl.TLSVersion.TLSv1_2
         try:
-            context.load_cert_chain(self.chain, self.key)
-        except (OSError, ssl.SSLError) as error:
+            for path in (self.chain, self.key):
+                read_bytes(path)  # OpenSSL would wait for a pipe, and read a device without end
+            context.load_cert_chain(self.chain, self.key, password=self._ask_nobody)
+        except OSError as error:  # an SSLError, too
             raise StartError(
                 f"the certificate {self.chain} with the key {self.key} cannot be used:"
                 f" {error.strerror or error}; check [server] certificate and key"
             ) from error
         return context
+
+    def _ask_nobody(self) -> str:
+        """Refuse a locked key; by itself OpenSSL asks for its password at the terminal."""
+        raise StartError(
+            f"the key {self.key} is locked with a password; write it without one, for example by:"
+            f" openssl pkey -in {self.key} -out FILE"
+        )
 
 
 def kept_in(folder: Path) -> Certificate:
@@ -112,9 +122,10 @@ def _lasts(kept: Certificate, now: datetime.datetime) -> bool:
 
 def _read(path: Path) -> x509.Certificate:
     try:
-        return x509.load_pem_x509_certificate(path.read_bytes())
+        return x509.load_pem_x509_certificate(read_bytes(path))
     except (OSError, ValueError) as error:
-        raise StartError(f"the certificate {path} cannot be read: {error}") from error
+        why = getattr(error, "strerror", None) or error
+        raise StartError(f"the certificate {path} cannot be read: {why}") from error
 
 
 def _key_bytes(key: ec.EllipticCurvePrivateKey) -> bytes:

@@ -11,6 +11,7 @@ import numpy as np
 
 from wax.errors import ConfigError
 from wax.folders import expanded
+from wax.named_file import check, problem, read_bytes
 
 MAX_BYTES: Final = 1 << 20
 """More is left out by most who show previews, and is long in coming to the others."""
@@ -41,19 +42,17 @@ def read(name: str) -> PreviewPicture | None:
     if not name:
         return None
     path = expanded(name)
-    if not path.is_file():
-        problem = "is not a file" if path.exists() else "does not exist"
-        raise ConfigError(
-            f"{_KEY}: {name} {problem} (looked for {path.absolute()}); name a PNG, JPEG or WebP"
-            " picture, or leave the key out"
-        )
     try:
-        content = path.read_bytes()
+        size = check(path).st_size
+        content = read_bytes(path, MAX_BYTES) if size <= MAX_BYTES else b""
     except OSError as error:
-        raise ConfigError(f"{_KEY}: {name} cannot be read: {error.strerror or error}") from error
-    if len(content) > MAX_BYTES:
         raise ConfigError(
-            f"{_KEY}: {name} has {len(content) / MAX_BYTES:.1f} MiB, and 1 MiB is the most; make it"
+            f"{_KEY}: {name} {problem(error)} (looked for {path.absolute()}); name a PNG, JPEG or"
+            " WebP picture, or leave the key out"
+        ) from error
+    if size > MAX_BYTES:
+        raise ConfigError(
+            f"{_KEY}: {name} has {size / MAX_BYTES:.1f} MiB, and 1 MiB is the most; make it"
             " smaller: 1200 pixels by 630 are what previews show"
         )
     content_type = _type_of(content)

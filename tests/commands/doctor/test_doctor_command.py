@@ -23,6 +23,7 @@ CHECKS = [
     "public address",
     "firewall",
     "certificate",
+    "files",
     "camera",
     "microphone",
     "serial port",

@@ -231,7 +231,7 @@ def test_what_is_no_tape_is_said(tmp_path: Path) -> None:
     (tmp_path / "film.avi").write_text("")
     with pytest.raises(StateError, match="no part of a tape"):
         Library(tmp_path / "film.avi")
-    with pytest.raises(StateError, match="is not there"):
+    with pytest.raises(StateError, match="does not exist"):
         Library(tmp_path / "gone.mcap")
 
 

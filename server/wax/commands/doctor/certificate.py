@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax.commands.doctor.verdict import Verdict, bad, ok, warning
 from wax.errors import StartError
+from wax.named_file import read_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -107,7 +108,7 @@ def _covers(pattern: str, name: str) -> bool:
 
 def _unreadable(path: Path) -> str | None:
     try:
-        path.open("rb").close()
+        read_bytes(path)
     except OSError as error:
         return f"The file {path} cannot be read: {error.strerror or error}."
     return None

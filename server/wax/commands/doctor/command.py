@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 from wax import state_dir
 from wax.clock import SystemClock
 from wax.commands.doctor import addresses, certificate, devices, door, machine, ports, reach
+from wax.commands.doctor.files import files
 from wax.commands.doctor.network import network_of
 from wax.commands.doctor.verdict import Check, Verdict, bad, examine, ok
 from wax.config import settings as config
@@ -86,6 +87,7 @@ def _here(read: Callable[[], Settings], path: Path | None, stun: str | None) -> 
         Check("public address", lambda: addresses.world_address(network, own), 20.0),
         Check("firewall", lambda: addresses.firewall(network)),
         Check("certificate", lambda: certificate.certificate(network, _now())),
+        Check("files", lambda: files(settings)),
         *door.checks(settings, _now().timestamp(), running=running),
         Check("camera", lambda: devices.camera(settings, running=running), _DEVICE_S),
         *_cameras(settings, running=running),

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Final
 from wax.commands.doctor.verdict import Check, Verdict, bad, ok, warning
 from wax.door import ssh
 from wax.door.page import look
-from wax.door.tunnel import start
-from wax.folders import secret_file
+from wax.door.tunnel import start, with_key
 from wax.process import python_module
 from wax.rtc import relay_check
 from wax.rtc.ice_servers import IceServers
@@ -109,7 +108,10 @@ def relay(settings: Settings, wall_s: float) -> Verdict:
 
 def _attempt(door: DoorSettings, way: Way) -> Sentence | None:
     """Return why the tunnel is not opened this way, None if it is."""
-    door = door.model_copy(update={"key_file": str(secret_file(door.key_file))})
+    try:
+        door = with_key(door)
+    except OSError:
+        return Sentence("tunnel.key_file", {"file": door.key_file})
     with tempfile.TemporaryDirectory() as folder:
         known_hosts = Path(folder) / "known_hosts"
         known_hosts.write_text(ssh.known_hosts(door), encoding="ascii")

@@ -9,6 +9,7 @@ from typing import Final
 from wax import folders
 from wax.commands.replay.cameras import cameras_of
 from wax.errors import StateError
+from wax.named_file import check, problem
 from wax.protocol.tape_events import Placed, TapeContent, TapeListing, TapePart
 from wax.tape.reading import read_events
 from wax.tape.repaired import facts_of, repaired
@@ -28,10 +29,8 @@ class Library:
         self._only: Shelved | None = None
         if path.is_dir():
             self._shelf = Shelf(path)
-        elif path.exists():
-            self._shelf, self._only = Shelf(path.parent), _alone(path)
         else:
-            raise StateError(f"{path}: is not there; `wax tape list` shows what is recorded")
+            self._shelf, self._only = Shelf(path.parent), _alone(path)
         self._lock = threading.Lock()
         self._copies = folders.temporary("wax-replay-")
         try:
@@ -117,14 +116,19 @@ class Library:
 
 def _alone(path: Path) -> Shelved:
     """Return the part that a file belongs to, whatever it is called; raises `StateError`."""
+    try:
+        status = check(path)
+    except OSError as error:
+        raise StateError(
+            f"{path}: {problem(error)}; `wax tape list` shows what is recorded"
+        ) from error
     ending = ending_of(path.name)
     if ending not in (EVENTS, *MEDIA, *CAMERAS):
         endings = ", ".join((EVENTS, *MEDIA))
         raise StateError(f"{path}: is no part of a tape; the files of those end in {endings}")
-    status = path.stat()
     name = path.name.removesuffix(ending)
     beside = {one: path.with_name(name + one) for one in (EVENTS, *MEDIA, *CAMERAS)}
-    there = {one: file for one, file in beside.items() if file.exists()}
+    there = {one: file for one, file in beside.items() if file.is_file()}
     return Shelved(
         name=name,
         began_s=status.st_mtime,

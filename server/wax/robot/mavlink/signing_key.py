@@ -6,7 +6,7 @@ import stat
 from typing import Final
 
 from wax.errors import ConfigError
-from wax.folders import expanded
+from wax.named_file import check, read_bytes, secret_file
 
 KEY_BYTES: Final = 32
 _KEY: Final = "robot.mavlink.signing_key"
@@ -14,10 +14,10 @@ _KEY: Final = "robot.mavlink.signing_key"
 
 def read_key(name: str) -> bytes:
     """Return the key in the file; raises `ConfigError`."""
-    path = expanded(name)
+    path = secret_file(name)
     try:
-        mode = path.stat().st_mode
-        data = path.read_bytes()
+        mode = check(path).st_mode
+        data = read_bytes(path)
     except OSError as error:
         raise ConfigError(f"{_KEY}: {path} cannot be read: {error.strerror or error}") from error
     if mode & (stat.S_IRWXG | stat.S_IRWXO):
