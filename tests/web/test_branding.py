@@ -152,6 +152,7 @@ def test_a_pasted_link_becomes_the_picture_where_a_site_may_show_it(tmp_path: Pa
         assert (told["version"], told["type"]) == ("1.0", "video")
         assert told["thumbnail_url"] == page.meta["og:image"]
     small = own.oembed(asked | {"maxwidth": "100", "maxheight": "9" * 5000}, ORIGIN)
+    assert own.oembed(asked | {"maxwidth": "0" * 5000 + "100"}, ORIGIN)["width"] == 100
     assert (small["width"], small["height"]) == (100, 75)
     assert "thumbnail_url" not in small, "it is wider"
     low = own.oembed(asked | {"maxwidth": "many", "maxheight": "60"}, ORIGIN)

@@ -83,6 +83,7 @@ def _high(width: int) -> int:
 
 def _bound(text: str | None) -> int:
     """Return what was asked for at most; what is no number bounds nothing."""
-    if not text or not (text.isascii() and text.isdigit()):
+    if text is None or not (text.isascii() and text.isdigit()):
         return _UNBOUNDED
-    return max(1, int(text[:_DIGITS]))
+    digits = text.lstrip("0")
+    return _UNBOUNDED if len(digits) > _DIGITS else max(1, int(digits or "0"))
