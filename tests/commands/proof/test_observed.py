@@ -15,6 +15,7 @@ from wax.commands.proof.observer import Observer
 from wax.config.settings import RobotSettings, parse
 from wax.driver.interface import STANDSTILL, Pose, RobotState, Twist
 from wax.errors import DriverError
+from wax.robot import steady
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -73,7 +74,8 @@ class Watched:
 
 
 @pytest.fixture
-def watched() -> Iterator[Callable[[str], Watched]]:
+def watched(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[str], Watched]]:
+    monkeypatch.setattr(steady, "TTL_S", 60.0)  # a busy machine is not what these are about
     made: list[Watched] = []
 
     def make(name: str) -> Watched:

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
-PATIENCE_S = 10.0
+PATIENCE_S = 30.0
+"""A server and its driver's process start one after the other, on a busy machine for seconds."""
 
 
 @dataclass(frozen=True)

@@ -113,8 +113,7 @@ def test_silence_is_told_and_ends_with_standstill(robot: Driver, log: Log) -> No
     assert state.epoch > before.epoch
     assert state.extra["driver_silences"] > before.extra["driver_silences"]
     assert not drives(robot, log)
-    robot.apply(STANDSTILL, 1)
-    until(lambda: robot.state().problem is None)
+    until(lambda: (robot.apply(STANDSTILL, 1), robot.state().problem)[1] is None)
     drive_off(robot, log)
 
 
