@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.examples import examples
@@ -170,6 +171,7 @@ def play(
             each(state, judge, now_s)
 
 
+@pytest.mark.timeout(300)  # it computes for ten seconds on a quiet machine
 @examples(4000)
 @given(traces, st.sampled_from(RULES))
 def test_whoever_moves_the_robot_has_the_right_to(trace: list[Word], rules: HandRules) -> None:

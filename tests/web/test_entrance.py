@@ -478,7 +478,7 @@ async def test_an_answer_that_stands_still_is_broken_off(
             await asyncio.sleep(0.1)  # all buffers are full again
             turn(watch.STILL_S)
             await asyncio.sleep(0)
-        assert len(entrance.limits.connections) == 1
+        await _until(lambda: len(entrance.limits.connections) == 1)
         assert entrance.limits.status()["cut"] == 1
         slow.close()
         still.close()
