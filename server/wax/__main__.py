@@ -7,10 +7,12 @@ import asyncio
 import contextlib
 import io
 import json
+import logging
 import os
 import sys
+import threading
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NoReturn
 
 from wax import __version__, state_dir
 from wax.access import host_link
@@ -29,6 +31,20 @@ if TYPE_CHECKING:
 
 _INTERRUPTED: Final = 130
 """As shells have it after Ctrl-C."""
+
+
+def command() -> NoReturn:
+    """Run the command, and end the process though a thread hangs in its device.
+
+    Python would end that thread within its call, for which C++, as of OpenCV, aborts the process.
+    """
+    status = main()
+    logging.shutdown()
+    if any(thread.daemon for thread in threading.enumerate()):
+        with contextlib.suppress(OSError):  # nobody reads
+            sys.stdout.flush()
+        os._exit(status)
+    sys.exit(status)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -498,4 +514,4 @@ _COMMANDS: Final[dict[str, Callable[[argparse.Namespace], int]]] = {
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    command()

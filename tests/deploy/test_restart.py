@@ -8,6 +8,8 @@ import socket
 from functools import partial
 from typing import TYPE_CHECKING
 
+import cv2
+import numpy as np
 import pytest
 from tests.deploy.running import answers, serving
 from tests.free_port import free_port
@@ -16,6 +18,10 @@ from wax.client import Client
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from wax.capture.source import Picture
+    from wax.clock import Clock
+    from wax.config.settings import VideoSettings
 
 pytestmark = pytest.mark.system
 
@@ -67,6 +73,35 @@ async def test_a_service_manager_follows_the_server(tmp_path: Path) -> None:
                 pass
             assert heard == b"STOPPING=1"
             assert await asyncio.wait_for(server.wait(), STOP_WITHIN_S) == 0
+
+
+class Hung:
+    """A camera that never opens, in a library in C++."""
+
+    def __init__(self, settings: VideoSettings, clock: Clock) -> None: ...
+
+    def open(self) -> None:
+        picture = np.zeros((1000, 1000), np.uint8)
+        while True:
+            cv2.GaussianBlur(picture, (31, 31), 0)
+
+    def read(self) -> Picture:
+        raise AssertionError
+
+    def close(self) -> None: ...
+
+
+async def test_a_camera_that_hangs_does_not_spoil_the_end(tmp_path: Path) -> None:
+    """A service manager sees a server that has ended in order, not one that has crashed."""
+    config = tmp_path / "wax.toml"
+    config.write_text(
+        '[video]\nsource = "tests.deploy.test_restart:Hung"\n[audio]\nsource = "none"\n'
+    )
+    port = free_port()
+    async with serving(config, port) as server:
+        await answers(port, server)
+        server.send_signal(signal.SIGTERM)
+        assert await server.wait() == 0
 
 
 def _names(client: Client) -> list[str]:
