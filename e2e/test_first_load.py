@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 BUDGET_BYTES: Final = 75_000
 LATER: Final = {
     *("roomviewer", "statspage", "bigscreen", "hostpanel", "calibrate", "controlset", "replay"),
+    *("patharc", "unsupportedpage"),
     *("wayspanel", "rulespanel", "later", "de", "pseudo"),
 }
 """Names of parts that are for some people, or for later."""

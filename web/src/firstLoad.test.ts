@@ -38,13 +38,14 @@ it("does not have the first load wait for what few pages need", () => {
   expect(loaded).toContain("preact");
   expect(loaded).toContain(join(ROOT, "measure/report.ts"));
   expect(loaded).not.toContain("livekit-client");
-  for (const folder of ["rooms", "bigScreen", "embed", "replay"]) {
+  for (const folder of ["rooms", "bigScreen", "embed", "replay", "path"]) {
     expect(loaded.filter((one) => one.startsWith(join(ROOT, folder)))).toEqual([]);
   }
   expect(loaded).not.toContain(join(ROOT, "view/host/HostPanel.tsx"));
   expect(loaded).not.toContain(join(ROOT, "view/drive/ControlSet.tsx"));
   expect(loaded).not.toContain(join(ROOT, "view/drive/WaysPanel.tsx"));
   expect(loaded).not.toContain(join(ROOT, "view/RulesPanel.tsx"));
+  expect(loaded).not.toContain(join(ROOT, "view/UnsupportedPage.tsx"));
   const hosts = [...loadedBy(join(ROOT, "view/host/HostPanel.tsx"))];
   expect(hosts).toContain(join(ROOT, "view/host/Calibration.tsx"));
   expect(hosts).not.toContain(join(ROOT, "view/host/Calibrate.tsx"));

@@ -19,15 +19,14 @@ import "./style/notices.css";
 import "./style/call.css";
 import "./style/ended.css";
 import "./style/branding.css";
-import "./style/path.css";
 import "./style/loading.css";
 import { render } from "preact";
 import { openView, viewOf } from "./openView";
 import { startSession } from "./session";
-import { lacksOf } from "./support";
+import { type Lacks, lacksOf } from "./support";
 import { App } from "./view/App";
-import { UnsupportedPage } from "./view/UnsupportedPage";
 import { choose, speak, wishes } from "./words/language";
+import { learnLater } from "./words/words";
 
 /** Whether or not there is a server, the page is there by then. */
 const DRAWN_WITHIN_MS = 150;
@@ -35,9 +34,7 @@ const DRAWN_WITHIN_MS = 150;
 const lacks = lacksOf();
 const root = document.getElementById("page");
 if (root && lacks) {
-  void speak(choose(wishes(null)));
-  root.replaceChildren();
-  render(<UnsupportedPage lacks={lacks} />, root);
+  void refuse(root, lacks);
 } else if (root) {
   const session = startSession();
   // Drawing would keep the offer waiting; while the server answers it there is time.
@@ -49,4 +46,12 @@ if (root && lacks) {
     if (view) void openView(root, session, view);
     else render(<App session={session} />, root);
   });
+}
+
+/** Says why this browser cannot show the page, which few have to wait for. */
+async function refuse(root: HTMLElement, lacks: Lacks): Promise<void> {
+  void speak(choose(wishes(null)));
+  const [{ UnsupportedPage }] = await Promise.all([import("./view/UnsupportedPage"), learnLater()]);
+  root.replaceChildren();
+  render(<UnsupportedPage lacks={lacks} />, root);
 }

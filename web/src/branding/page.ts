@@ -36,11 +36,3 @@ function drivingWords(turnS: number): string {
     : t("welcome.seconds", { n: Math.round(turnS) });
   return t("welcome.how_to_drive", { time });
 }
-
-/**
- * Whether a link may be opened. The server has checked the host's configuration; a page that reads
- * a link from anywhere opens it only as one of these.
- */
-export function isSafe(url: string): boolean {
-  return /^(https?:\/\/|mailto:)/i.test(url);
-}

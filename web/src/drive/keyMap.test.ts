@@ -1,14 +1,7 @@
 import { describe, expect, it } from "vitest";
+import { assign, unassign } from "./assignKey";
 import { codeOf } from "./codeOf";
-import {
-  actionOf,
-  assign,
-  DEFAULT_KEYS,
-  KEY_ACTIONS,
-  keyWords,
-  loadKeys,
-  unassign,
-} from "./keyMap";
+import { actionOf, DEFAULT_KEYS, KEY_ACTIONS, keyWords, loadKeys } from "./keyMap";
 
 describe("as it comes", () => {
   it("has no key twice", () => {

@@ -42,37 +42,15 @@ export const DEFAULT_KEYS: KeyMap = {
 };
 
 /** Stops on every keyboard, so that whoever shows somebody how to drive need not ask. */
-const ALWAYS_STOP = "Space";
-const MOST_PER_ACTION = 4;
+export const ALWAYS_STOP = "Space";
+export const MOST_PER_ACTION = 4;
 const CODE = /^[A-Za-z0-9]{1,24}$/;
 /** What the browser, the system or a screen reader needs. */
 const RESERVED =
   /^(Tab|Escape|CapsLock|Fn.*|Unidentified|(Control|Alt|AltGraph|Meta|OS|Shift)(Left|Right)?)$/;
 
-/** Why a key cannot be had; `by` is the action that has it. */
-export type Refusal =
-  | { why: "reserved" | "too_many" | "always_stops" }
-  | { why: "taken"; by: KeyAction };
-export type Assigned = { keys: KeyMap } | Refusal;
-
 export function actionOf(keys: KeyMap, key: string): KeyAction | null {
   return KEY_ACTIONS.find((action) => keys[action].includes(key)) ?? null;
-}
-
-/** Gives an action one more key, or says why not. */
-export function assign(keys: KeyMap, action: KeyAction, key: string): Assigned {
-  if (!isUsable(key)) return { why: "reserved" };
-  const by = actionOf(keys, key);
-  if (by === action) return { keys };
-  if (by !== null) return { why: "taken", by };
-  if (keys[action].length >= MOST_PER_ACTION) return { why: "too_many" };
-  return { keys: { ...keys, [action]: [...keys[action], key] } };
-}
-
-/** Takes a key away from an action, but not Space from Stop. */
-export function unassign(keys: KeyMap, action: KeyAction, key: string): Assigned {
-  if (key === ALWAYS_STOP) return { why: "always_stops" };
-  return { keys: { ...keys, [action]: keys[action].filter((one) => one !== key) } };
 }
 
 /** Returns what was stored as far as it can be used; an action that was not is as it was made. */
@@ -114,6 +92,6 @@ export function keyWords(key: string): string {
   );
 }
 
-function isUsable(key: string): boolean {
+export function isUsable(key: string): boolean {
   return CODE.test(key) && !RESERVED.test(key);
 }

@@ -1,3 +1,4 @@
+import "../style/path.css";
 import { useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import type { Motion } from "../drive/inputState";

@@ -1,10 +1,16 @@
+import { useComputed } from "@preact/signals";
 import type { RefObject } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import type { CameraInfo } from "../messages";
-import { PathArc } from "../path/PathArc";
 import { t } from "../words/words";
 import { useActions, useSession, useState } from "./context";
+import { late } from "./late";
 import { cameraProblem, drivingView } from "./words";
+
+export const PathArc = late(async () => (await import("../path/PathArc")).PathArc, {
+  isForDriving: true,
+  isOverPicture: true,
+});
 
 interface Props {
   isShown: boolean;
@@ -28,7 +34,7 @@ export function Views({ isShown, video }: Props) {
     <div class={kinds.join(" ")}>
       <div class={isLarge ? "view is-large" : "view is-small is-driving-view"}>
         <video ref={video} class={isShown ? "" : "is-off"} muted autoplay playsinline />
-        {isLarge && <PathArc />}
+        {isLarge && <Path />}
         {!isLarge && <Enlarge camera={null} name={drivingView()} why={null} />}
       </div>
       {others.map((camera, at) => (
@@ -36,6 +42,14 @@ export function Views({ isShown, video }: Props) {
       ))}
     </div>
   );
+}
+
+/** The predicted path: nobody needs it before there is a picture to draw it on. */
+function Path() {
+  const { facts, hello, preferences } = useState();
+  const isSeen = useComputed(() => facts.value.pictureMs !== null);
+  const isWanted = preferences.value.path && hello.value?.robot.camera;
+  return isWanted && isSeen.value ? <PathArc /> : null;
 }
 
 function Camera({ at, camera }: { at: number; camera: CameraInfo }) {

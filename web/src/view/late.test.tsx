@@ -108,6 +108,17 @@ it("is loaded over a thin link where driving itself needs it", async () => {
   expect(await findByText(body, "Ada")).toBeTruthy();
 });
 
+it("says nothing over the picture, neither while it loads nor where that fails", async () => {
+  importPart.mockRejectedValueOnce(new Error("no network"));
+  const Part = late(importPart, { isForDriving: true, isOverPicture: true });
+  await show(Part);
+  expect(importPart).toHaveBeenCalledOnce();
+  expect(body.textContent).toBe("");
+  await hide();
+  await show(Part);
+  expect(await findByText(body, "Ada")).toBeTruthy();
+});
+
 it("waits after a failure, too, where the link became thin meanwhile", async () => {
   importPart.mockRejectedValueOnce(new Error("no network"));
   await show(late(importPart));

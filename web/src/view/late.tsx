@@ -11,10 +11,11 @@ type Part<Props> =
 /**
  * Makes a component of a part that few pages need, loaded once where one is shown: never while a
  * thin link is driven over, except what driving itself needs, whose words are in the first load.
+ * What is drawn over the picture says nothing until it is there.
  */
 export function late<Props extends object>(
   importPart: () => Promise<FunctionComponent<Props>>,
-  { isForDriving = false } = {},
+  { isForDriving = false, isOverPicture = false } = {},
 ) {
   const part = signal<Part<Props>>({ is: "no" });
 
@@ -38,6 +39,7 @@ export function late<Props extends object>(
     }, [waits]);
     const now = part.value;
     if (now.is === "there") return <now.Show {...props} />;
+    if (isOverPicture) return null;
     if (now.is === "failed" && !waits) {
       return (
         <div role="alert">

@@ -6,8 +6,29 @@ import type { Tape } from "../messages";
 import { hello, playout, room, served } from "../testing/messages";
 import { says } from "../words/said";
 import { actions, body, button, drawsPage, hears, open, show, state } from "./page.test.setup";
+import { PathArc } from "./Views";
 
 drawsPage();
+
+it("has the predicted path loaded once there is a picture to draw it on", async () => {
+  const camera = { height_m: 0.3, tilt_deg: 30, fov_deg: 75, axis_row: 0.5 };
+  const path = () => body.querySelector(".path-arc");
+  const sees = (pictureMs: number | null) =>
+    act(async () => {
+      state.facts.value = { ...state.facts.value, pictureMs };
+      await PathArc.load();
+    });
+  show({ watching: [1] });
+  await sees(80);
+  expect(path()).toBeNull();
+  act(() => {
+    const mine = hello({ viewer: 1 });
+    state.hello.value = { ...mine, robot: { ...mine.robot, camera } };
+  });
+  expect(path()).not.toBeNull();
+  await sees(null);
+  expect(path()).toBeNull();
+});
 
 describe("sound and picture", () => {
   it("offers sound until the sound was decided on", () => {

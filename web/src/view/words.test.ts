@@ -3,6 +3,7 @@ import type { RoomState } from "../messages";
 import { aboard, pressedBy, room, viewer } from "../testing/messages";
 import { named } from "../words/named";
 import { says } from "../words/said";
+import { qualityWords } from "./host/qualityWords";
 import {
   batteryWords,
   connectionWords,
@@ -12,7 +13,6 @@ import {
   missedWords,
   placeWords,
   problemWords,
-  qualityWords,
   standingWords,
   stoppedWords,
   turnWords,

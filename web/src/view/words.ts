@@ -5,7 +5,6 @@ import type { MissedCall } from "../call";
 import type { LinkState } from "../link/link";
 import type {
   CameraInfo,
-  ConsoleViewer,
   Hello,
   RobotStatus,
   RoomState,
@@ -17,7 +16,6 @@ import type { Voice } from "../voice/talk";
 import { named } from "../words/named";
 import { said } from "../words/said";
 import { type Code, figure, locale, t } from "../words/words";
-import { sizeWords } from "./figures";
 
 /** The connection, for the status line. */
 export function connectionWords(link: LinkState, nowMs: number): string {
@@ -144,20 +142,6 @@ const REQUESTS = {
   left: "aboard.left",
   right: "aboard.right",
 } as const satisfies Record<Asked, Code>;
-
-/** What the host sees of a viewer's connection: `42 ms, 640 × 480`. */
-export function qualityWords(line: ConsoleViewer): string {
-  const words = [
-    ...(line.round_trip_ms === null
-      ? []
-      : [t("host.round_trip", { ms: figure(Math.round(line.round_trip_ms)) })]),
-    ...(line.picture_ms === null
-      ? []
-      : [t("host.picture_age", { ms: figure(Math.round(line.picture_ms)) })]),
-    line.rendition === null ? t("host.no_picture") : sizeWords(line.rendition),
-  ];
-  return words.join(", ");
-}
 
 /** When something happens, in the reader's own time: `today at 14:00`, `on Tuesday at 9:00`. */
 export function whenWords(wallMs: number, nowMs: number, where = locale()): string {

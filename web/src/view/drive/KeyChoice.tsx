@@ -1,16 +1,10 @@
 import { useSignal } from "@preact/signals";
 import { useLayoutEffect } from "preact/hooks";
+import { type Assigned, assign, unassign } from "../../drive/assignKey";
 import { keyedAxes } from "../../drive/axisKeys";
 import { codeOf } from "../../drive/codeOf";
 import { wayInForce } from "../../drive/drivePreferences";
-import {
-  type Assigned,
-  assign,
-  DEFAULT_KEYS,
-  KEY_ACTIONS,
-  type KeyAction,
-  unassign,
-} from "../../drive/keyMap";
+import { DEFAULT_KEYS, KEY_ACTIONS, type KeyAction } from "../../drive/keyMap";
 import { t } from "../../words/words";
 import { useActions, useState } from "../context";
 import { keyName } from "./keyHint";

@@ -1,6 +1,7 @@
 /** What the ways to drive are called, and their numbers in words. */
 
-import type { KeyAction, Refusal } from "../../drive/keyMap";
+import type { Refusal } from "../../drive/assignKey";
+import type { KeyAction } from "../../drive/keyMap";
 import type { Way } from "../../drive/ways";
 import { type Code, language } from "../../words/words";
 

@@ -3,7 +3,8 @@ import { named } from "../../words/named";
 import { t } from "../../words/words";
 import { Ask } from "../Ask";
 import { useActions, useState } from "../context";
-import { inOrder, placeWords, qualityWords } from "../words";
+import { inOrder, placeWords } from "../words";
+import { qualityWords } from "./qualityWords";
 
 /** Everybody, with what only the host sees of them. */
 export function People() {
