@@ -53,8 +53,7 @@ class _Command(_PipeMessage):
 class Move(_Command):
     """Server → process: a set-point, and whether an operator is there who may drive.
 
-    `end_s` is when the server would have stopped the robot unless a newer command had come, None
-    where no command moves it.
+    `end_s` is when the operator's command behind it is too old, None where none moves the robot.
     """
 
     say: Literal["move"] = "move"
