@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import statistics
 import time
 from dataclasses import dataclass, field
@@ -16,6 +17,7 @@ from e2e.measure.age import Ages
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row, counted, judged
 from wax.client import Client, Operator
+from wax.control.gate import LAPSE_S
 from wax.sentence import read
 
 if TYPE_CHECKING:
@@ -32,6 +34,8 @@ _SAMPLE_S: Final = 1.0
 _GROWN_MS: Final = 5.0
 """Two medians over minutes differ by less on a machine that does other things too."""
 _PRESS_S: Final = 0.3
+_PATIENCE_S: Final = 2 * LAPSE_S
+"""A person presses again when the robot has stood for so long: it goes on by itself no more."""
 _KINDS: Final[tuple[Kind, ...]] = ("audio", "video")
 
 
@@ -57,6 +61,40 @@ class Soaked:
     left: int = 0
 
 
+class Hand:
+    """Turns on the spot, since whoever drives into a wall is stopped with a reason; counts stops.
+
+    What a hand asks for comes about later. So a stop is one after a motion, while the control is
+    held; and nobody presses again before the robot can no longer go on by itself.
+    """
+
+    def __init__(self, operator: Operator, stops: list[str]) -> None:
+        self.operator, self._stops = operator, stops
+        self._moves, self._has_moved = False, True
+        self._since_s = -math.inf
+
+    def told(self, status: dict[str, Any], now_s: float) -> None:
+        """Take what the server says of the drive."""
+        was, self._moves = self._moves, status["moving"]
+        if self._moves:
+            self._has_moved = True
+        elif was and self.operator.held:
+            self._since_s = now_s
+            reason = status["reason"]
+            self._stops.append("no reason" if reason is None else str(read(reason)))
+
+    async def keep_on(self, now_s: float) -> None:
+        """Press again where a person would; a press that has moved nothing counts as a stop."""
+        if self._moves or now_s - self._since_s < _PATIENCE_S:
+            return
+        if not self._has_moved:
+            self._stops.append("moves nothing when pressed")
+        self.operator.let_go()
+        await asyncio.sleep(_PRESS_S)
+        self.operator.steer(0.0, 1.0)
+        self._has_moved, self._since_s = False, now_s
+
+
 async def soak(seconds: float) -> Soaked:
     """Serve for `seconds`; raises `MeasureError` if somebody who should be there is not."""
     found = Soaked(lasted_s=seconds)
@@ -77,23 +115,18 @@ async def soak(seconds: float) -> Soaked:
 
 async def _serve_all(server: MeasuredServer, crowd: Crowd, found: Soaked) -> None:
     def told(message: dict[str, Any]) -> None:
-        if message["type"] == "drive_status" and operator.held and not message["moving"]:
-            reason = message["reason"]
-            found.stops.append("no reason" if reason is None else str(read(reason)))
+        if message["type"] == "drive_status":
+            hand.told(message, time.monotonic())
 
     operator = Operator(server.url, sees=True, on_message=told)
+    hand = Hand(operator, found.stops)
     ages = Ages()
     async with Client(server.url, on_message=ages.learn) as listener, operator:
         await operator.join()
-        operator.let_go()
-        await asyncio.sleep(_PRESS_S)
-        # On the spot: whoever drives into a wall is stopped with a reason.
-        operator.steer(0.0, 1.0)
-        found.stops.clear()
         ends_s = time.monotonic() + found.lasted_s
         coming = asyncio.create_task(_come_and_go(crowd, found, ends_s))
         try:
-            await _watch(server, (listener, ages), operator, found, ends_s)
+            await _watch(server, (listener, ages), hand, found, ends_s)
         finally:
             await coming
         operator.let_go()
@@ -115,11 +148,11 @@ async def _come_and_go(crowd: Crowd, found: Soaked, ends_s: float) -> None:
 async def _watch(
     server: MeasuredServer,
     listening: tuple[Client, Ages],
-    operator: Operator,
+    hand: Hand,
     found: Soaked,
     ends_s: float,
 ) -> None:
-    listener, ages = listening
+    (listener, ages), operator = listening, hand.operator
     began_s = ends_s - found.lasted_s
     while (now_s := time.monotonic()) < ends_s:
         there = {"the listener": listener.is_open, "the operator": operator.is_open}
@@ -137,11 +170,7 @@ async def _watch(
                 trip_ms=trips.get(operator.viewer),
             )
         )
-        if not operator.newest("drive_status").get("moving"):
-            # After a longer lapse a person would press again.
-            operator.let_go()
-            await asyncio.sleep(_PRESS_S)
-            operator.steer(0.0, 1.0)
+        await hand.keep_on(time.monotonic())
         await asyncio.sleep(_SAMPLE_S)
 
 

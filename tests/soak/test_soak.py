@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any, cast
+
 import pytest
 from e2e.load.crowd.crowd import gathered
 from e2e.load.memory import BATCHES, FLAT_MIB, come_and_go
 from e2e.load.servers import WAX, serving
-from e2e.strangers.soak import Sample, Soaked, rows, soak
+from e2e.strangers.soak import Hand, Sample, Soaked, rows, soak
+
+if TYPE_CHECKING:
+    from wax.client import Operator
 
 
 @pytest.mark.system
@@ -56,3 +61,45 @@ def test_what_has_not_grown_is_met() -> None:
 def test_what_grows_or_is_left_is_missed(found: Soaked, missed: str) -> None:
     """Each goal is judged by itself."""
     assert [row.key for row in rows(found) if not row.met] == [missed]
+
+
+class Fingers:
+    """An operator's hand, whose presses are counted."""
+
+    held = False
+    presses = 0
+
+    def let_go(self) -> None:
+        self.held = False
+
+    def steer(self, linear: float, angular: float) -> None:
+        assert (linear, angular) != (0.0, 0.0)
+        self.held = True
+        self.presses += 1
+
+
+NO: dict[str, Any] = {"moving": False, "reason": None}
+YES: dict[str, Any] = {"moving": True, "reason": None}
+
+
+async def test_only_what_stops_by_itself_is_a_stop(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Once each, with its first reason: standstill before and between presses is the hand's own."""
+    monkeypatch.setattr("e2e.strangers.soak._PRESS_S", 0.0)
+    fingers, stops = Fingers(), list[str]()
+    hand = Hand(cast("Operator", fingers), stops)
+    await hand.keep_on(0.0)
+    assert fingers.presses == 1
+    for at_s, status in ((0.1, NO), (0.2, YES), (5.0, NO), (5.1, NO), (5.5, YES), (9.0, NO)):
+        hand.told(status, at_s)
+        await hand.keep_on(at_s + 1.0)
+    assert stops == ["no reason"] * 2
+    assert fingers.presses == 1, "it may go on by itself"
+    await hand.keep_on(11.1)
+    hand.told(NO, 11.2)
+    assert (fingers.presses, len(stops)) == (2, 2)
+    await hand.keep_on(13.2)
+    assert stops[2:] == ["moves nothing when pressed"]
+    fingers.let_go()
+    hand.told(YES, 13.3)
+    hand.told(NO, 13.4)
+    assert len(stops) == 3
