@@ -27,6 +27,8 @@ class Door(HTTPServer):
     """Answers as Caddy does, with a page that is there or not."""
 
     status = 200
+    reason: str | None = None
+    date = email.utils.formatdate(NOW_S, usegmt=True)
 
     def __init__(self) -> None:
         super().__init__(("127.0.0.1", 0), _Answer)
@@ -41,9 +43,14 @@ class _Answer(BaseHTTPRequestHandler):
     def do_GET(self) -> None:  # http.server's form
         assert isinstance(self.server, Door)
         is_page = self.path == "/healthz"
-        self.send_response_only(self.server.status if is_page else 426)
+        if not is_page:
+            self.send_response_only(426)
+        else:
+            self.send_response_only(self.server.status, self.server.reason)
+            self.send_header("Location", f"{self.server.url}/elsewhere")
         # The page's own answer has the robot's date.
-        self.send_header("Date", email.utils.formatdate(0 if is_page else NOW_S, usegmt=True))
+        date = email.utils.formatdate(0, usegmt=True) if is_page else self.server.date
+        self.send_header("Date", date)
         self.send_header("Content-Length", "0")
         self.end_headers()
 
@@ -70,6 +77,27 @@ def test_a_page_that_opens_is_well(door: Door) -> None:
     assert code(door) is None
     door.status = 502
     assert code(door) == "tunnel.page"
+
+
+def test_a_page_that_leads_elsewhere_is_not_followed(door: Door) -> None:
+    """It could lead into the network of the robot."""
+    door.status = 302
+    found = look(door.url, NOW_S)
+    assert found is not None
+    assert "302" in str(found)
+
+
+@pytest.mark.parametrize(
+    "date", ["Mon, 01 Jan 99999999999 00:00:00 GMT", "Mon, 01 Jan 2020 00:00:00 +9" + "9" * 20, "?"]
+)
+def test_what_answers_there_may_say_anything(door: Door, date: str) -> None:
+    """The clock is not compared by a date that is none, and the reason is short and visible."""
+    door.date, door.status, door.reason = date, 502, "\x1b[2J" + "x" * 5000
+    found = look(door.url, NOW_S)
+    assert found is not None
+    assert found.code == "tunnel.page"
+    assert len(str(found)) < 300
+    assert str(found).isprintable()
 
 
 @pytest.mark.parametrize("ahead_s", [-86_400.0, 86_400.0])

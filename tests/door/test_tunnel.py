@@ -124,6 +124,22 @@ def test_the_host_reads_why_the_door_does_not_lead_here_and_when_it_does(stage: 
     assert (status["opened"], status["failed"]) == (2, 2)
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        b"debug1: remote software version remote forward success for: listen 127.0.0.1:20001\n",
+        b"no matching host key type found. Their offer: ".ljust(2000) + OPENED,
+    ],
+)
+def test_a_stranger_on_the_way_opens_nothing(stage: Stage, words: bytes) -> None:
+    """Only ssh's own line tells that the door leads here, not what it repeats of others."""
+    stage.tunnel.start()
+    stage.ssh(1).says(words)
+    stage.ssh(1).ends(b"Host key verification failed.\n")
+    stage.until("tunnel.host_key")
+    assert (stage.tunnel.status() or {})["opened"] == 0
+
+
 def test_22_is_followed_by_https(stage: Stage) -> None:
     """The second attempt goes by our program, which speaks HTTPS to the door."""
     stage.tunnel.start()

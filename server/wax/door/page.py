@@ -10,11 +10,13 @@ import urllib.request
 from typing import Final
 
 from wax.door.over_https import PATH
+from wax.logs.printable import printable
 from wax.sentence import Sentence, says
 
 _ANSWER_S: Final = 5.0
 CLOCK_OFF_S: Final = 300.0
 """Half of what the relay's passwords last."""
+_MOST_CHARS: Final = 120
 
 
 def look(url: str, wall_s: float) -> Sentence | None:
@@ -24,14 +26,13 @@ def look(url: str, wall_s: float) -> Sentence | None:
         with _get(f"{url}/healthz", ssl.create_default_context()) as answer:
             answer.read(1000)
     except urllib.error.HTTPError as error:
-        problem = Sentence("tunnel.page", {"url": url, "why": says(f"{error.code} {error.reason}")})
-    except (OSError, http.client.HTTPException) as error:
+        problem = _unopened(url, f"{error.code} {error.reason}")
+    except (OSError, ValueError, http.client.HTTPException) as error:
         why = getattr(error, "reason", error)
         if isinstance(why, ssl.SSLCertVerificationError):
             problem = Sentence("tunnel.certificate", {"url": url, "why": says(why.verify_message)})
         else:
-            text = says(str(why) or type(why).__name__)
-            problem = Sentence("tunnel.page", {"url": url, "why": text})
+            problem = _unopened(url, str(why) or type(why).__name__)
     off_s = _clock_off_s(url, wall_s)
     if off_s is not None and abs(off_s) > CLOCK_OFF_S:
         return Sentence("tunnel.clock", {"n": round(abs(off_s) / 60)})
@@ -50,17 +51,28 @@ def _clock_off_s(url: str, wall_s: float) -> float | None:
             date = answer.headers["Date"]
     except urllib.error.HTTPError as error:
         date = error.headers["Date"]
-    except (OSError, http.client.HTTPException):
+    except (OSError, ValueError, http.client.HTTPException):
         return None
     try:
         return wall_s - email.utils.parsedate_to_datetime(date or "").timestamp()
-    except ValueError:
+    except (ValueError, OverflowError):
+        return None
+
+
+def _unopened(url: str, why: str) -> Sentence:
+    """Return the problem; whoever answers there may have written the reason."""
+    return Sentence("tunnel.page", {"url": url, "why": says(printable(why, _MOST_CHARS))})
+
+
+class _Stay(urllib.request.HTTPRedirectHandler):
+    """Follows nobody: a page that leads elsewhere is not this robot's, and may lead into here."""
+
+    def redirect_request(self, *_: object) -> None:
         return None
 
 
 def _get(url: str, context: ssl.SSLContext) -> http.client.HTTPResponse:
     handlers = urllib.request.HTTPSHandler(context=context), urllib.request.ProxyHandler({})
-    answer: http.client.HTTPResponse = urllib.request.build_opener(*handlers).open(
-        url, timeout=_ANSWER_S
-    )
+    opener = urllib.request.build_opener(*handlers, _Stay)
+    answer: http.client.HTTPResponse = opener.open(url, timeout=_ANSWER_S)
     return answer

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final, Literal
 
+from wax.logs.printable import printable
 from wax.sentence import Sentence, says
 
 if TYPE_CHECKING:
@@ -24,8 +25,10 @@ CONNECT_S: Final = 4
 ALIVE_S: Final = 2
 ALIVE_COUNT: Final = 3
 """Unanswered questions that end it: a tunnel that stalls is noticed after 8 s."""
-OPENED: Final = "remote forward success for"
-"""What `ssh -v` says once the door leads here."""
+OPENED: Final = "debug1: remote forward success for"
+"""How the line begins by which `ssh -v` says that the door leads here. Further on in a line may be
+the words of a machine whose key nobody has checked yet."""
+_MOST_CHARS: Final = 200
 
 _OPTIONS: Final = (
     *("BatchMode=yes", "PasswordAuthentication=no", "KbdInteractiveAuthentication=no"),
@@ -85,7 +88,7 @@ def problem(door: DoorSettings, said: list[str]) -> Sentence:
     text = "\n".join(lines)
     kind = next((kind for pattern, kind in _MEANS if pattern.search(text)), None)
     if kind is None:
-        why = says(lines[-1].rstrip(".") if lines else "ssh ended")
+        why = says(printable(lines[-1].rstrip("."), _MOST_CHARS) if lines else "ssh ended")
         return Sentence("tunnel.failed", {"host": door.host, "why": why})
     if kind == "key_file":
         return Sentence("tunnel.key_file", {"file": door.key_file})

@@ -26,7 +26,7 @@ from wax.process import python_module
 from wax.sentence import Sentence, says
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from wax.clock import Clock
     from wax.config.door import DoorSettings
@@ -58,6 +58,15 @@ def start(command: Sequence[str], environment: Mapping[str, str]) -> subprocess.
         env=dict(environment),
         start_new_session=True,  # Ctrl-C is for the server, which ends it
     )
+
+
+def lines_of(stderr: IO[bytes]) -> Iterator[str]:
+    """Yield the lines as they come, each cut: what is left out of one never begins another."""
+    is_new = True
+    while piece := stderr.readline(_LINE_BYTES):
+        if is_new:
+            yield piece.decode(errors="replace").strip()
+        is_new = piece.endswith(b"\n")
 
 
 def with_key(door: DoorSettings) -> DoorSettings:
@@ -213,15 +222,15 @@ class Tunnel:
     def _follow(self, stderr: IO[bytes], way: Way) -> list[str]:
         """Read until it ends; return the last lines."""
         said: deque[str] = deque(maxlen=_LINES)
-        while line := stderr.readline(_LINE_BYTES).decode(errors="replace"):
-            if ssh.OPENED in line:
+        for line in lines_of(stderr):
+            if line.startswith(ssh.OPENED):
                 self._attempts.opened()
                 state = self._state
                 state.problem, state.since_s = None, self._clock.now_s()
                 state.opened += 1
                 _LOG.info("the page can be reached through the door", host=self._door.host, way=way)
             elif not line.startswith("debug1:"):
-                said.append(line.strip())
+                said.append(line)
         return list(said)
 
     def _look(self) -> None:
@@ -231,7 +240,11 @@ class Tunnel:
             wait_s = _LOOK_FIRST_S
             if self._state.since_s is None or not self._server.public_url:
                 continue
-            found = look(self._server.public_url, self._clock.wall_ms() / 1000)
+            try:
+                found = look(self._server.public_url, self._clock.wall_ms() / 1000)
+            except Exception as error:  # what answers there is not ours
+                _LOG.exception("the look at the public page failed")
+                found = self._failed(str(error) or type(error).__name__)
             if self._state.since_s is None:
                 continue
             if found is not None and found != self._state.page:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 from wax.commands.doctor.verdict import Check, Verdict, bad, ok, warning
 from wax.door import ssh
 from wax.door.page import look
-from wax.door.tunnel import start, with_key
+from wax.door.tunnel import lines_of, start, with_key
 from wax.process import python_module
 from wax.rtc import relay_check
 from wax.rtc.ice_servers import IceServers
@@ -124,9 +124,9 @@ def _attempt(door: DoorSettings, way: Way) -> Sentence | None:
         assert child.stderr is not None
         said = []
         try:
-            for line in child.stderr:
-                said.append(line.decode(errors="replace").strip())
-                if ssh.OPENED in said[-1]:
+            for line in lines_of(child.stderr):
+                said.append(line)
+                if line.startswith(ssh.OPENED):
                     return None
         finally:
             child.terminate()
