@@ -39,7 +39,7 @@ MEASURES = ("delay", "instrument", "link", "load", "peers")
 BESIDE = (
     *("gallery", "reach", "test_aboard.py", "test_bad_input.py", "test_big_screen.py"),
     *("test_branding.py", "test_controls.py", "test_embed.py", "test_first_load.py"),
-    *("test_language.py", "test_loopback_only.py", "test_page.py", "test_prove_stop.py"),
+    *("test_language.py", "test_page.py", "test_prove_stop.py"),
     *("test_queue.py", "test_reconnect.py", "test_records.py", "test_start_stop.py"),
     *("test_stats.py", "test_strangers.py", "test_thesis.py", "test_watching.py"),
 )
