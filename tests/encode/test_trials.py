@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pytest
 from tests.encode.encoders import GOOD, HIGH, LARGE, LATE, SMALL
@@ -12,14 +14,24 @@ from wax.encode.hardware import HARDWARE, Hardware, HardwareEncoder, HardwareErr
 from wax.encode.trial import likeness, run, waves
 from wax.encode.trials import try_all
 
-BOTH = [LARGE, SMALL]
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from wax.config.settings import RenditionSettings
+
+
+def patient(renditions: Iterable[RenditionSettings]) -> list[RenditionSettings]:
+    """Have so few pictures a second that no machine is too slow for them."""
+    return [one.model_copy(update={"fps": 1.0}) for one in renditions]
+
+
+BOTH = patient([LARGE, SMALL])
 
 
 @pytest.mark.system
 def test_a_good_one_passes_in_a_process_of_its_own() -> None:
     """Each rendition of the default ladder is encoded, decoded, compared and timed."""
-    # So few pictures a second that no machine is too slow for them.
-    ladder = [one.model_copy(update={"fps": 1.0}) for one in VideoSettings().renditions]
+    ladder = patient(VideoSettings().renditions)
     (trial,) = try_all([GOOD], ladder, limit_s=30)
     assert trial.problem is None
     assert not trial.refused

@@ -7,6 +7,7 @@ import signal
 import time
 from typing import TYPE_CHECKING, Any
 
+import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 import pytest
 from structlog.testing import capture_logs
 from tests.robot.process.conftest import Log, Server, is_alive, settings_for, until
@@ -63,11 +64,13 @@ def start(log: Log, tmp_path: Path, person: Person) -> Iterator[Callable[..., Se
         return servers[-1]
 
     yield start
+    left = {int(entry.values[0]) for entry in log.entries() if entry.word == "open"}
     for server in servers:
+        if server.process.poll() is None:
+            left |= {child.pid for child in psutil.Process(server.process.pid).children()}
         server.end()
-    for entry in log.entries():
-        pid = int(entry.values[0]) if entry.word == "open" else 0
-        if pid and is_alive(pid):
+    for pid in left:
+        if is_alive(pid):
             os.kill(pid, signal.SIGKILL)
 
 

@@ -68,7 +68,7 @@ class Node(Listener):
         self._writer: DataWriter[Any] = DataWriter(
             member, Topic(member, f"rr{node}/get_parametersReply", answers), qos
         )
-        self._reader: DataReader[Any] = DataReader(
+        self.reader: DataReader[Any] = DataReader(
             member, Topic(member, f"rq{node}/get_parametersRequest", asks), qos, listener=self
         )
 
@@ -130,7 +130,10 @@ def main() -> None:
             writers[where] = DataWriter(member, Topic(member, dds_topic(where), cls), Qos(reliable))
         if values:
             writers[where].write(build(cls, values[0]))
-    del reader, writers, nodes, domain
+    # One that is let go of while it tells would be deleted where it tells, and wait for itself.
+    for told in (reader, *(node.reader for node in nodes)):
+        told.set_listener(None)
+    del told, reader, writers, nodes, domain
 
 
 if __name__ == "__main__":
