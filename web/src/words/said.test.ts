@@ -102,6 +102,12 @@ describe("before the server's words are loaded", () => {
   });
 });
 
+it("has the words of a goodbye by then: the server that says it gives no more", async () => {
+  vi.resetModules();
+  const early = await import("./said");
+  expect(early.said({ code: "door.goodbye" })).toBe(SAID_ENGLISH["door.goodbye"]);
+});
+
 describe("a sentence of the server's", () => {
   it("is said in the reader's language, and anew when that changes", () => {
     const sentence = { code: "drive.not_your_turn" };

@@ -16,8 +16,12 @@ export interface Saying extends Sentence {
   english?: string;
 }
 
-/** What needs no words but its value. */
-const NO_WORDS: SaidCatalog = { says: "{text}", "by.named": "{name}" };
+/** What needs no words but its value, and what is said when no server gives any more words. */
+const NO_WORDS: SaidCatalog = {
+  says: "{text}",
+  "by.named": "{name}",
+  "door.goodbye": "The server is restarting or was switched off.",
+};
 
 /** The server's words, once they are loaded: the first picture does not wait for them. */
 const english = signal<SaidCatalog>(NO_WORDS);
