@@ -94,7 +94,7 @@ describe("the first visit", () => {
     [{ may_queue: false }, "You can watch. To drive, you need an invitation from the host."],
     [
       { on_loss: { ...hello().on_loss, stop_by: "operator" } },
-      "Whoever drives, and the host, can stop the robot at any time.",
+      "The operator and the host can stop the robot at any time.",
     ],
   ] as const)("says what holds here: %j", (more, says) => {
     draw(<Welcome />);

@@ -117,7 +117,7 @@ describe("a page", () => {
     listenLanguage(wished, signal(false), say);
     await vi.waitFor(() =>
       expect(say).toHaveBeenCalledExactlyOnceWith(
-        "The page could not be had in Deutsch; it stays as it is.",
+        "The page could not be loaded in Deutsch; it stays as it is.",
       ),
     );
     expect(t("turn.you_drive")).toBe("You are driving");
