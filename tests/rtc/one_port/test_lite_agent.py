@@ -227,6 +227,18 @@ def test_consent_ends(browser: Browser) -> None:
     assert not browser.agent.is_lost(60.0)
 
 
+def test_nobody_consents_for_an_address_that_they_have_left(browser: Browser) -> None:
+    """Checks from elsewhere that answer none of ours do not keep video going to the old one."""
+    browser.verify()
+    for second in range(1, 31):
+        browser.check(THERE, float(second), nominates=True)
+        browser.agent.tick(float(second))
+    assert browser.agent.selected == HERE
+    assert browser.agent.is_lost(30.1)
+    browser.check(HERE, 30.2)
+    assert browser.agent.is_lost(30.3), "it must answer again, too"
+
+
 @examples(200)
 @given(st.data())
 def test_nothing_is_selected_that_has_not_answered(data: st.DataObject) -> None:

@@ -26,7 +26,7 @@ _SILENT_S: Final = 2.0
 _QUIET_S: Final = 0.2
 """Whoever is not heard for so long may have another address; an operator is ten times a second."""
 _GIVE_UP_S: Final = 30.0
-"""Consent ends without a check from the browser for so long (RFC 7675, 5.1)."""
+"""Consent ends for so long without a check from where the browser has answered (RFC 7675, 5.1)."""
 _PROBES_HZ: Final = 4.0
 _PROBES_BURST: Final = 8.0
 _USER_SEPARATOR: Final = ":"
@@ -106,7 +106,7 @@ class LiteAgent:
         return [] if state.probe else self._probe(path, state, now_s)
 
     def is_lost(self, now_s: float) -> bool:
-        """Whether the browser has not checked us for so long that it no longer consents."""
+        """Whether nobody consents: no address that has answered has checked us for so long."""
         return now_s - self._checked_s > _GIVE_UP_S
 
     @property
@@ -131,7 +131,8 @@ class LiteAgent:
         state = self._state(path)
         if now_s - state.heard_s > _GIVE_UP_S:
             state.is_verified = False  # a router may have given it to somebody else meanwhile
-        self._checked_s = now_s
+        if state.is_verified:
+            self._checked_s = now_s  # else whoever left an address could keep us sending there
         state.heard_s = now_s
         state.is_nominated = state.is_nominated or "USE-CANDIDATE" in request.attributes
         out = [Datagram(path, self._answer(request, path))]
@@ -154,7 +155,7 @@ class LiteAgent:
             return False
         state.probe = None
         state.is_verified = True
-        state.heard_s = now_s
+        state.heard_s = self._checked_s = now_s
         self._select(path, now_s, is_nomination=state.is_nominated)
         return True
 
