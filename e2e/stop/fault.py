@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
     from e2e.measure.row import Row
     from e2e.stop.record import Stopping
-    from e2e.stop.relay import Relay
     from e2e.stop.stage import Load, Stage
 
 GOAL_MM: Final = Settings().drive.max_stop_distance_m * 1000
@@ -37,7 +36,7 @@ class Scene:
     def __init__(self, kind: Kind, stage: Stage, rig: Any, *, sees: bool) -> None:
         self.kind, self.stage, self.rig = kind, stage, rig
         self.prop: Any = None
-        self.relay: Relay | None = None
+        self.on_socket: Callable[[Any], None] | None = None
         self.press: Callable[[], Awaitable[None]] | None = None
         self.trials = 0
         self._sees = sees
@@ -49,7 +48,7 @@ class Scene:
         await self.leave()
         self._browser = Browser() if anew else self._browser
         operator = RawOperator(
-            self.stage.server, browser=self._browser, relay=self.relay, sees=self._sees
+            self.stage.server, browser=self._browser, on_socket=self.on_socket, sees=self._sees
         )
         self.operator = await self._leaving.enter_async_context(operator)
         await operator.join()

@@ -34,7 +34,8 @@ _FROZEN_S: Final = 0.06
 
 @asynccontextmanager
 async def _behind_a_relay(scene: Scene) -> AsyncIterator[None]:
-    scene.relay = scene.prop = Relay()
+    scene.prop = Relay()
+    scene.on_socket = scene.prop.tap
     yield
 
 

@@ -123,7 +123,9 @@ class Player:
         await self.leave()
         self._relay = Relay()
         self.operator = await self._leaving.enter_async_context(
-            RawOperator(self._stage.server, browser=self._browser, relay=self._relay, persists=True)
+            RawOperator(
+                self._stage.server, browser=self._browser, on_socket=self._relay.tap, persists=True
+            )
         )
 
     async def leave(self) -> None:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import asyncio
 import time
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
+from tests.link.profile import parse
+
+from e2e.load.crowd.modem import put_behind
 from e2e.measure.row import judged
 from e2e.stop.operator import RawOperator
-from e2e.stop.relay import Relay, Weather
 from e2e.stop.stage import LIGHT, staged, together
 
 if TYPE_CHECKING:
@@ -18,7 +21,15 @@ if TYPE_CHECKING:
     from e2e.measure.row import Row
     from e2e.stop.record import Seen
 
-BAD: Final = Weather(delay_ms=60, jitter_ms=30, loss=0.02)
+_WAY: Final = {
+    "queue_bytes": 1_000_000,
+    "delay_ms": 60.0,
+    "jitter": {"distribution": "uniform", "ms": 30.0},
+    "loss": {"in_good": 0.02},
+    "reorder": True,
+}
+BAD: Final = parse({"about": "bad but sufficient", "down": _WAY, "up": _WAY}, "nuisance")
+_SEED: Final = 2004
 AT_ONCE: Final = 4
 GOAL: Final = 1.0
 """Stops in ten minutes."""
@@ -50,8 +61,8 @@ async def nuisance(n: int, *, at_once: int = AT_ONCE) -> list[Row]:
 
 async def _drive_badly(for_s: float) -> tuple[int, float, float, float]:
     """Return the stops, how long that was in s, and delay and lateness in ms."""
-    relay = Relay(BAD)
-    async with staged(load=LIGHT) as stage, RawOperator(stage.server, relay=relay) as operator:
+    bad = partial(put_behind, seed=_SEED, profile=BAD)
+    async with staged(load=LIGHT) as stage, RawOperator(stage.server, on_socket=bad) as operator:
         await asyncio.sleep(2.0)  # the link's delay must be known at the turn's start
         await operator.join()
         await stage.drive(operator)
@@ -64,9 +75,9 @@ async def _drive_badly(for_s: float) -> tuple[int, float, float, float]:
                 await stage.drive(operator)
         until_s = time.monotonic()
         stage.record.read()
-        late_ms = max(operator.worst_late_s, relay.worst_late_s) * 1000
         one_way_ms = operator.clock.one_way_s * 1000
         stops = halts(stage.record.between(since_s, until_s))
+        late_ms = operator.worst_late_s * 1000
     return stops, until_s - since_s, one_way_ms, late_ms
 
 

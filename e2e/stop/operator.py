@@ -1,11 +1,11 @@
-"""The suite's operator: the protocol's client, at full speed, optionally through a relay."""
+"""The suite's operator: the protocol's client, at full speed."""
 
 from __future__ import annotations
 
 import uuid
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import aiohttp
 
@@ -13,8 +13,9 @@ from wax.client import Operator
 from wax.rtc import private
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from e2e.harness.server import Server
-    from e2e.stop.relay import Relay
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,14 +27,14 @@ class Browser:
 
 
 class RawOperator(Operator):
-    """`browser` is whose it is, by default a new one's; `relay` its network, else the loopback."""
+    """`browser` is whose it is, by default a new one's; `on_socket` as of `Client`."""
 
     def __init__(
         self,
         server: Server,
         *,
         browser: Browser | None = None,
-        relay: Relay | None = None,
+        on_socket: Callable[[Any], None] | None = None,
         sees: bool = False,
         persists: bool = False,
     ) -> None:
@@ -43,7 +44,7 @@ class RawOperator(Operator):
             server.url,
             client_id=browser.tab,
             cookies=browser.cookies,
-            on_socket=None if relay is None else relay.tap,
+            on_socket=on_socket,
             sees=sees,
             persists=persists,
         )

@@ -9,7 +9,6 @@ from __future__ import annotations
 import asyncio
 import sys
 import time
-from contextlib import AsyncExitStack
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
@@ -42,13 +41,12 @@ class Viewers:
         self._make = partial(KINDS[how], url)
         self._slow = slow
         self._here: list[Viewer] = []
-        self._modems = AsyncExitStack()
 
     async def answer(self, request: Request) -> Sample:
         try:
             match request.verb:
                 case "hold":
-                    await self._hold(request.number)
+                    await self.hold(request.number)
                 case "cycle":
                     await self._cycle(request.number)
                 case "count":
@@ -57,11 +55,7 @@ class Viewers:
             return Sample(at_s=time.monotonic(), problem=str(error) or repr(error))
         return Sample(at_s=time.monotonic(), viewers=tuple(map(_counts, self._here)))
 
-    async def close(self) -> None:
-        await self._hold(0)
-        await self._modems.aclose()
-
-    async def _hold(self, number: int) -> None:
+    async def hold(self, number: int) -> None:
         leaving, self._here = self._here[number:], self._here[:number]
         await asyncio.gather(*(viewer.close() for viewer in leaving))
         while (here := len(self._here)) < number:
@@ -76,8 +70,7 @@ class Viewers:
 
     async def _join(self, index: int) -> Viewer:
         is_slow = index < self._slow
-        on_socket = partial(self._put_behind_modem, index) if is_slow else None
-        viewer = self._make(on_socket=on_socket)
+        viewer = self._make(on_socket=_modem(index) if is_slow else None)
         try:
             async with asyncio.timeout(CONNECT_TIMEOUT_S):
                 await viewer.connect()
@@ -89,10 +82,11 @@ class Viewers:
             raise
         return viewer
 
-    def _put_behind_modem(self, seed: int, protocol: Any) -> None:
-        from e2e.load.crowd.modem import put_behind  # noqa: PLC0415  # few crowds are slow
 
-        self._modems.callback(put_behind(protocol, seed))
+def _modem(seed: int) -> Callable[[Any], None]:
+    from e2e.load.crowd.modem import put_behind  # noqa: PLC0415  # few crowds are slow
+
+    return partial(put_behind, seed=seed)
 
 
 def _counts(viewer: Viewer) -> ViewerCounts:
@@ -108,7 +102,7 @@ async def _serve(viewers: Viewers) -> None:
             sample = await viewers.answer(Request.model_validate_json(line))
             print(sample.model_dump_json(), flush=True)
     finally:
-        await viewers.close()
+        await viewers.hold(0)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""A modem of one viewer's own, in the crowd's process: the link model between socket and ICE."""
+"""A line of one viewer's own, usually a modem's: the link model between socket and ICE."""
 
 from __future__ import annotations
 
@@ -14,32 +14,32 @@ from tests.link.profile import load
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from tests.link.profile import DirectionSettings, Profile
+
 PROFILE: Final = "modem-56k"
 _HEADERS: Final = Struct("!I24x")
 """28 bytes in place of the IP and UDP headers, so that these count; identifies the packet."""
 
 
-def put_behind(protocol: Any, seed: int) -> Callable[[], None]:
-    """Put aioice's `protocol` behind a modem; return a function that ends that."""
-    down = Line("down", seed, protocol.datagram_received)
-    up = Line("up", seed, partial(_send, protocol.transport))
+def put_behind(protocol: Any, *, seed: int, profile: Profile | None = None) -> None:
+    """Put aioice's `protocol` behind a line, a modem's without a profile, until it is closed."""
+    ways = profile or load(PROFILE)
+    down = Line("down", seed, protocol.datagram_received, ways.down)
+    up = Line("up", seed, partial(_send, protocol.transport), ways.up)
     protocol.datagram_received = down.carry
-    protocol.transport = _Through(protocol.transport, up)
-
-    def close() -> None:
-        down.close()
-        up.close()
-
-    return close
+    protocol.transport = _Through(protocol.transport, down, up)
 
 
 class Line:
     """One direction; `hand_on` gets each datagram that came through, with its address."""
 
     def __init__(
-        self, way: str, seed: int, hand_on: Callable[[bytes, Any], None], profile: str = PROFILE
+        self,
+        way: str,
+        seed: int,
+        hand_on: Callable[[bytes, Any], None],
+        settings: DirectionSettings,
     ) -> None:
-        settings = getattr(load(profile), way)
         self._model = Direction(settings, seed=seed, way=way, start_s=time.monotonic())
         self._hand_on = hand_on
         self._addresses: list[Any] = []
@@ -74,14 +74,17 @@ class Line:
 
 
 class _Through:
-    """A socket's transport whose datagrams first pass the modem."""
+    """A socket's transport whose datagrams first pass the line."""
 
-    def __init__(self, transport: Any, line: Line) -> None:
+    def __init__(self, transport: Any, down: Line, up: Line) -> None:
         self._transport = transport
-        self._line = line
+        self._lines = down, up
+        self.sendto = up.carry
 
-    def sendto(self, data: bytes, address: Any = None) -> None:
-        self._line.carry(data, address)
+    def close(self) -> None:
+        for line in self._lines:
+            line.close()
+        self._transport.close()
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._transport, name)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 
 import pytest
+from tests.link.profile import load
 
 from e2e.load.crowd.crowd import gathered
 from e2e.load.crowd.modem import Line
@@ -51,7 +52,7 @@ async def test_a_crowd_that_cannot_be_is_one_sentence() -> None:
 async def test_a_line_of_ones_own_keeps_order_and_addresses() -> None:
     """What goes in comes out as it was, in order, each with its own address."""
     come: asyncio.Queue[tuple[bytes, object]] = asyncio.Queue()
-    line = Line("down", 1, lambda data, address: come.put_nowait((data, address)), "lan")
+    line = Line("down", 1, lambda data, address: come.put_nowait((data, address)), load("lan").down)
     sent = [(bytes([number]) * number, ("10.0.0.1", number % 3)) for number in range(1, 20)]
     for data, address in sent:
         line.carry(data, address)
