@@ -47,13 +47,7 @@ class Board:
 
     async def start(self) -> None:
         """Build the firmware if it has changed, and plug the board in."""
-        program = await _build()
-        self._process = await asyncio.create_subprocess_exec(
-            program,
-            *("--link", str(self.path), "--log", str(self.log_path)),
-            *("--boot-ms", str(self._boot_ms)),
-            stdin=PIPE,
-        )
+        self._process = await asyncio.create_subprocess_exec(*await self._program(), stdin=PIPE)
         await self._until("plugged", 0)
 
     async def stop(self) -> None:
@@ -107,6 +101,10 @@ class Board:
         """Whether a wheel turns, by the newest event about them."""
         wheels = [event for event in self.events() if event["event"] == "wheels"]
         return bool(wheels) and (wheels[-1]["left"], wheels[-1]["right"]) != (0, 0)
+
+    async def _program(self) -> list[str]:
+        files = ["--link", str(self.path), "--log", str(self.log_path)]
+        return [await _build(), *files, "--boot-ms", str(self._boot_ms)]
 
     def _command(self, command: str) -> None:
         assert self._process is not None, "the board was not started"

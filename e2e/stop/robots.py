@@ -15,12 +15,12 @@ from tests.robot.mavlink.counterpart import Rover, as_twist, wall_s
 from tests.robot.ros2.base import Base, own_domain
 from tests.robot.ros2.bridge import Bridge
 
+from e2e.harness.board import Board
 from e2e.harness.server import free_port
-from e2e.harness.wait import until
 from e2e.measure.suite import ROOT
 from e2e.stop.mock_pins import METER
 from e2e.stop.record import Record
-from e2e.stop.stage import FirmwareRobot, Robot
+from e2e.stop.stage import FirmwareRobot, Robot, firmware
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -93,12 +93,11 @@ class PinRecord(Record):
         return super().moved_at(at_s, within_s)
 
 
-class Sketch(Robot):
+class SketchBoard(Board):
     """ros_arduino_bridge behind a pseudo-terminal, by lines that a host would describe."""
 
-    def __init__(self, folder: Path) -> None:
-        self._port, self._log = folder / "sketch-port", folder / "sketch.jsonl"
-        super().__init__(folder, SketchRecord(self._log))
+    @property
+    def robot(self) -> dict[str, Any]:
         text = {
             "drive": "m {left} {right}\r",
             "per_mps": 133.3,
@@ -106,40 +105,29 @@ class Sketch(Robot):
             "answers": "OK",
             "boot_ms": 0,
         }
-        serial = {"url": str(self._port), "baud": 57_600, "dialect": "text", "text": text}
-        self.settings = {"driver": "serial", "serial": serial}
-        self._process: asyncio.subprocess.Process | None = None
+        serial = {"url": str(self.path), "baud": 57_600, "dialect": "text", "text": text}
+        return {"driver": "serial", "serial": serial}
 
-    async def start(self) -> None:
-        self._process = await asyncio.create_subprocess_exec(
-            *(sys.executable, str(_SKETCH), "bridge", str(self._port), str(self._log)),
-            stdin=asyncio.subprocess.PIPE,
-        )
-        await until(self._port.exists, "the sketch is plugged in")
+    async def unplug(self) -> float:
+        return await self._do("unplug", "unplug")
 
-    async def cut(self) -> None:
-        self._say(b"unplug\n")
+    async def plug(self) -> float:
+        return await self._do("plug", "plug")
 
-    async def mend(self) -> None:
-        self._say(b"plug\n")
+    async def _program(self) -> list[str]:
+        return [sys.executable, str(_SKETCH), "bridge", str(self.path), str(self.log_path)]
 
-    async def stop(self) -> None:
-        process, self._process = self._process, None
-        if process is not None and process.stdin is not None:
-            process.stdin.close()
-            await asyncio.wait_for(process.wait(), 5)
 
-    def _say(self, line: bytes) -> None:
-        assert self._process is not None
-        assert self._process.stdin is not None
-        self._process.stdin.write(line)
+def _sketch(folder: Path) -> FirmwareRobot:
+    board = SketchBoard(folder)
+    return FirmwareRobot(board, SketchRecord(board.log_path))
 
 
 class Ros(Robot):
     """A base of ROS 2, reached in one of three ways; it starts and ends often."""
 
-    def __init__(self, folder: Path, base: Base | Bridge, ros2: dict[str, Any]) -> None:
-        super().__init__(folder, Heard(self._news))
+    def __init__(self, base: Base | Bridge, ros2: dict[str, Any]) -> None:
+        super().__init__(Heard(self._news))
         self.settings = {"driver": "ros2", "ros2": ros2}
         self._base = base
 
@@ -156,16 +144,16 @@ class Ros(Robot):
     cut, mend = stop, start
 
 
-def _dds(folder: Path, *, fast: bool) -> Ros:
+def _dds(_folder: Path, *, fast: bool) -> Ros:
     domain = own_domain()
-    return Ros(folder, Base(domain, fast=fast), {"domain": domain, "interface": "127.0.0.1"})
+    return Ros(Base(domain, fast=fast), {"domain": domain, "interface": "127.0.0.1"})
 
 
-def _rosbridge(folder: Path) -> Ros:
+def _rosbridge(_folder: Path) -> Ros:
     """Have a rosbridge server of the tests: no other is to be had here."""
     bridge = Bridge()
     bridge.port = free_port()
-    return Ros(folder, bridge, {"transport": "rosbridge", "rosbridge_url": bridge.url})
+    return Ros(bridge, {"transport": "rosbridge", "rosbridge_url": bridge.url})
 
 
 class MavlinkRover(Robot):
@@ -174,8 +162,8 @@ class MavlinkRover(Robot):
     Its failsafe of the ground station would make somebody drive it on by hand each time.
     """
 
-    def __init__(self, folder: Path) -> None:
-        super().__init__(folder, Heard(self._news))
+    def __init__(self, _folder: Path) -> None:
+        super().__init__(Heard(self._news))
         self._port = free_port()
         self.settings = {"driver": "mavlink", "mavlink": {"url": f"udpin:127.0.0.1:{self._port}"}}
         self._rover: Rover | None = None
@@ -217,7 +205,7 @@ class Pins(Robot):
 
     def __init__(self, folder: Path) -> None:
         meter = folder / "pins.log"
-        super().__init__(folder, PinRecord(meter))
+        super().__init__(PinRecord(meter))
         self.settings = {"driver": "e2e.stop.mock_pins:MeteredRobot", "gpio": {"guard": False}}
         self.environment = {METER: str(meter)}
 
@@ -247,9 +235,9 @@ class Kind:
         return ""
 
 
-BOARD: Final = Kind("firmware", "our firmware", FirmwareRobot, 180.0)
+BOARD: Final = Kind("firmware", "our firmware", firmware, 180.0)
 OTHERS: Final = (
-    Kind("text", "lines of text", Sketch, 2000.0),
+    Kind("text", "lines of text", _sketch, 2000.0),
     Kind("ros2", "CycloneDDS", partial(_dds, fast=False), has_standby=True),
     Kind("ros2-fast", "Fast DDS", partial(_dds, fast=True), has_standby=True),
     Kind("rosbridge", "rosbridge", _rosbridge, has_standby=True),

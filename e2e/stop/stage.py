@@ -84,8 +84,7 @@ STOPS_AT_EACH_TRIAL: Final = {
 class Robot:
     """A robot beyond a driver's link: `[robot]` for it, and a record of what came."""
 
-    def __init__(self, folder: Path, record: Record) -> None:
-        self.folder = folder
+    def __init__(self, record: Record) -> None:
         self.record = record
         self.settings: dict[str, Any] = {}
         self.environment: Mapping[str, str] = {}
@@ -104,10 +103,10 @@ class Robot:
 
 
 class FirmwareRobot(Robot):
-    def __init__(self, folder: Path) -> None:
-        self.board = Board(folder)
-        super().__init__(folder, Record(self.board.log_path))
-        self.settings = self.board.robot
+    def __init__(self, board: Board, record: Record) -> None:
+        super().__init__(record)
+        self.board = board
+        self.settings = board.robot
 
     async def start(self) -> None:
         await self.board.start()
@@ -120,6 +119,11 @@ class FirmwareRobot(Robot):
 
     async def mend(self) -> None:
         await self.board.plug()
+
+
+def firmware(folder: Path) -> FirmwareRobot:
+    board = Board(folder)
+    return FirmwareRobot(board, Record(board.log_path))
 
 
 class Stage:
@@ -244,7 +248,7 @@ async def staged(
     *tables: Mapping[str, Any],
     load: Load = DEFAULT,
     environment: Mapping[str, str] | None = None,
-    end: Callable[[Path], Robot] = FirmwareRobot,
+    end: Callable[[Path], Robot] = firmware,
     **settings: Mapping[str, Any],
 ) -> AsyncIterator[Stage]:
     """Set up a stage in a temporary folder; `settings` override `tables`.
