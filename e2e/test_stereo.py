@@ -1,9 +1,7 @@
-"""Two ears, as they leave the browser: apart, by direction, and one for both where one fails."""
+"""Two ears, as they leave the browser: apart."""
 
 from __future__ import annotations
 
-import asyncio
-import math
 import wave
 from typing import TYPE_CHECKING
 
@@ -13,11 +11,8 @@ import tomlkit
 from playwright.async_api import expect
 
 from e2e.harness import toml
-from e2e.harness.direction import lateral_deg
-from e2e.harness.robot import pose, stands_still, turn_by_key
 from e2e.harness.wait import eventually
 from wax.capture.source import SAMPLE_RATE_HZ
-from wax.robot.simulated.flat import furnished_flat
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -25,7 +20,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from e2e.conftest import OpenViewer, Serve
-    from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
 
 LOUD, SOFT = 6000.0, 200.0
@@ -80,34 +74,3 @@ async def test_left_and_right_arrive_apart(
         for side in ("left", "right"):
             meter = viewer.page.get_by_role("meter", name=f"Sound level, {side}", exact=True)
             await expect(meter).to_be_visible()
-
-
-@pytest.mark.timeout(120)
-@pytest.mark.full
-async def test_turned_away_the_radio_is_heard_where_it_is(
-    serve: Serve, tmp_path: Path, open_viewer: OpenViewer
-) -> None:
-    """Turned left by keys it is on the right, and the other way round: to 20°, at the ear."""
-    async with serve(tmp_path, f"[turns]\n{toml.BRIEF_GRACE}\n") as server:
-        viewer = await open_viewer(server)
-        await viewer.listen()
-        await viewer.takes_the_wheel()
-        await viewer.details_say("kbit/s stereo", within_s=30)
-        for key, seconds in (("ArrowLeft", 2.0), ("ArrowRight", 4.0)):
-            await turn_by_key(server, viewer, key)
-            await asyncio.sleep(seconds)
-            await viewer.page.keyboard.up(key)
-            assert await stands_still(server)
-            await asyncio.sleep(1)
-            viewer.forget()
-            await asyncio.sleep(2)
-            found, true = lateral_deg(viewer.ears()), await radio_deg(server)
-            assert abs(true) > 20
-            assert found == pytest.approx(true, abs=20)
-
-
-async def radio_deg(server: Server) -> float:
-    """Return how far to the left of the robot's median plane the radio is."""
-    at = await pose(server)
-    east, north = furnished_flat().radio[0] - at.x_m, furnished_flat().radio[1] - at.y_m
-    return math.degrees(math.asin(math.sin(math.atan2(north, east) - at.heading_rad)))

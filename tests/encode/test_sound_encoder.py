@@ -17,6 +17,7 @@ from wax.capture.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ, Sound
 from wax.congestion.allocation import SoundEncoding
 from wax.encode.sample_clock import SampleClock
 from wax.encode.sound_encoder import SoundEncoder
+from wax.robot.simulated.radio import tune
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -68,16 +69,14 @@ def _encoded(encoding: SoundEncoding, what: str) -> list[EncodedSound]:
     return _encode(encoding, {"tone": TONE, "voice": _voice()}[what])
 
 
-@pytest.mark.parametrize("encoding", [SoundEncoding(20, 56_000, 2), SoundEncoding(40, 40_000, 2)])
-def test_two_channels_stay_apart(encoding: SoundEncoding) -> None:
-    """A tone on the left and another on the right come back on their sides, 20 dB apart."""
-    left, right = (
-        np.round(4000 * np.sin(2 * np.pi * hertz * TIME_S)).astype(np.int16) for hertz in (500, 700)
-    )
+STEREO = [SoundEncoding(20, 56_000, 2), SoundEncoding(40, 40_000, 2)]
+
+
+def _heard(encoding: SoundEncoding, both: NDArray[np.int16]) -> tuple[NDArray[np.int16], float]:
+    """Encode and decode 3 s of two channels, ``(n, 2)``; return the last second and the rate."""
     encoder, sounds = SoundEncoder(encoding), []
-    for begin in range(0, len(left), BLOCK_SAMPLES):
-        part = slice(begin, begin + BLOCK_SAMPLES)
-        block = Sound(np.column_stack((left[part], right[part])), begin / SAMPLE_RATE_HZ)
+    for begin in range(0, len(both), BLOCK_SAMPLES):
+        block = Sound(both[begin : begin + BLOCK_SAMPLES], begin / SAMPLE_RATE_HZ)
         if (one := encoder.encode(block, begin)) is not None:
             sounds.append(one)
     decoder = av.CodecContext.create("libopus", "r")
@@ -85,10 +84,31 @@ def test_two_channels_stay_apart(encoding: SoundEncoding) -> None:
     decoder.sample_rate, decoder.layout, decoder.format = SAMPLE_RATE_HZ, "stereo", "s16"
     frames = [frame for one in sounds for frame in decoder.decode(Packet(one.data))]
     heard = np.concatenate([one.to_ndarray().reshape(-1, 2) for one in frames])[-SAMPLE_RATE_HZ:]
+    return heard, sum(len(one.data) for one in sounds) * 8 / 3
+
+
+@pytest.mark.parametrize("encoding", STEREO)
+def test_two_channels_stay_apart(encoding: SoundEncoding) -> None:
+    """A tone on the left and another on the right come back on their sides, 20 dB apart."""
+    left, right = (
+        np.round(4000 * np.sin(2 * np.pi * hertz * TIME_S)).astype(np.int16) for hertz in (500, 700)
+    )
+    heard, bitrate_bps = _heard(encoding, np.column_stack((left, right)))
     tones = np.abs(np.fft.rfft(heard * np.hanning(len(heard))[:, None], axis=0))
     assert tones[500, 0] > 10 * tones[500, 1]
     assert tones[700, 1] > 10 * tones[700, 0]
-    assert sum(len(one.data) for one in sounds) * 8 / 3 < 1.1 * encoding.bitrate_bps
+    assert bitrate_bps < 1.1 * encoding.bitrate_bps
+
+
+@pytest.mark.parametrize("encoding", STEREO)
+@pytest.mark.parametrize("later", [-24, 8])
+def test_a_sound_is_heard_where_it_is(encoding: SoundEncoding, later: int) -> None:
+    """The ear that is away from a radio hears it as much later as it did: to 60 µs, or 7°."""
+    radio = 8000 * tune()[0][: len(TIME_S)] / np.abs(tune()[0]).max()
+    both = np.column_stack((radio, 0.6 * np.roll(radio, later))).astype(np.int16)
+    near, far = _heard(encoding, both)[0].astype(np.float64).T
+    alike = [np.dot(near[40:-40], np.roll(far, -n)[40:-40]) for n in range(-40, 41)]
+    assert abs(np.argmax(alike) - 40 - later) <= 3
 
 
 @pytest.mark.parametrize("channels", [1, 2])
