@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING
 
-import numpy as np
 import pytest
 import pytest_asyncio
 from playwright.async_api import async_playwright, expect
@@ -16,13 +15,12 @@ from e2e.harness.chromium import launch_chromium
 from e2e.harness.robot import turn_by_key
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import until
-from wax.robot.simulated.flat import ADA
-from wax.robot.simulated.resident import answers
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
     from pathlib import Path
 
+    import numpy as np
     from numpy.typing import NDArray
     from playwright.async_api import Browser
 
@@ -46,8 +44,6 @@ HEARD_S = 4
 """Of the first half second nothing is asked, in which the browser finds its level."""
 EAR_BLOCKS = 400
 """Blocks are of 10 ms."""
-ANSWER_S = 5
-"""Somebody pauses, speaks for two seconds at most, and is heard later where the link is bad."""
 
 
 own_ear = pytest_asyncio.fixture(sound_device, scope="module", loop_scope="session")
@@ -134,35 +130,6 @@ async def is_silent(played: Path, after_s: float) -> bool:
     before = len(speech.read(played))
     await asyncio.sleep(1)
     return len(speech.read(played)) == before
-
-
-@pytest.mark.full
-async def test_who_lives_in_the_flat_answers(
-    talking: Browser, own_ear: Ear | None, serve: Serve, tmp_path: Path
-) -> None:
-    """The operator speaks, lets go of the key, and hears their words; nobody spoke before."""
-    known = [np.round(said * 20_000).astype(np.int16) for said in answers(ADA.name)]
-
-    def likeness() -> float:
-        heard = viewer.sound()[-ANSWER_S * speech.RATE_HZ :]
-        return max(speech.likeness(answer, heard) for answer in known)
-
-    async with serve(tmp_path, ROBOT) as server:
-        viewer = await enter(talking, server, ear=own_ear)
-        await viewer.takes_the_wheel()
-        await viewer.listen()
-        await asyncio.sleep(ANSWER_S)
-        before = likeness()
-        await viewer.page.keyboard.down("KeyT")
-        await expect(viewer.page.get_by_text("You are heard.")).to_be_visible(timeout=20_000)
-        await asyncio.sleep(2)
-        await viewer.page.keyboard.up("KeyT")
-        viewer.forget()
-        await asyncio.sleep(ANSWER_S)
-        assert likeness() > 0.7
-        assert before < 0.5
-        assert viewer.errors == []
-        await viewer.page.context.close()
 
 
 @pytest.mark.full

@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 RATE_HZ = 48_000
 _PIECE = 4_000
 _NEAR = 320
-_SHORT = 2_000
-"""Samples of 8 kHz: half a second, 40 ms, a quarter of a second."""
+"""Samples of 8 kHz: half a second and 40 ms."""
 _BLOCK = RATE_HZ // 100
 _SOUNDS = 0.01
 TEXT = (
@@ -74,20 +73,6 @@ def in_order(heard: NDArray[np.int16], original: NDArray[np.int16]) -> float:
     ahead = np.diff(places) - _PIECE
     off = (ahead + len(loop) // 2) % len(loop) - len(loop) // 2
     return float(np.mean(np.abs(off) <= _NEAR))
-
-
-def likeness(phrase: NDArray[np.int16], sound: NDArray[np.int16]) -> float:
-    """Return how much like `phrase` the most like place of `sound` is, from 0 to 1.
-
-    It is the median over its quarters of a second: a player may stretch what it plays.
-    """
-    heard = np.concatenate((_telephone(sound), np.zeros(_SHORT)))
-    energy = np.maximum(_slid(heard**2, np.ones(_SHORT)), 1.0)
-    found = [
-        float((np.abs(_slid(heard, piece)) / np.sqrt(energy)).max() / np.linalg.norm(piece))
-        for piece in _pieces(_telephone(phrase), _SHORT)
-    ]
-    return float(np.median(found))
 
 
 def _telephone(sound: NDArray[np.int16]) -> NDArray[np.float64]:
