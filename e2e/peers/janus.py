@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 import aiohttp
 
-from e2e.harness.child import Child, child
+from e2e.harness.child import Child, child, kill
 from e2e.harness.wait import eventually
 from e2e.measure.errors import MeasureError, NotRunError
 
@@ -80,9 +80,7 @@ async def running(folder: Path, port: int) -> AsyncIterator[asyncio.subprocess.P
         await _answers(port, folder)
         yield process
     finally:
-        if process.returncode is None:
-            process.kill()
-        await process.wait()
+        await kill(process)
 
 
 def feeding(port: int) -> AbstractAsyncContextManager[Child]:

@@ -58,7 +58,7 @@ async def run(asked: argparse.Namespace) -> None:
         token = in_room(key, "robot", publishes=True)
 
         def begun() -> None:
-            pages.published = 1
+            pages.published = True
             print(f"http://{address}:{asked.port}/", flush=True)
 
         parts = (publish(livekit.url, token, *sent, begun), livekit.fails(), published(pages))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import json
 import os
 from pathlib import Path
 from typing import Final
@@ -49,7 +48,3 @@ def check_sdk() -> None:
     """Raise `NotRunError` where its Python SDK is missing."""
     if importlib.util.find_spec("livekit") is None:
         raise NotRunError("the package livekit is not installed; type make check")
-
-
-def client_version() -> str:
-    return str(json.loads((_PACKAGE / "package.json").read_text(encoding="utf-8"))["version"])

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Final
 from aiohttp import web
 
 from e2e.measure.errors import MeasureError
-from e2e.peers.livekit.installation import VERSION, client_version
 from e2e.peers.livekit.tokens import in_room
 
 if TYPE_CHECKING:
@@ -29,8 +28,8 @@ class Pages:
     `is_adaptive` is whether the page asks for the layer that fits its video element.
     """
 
-    published: int = 0
-    """1 once somebody publishes; until then ``/healthz`` is a 503."""
+    published = False
+    """Until then ``/healthz`` is a 503."""
 
     def __init__(
         self, livekit_url: str, key: Key, script: Path, *, is_adaptive: bool = True
@@ -62,20 +61,17 @@ class Pages:
         if self._runner is not None:
             await self._runner.cleanup()
 
-    def page(self) -> str:
+    async def _give_page(self, request: web.Request) -> web.Response:
         """Make the page for one more viewer."""
         token = in_room(self._key, f"viewer-{secrets.token_hex(6)}", publishes=False)
         place = {"url": self._livekit_url, "token": token, "adaptive": self._is_adaptive}
-        return self._page.substitute(place=json.dumps(place))
-
-    async def _give_page(self, request: web.Request) -> web.Response:
-        response = web.Response(text=self.page(), content_type="text/html")
+        page = self._page.substitute(place=json.dumps(place))
+        response = web.Response(text=page, content_type="text/html")
         response.enable_compression()
         return response
 
     async def _give_health(self, request: web.Request) -> web.Response:
-        told = {"published": self.published, "server": VERSION, "client": client_version()}
-        return web.json_response(told, status=200 if self.published else 503)
+        return web.Response(status=200 if self.published else 503)
 
     async def _give_script(self, request: web.Request) -> web.Response:
         compressed = {"Content-Encoding": "gzip"}  # every browser takes it

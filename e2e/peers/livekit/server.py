@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn, TextIO
 
 import aiohttp
 
+from e2e.harness.child import kill
 from e2e.harness.toml import merged
 from e2e.harness.wait import eventually
 from e2e.measure.errors import MeasureError
@@ -106,9 +107,7 @@ class LiveKit:
 
     async def kill(self) -> None:
         """End it as a power cut does; safe to call twice."""
-        if self._process is not None and self._process.returncode is None:
-            self._process.kill()
-            await self._process.wait()
+        await kill(self._process)
 
     def freeze(self) -> None:
         """Have it do nothing until `thaw`, as a machine does that hangs."""
