@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from typing import TYPE_CHECKING
 
 import pytest
@@ -11,7 +12,7 @@ from playwright.async_api import async_playwright, expect
 
 from e2e.conftest import sound_device
 from e2e.harness import speech, toml
-from e2e.harness.chromium import launch_chromium
+from e2e.harness.chromium import launch_chromium, talkers_chromium
 from e2e.harness.robot import turn_by_key
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import until
@@ -115,6 +116,21 @@ async def test_the_operator_is_heard_until_the_key_is_released_or_the_host_mutes
     for one in (viewer, host):
         assert one.errors == []
         await one.page.context.close()
+
+
+async def test_whoever_may_speak_is_bound_to_no_address(server: Server) -> None:
+    """A page that may use the microphone offers no address: a browser binds to those it offers."""
+    async with (
+        async_playwright() as playwright,
+        talkers_chromium(playwright, server.url.rstrip("/")) as context,
+    ):
+        viewer = await Viewer.at(context, server.url)
+        await viewer.sees_picture()
+        permission = "navigator.permissions.query({name: 'microphone'})"
+        assert await viewer.page.evaluate(f"{permission}.then(({{state}}) => state)") == "granted"
+        offered = re.findall(r"^a=candidate:(.*)", await viewer.probe("offer()"), re.MULTILINE)
+        assert offered
+        assert all(one.split()[4].endswith(".local") for one in offered)
 
 
 async def are_played(played: Path, words: NDArray[np.int16]) -> None:

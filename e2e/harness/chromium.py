@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager, contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -14,9 +15,9 @@ from e2e.harness.installed import CHROMIUM, installed
 from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Sequence
+    from collections.abc import AsyncIterator, Iterator, Sequence
 
-    from playwright.async_api import Browser, Playwright
+    from playwright.async_api import Browser, BrowserContext, Playwright
 
     from e2e.link import End
     from e2e.measure.ear import Ear
@@ -38,37 +39,76 @@ async def launch_chromium(
 
     `options` are Playwright's.
     """
+    return await playwright.chromium.launch(**_launching(more_flags, ear, options))
+
+
+def _launching(flags: Sequence[str], ear: Ear | None, options: dict[str, Any]) -> dict[str, Any]:
     root = hasattr(os, "geteuid") and os.geteuid() == 0
-    return await playwright.chromium.launch(
-        **{"executable_path": installed(*CHROMIUM), **options},
-        headless=True,
-        args=[*FLAGS, *more_flags, *(["--no-sandbox"] if root else [])],
-        ignore_default_args=None if ear is None else ["--mute-audio"],
-        env=None if ear is None else {**os.environ, **ear.variables},
-    )
+    return {
+        "executable_path": options.get("executable_path") or installed(*CHROMIUM),
+        "headless": True,
+        "args": [*FLAGS, *flags, *(["--no-sandbox"] if root else [])],
+        "ignore_default_args": None if ear is None else ["--mute-audio"],
+        "env": None if ear is None else {**os.environ, **ear.variables},
+    } | options
+
+
+@asynccontextmanager
+async def talkers_chromium(
+    playwright: Playwright, origin: str, *flags: str, ear: Ear | None = None, **options: Any
+) -> AsyncIterator[BrowserContext]:
+    """Have that of somebody who has let the page of `origin` use the microphone for good.
+
+    What Playwright permits itself, it permits every frame, whatever the page says.
+    """
+    with TemporaryDirectory(prefix="chromium-") as folder:
+        default = Path(folder) / "Default"
+        default.mkdir()
+        allowed = {"media_stream_mic": {f"{origin},*": {"setting": 1}}}
+        profile = {"profile": {"content_settings": {"exceptions": allowed}}}
+        (default / "Preferences").write_text(json.dumps(profile), encoding="utf-8")
+        context = await playwright.chromium.launch_persistent_context(
+            folder, **_launching(flags, ear, options)
+        )
+        try:
+            yield context
+        finally:
+            with suppress(Error):  # it may have ended
+                await context.close()
+
+
+@contextmanager
+def at_end(end: End, known: Sequence[str]) -> Iterator[tuple[Sequence[str], dict[str, Any]]]:
+    """Have the flags and options of one at an end of a link, for whichever way to launch it.
+
+    It resolves no names but the `known` addresses: nobody answers there, and what it asks for would
+    go over the link.
+    """
+    rules = "".join(f", EXCLUDE {one}" for one in known)
+    with TemporaryDirectory(prefix="chromium-") as folder:
+        program = end.launcher(Path(folder) / "chromium", installed(*CHROMIUM))
+        yield (
+            ("--no-sandbox", f"--host-resolver-rules=MAP * ~NOTFOUND{rules}"),
+            {
+                "executable_path": program,
+                "timeout": 40_000,
+                # Ctrl-C is for us alone: the browser is closed when we are ready.
+                **dict.fromkeys(("handle_sigint", "handle_sigterm", "handle_sighup"), False),
+            },
+        )
 
 
 @asynccontextmanager
 async def chromium_at(
     end: End, playwright: Playwright, known: Sequence[str], *flags: str, ear: Ear | None = None
 ) -> AsyncIterator[Browser]:
-    """Have it at an end of a link, where it resolves no names but the `known` addresses.
+    """Have it at an end of a link; see `at_end`.
 
-    Nobody answers there, and what it asks for would go over the link. Raises `NotRunError`, or
-    `MeasureError` when it does not start.
+    Raises `NotRunError`, or `MeasureError` when it does not start.
     """
-    rules = "".join(f", EXCLUDE {one}" for one in known)
-    flags = (*flags, "--no-sandbox", f"--host-resolver-rules=MAP * ~NOTFOUND{rules}")
-    with TemporaryDirectory(prefix="chromium-") as folder:
-        program = end.launcher(Path(folder) / "chromium", installed(*CHROMIUM))
-        options: dict[str, Any] = {
-            "executable_path": program,
-            "timeout": 40_000,
-            # Ctrl-C is for us alone: the browser is closed when we are ready.
-            **dict.fromkeys(("handle_sigint", "handle_sigterm", "handle_sighup"), False),
-        }
+    with at_end(end, known) as (more, options):
         try:
-            browser = await launch_chromium(playwright, *flags, ear=ear, **options)
+            browser = await launch_chromium(playwright, *flags, *more, ear=ear, **options)
         except Error as error:
             raise MeasureError(f"Chromium does not start: {error.message.strip()}") from error
         try:

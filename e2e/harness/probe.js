@@ -1,7 +1,9 @@
 // Runs in the page before the page's own script: keeps hold of every peer connection and reads
 // what is presented. By itself it changes nothing that the page sees.
 (() => {
-  const peers = [];
+  // The page makes its peers in an empty frame of its own, in which this runs, too.
+  const home = window.frameElement ? window.parent : window;
+  const peers = (home.waxPeers ??= []);
   const Native = window.RTCPeerConnection;
   window.RTCPeerConnection = class extends Native {
     constructor(...args) {

@@ -30,18 +30,23 @@ if (window === window.top) {
   };
   if (LISTENS) mediaDevices.getUserMedia = listening;
 
-  const { createDataChannel } = RTCPeerConnection.prototype;
-  RTCPeerConnection.prototype.createDataChannel = function (name, ...more) {
-    const channel = createDataChannel.call(this, name, ...more);
-    channel.addEventListener("message", ({ data }) => {
-      if (name !== "drive") return;
-      const [type, , sent_page_ms, server_ms] = JSON.parse(data);
-      if (type === "pong") taken.pings.push([sent_page_ms, server_ms]);
-    });
-    return channel;
+  // The page's window, or that of an empty frame in which it makes its peers.
+  const watch = ({ RTCPeerConnection: { prototype } }) => {
+    const { createDataChannel } = prototype;
+    prototype.createDataChannel = function (name, ...more) {
+      const channel = createDataChannel.call(this, name, ...more);
+      channel.addEventListener("message", ({ data }) => {
+        if (name !== "drive") return;
+        const [type, , sent_page_ms, server_ms] = JSON.parse(data);
+        if (type === "pong") taken.pings.push([sent_page_ms, server_ms]);
+      });
+      return channel;
+    };
   };
+  watch(window);
 
   window.waxVoice = {
+    watch,
     sees: () => [...document.querySelectorAll("video")].some((one) => one.currentTime > 0),
     // When the page first says this, from now on.
     reads: (sentence) =>
@@ -57,4 +62,6 @@ if (window === window.top) {
       }),
     take: () => ({ heard: taken.heard.splice(0), pings: taken.pings.splice(0) }),
   };
+} else if (window.frameElement) {
+  window.parent.waxVoice?.watch(window);
 }

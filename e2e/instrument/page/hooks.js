@@ -34,19 +34,6 @@ const makeHooks = () => {
     tell("element", element);
   };
 
-  for (const name of ["RTCPeerConnection", "webkitRTCPeerConnection"]) {
-    if (!(name in window)) continue;
-    const proxy = new Proxy(window[name], {
-      construct(target, args, newTarget) {
-        const peer = Reflect.construct(target, args, newTarget === proxy ? target : newTarget);
-        meetPeer(peer);
-        return peer;
-      },
-    });
-    const property = Object.getOwnPropertyDescriptor(window, name);
-    Object.defineProperty(window, name, { ...property, value: proxy });
-  }
-
   const wrap = (prototype, name, part, before) => {
     const property = Object.getOwnPropertyDescriptor(prototype, name);
     property[part] = new Proxy(property[part], {
@@ -58,7 +45,25 @@ const makeHooks = () => {
     Object.defineProperty(prototype, name, property);
   };
   wrap(HTMLMediaElement.prototype, "srcObject", "set", (element) => meetElement(element));
-  wrap(RTCDataChannel.prototype, "send", "value", (channel, [data]) => tell("send", channel, data));
+
+  // The page's window, or that of an empty frame in which it makes its peers.
+  const watch = (scope) => {
+    for (const name of ["RTCPeerConnection", "webkitRTCPeerConnection"]) {
+      if (!(name in scope)) continue;
+      const proxy = new Proxy(scope[name], {
+        construct(target, args, newTarget) {
+          const peer = Reflect.construct(target, args, newTarget === proxy ? target : newTarget);
+          meetPeer(peer);
+          return peer;
+        },
+      });
+      const property = Object.getOwnPropertyDescriptor(scope, name);
+      Object.defineProperty(scope, name, { ...property, value: proxy });
+    }
+    const { prototype } = scope.RTCDataChannel;
+    wrap(prototype, "send", "value", (channel, [data]) => tell("send", channel, data));
+  };
+  watch(window);
 
   // What came by markup, or before the page was ours; forgets what is gone.
   const look = () => {
@@ -74,6 +79,7 @@ const makeHooks = () => {
 
   return {
     look,
+    watch,
     peers,
     remoteTracks,
     elements: () => elements.map((known) => known.deref()).filter(Boolean),

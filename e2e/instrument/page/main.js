@@ -24,6 +24,7 @@ if (window === window.top && !(NAME in window)) {
 
   Object.defineProperty(window, NAME, {
     value: {
+      watch: hooks.watch,
       sees: video.sees,
       take: () => ({
         load,
@@ -38,4 +39,6 @@ if (window === window.top && !(NAME in window)) {
       }),
     },
   });
+} else if (window.frameElement) {
+  window.parent[NAME]?.watch(window);
 }

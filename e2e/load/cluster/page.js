@@ -4,7 +4,9 @@
   const unix = (pageMs) => Date.now() - (performance.now() - pageMs);
 
   // The robot's own server is who gets the channel of the room's state; LiveKit has channels of its own.
-  const servers = [];
+  // The page makes its peers in an empty frame of its own, in which this runs, too.
+  const home = window.frameElement ? window.parent : window;
+  const servers = (home.waxServers ??= []);
   const create = RTCPeerConnection.prototype.createDataChannel;
   RTCPeerConnection.prototype.createDataChannel = function (label, ...rest) {
     if (label === "state") servers.push(this);

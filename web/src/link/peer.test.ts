@@ -72,6 +72,7 @@ let more: object;
 
 beforeEach(() => {
   FakeConnection.made = [];
+  vi.stubGlobal("document", { documentElement: { dataset: {} } });
   vi.stubGlobal("RTCPeerConnection", FakeConnection);
   vi.stubGlobal("RTCRtpReceiver", { getCapabilities: () => ({ codecs: CODECS }) });
   offers = 0;

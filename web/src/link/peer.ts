@@ -5,6 +5,7 @@ import { ours, type Saying, says } from "../words/said";
 import { RequestError } from "./http";
 import { askIce, gathered, offerOf, postOffer, type Sent } from "./signalling";
 import { withStereo } from "./stereo";
+import { makePeer } from "./unbound";
 
 /** A peer's events; there are none after `lost` or `close`. */
 export interface PeerEvents {
@@ -59,7 +60,7 @@ export class Peer {
     mayHaveVoice = false,
     cameras = 0,
   ) {
-    const pc = new RTCPeerConnection({ bundlePolicy: "max-bundle" });
+    const pc = makePeer({ bundlePolicy: "max-bundle" });
     this.#pc = pc;
     const sound = pc.addTransceiver("audio", {
       direction: mayHaveVoice ? "sendrecv" : "recvonly",
