@@ -48,9 +48,9 @@ def _hostile(key: str, table: Mapping[str, Any], load: Load) -> list[Case]:
     ]
 
 
-def _lost(key: str, n: int, minutes: float) -> Case:
-    run = partial(reconnect, key)
-    return measured(f"reconnect-{key}", n, run, f"times, {FAULTS[key]}", 2, minutes=minutes)
+def _lost(n: int, minutes: float, *keys: str) -> Case:
+    what = f"times, {', and '.join(FAULTS[key] for key in keys)}"
+    return measured(f"reconnect-{keys[0]}", n, partial(reconnect, keys), what, 2, minutes=minutes)
 
 
 SUITE: Final = Suite(
@@ -59,9 +59,8 @@ SUITE: Final = Suite(
     measures=(*SERVER, *PAGE, *FIRMWARE, "tests/fuzz/**/*.py"),
     columns=("median", "p95", "p99", "max"),
     cases=(
-        _lost("network", 50, 7.5),
-        _lost("absence", 50, 9.0),
-        _lost("outage", 12, 4.5),
+        _lost(50, 17, "network", "absence"),
+        _lost(12, 4.5, "outage"),
         *_hostile("hostile", {}, AS_SHIPPED),
         *_hostile("public-robot", *public_robot()),
         Case("parsers", "inputs for each parser", 4000, parsers, 200, 4),
