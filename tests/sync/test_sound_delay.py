@@ -107,7 +107,7 @@ def test_measured_jitter_is_met_before_anything_breaks(jitter_ms: float, seed: i
     ear.listen(600, seed)
     target_ms = ear.targets[-1] or 20.0
     assert late_ms(0.9) + 10 <= target_ms <= late_ms(1.1) + 20
-    assert ear.changes <= 20
+    assert ear.changes <= 30  # one in 20 s; of thousands of histories the worst had 24
 
 
 @given(a=st.floats(0, 600), b=st.floats(0, 600), redundancy=st.integers(0, 4))

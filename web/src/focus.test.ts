@@ -1,6 +1,7 @@
 // @vitest-environment dom
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { afterEach, beforeEach, expect, it } from "vitest";
 import { keepFocus, returnFocusAfterPointer } from "./focus";
+import { eventually } from "./testing/eventually";
 
 let aborting: AbortController;
 
@@ -56,7 +57,7 @@ it.each([
   control.dispatchEvent(new Event("keydown", { bubbles: true }));
   control.focus();
   document.querySelector(goes)?.remove();
-  await vi.waitFor(() => expect(document.activeElement).toBe(document.querySelector(landing)));
+  await eventually(() => expect(document.activeElement).toBe(document.querySelector(landing)));
   expect(document.activeElement?.getAttribute("tabindex")).toBe("-1");
 });
 

@@ -1,5 +1,6 @@
 import { beforeEach, expect, it, vi } from "vitest";
 import { Playback } from "./playback";
+import { eventually } from "./testing/eventually";
 
 /** Plays and pauses as a media element, and lets the system do so, too. */
 class Element extends EventTarget {
@@ -77,7 +78,7 @@ it.each([
 ])("demands a touch where the browser does (%s)", async (name, times) => {
   element.play.mockRejectedValueOnce(new DOMException("", name));
   playback.play();
-  await vi.waitFor(() => expect(silenced).toHaveBeenCalledTimes(times));
+  await eventually(() => expect(silenced).toHaveBeenCalledTimes(times));
   playback.play();
   expect(element.paused).toBe(false);
   expect(resumed).not.toHaveBeenCalled();

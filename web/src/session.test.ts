@@ -4,6 +4,7 @@ import type { Session } from "./actions";
 import type { PeerEvents } from "./link/peer";
 import { type Ended, MAX_NAME_CHARS, type StateIn, type StateOut } from "./messages";
 import { startSession } from "./session";
+import { eventually } from "./testing/eventually";
 import { aboard, hello, pressedBy, room, sentToRoom, served } from "./testing/messages";
 import { LateWords } from "./words/lateWords";
 import { said, says } from "./words/said";
@@ -590,10 +591,10 @@ it("connects again, once, with room for the cameras that the server has now", as
 
 it("speaks the language that is chosen, and keeps the choice", async () => {
   session.actions.setLanguage("de");
-  await vi.waitFor(() => expect(document.documentElement.lang).toBe("de"));
+  await eventually(() => expect(document.documentElement.lang).toBe("de"));
   expect(session.state.preferences.value.language).toBe("de");
   session.actions.setLanguage(null);
-  await vi.waitFor(() => expect(document.documentElement.lang).toBe("en"));
+  await eventually(() => expect(document.documentElement.lang).toBe("en"));
 });
 
 it("offers the sound again once a call has taken it, and plays on if the browser does", () => {

@@ -1,6 +1,7 @@
 import { signal } from "@preact/signals";
 import { beforeEach, expect, it, vi } from "vitest";
 import { ServerClock } from "../clock";
+import { eventually } from "../testing/eventually";
 import { ours, says } from "../words/said";
 import { StopControl } from "./stopControl";
 
@@ -51,13 +52,13 @@ it.each([true, false])("stops by both ways before the task ends, channel open: %
 it("says the server's sentence when it refuses", async () => {
   respond = async () => new Response('{"error": "Only whoever drives."}', { status: 403 });
   stopControl.stop();
-  await vi.waitFor(() => expect(say).toHaveBeenCalledWith(says("Only whoever drives.")));
+  await eventually(() => expect(say).toHaveBeenCalledWith(says("Only whoever drives.")));
 });
 
 it("says so when nobody answers, unless the stop is known to be latched", async () => {
   respond = () => Promise.reject(new TypeError("Failed to fetch"));
   stopControl.stop();
-  await vi.waitFor(() => expect(say).toHaveBeenCalledWith(expect.stringContaining("by hand")));
+  await eventually(() => expect(say).toHaveBeenCalledWith(expect.stringContaining("by hand")));
   say.mockClear();
   stopNumber.value = 7;
   stopControl.stop();
@@ -101,10 +102,10 @@ it("says why it could not release", async () => {
   stopNumber.value = 7;
   respond = async () => new Response('{"error": "Only whoever drives."}', { status: 403 });
   stopControl.release();
-  await vi.waitFor(() => expect(say).toHaveBeenLastCalledWith(says("Only whoever drives.")));
+  await eventually(() => expect(say).toHaveBeenLastCalledWith(says("Only whoever drives.")));
   respond = () => Promise.reject(new TypeError("Failed to fetch"));
   stopControl.release();
-  await vi.waitFor(() => expect(say).toHaveBeenLastCalledWith(ours("link.unreachable")));
+  await eventually(() => expect(say).toHaveBeenLastCalledWith(ours("link.unreachable")));
 });
 
 it("shows nobody the words of a mistake in the page", async () => {

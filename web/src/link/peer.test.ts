@@ -1,4 +1,5 @@
 import { beforeEach, describe, expect, it, vi } from "vitest";
+import { eventually } from "../testing/eventually";
 import { ours, said, says } from "../words/said";
 import { Peer } from "./peer";
 
@@ -195,7 +196,7 @@ it("is made ready without an offer, until it may send one", async () => {
   const peer = new Peer({ ...EVENTS }, false);
   let mayOffer = () => {};
   const connected = peer.connect("client", null, new Promise((resolve) => (mayOffer = resolve)));
-  await vi.waitFor(() => expect(connection.remoteDescription?.sdp).toBe("v=0 answer"));
+  await eventually(() => expect(connection.remoteDescription?.sdp).toBe("v=0 answer"));
   expect(offers).toBe(1);
   mayOffer();
   await connected;
@@ -325,7 +326,7 @@ describe("a voice", () => {
     const { peer, connected, connection } = connect(true);
     await connected;
     peer.shape({ bitrateBps: 6000, packetMs: 60 });
-    await vi.waitFor(() => expect(connection.remoteDescription?.sdp).toContain("a=ptime:60"));
+    await eventually(() => expect(connection.remoteDescription?.sdp).toContain("a=ptime:60"));
     expect(connection.remoteDescription?.sdp).toContain("maxaveragebitrate=6000");
     expect(offers).toBe(1);
   });
@@ -335,7 +336,7 @@ describe("a voice", () => {
     await connected;
     connection.setRemoteDescription = () => Promise.reject(new TypeError("no"));
     peer.shape({ bitrateBps: 6000, packetMs: 60 });
-    await vi.waitFor(() => expect(connection.localDescription?.type).toBe("rollback"));
+    await eventually(() => expect(connection.localDescription?.type).toBe("rollback"));
     expect(lost).not.toHaveBeenCalled();
   });
 

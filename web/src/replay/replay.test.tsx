@@ -4,6 +4,7 @@ import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, expect, it, vi } from "vitest";
 import type { TapeContent, TapePart } from "../messages";
+import { eventually } from "../testing/eventually";
 import { Replay } from "./Replay";
 
 const body = document.body;
@@ -81,14 +82,14 @@ it("makes a camera large by a tap and by a key, and says where it shows nothing"
   press(window);
   expect(queryByRole(body, "button", { name: "Make Driving view large" })).toBeNull();
   act(() => getByRole(body, "button", { name: /Stop pressed by viewer 2/ }).click());
-  await vi.waitFor(() => expect(body.querySelectorAll(".is-missing").length).toBe(0));
+  await eventually(() => expect(body.querySelectorAll(".is-missing").length).toBe(0));
 });
 
 it("steps to the next event with a key", async () => {
   serve({ "api/tape": { parts: [part("one")] }, "api/tape/one": content("one") });
   await findByRole(body, "button", { name: "Next event" });
   // The page listens once it has been drawn.
-  await vi.waitFor(() => {
+  await eventually(() => {
     act(() => {
       window.dispatchEvent(new KeyboardEvent("keydown", { key: "n" }));
     });

@@ -1,5 +1,6 @@
 import { beforeEach, expect, it, vi } from "vitest";
 import type { Told } from "../messages";
+import { eventually } from "../testing/eventually";
 import { room, seat, told } from "../testing/messages";
 import { LiveKitRoom } from "./livekitRoom";
 
@@ -159,5 +160,5 @@ it("says nothing once it was left", () => {
 it("is over where it is not let in", async () => {
   livekit.refuses = true;
   enter();
-  await vi.waitFor(() => expect(gone).toEqual([false]));
+  await eventually(() => expect(gone).toEqual([false]));
 });

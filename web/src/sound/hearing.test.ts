@@ -1,6 +1,7 @@
 import { beforeEach, expect, it, vi } from "vitest";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
+import { eventually } from "../testing/eventually";
 import { type HearingActions, hear } from "./hearing";
 
 const HEADPHONES = { id: "h", name: "Headphones" };
@@ -67,11 +68,11 @@ it("mutes and lets hear by the same key, also before Start", () => {
 
 it("plays on the chosen device until that is unplugged, and says so", async () => {
   hearing.setOutput(HEADPHONES);
-  await vi.waitFor(() => expect(sound.setOutput).toHaveBeenCalledWith("h"));
+  await eventually(() => expect(sound.setOutput).toHaveBeenCalledWith("h"));
   expect(state.output.value).toBe(HEADPHONES);
   await Promise.resolve();
   devices.dispatchEvent(new Event("devicechange"));
-  await vi.waitFor(() => expect(sound.setOutput).toHaveBeenLastCalledWith(""));
+  await eventually(() => expect(sound.setOutput).toHaveBeenLastCalledWith(""));
   expect(state.output.value).toBeNull();
   expect(say).toHaveBeenCalledExactlyOnceWith(expect.stringContaining("Headphones"));
 });
@@ -79,7 +80,7 @@ it("plays on the chosen device until that is unplugged, and says so", async () =
 it("says that a device is not there at all", async () => {
   sound.setOutput.mockResolvedValueOnce(false);
   hearing.setOutput(HEADPHONES);
-  await vi.waitFor(() => expect(say).toHaveBeenCalledOnce());
+  await eventually(() => expect(say).toHaveBeenCalledOnce());
   expect(state.output.value).toBeNull();
 });
 

@@ -1,4 +1,5 @@
 import { expect, it, vi } from "vitest";
+import { eventually } from "../testing/eventually";
 import { askForOutput, asksForOutput, choosesOutputs, listOutputs, watchOutput } from "./outputs";
 
 interface Device {
@@ -47,7 +48,7 @@ it("notices that the chosen one is unplugged, and that only", async () => {
   expect(gone).not.toHaveBeenCalled();
   devices.all = [];
   devices.dispatchEvent(new Event("devicechange"));
-  await vi.waitFor(() => expect(gone).toHaveBeenCalledOnce());
+  await eventually(() => expect(gone).toHaveBeenCalledOnce());
 });
 
 it("watches no more once another is chosen", async () => {

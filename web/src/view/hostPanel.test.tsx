@@ -10,6 +10,7 @@ import {
 import { act } from "preact/test-utils";
 import { describe, expect, it, vi } from "vitest";
 import type { Console, InvitationLink } from "../messages";
+import { eventually } from "../testing/eventually";
 import { room } from "../testing/messages";
 import { says } from "../words/said";
 import { actions, body, button, drawsPage, show, showHost, state } from "./page.test.setup";
@@ -223,7 +224,7 @@ describe("the host's panel", () => {
     document.head.append(about);
     showHost();
     await act(async () => {});
-    await vi.waitFor(() => expect(field()?.value).toBe(html));
+    await eventually(() => expect(field()?.value).toBe(html));
     expect(fetching).toHaveBeenCalledExactlyOnceWith("oembed?url=x&format=json", {});
     about.remove();
   });

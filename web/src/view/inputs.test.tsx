@@ -11,6 +11,7 @@ import { DEFAULT_KEYS } from "../drive/keyMap";
 import { UNHEARD_MS } from "../drive/keysDown";
 import { loadPreferences, type Preferences } from "../preferences";
 import { createState, type State } from "../state";
+import { eventually } from "../testing/eventually";
 import { plugIn, takeAwayGamepads } from "../testing/gamepads";
 import { hello, room } from "../testing/messages";
 import { SessionContext } from "./context";
@@ -378,10 +379,7 @@ describe("the keys", () => {
     window.addEventListener("keydown", elsewhere);
     // Without `act`, which would wait for what comes some frames later.
     const says = (what: string) =>
-      vi.waitFor(() => expect(told()?.slice(0, what.length || 1)).toBe(what), {
-        interval: 1,
-        timeout: 4000,
-      });
+      eventually(() => expect(told()?.slice(0, what.length || 1)).toBe(what), 1);
     const press = (code: string) =>
       window.dispatchEvent(new KeyboardEvent("keydown", { code, cancelable: true }));
     getByRole(body, "button", { name: "Add a key for “Forward”" }).click();

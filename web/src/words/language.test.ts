@@ -2,6 +2,7 @@
 import { signal } from "@preact/signals";
 import { afterEach, describe, expect, it, vi } from "vitest";
 import type { Preferences } from "../preferences";
+import { eventually } from "../testing/eventually";
 import { choose, LANGUAGES, listenLanguage, nameOf, speak, wishes } from "./language";
 import { ENGLISH, language, t } from "./words";
 
@@ -84,9 +85,9 @@ describe("a page", () => {
   it("speaks as wished, and follows each change", async () => {
     const wished = preferences("de");
     listenLanguage(wished, signal(false), () => {});
-    await vi.waitFor(() => expect(language.value.tag).toBe("de"));
+    await eventually(() => expect(language.value.tag).toBe("de"));
     wished.value = { ...wished.value, language: "en" };
-    await vi.waitFor(() => expect(language.value.tag).toBe("en"));
+    await eventually(() => expect(language.value.tag).toBe("en"));
   });
 
   it("loads no language while its link is needed for driving, says so once a wish, and catches up", async () => {
@@ -105,7 +106,7 @@ describe("a page", () => {
     wished.value = { ...wished.value, language: "de" };
     expect(say).toHaveBeenCalledTimes(2);
     waits.value = false;
-    await vi.waitFor(() => expect(language.value.tag).toBe("de"));
+    await eventually(() => expect(language.value.tag).toBe("de"));
   });
 
   it("stays as it is where a language cannot be loaded, says so, and tries again", async () => {
@@ -115,7 +116,7 @@ describe("a page", () => {
     const say = vi.fn();
     const wished = preferences("de");
     listenLanguage(wished, signal(false), say);
-    await vi.waitFor(() =>
+    await eventually(() =>
       expect(say).toHaveBeenCalledExactlyOnceWith(
         "The page could not be loaded in Deutsch; it stays as it is.",
       ),
@@ -123,6 +124,6 @@ describe("a page", () => {
     expect(t("turn.you_drive")).toBe("You are driving");
     vi.doUnmock("./de");
     wished.value = { ...wished.value };
-    await vi.waitFor(() => expect(t("turn.you_drive")).toBe("Du fährst"));
+    await eventually(() => expect(t("turn.you_drive")).toBe("Du fährst"));
   });
 });
