@@ -86,6 +86,7 @@ def test_what_takes_its_time_in_c_is_found(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 @pytest.mark.system
+@pytest.mark.timeout(300)  # it computes all the time
 @pytest.mark.parametrize("share", [0.25, pytest.param(1.0, marks=pytest.mark.full)])
 @pytest.mark.parametrize("name", TARGETS)
 def test_any_bytes_are_a_value_or_a_refusal(name: str, share: float) -> None:

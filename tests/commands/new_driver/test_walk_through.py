@@ -138,7 +138,7 @@ async def test_the_stand_in_is_driven(made: Environment, tmp_path: Path) -> None
         async with served(made, serve, tmp_path) as operator:
             await drive(operator, lambda: shown.moves)
             operator.tell("stop")
-            assert await until(lambda: not shown.moves, 2), shown.line
+            assert await until(lambda: not shown.moves, 20), shown.line
     finally:
         config.write_text(text, encoding="utf-8")
         shown.close()
@@ -177,7 +177,7 @@ async def test_the_hosts_own_robot_is_driven(
     async with served(own, DRIVE_IT[0], tmp_path) as operator:
         await drive(operator, lambda: _is_ahead(*rover.wheels))
         operator.tell("stop")
-        assert await until(lambda: not rover.moves, 2)
+        assert await until(lambda: not rover.moves, 20)
 
 
 @pytest.mark.full

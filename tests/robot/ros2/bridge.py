@@ -14,6 +14,7 @@ import time
 from typing import Any
 
 from aiohttp import WSMsgType, web
+from tests.free_port import free_port
 from tests.robot.ros2.base import Told
 
 from wax.driver.interface import Twist
@@ -32,11 +33,11 @@ class Bridge:
         self.refuses_by_status = False
         self.publishers = [NODE]
         self.subscribers = ["/base"]
-        self.port = 0
+        self.port = free_port()
         self.heard: list[dict[str, Any]] = []
         self._lock = threading.Lock()
         self._told: list[Told] = []
-        self._lines: set[web.WebSocketResponse] = set()
+        self.lines: set[web.WebSocketResponse] = set()
         self._topics: set[str] = set()
         self._thread: threading.Thread | None = None
 
@@ -94,17 +95,16 @@ class Bridge:
         await runner.setup()
         site = web.TCPSite(runner, "127.0.0.1", self.port, reuse_address=True)
         await site.start()
-        self.port = self.port or runner.addresses[0][1]
         ready.set()
         await self._end.wait()
-        for line in list(self._lines):
+        for line in list(self.lines):
             await line.close()
         await runner.cleanup()
 
     async def _talk(self, request: web.Request) -> web.WebSocketResponse:
         line = web.WebSocketResponse()
         await line.prepare(request)
-        self._lines.add(line)
+        self.lines.add(line)
         try:
             async for frame in line:
                 if frame.type is WSMsgType.TEXT:
@@ -112,7 +112,7 @@ class Bridge:
                 # While it is deaf it reads no more, as behind a network that carries nothing.
                 await self._hears.wait()
         finally:
-            self._lines.discard(line)
+            self.lines.discard(line)
         return line
 
     async def _hear(self, line: web.WebSocketResponse, said: dict[str, Any]) -> None:
@@ -163,7 +163,7 @@ class Bridge:
             await self._send_all(json.dumps({"op": "publish", "topic": topic, "msg": message}))
 
     async def _send_all(self, text: str) -> None:
-        for line in list(self._lines):
+        for line in list(self.lines):
             # Who hangs up over a message keeps it from nobody else.
             with contextlib.suppress(ConnectionError):
                 await line.send_str(text)

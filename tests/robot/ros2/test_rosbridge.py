@@ -178,6 +178,7 @@ class TestOneServer:
     def test_a_line_that_carries_nothing_is_given_up(self, bridge: Bridge, driver: Driver) -> None:
         """Where the other side takes nothing, what waits is thrown away, not delivered later."""
         driven(bridge, opened(driver), CURVE)
+        lines = len(bridge.lines)
         bridge.turn_deaf(deaf=True)
         epoch = driver.state().epoch
         end_s = time.monotonic() + 20.0
@@ -185,9 +186,9 @@ class TestOneServer:
             assert time.monotonic() < end_s
             feed(driver, CURVE, for_s=0.02)
         bridge.turn_deaf(deaf=False)
-        time.sleep(0.3)
+        # The old line has ended once all was read that had left before.
+        until(driver, lambda state: state.connected and len(bridge.lines) == lines)
         bridge.forget()
-        until(driver, lambda state: state.connected)
         feed(driver, CURVE, for_s=0.3)
         assert all(told.twist.is_zero for told in bridge.told())
 

@@ -216,7 +216,7 @@ async def test_anothers_check_does_not_take_an_address(rig: Rig) -> None:
     rig.ada.sends(rig.ada.answer(probe))  # her password is not bob's
     await asyncio.sleep(0.01)
     rig.ada.sends(b"from ada")
-    assert await asyncio.wait_for(rig.peers[0].recv(), 1) == b"from ada"
+    assert await reads(rig.peers[0]) == b"from ada"
     assert await rig.ada.gets(b"to ada")
     with pytest.raises(TimeoutError):
         await asyncio.wait_for(rig.peers[1].recv(), SOON_S)
@@ -228,7 +228,7 @@ async def test_a_port_that_a_router_gives_to_the_next_is_theirs(rig: Rig) -> Non
     bobs, rig.bob.socket = rig.bob.socket, rig.ada.socket
     await rig.bob.verifies()
     rig.bob.sends(b"from bob")
-    assert await asyncio.wait_for(rig.peers[1].recv(), 1) == b"from bob"
+    assert await reads(rig.peers[1]) == b"from bob"
     await rig.peers[0].send(b"to ada")
     assert await rig.bob.gets(b"to bob")
     rig.bob.socket = bobs
@@ -399,7 +399,7 @@ async def test_an_empty_datagram_ends_nothing(rig: Rig) -> None:
     await rig.ada.verifies()
     rig.ada.sends(b"")
     rig.ada.sends(b"from ada")
-    assert await asyncio.wait_for(rig.peers[0].recv(), 1) == b"from ada"
+    assert await reads(rig.peers[0]) == b"from ada"
 
 
 async def test_a_flood_delays_nobody_else(rig: Rig) -> None:
@@ -436,12 +436,12 @@ async def test_what_a_peer_does_not_read_stays_in_its_own_queue() -> None:
         for number in range(1000):
             rig.ada.sends(b"%d" % number)
         rig.bob.sends(b"bob")
-        assert await asyncio.wait_for(rig.peers[1].recv(), 1) == b"bob"
+        assert await reads(rig.peers[1]) == b"bob"
         await until(lambda: rig.peers[0]._queue.qsize() >= 16)
         await asyncio.sleep(SOON_S)
         assert rig.peers[0]._queue.qsize() == 16
         for number in range(100):  # and once it does read, goes on where it was
-            assert await asyncio.wait_for(rig.peers[0].recv(), 1) == b"%d" % number
+            assert await reads(rig.peers[0]) == b"%d" % number
 
 
 async def test_of_a_flood_in_the_common_queue_the_newest_are_kept(
@@ -457,7 +457,7 @@ async def test_of_a_flood_in_the_common_queue_the_newest_are_kept(
         for number in range(300):
             rig.ada.sends(b"%d" % number)
         rig.bob.sends(b"behind all of them")
-        await asyncio.wait_for(rig.peers[1].recv(), 5)
+        await reads(rig.peers[1])
         assert await rig.peers[0].recv() == b"172"
 
 
@@ -472,7 +472,7 @@ async def test_a_forged_icmp_message_ends_nothing(rig: Rig) -> None:
     rig.ada.socket.setblocking(False)
     rig.ada.socket.bind(address)
     rig.ada.sends(b"from ada")
-    assert await asyncio.wait_for(rig.peers[0].recv(), 1) == b"from ada"
+    assert await reads(rig.peers[0]) == b"from ada"
 
 
 async def test_without_another_socket_a_viewer_shares_the_common_one(
@@ -486,7 +486,7 @@ async def test_without_another_socket_a_viewer_shares_the_common_one(
     monkeypatch.setattr(udp_hub, "ViewerSocket", refuse)
     await rig.ada.verifies()
     rig.ada.sends(b"from ada")
-    assert await asyncio.wait_for(rig.peers[0].recv(), 1) == b"from ada"
+    assert await reads(rig.peers[0]) == b"from ada"
 
 
 class Poor(Meter):
