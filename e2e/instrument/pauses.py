@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import statistics
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
@@ -29,13 +29,8 @@ _NEARLY_ALL: Final = 0.9
 _RATES_HZ: Final = (8000, 16_000, 32_000, 48_000)
 
 
-@dataclass(slots=True)
-class Pauses:
-    """Interruptions of the sound, in the order in which they came."""
-
-    at_ms: list[float] = field(default_factory=list)
-    """Unix time of the begin of each."""
-    length_ms: list[float] = field(default_factory=list)
+Pauses = list[tuple[float, float]]
+"""Interruptions in the order in which they came: Unix time of the begin and length, ms."""
 
 
 def tone_pauses(sound: Sound, from_ms: float, to_ms: float) -> Pauses:
@@ -44,7 +39,7 @@ def tone_pauses(sound: Sound, from_ms: float, to_ms: float) -> Pauses:
     Quiet is a block without tone and without burst; time of which there is no block is quiet too,
     since nothing was played in it. Known to ± one block.
     """
-    found = Pauses()
+    found: Pauses = []
     quiet_ms: float | None = None  # since when
     end_ms: float | None = None
     for start_ms, tone, burst in zip(sound.start_ms, sound.tone, sound.burst, strict=True):
@@ -66,8 +61,7 @@ def tone_pauses(sound: Sound, from_ms: float, to_ms: float) -> Pauses:
 def _add(pauses: Pauses, begin_ms: float, end_ms: float) -> None:
     # Half a block of tolerance: block times are measured, not multiples of 10.
     if end_ms - begin_ms >= TONE_PAUSE_MS - BLOCK_MS / 2:
-        pauses.at_ms.append(begin_ms)
-        pauses.length_ms.append(end_ms - begin_ms)
+        pauses.append((begin_ms, end_ms - begin_ms))
 
 
 def concealed_pauses(counters: Counters, from_ms: float, to_ms: float) -> Pauses:
@@ -79,13 +73,12 @@ def concealed_pauses(counters: Counters, from_ms: float, to_ms: float) -> Pauses
     several begin in one look, its concealed samples are shared among them evenly. Residual error:
     the end of one that lies in the look in which another begins is counted to the other.
     """
-    found = Pauses()
+    found: Pauses = []
     begin_ms, length_ms = 0.0, 0.0
 
     def close() -> None:
         if length_ms >= CONCEALED_PAUSE_MS and from_ms <= begin_ms <= to_ms:
-            found.at_ms.append(begin_ms)
-            found.length_ms.append(length_ms)
+            found.append((begin_ms, length_ms))
 
     for look in _looks(counters):
         goes_on = length_ms > 0 and look.concealed_ms >= _NEARLY_ALL * look.played_ms

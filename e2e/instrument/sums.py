@@ -137,10 +137,9 @@ def sized(pictures: Pictures, least: tuple[int, int]) -> list[tuple[float, bool]
 
 def pauses_ms(readings: Readings, from_ms: float, to_ms: float) -> tuple[list[float], list[float]]:
     """Lengths of the gaps in the tone as heard, and of the concealments as counted."""
-    return (
-        tone_pauses(readings.sound, from_ms, to_ms).length_ms,
-        concealed_pauses(readings.counters, from_ms, to_ms).length_ms,
-    )
+    heard = tone_pauses(readings.sound, from_ms, to_ms)
+    counted = concealed_pauses(readings.counters, from_ms, to_ms)
+    return [length_ms for _, length_ms in heard], [length_ms for _, length_ms in counted]
 
 
 def share(

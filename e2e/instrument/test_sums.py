@@ -8,7 +8,7 @@ import pytest
 
 from e2e.delay.readings import Connections, Pictures, PlayerSound, Readings, SetPoints
 from e2e.instrument.instrument import Instrument, whole_ms
-from e2e.instrument.pauses import Pauses, concealed_pauses, tone_pauses
+from e2e.instrument.pauses import concealed_pauses, tone_pauses
 from e2e.instrument.sums import drift_per_min, figures, window
 from e2e.instrument.synthetic import OPENED_MS, blocks, counters, pictures, readings, shown
 from e2e.measure.ear import Ear
@@ -151,9 +151,7 @@ def test_a_pause_in_the_tone_is_found_and_a_blink_is_not() -> None:
     sound = blocks(10, 120)
     for begin, end in ((400, 405), (500, 502), (612, 622)):
         sound.tone[begin:end] = [0.0] * (end - begin)
-    assert tone_pauses(sound, OPENED_MS, END_MS - 50_000) == Pauses(
-        at_ms=[OPENED_MS + 4000], length_ms=[50]
-    )
+    assert tone_pauses(sound, OPENED_MS, END_MS - 50_000) == [(OPENED_MS + 4000, 50)]
 
 
 def test_time_that_has_no_blocks_is_a_pause_too() -> None:
@@ -162,8 +160,7 @@ def test_time_that_has_no_blocks_is_a_pause_too() -> None:
     for column in (sound.start_ms, sound.tone, sound.burst):
         del column[450:470]
     found = tone_pauses(sound, OPENED_MS, OPENED_MS + 13_000)
-    assert found.at_ms == [OPENED_MS + 4500, OPENED_MS + 10_000]
-    assert found.length_ms == [200, 3000]
+    assert found == [(OPENED_MS + 4500, 200), (OPENED_MS + 10_000, 3000)]
 
 
 def test_late_sound_is_judged_from_its_own_settling_on() -> None:
@@ -189,7 +186,7 @@ def test_pauses_are_cut_to_the_window() -> None:
     sound.tone[200:400] = [0.0] * 200
     sound.burst[200:400] = [0.0] * 200
     found = tone_pauses(sound, OPENED_MS + 3000, OPENED_MS + 10_000)
-    assert (found.at_ms, found.length_ms) == ([OPENED_MS + 3000], [1000])
+    assert found == [(OPENED_MS + 3000, 1000)]
 
 
 @pytest.mark.parametrize("rate_hz", [8000, 48_000])
@@ -198,21 +195,20 @@ def test_one_concealment_over_several_looks_is_one_pause(rate_hz: int) -> None:
     looks = [(0.0, 0)] * 20
     looks[5:9] = [(60, 1), (100, 0), (100, 0), (30, 0)]
     found = concealed_pauses(counters(looks, rate_hz=rate_hz), OPENED_MS, END_MS)
-    assert found.length_ms == [pytest.approx(290)]
-    assert found.at_ms == [pytest.approx(OPENED_MS + 440)]
+    assert found == [pytest.approx((OPENED_MS + 440, 290), rel=0, abs=0.01)]
 
 
 def test_many_short_concealments_are_no_long_one() -> None:
     """Two of 40 ms in each of ten looks are none of 100, though 800 ms were concealed in a row."""
     looks = [(0.0, 0)] * 5 + [(80.0, 2)] * 10 + [(0.0, 0)] * 5
-    assert concealed_pauses(counters(looks), OPENED_MS, END_MS) == Pauses()
+    assert concealed_pauses(counters(looks), OPENED_MS, END_MS) == []
 
 
 def test_concealment_broken_for_a_packet_is_one_pause() -> None:
     """Where a look was concealed for 95 %, what sounded between two events was nothing."""
     looks = [(0.0, 0)] * 5 + [(90.0, 1), (95.0, 1), (100.0, 0)] + [(0.0, 0)] * 5
     found = concealed_pauses(counters(looks), OPENED_MS, END_MS)
-    assert found.length_ms == [pytest.approx(285)]
+    assert [length_ms for _, length_ms in found] == [pytest.approx(285)]
 
 
 def test_concealment_counts_from_the_first_sound() -> None:
