@@ -250,13 +250,12 @@ class Viewer:
 
     def sound(self) -> NDArray[np.int16]:
         """Return the samples of `heard`, mono."""
-        recorded = [] if self._tap is None else self._tap.recorded or []
-        return np.asarray(np.concatenate([np.zeros(0), *recorded]) * 32767, np.int16)
+        return np.asarray(self.ears().mean(axis=1), np.int16)
 
     def ears(self) -> NDArray[np.int16]:
         """Return the samples of `heard` as ``(n, 2)``, the left ear first."""
-        both = [] if self._tap is None else self._tap.both
-        return np.asarray(np.concatenate([np.zeros((0, 2)), *both]) * 32767, np.int16)
+        recorded = [] if self._tap is None else self._tap.recorded or []
+        return np.asarray(np.concatenate([np.zeros((0, 2)), *recorded]) * 32767, np.int16)
 
     def forget(self) -> None:
         if self._tap is not None:

@@ -51,8 +51,7 @@ class MeasuredServer(Server):
                 return
             with self.log_path.open("ab") as log:
                 self._process = await asyncio.create_subprocess_exec(
-                    *(sys.executable, "-m", "e2e.peers.stock"),
-                    *("--host", "127.0.0.1", "--port", str(self.port)),
+                    *(sys.executable, "-m", "e2e.peers.stock", "127.0.0.1", str(self.port)),
                     cwd=ROOT,
                     stdout=log,
                     stderr=log,

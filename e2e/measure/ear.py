@@ -78,15 +78,11 @@ class Pace:
 
 
 class Tap:
-    """What one listener has heard and not yet taken; with `records` the samples, too.
-
-    `recorded` has both channels as one, `both` has them apart, as ``(n, 2)``.
-    """
+    """What one listener has heard and not yet taken; `recorded` are its samples, ``(n, 2)``."""
 
     def __init__(self, *, records: bool = False) -> None:
         self.heard: list[Block] = []
         self.recorded: list[NDArray[np.float32]] | None = [] if records else None
-        self.both: list[NDArray[np.float32]] = []
         self._sounds = asyncio.Event()
         self.first_ms: float | None = None
 
@@ -101,11 +97,10 @@ class Tap:
             await asyncio.wait_for(self._sounds.wait(), within_s)
         return self._sounds.is_set()
 
-    def add(self, block: Block, mono: NDArray[np.float32], both: NDArray[np.float32]) -> None:
+    def add(self, block: Block, samples: NDArray[np.float32]) -> None:
         self.heard.append(block)
         if self.recorded is not None:
-            self.recorded.append(mono)
-            self.both.append(both)
+            self.recorded.append(samples)
         if block.rms > SILENT and self.first_ms is None:
             self.first_ms = block.start_ms
             self._sounds.set()
@@ -153,7 +148,7 @@ class Ear:
         rms = float(np.sqrt(np.mean(samples**2)))
         block = Block(round(at_ms, 2), round(rms, 4), round(tone, 4), round(burst, 4))
         for tap in self._taps:
-            tap.add(block, samples, both)
+            tap.add(block, both)
 
     async def listen(self, stream: asyncio.StreamReader) -> None:
         clock = SystemClock()

@@ -43,8 +43,8 @@ def test_pieces_of_any_size_are_the_same_blocks(bytes_at_once: int) -> None:
         ear.hear(piece, 1000 + (begin + len(piece)) / (8 * RATE_HZ) * 1000)
     heard = tap.take()
     assert len(heard) == 10
-    assert np.concatenate(tap.both).max(axis=0) == pytest.approx([0.8, 0.2], abs=0.01)
-    assert np.concatenate(tap.recorded or []).max() == pytest.approx(0.5, abs=0.01)
+    recorded = np.concatenate(tap.recorded or [])
+    assert recorded.max(axis=0) == pytest.approx([0.8, 0.2], abs=0.01)
     assert [one.tone for one in heard] == pytest.approx([0.5] * 10, abs=0.01)
     assert max(one.burst for one in heard) < 0.01
     starts = [one.start_ms for one in heard]

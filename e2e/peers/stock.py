@@ -1,4 +1,6 @@
-"""A stock aiortc server to compare with: what aiortc's own examples lead to, one encoder per peer.
+"""A stock aiortc server to compare with: ``python -m e2e.peers.stock HOST PORT``.
+
+It is what aiortc's own examples lead to, one encoder per peer.
 
 It has the same work as WAX: the same test card, through `MediaRelay`, VP8 640×480 at 30 fps and
 1 Mbit/s, Opus. It differs from the examples where they would spoil the comparison: no STUN server
@@ -7,8 +9,8 @@ is asked (that alone would cost seconds), and VP8 starts at WAX's bit rate.
 
 from __future__ import annotations
 
-import argparse
 import asyncio
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -64,10 +66,7 @@ class Room:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("--host", default="127.0.0.1")
-    parser.add_argument("--port", type=int, default=8081)
-    arguments = parser.parse_args()
+    host, port = sys.argv[1:]
     set_bitrate()
     with sources() as (camera, microphone):
         room = Room(camera, microphone)
@@ -76,7 +75,7 @@ def main() -> None:
         app.router.add_get("/healthz", room.healthz)
         app.router.add_post("/offer", room.offer)
         app.on_shutdown.append(room.close)
-        web.run_app(app, host=arguments.host, port=arguments.port, print=None)
+        web.run_app(app, host=host, port=int(port), print=None)
 
 
 if __name__ == "__main__":

@@ -42,14 +42,14 @@ class LiveKit(Served):
 
 
 def start(cell: Cell, link: Link, folder: Path) -> AbstractAsyncContextManager[Served]:
-    place = ["--port", str(PORT), "--host"]
     if cell.system == "stock":
-        arguments = ["-m", "e2e.peers.stock", *place, "0.0.0.0"]
+        arguments = ["-m", "e2e.peers.stock", "0.0.0.0", str(PORT)]
         return serving(Served, cell.system, link.server, folder, arguments)
     how = "whip" if cell.system == "livekit-whip" else "sdk"
     find_server()
     find_client()
     if how == "sdk":
         check_sdk()
-    arguments = ["-m", "e2e.peers.livekit", "--how", how, *place, link.server.address]
+    place = ["--host", link.server.address, "--port", str(PORT)]
+    arguments = ["-m", "e2e.peers.livekit", "--how", how, *place]
     return serving(LiveKit, cell.system, link.server, folder, arguments)

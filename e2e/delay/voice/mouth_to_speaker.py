@@ -91,9 +91,10 @@ def _played(tap: Tap) -> list[Piece]:
     """Return what the ear heard on the monotonic clock, the loudness of each ms."""
     ahead_ms = unix_ms(0.0)
     per_ms = round(BLOCK / BLOCK_MS)
+    recorded = [both.mean(axis=1).reshape(-1, per_ms) for both in tap.recorded or []]
     return [
-        (block.start_ms - ahead_ms, np.sqrt((samples.reshape(-1, per_ms) ** 2).mean(axis=1)))
-        for block, samples in zip(tap.heard, tap.recorded or [], strict=True)
+        (block.start_ms - ahead_ms, np.sqrt((samples**2).mean(axis=1)))
+        for block, samples in zip(tap.heard, recorded, strict=True)
     ]
 
 
