@@ -18,9 +18,7 @@ from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from e2e.load.cluster.engine import KEY
 from e2e.load.cluster.stage import published
-from e2e.measure.ear import SILENT
 from e2e.test_firefox import opened, presses
-from wax.client.client import Client
 from wax.client.operator import Operator
 
 if TYPE_CHECKING:
@@ -140,36 +138,6 @@ def expired(token: str) -> str:
     claims = jwt.decode(token, KEY.secret, algorithms=["HS256"])
     claims |= {name: claims[name] - 600 for name in ("nbf", "exp")}
     return jwt.encode(claims, KEY.secret, algorithm="HS256")
-
-
-async def test_blanked_there_is_nothing_to_see_in_a_room(
-    serve: Serve, tmp_path: Path, open_viewer: OpenViewer
-) -> None:
-    """The picture is black and the sound silent elsewhere, too, until the host is done."""
-    async with (
-        published(serve, tmp_path) as (_, server),
-        Client(server.url, cookies=await server.host_cookies()) as host,
-        Operator(server.url),
-    ):
-        viewer = await open_viewer(server)
-        await watches_elsewhere(viewer)
-        await viewer.listen()
-
-        async def is_bright() -> bool:
-            return not await viewer.is_dark()
-
-        async def is_silent() -> bool:
-            viewer.forget()
-            await viewer.cards(15)
-            heard = viewer.heard()
-            return bool(heard) and all(block.rms <= SILENT for block in heard)
-
-        assert await is_bright()
-        host.say(type="blank", blanked=True)
-        await eventually(viewer.is_dark, "the picture is black")
-        await eventually(is_silent, "and there is no sound")
-        host.say(type="blank", blanked=False)
-        await eventually(is_bright, "the robot's picture is back")
 
 
 async def test_firefox_watches_in_a_room(serve: Serve, tmp_path: Path, ear: Ear | None) -> None:
