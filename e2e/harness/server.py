@@ -18,7 +18,7 @@ import aiohttp
 
 from e2e.harness import toml as configurations
 from e2e.harness.child import kill
-from e2e.harness.wait import eventually
+from e2e.harness.wait import answers, eventually
 from e2e.measure.suite import ROOT
 from wax.client.host import become_host
 from wax.errors import StateError
@@ -202,10 +202,5 @@ class Server:
         return await eventually(answer, what, **limits)
 
     async def _serves_or_ended(self) -> bool:
-        if self._process is not None and self._process.returncode is not None:
-            return True
-        try:
-            code, _ = await self.get("/healthz")
-        except aiohttp.ClientError:
-            return False
-        return code == 200
+        has_ended = self._process is not None and self._process.returncode is not None
+        return has_ended or await answers(f"{self.url}/healthz")

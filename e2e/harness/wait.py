@@ -6,6 +6,8 @@ import asyncio
 import time
 from typing import TYPE_CHECKING, TypeVar
 
+import aiohttp
+
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
@@ -48,3 +50,12 @@ async def until(ask: Callable[[], T], what: str, **limits: float) -> T:
         return ask()
 
     return await eventually(answer, what, **limits)
+
+
+async def answers(url: str) -> bool:
+    """Return whether a server answers there, and that all is well."""
+    try:
+        async with aiohttp.ClientSession() as http, http.get(url) as response:
+            return response.status == 200
+    except aiohttp.ClientError:
+        return False

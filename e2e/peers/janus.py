@@ -9,12 +9,11 @@ from __future__ import annotations
 import asyncio
 import shutil
 from contextlib import asynccontextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
-import aiohttp
-
 from e2e.harness.child import Child, child, kill
-from e2e.harness.wait import eventually
+from e2e.harness.wait import answers, eventually
 from e2e.measure.errors import MeasureError, NotRunError
 
 if TYPE_CHECKING:
@@ -89,16 +88,9 @@ def feeding(port: int) -> AbstractAsyncContextManager[Child]:
 
 
 async def _answers(port: int, folder: Path) -> None:
-    async def answers() -> bool:
-        url = f"http://127.0.0.1:{port}/janus/info"
-        try:
-            async with aiohttp.ClientSession() as http, http.get(url) as response:
-                return response.status == 200
-        except aiohttp.ClientError:
-            return False
-
+    is_there = partial(answers, f"http://127.0.0.1:{port}/janus/info")
     try:
-        await eventually(answers, "Janus answers", within_s=_STARTS_WITHIN_S)
+        await eventually(is_there, "Janus answers", within_s=_STARTS_WITHIN_S)
     except AssertionError as error:
         log = (folder / "output.log").read_text(encoding="utf-8", errors="replace").splitlines()
         last = log[-1] if log else "no log"

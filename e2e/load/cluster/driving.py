@@ -13,8 +13,9 @@ from contextlib import AsyncExitStack, asynccontextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 from e2e.harness.child import child
+from e2e.harness.page_clock import unix_ms
 from e2e.harness.wait import until
-from e2e.load.cluster.page import longest_gap_ms, now_ms, unix_ms
+from e2e.load.cluster.page import longest_gap_ms, now_ms
 from e2e.load.process import pinned
 from e2e.load.strokes import changes
 from e2e.measure.row import Row, timed

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Final, Literal
 from playwright.async_api import async_playwright
 
 from e2e.harness.chromium import launch_chromium
+from e2e.harness.page_clock import unix_ms
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from e2e.measure.errors import MeasureError
-from wax.clock import SystemClock
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
@@ -27,12 +27,6 @@ Place = Literal["room", "server"]
 
 _SCRIPT: Final = Path(__file__).with_name("page.js")
 _OPENS_S: Final = 20.0
-_AHEAD_MS: Final = SystemClock().wall_ms() + 0.5 - time.monotonic() * 1000
-
-
-def unix_ms(monotonic_s: float) -> float:
-    """Convert a time of this machine's `time.monotonic`."""
-    return monotonic_s * 1000 + _AHEAD_MS
 
 
 def now_ms() -> float:

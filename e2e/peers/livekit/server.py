@@ -11,11 +11,9 @@ from dataclasses import dataclass
 from ipaddress import ip_address
 from typing import TYPE_CHECKING, Any, Final, NoReturn, TextIO
 
-import aiohttp
-
 from e2e.harness.child import kill
 from e2e.harness.toml import merged
-from e2e.harness.wait import eventually
+from e2e.harness.wait import answers, eventually
 from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
@@ -129,8 +127,4 @@ class LiveKit:
     async def _answers(self) -> bool:
         if (status := self._running.returncode) is not None:
             raise MeasureError(f"LiveKit ended at its start with status {status}; see its log")
-        try:
-            async with aiohttp.ClientSession() as http, http.get(self.url) as answer:
-                return answer.status == 200
-        except aiohttp.ClientError:
-            return False
+        return await answers(self.url)
