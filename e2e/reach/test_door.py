@@ -5,17 +5,19 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import time
 from contextlib import asynccontextmanager
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import pytest
+import tomlkit
 from playwright.async_api import async_playwright
 
+from e2e.harness.board import Board
 from e2e.harness.chromium import chromium_at
 from e2e.harness.commands import said_by
-from e2e.harness.robot import pose
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from e2e.link import namespace
@@ -23,10 +25,11 @@ from e2e.reach.door import DOOR, NAME, OTHER_NAME, Door, aliases, door
 from e2e.reach.internet import Host, Internet
 from e2e.reach.stage import FRIEND, serving, tell_logs
 from e2e.reach.test_reach import Stage
+from e2e.stop.record import Record
 from wax.__main__ import main
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncIterator, Callable
     from pathlib import Path
 
     from e2e.delay.systems.wax import Wax
@@ -47,6 +50,9 @@ state_dir = "{state}"
 [audio]
 source = "none"
 """
+CARD: Final = {"video": {"source": "testcard"}}
+
+pytestmark = pytest.mark.timeout(120)
 
 HAS_THE_SERVERS_WORDS: Final = """
     performance.getEntriesByType("resource").some(one => one.name.includes("/sentences-"))
@@ -105,15 +111,18 @@ def configured(folder: Path, line: str, name: str = "robot") -> Path:
 
 @asynccontextmanager
 async def dialling(
-    folder: Path, *hosts: Host, names: tuple[str, ...] = (NAME,)
+    folder: Path,
+    *hosts: Host,
+    names: tuple[str, ...] = (NAME,),
+    more: str = "",
 ) -> AsyncIterator[Dialling]:
-    """Set up a door for robots of these names, and serve the first."""
+    """Set up a door for robots of these names, and serve the first, configured with `more`."""
     async with Internet(*hosts, DOOR) as net:
         try:
             there = await door(net, folder, *names)
             path = configured(folder, there.line())
             toml, variables = path.read_text(encoding="utf-8"), {"SSL_CERT_FILE": there.root}
-            async with serving(net, folder, toml, variables=variables) as robot:
+            async with serving(net, folder, toml + more, variables=variables) as robot:
                 yield Dialling(net, robot, there, path)
         except BaseException:
             tell_logs(folder)
@@ -130,6 +139,19 @@ async def visited(dials: Dialling) -> AsyncIterator[Stage]:
     ):
         context = await browser.new_context(ignore_https_errors=True)
         yield Stage(dials.net, dials.robot, await Viewer.at(context, URL))
+
+
+@asynccontextmanager
+async def overhearing(net: Internet, folder: Path) -> AsyncIterator[Callable[[], float]]:
+    """Return what tells when the newest command has come to the robot by the relay."""
+    path = folder / "commands"
+    with path.open("wb") as said:
+        words = ["-m", "e2e.reach.overheard", DOOR.address]
+        process = await net["robot"].spawn_python(words, stdout=said)
+    try:
+        yield lambda: float(path.read_text(encoding="ascii").split()[-1])
+    finally:
+        process.kill()
 
 
 async def visits(folder: Path) -> list[dict[str, Any]]:
@@ -158,22 +180,51 @@ async def test_a_robot_behind_two_nats_is_driven_through_its_door(tmp_path: Path
 
 @pytest.mark.full
 async def test_where_there_is_no_direct_way_the_relay_carries(tmp_path: Path) -> None:
-    """From an office without UDP to a robot behind a symmetric NAT; when it dies, robot stands."""
+    """From an office without UDP to a robot behind a symmetric NAT.
+
+    When it dies, the board is told to stand within 200 ms of the last command, and does until the
+    page, which comes back with its turn, has a new press.
+    """
     hosts = replace(CARRIED, symmetric=True), OFFICE
-    async with dialling(tmp_path, *hosts) as dials, visited(dials) as stage:
+    async with (
+        Board(tmp_path) as board,
+        dialling(tmp_path, *hosts, more=tomlkit.dumps(CARD | {"robot": board.robot})) as dials,
+        overhearing(dials.net, tmp_path) as commands_s,
+        visited(dials) as stage,
+    ):
         way = await stage.sees()
         assert (way["type"], way["relay"]) == ("relay", "tcp")
         assert way["to"].startswith(f"{DOOR.address}:")
-        await stage.drives()
-        await stage.viewer.page.keyboard.down("ArrowLeft")
+        await stage.viewer.takes_the_wheel()
+        number = (await dials.robot.status())["turn"]["number"]
+        keys, record = stage.viewer.page.keyboard, Record(board.log_path)
 
-        async def stands() -> bool:
-            before = await pose(dials.robot)
-            await asyncio.sleep(0.5)
-            return (await pose(dials.robot)).distance_m(before) == 0
+        async def drives() -> bool:
+            await keys.down("ArrowLeft")
+            await asyncio.sleep(0.6)
+            record.read()
+            if not record.is_moving(time.monotonic()):
+                await keys.up("ArrowLeft")
+                return False
+            return True
 
+        await eventually(drives, "the robot moves")
         await dials.door.kill()
-        await eventually(stands, "the robot stands")
+        await stage.viewer.page.get_by_text("Reconnecting").first.wait_for()
+        last_s = commands_s()
+        await dials.door.start()
+        await stage.sees()
+        await stage.viewer.drives()
+        assert (await dials.robot.status())["turn"]["number"] == number
+        record.read()
+        stopping = record.stopping(last_s, time.monotonic())
+        print(f"last command by the relay → told to stand: {stopping.told_ms:.0f} ms")
+        assert stopping.ends_ms is not None
+        assert stopping.ends_ms <= 200
+        assert not stopping.moved_again_ms
+        await keys.up("ArrowLeft")
+        await eventually(drives, "the robot moves by a new press")
+        await keys.up("ArrowLeft")
 
 
 @pytest.mark.full

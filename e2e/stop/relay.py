@@ -20,6 +20,11 @@ _COMMAND_BYTES: Final = 120
 """Smaller packets of a raw peer's channels are acknowledgements and heartbeats."""
 
 
+def is_command(packet: bytes) -> bool:
+    """Return whether this is a command, of which only the size shows: it is encrypted."""
+    return len(packet) >= _COMMAND_BYTES and packet[0] in _DATA_CHANNELS
+
+
 class Relay:
     """One peer's way to the server and back."""
 
@@ -44,6 +49,6 @@ class Relay:
     def _pass_on(self, send: Send, data: bytes, address: Any, *, is_up: bool) -> None:
         if self._is_cut:
             return
-        if is_up and data[0] in _DATA_CHANNELS and len(data) >= _COMMAND_BYTES:
+        if is_up and is_command(data):
             self.last_command_s = time.monotonic()
         send(data, address)
