@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from e2e.link.link import End
     from e2e.reach.internet import Internet
 
-DOOR: Final = Host("door", "203.0.113.9")
+DOOR: Final = Host("door", "203.0.113.9", ipv6="2001:db8::9")
 NAME: Final = "robot.example.org"
 OTHER_NAME: Final = "robot-2.example.org"
 _SCRIPT: Final = Path(__file__).parents[2] / "config" / "deploy" / "door.sh"
@@ -106,10 +106,15 @@ class Door:
 
     async def unplug(self) -> None:
         """Take it off the net: nobody hears from it any more."""
-        await self._ip("link set outside down")
+        for device in ("outside", "outside6"):
+            await self._ip(f"link set {device} down")
 
     async def plug(self) -> None:
-        for line in ("link set outside up", "route add default dev outside"):
+        for line in (
+            *("link set outside up", "route add 0.0.0.0/0 dev outside", "link set outside6 up"),
+            f"address add {DOOR.ipv6}/128 nodad dev outside6",  # the kernel forgets those of IPv6
+            "route add ::/0 dev outside6",
+        ):
             await self._ip(line)
 
     async def _ip(self, line: str) -> None:
@@ -139,7 +144,8 @@ async def door(net: Internet, folder: Path, *names: str) -> Door:
     place.mkdir()
     hosts = place / "hosts"
     known = " ".join(alias for name in names for alias in aliases(name))
-    hosts.write_text(f"127.0.0.1 localhost\n{DOOR.address} {known}\n", encoding="ascii")
+    known = f"{DOOR.address} {known}\n{DOOR.ipv6} {known}\n"
+    hosts.write_text(f"127.0.0.1 localhost\n{known}", encoding="ascii")
     net.know(hosts)
     with (folder / "door.log").open("wb") as log:
         process = await net["door"].spawn(

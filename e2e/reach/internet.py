@@ -25,7 +25,8 @@ class Host:
     `symmetric`: each connection gets a port of its own (RFC 4787: address- and port-dependent
     mapping), else the port inside is kept. With `carrier` the provider translates once more, to
     that address. Hosts with one `public` are a household, in a network of 256 addresses, behind
-    the router that the first of them describes.
+    the router that the first of them describes. `address` may be one of IPv6, and `ipv6` is another
+    beside it: nobody translates it, but behind a router only what was asked for comes in.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Host:
     udp: bool = True
     symmetric: bool = False
     carrier: str | None = None
+    ipv6: str | None = None
 
 
 HOSTS: Final[TypeAdapter[list[Host]]] = TypeAdapter(list[Host])

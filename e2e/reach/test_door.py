@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 CARRIED: Final = Host("robot", "192.168.1.2", public="100.64.0.2", carrier="203.0.113.1")
 OFFICE: Final = Host("friend", "10.1.1.2", public="203.0.113.3", udp=False)
+IPV6: Final = "2001:db8:1::2"
 URL: Final = f"https://{NAME}"
 SHUT: Final = """table inet shut {
     chain in {
@@ -176,6 +177,27 @@ async def test_a_robot_behind_two_nats_is_driven_through_its_door(tmp_path: Path
         await stage.viewer.release_stop()
         [visit] = await eventually(partial(visits, tmp_path), "the visit is kept")
         assert visit["address"] == "203.0.113.0/24"  # the friend's, not the tunnel's
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(
+    ("robot", "friend", "to"),
+    [
+        (CARRIED, replace(FRIEND, address="192.168.1.3", public=CARRIED.public), CARRIED.address),
+        (replace(CARRIED, ipv6=IPV6), replace(FRIEND, ipv6="2001:db8:7::2"), IPV6),
+        (CARRIED, Host("friend", "2001:db8:7::2"), DOOR.address),
+    ],
+    ids=["the robot's home", "IPv4 and IPv6", "IPv6 alone"],
+)
+async def test_each_finds_the_shortest_way(
+    tmp_path: Path, robot: Host, friend: Host, to: str
+) -> None:
+    """By the public name all come; at home, and by IPv6, nothing is translated or relayed."""
+    async with dialling(tmp_path, robot, friend) as dials, visited(dials) as stage:
+        way = await stage.sees()
+        assert way["to"].startswith(f"{to}:"), way
+        assert (way["type"] == "relay") is (to == DOOR.address)
+        await stage.drives()
 
 
 @pytest.mark.full

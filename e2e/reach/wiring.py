@@ -21,6 +21,14 @@ from e2e.reach.internet import HOSTS, Host
 _WORLD: Final = "world"
 _OUTSIDE: Final = "outside"
 """A router's device towards the world or its provider, and a host's."""
+_OUTSIDE_IPV6: Final = "outside6"
+_GUARD: Final = f"""table ip6 home {{
+    chain in {{
+        type filter hook input priority filter
+        iifname {_OUTSIDE_IPV6} meta l4proto {{ tcp, udp }} ct state new drop
+    }}
+}}"""
+"""What a home's router does for IPv6, which needs no router of its own here."""
 
 
 class Wiring:
@@ -43,6 +51,11 @@ class Wiring:
             self._network(host.name, [])
             gateway = None if host.public is None else _gateway(host.address)
             self._join(host.name, host.address, into, gateway)
+            if host.ipv6 is not None:
+                self._join(host.name, host.ipv6, _WORLD, None, _OUTSIDE_IPV6)
+            if host.ipv6 is not None and host.public is not None:
+                _enter(self.networks[host.name])
+                _run("nft", "nftables", ["-f", "-"], _GUARD)
 
     def _router(self, host: Host, *, into: str) -> None:
         """Make what stands between `host`'s household and the network behind `into`."""
@@ -57,18 +70,21 @@ class Wiring:
         self.networks[name] = namespace.enter_new_network()
         _ip(["link set lo up", *lines])
 
-    def _join(self, name: str, address: str, into: str, gateway: str | None) -> None:
+    def _join(
+        self, name: str, address: str, into: str, gateway: str | None, device: str = _OUTSIDE
+    ) -> None:
         """Lay a cable from a namespace to the bridge of another; all addresses are on the wire."""
         self._cables += 1
         end = f"/proc/{os.getpid()}/fd/{self.networks[into]}"
         port = f"port{self._cables}"
+        kept, world = ("128 nodad", "::/0") if ":" in address else ("32", "0.0.0.0/0")
         _enter(self.networks[name])
         _ip(
             [
-                f"link add {_OUTSIDE} type veth peer name {port} netns {end}",
-                f"link set {_OUTSIDE} addrgenmode none up",
-                f"address add {address}/{24 if gateway else 32} dev {_OUTSIDE}",
-                f"route add default {f'via {gateway} ' if gateway else ''}dev {_OUTSIDE}",
+                f"link add {device} type veth peer name {port} netns {end}",
+                f"link set {device} addrgenmode none up",
+                f"address add {address}/{24 if gateway else kept} dev {device}",
+                f"route add {world} {f'via {gateway} ' if gateway else ''}dev {device}",
             ]
         )
         _enter(self.networks[into])
