@@ -150,7 +150,10 @@ def _add_init(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
 
 def _init(arguments: argparse.Namespace) -> int:
     from wax.commands.init.command import init
+    from wax.door import line as door_line
 
+    if arguments.door is not None:
+        door_line.read(arguments.door)  # a wrong one is said whatever else is wrong
     asks_nothing = arguments.yes or (arguments.door and arguments.path.is_file())
     if not asks_nothing and not sys.stdin.isatty():
         raise ConfigError("no terminal to ask at; pass --yes to take the defaults")

@@ -99,11 +99,13 @@ def test_a_file_that_is_not_understood_stays(tmp_path: Path, text: str, why: str
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.parametrize("line", ["", door_line()[:-1]])
 def test_a_wrong_line_is_said_before_anything_is_asked(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], line: str
 ) -> None:
-    """In one sentence, as a wrong use."""
+    """In one sentence, as a wrong use, also where there is no terminal to ask at."""
     path = tmp_path / "robot.toml"
-    assert main(["init", "--yes", "--door", door_line()[:-1], str(path)]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
+    assert main(["init", "--door", line, str(path)]) == 2
+    said = capsys.readouterr().err
+    assert (said.count("\n"), "door" in said) == (1, True)
     assert not path.exists()
