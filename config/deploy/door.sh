@@ -38,7 +38,7 @@ elif ! getent ahosts "$name" >/dev/null; then
 fi
 
 missing=
-for package in openssh-server caddy coturn nftables openssl; do
+for package in openssh-server caddy coturn nftables openssl iproute2 procps; do
 	dpkg -s $package >/dev/null 2>&1 || missing="$missing $package"
 done
 if [ "$missing" ]; then
@@ -221,10 +221,23 @@ table inet wax_door {
 	}
 }
 END
-mkdir -p /etc/systemd/system/coturn.service.d
+# Debian's caddy stays away once it was killed, as for want of memory, and its coturn ends for good
+# where the network comes up after it.
+mkdir -p /etc/systemd/system/caddy.service.d /etc/systemd/system/coturn.service.d
+write /etc/systemd/system/caddy.service.d/wax-door.conf <<'END'
+[Service]
+Restart=on-failure
+RestartSec=3
+END
 write /etc/systemd/system/coturn.service.d/wax-door.conf <<'END'
+[Unit]
+Wants=network-online.target
+After=network-online.target
+
 [Service]
 ExecStartPre=+/usr/sbin/nft -f /etc/wax-door/relay.nft
+Restart=on-failure
+RestartSec=3
 END
 # Caddy's certificate, for the relay by TLS: copied once there is one, and when it is a new one.
 write /usr/local/lib/wax-door-certificate 755 <<'END'
@@ -232,15 +245,21 @@ write /usr/local/lib/wax-door-certificate 755 <<'END'
 set -eu
 name=$(cat /etc/wax-door/name)
 found=$(ls -t /var/lib/caddy/.local/share/caddy/certificates/*/"$name/$name.crt" 2>/dev/null | head -n 1)
-[ "$found" ] && ! cmp -s "$found" /etc/wax-door/relay.crt || exit 0
+[ "$found" ] || exit 1 # systemd tries again
+! cmp -s "$found" /etc/wax-door/relay.crt || exit 0
+how=restart
+[ ! -f /etc/wax-door/relay.crt ] || how='kill -s USR2' # it reads a renewed one, and relays on
 install -m 640 -g turnserver "$found" /etc/wax-door/relay.crt
 install -m 640 -g turnserver "${found%.crt}.key" /etc/wax-door/relay.key
-systemctl restart coturn
+# shellcheck disable=SC2086
+systemctl $how coturn
 END
 write /etc/systemd/system/wax-door-certificate.service <<'END'
 [Service]
 Type=oneshot
 ExecStart=/usr/local/lib/wax-door-certificate
+Restart=on-failure
+RestartSec=20
 END
 write /etc/systemd/system/wax-door-certificate.timer <<'END'
 [Timer]
