@@ -43,6 +43,17 @@ def test_what_only_the_host_can_mend_is_not_tried_all_the_time() -> None:
     assert Attempts().ended("host_key", 0.0) == HOPELESS_S
 
 
+def test_a_second_robot_with_the_same_line_leaves_the_first_its_place() -> None:
+    """Whoever had the port asks for it again each second, the other far less often."""
+    attempts = Attempts()
+    pauses = [attempts.ended("taken", 0.0) for _ in range(30)]
+    own_last_s = ssh.ALIVE_S * (ssh.ALIVE_COUNT + 1)  # the door closes it as late as ssh would
+    assert sum(one for one in pauses if one <= LONGEST_S) > own_last_s
+    assert pauses[-1] == HOPELESS_S
+    attempts.ended("closed", 0.0)
+    assert attempts.ended("taken", 0.0) == LONGEST_S
+
+
 def test_after_a_good_one_the_next_follows_at_once() -> None:
     """A tunnel that has stood is made anew the same way, without a pause to speak of."""
     attempts = Attempts()

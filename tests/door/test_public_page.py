@@ -6,11 +6,13 @@ import email.utils
 import socket
 import ssl
 import threading
+from contextlib import contextmanager
+from datetime import timedelta
 from http.server import BaseHTTPRequestHandler, HTTPServer
 from typing import TYPE_CHECKING
 
 import pytest
-from tests.commands.doctor.certificates import write_pair
+from tests.commands.doctor.certificates import NOW, write_pair
 
 from wax.door.page import CLOCK_OFF_S, look
 
@@ -51,14 +53,16 @@ class _Answer(BaseHTTPRequestHandler):
         # The page's own answer has the robot's date.
         date = email.utils.formatdate(0, usegmt=True) if is_page else self.server.date
         self.send_header("Date", date)
-        self.send_header("Content-Length", "0")
+        body = str(id(self.server)).encode()
+        self.send_header("Content-Length", str(len(body)))
         self.end_headers()
+        self.wfile.write(body)
 
     def log_message(self, *_: object) -> None: ...
 
 
-@pytest.fixture
-def door() -> Iterator[Door]:
+@contextmanager
+def served() -> Iterator[Door]:
     with Door() as made:
         thread = threading.Thread(target=made.serve_forever, kwargs={"poll_interval": 0.01})
         thread.start()
@@ -67,8 +71,14 @@ def door() -> Iterator[Door]:
         thread.join()
 
 
+@pytest.fixture
+def door() -> Iterator[Door]:
+    with served() as made:
+        yield made
+
+
 def code(door: Door, *, ahead_s: float = 0.0) -> str | None:
-    found = look(door.url, NOW_S + ahead_s)
+    found = look(door.url, NOW_S + ahead_s, None)
     return None if found is None else found.code
 
 
@@ -82,7 +92,7 @@ def test_a_page_that_opens_is_well(door: Door) -> None:
 def test_a_page_that_leads_elsewhere_is_not_followed(door: Door) -> None:
     """It could lead into the network of the robot."""
     door.status = 302
-    found = look(door.url, NOW_S)
+    found = look(door.url, NOW_S, None)
     assert found is not None
     assert "302" in str(found)
 
@@ -93,7 +103,7 @@ def test_a_page_that_leads_elsewhere_is_not_followed(door: Door) -> None:
 def test_what_answers_there_may_say_anything(door: Door, date: str) -> None:
     """The clock is not compared by a date that is none, and the reason is short and visible."""
     door.date, door.status, door.reason = date, 502, "\x1b[2J" + "x" * 5000
-    found = look(door.url, NOW_S)
+    found = look(door.url, NOW_S, None)
     assert found is not None
     assert found.code == "tunnel.page"
     assert len(str(found)) < 300
@@ -110,20 +120,39 @@ def test_a_clock_that_is_wrong_by_a_day_is_the_first_to_be_told(door: Door, ahea
     assert code(door, ahead_s=CLOCK_OFF_S - 1) is None
 
 
-def test_a_certificate_that_does_not_count_is_told(door: Door, tmp_path: Path) -> None:
-    """One that nobody vouches for stands for all of them."""
-    pair = write_pair(tmp_path, "127.0.0.1")
+def test_a_page_of_another_server_is_told(door: Door) -> None:
+    """Where the name leads elsewhere, or another robot has the same line."""
+    assert look(door.url, NOW_S, f"127.0.0.1:{door.server_port}") is None
+    with served() as mine:
+        found = look(door.url, NOW_S, f"127.0.0.1:{mine.server_port}")
+    assert found is not None
+    assert found.code == "tunnel.another"
+
+
+@pytest.mark.parametrize(
+    ("trusted", "why"), [(False, "self-signed"), (True, "certificate has expired")]
+)
+def test_a_certificate_that_does_not_count_is_told(
+    door: Door, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, why: str, *, trusted: bool
+) -> None:
+    """One that nobody vouches for, and one that has ended."""
+    long_ago = NOW - timedelta(days=3000)
+    pair = write_pair(tmp_path, "127.0.0.1", begins=long_ago, ends=long_ago + timedelta(days=90))
+    if trusted:
+        monkeypatch.setenv("SSL_CERT_FILE", str(pair.chain))
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.load_cert_chain(pair.chain, pair.key)
     door.socket = context.wrap_socket(door.socket, server_side=True)
     door.scheme = "https"
-    assert code(door) == "tunnel.certificate"
+    found = look(door.url, NOW_S, None)
+    assert found is not None
+    assert (found.code, why in str(found)) == ("tunnel.certificate", True)
 
 
 def test_a_page_that_nobody_serves_is_told() -> None:
     """The clock cannot be compared then."""
     with socket.socket() as nobody:
         nobody.bind(("127.0.0.1", 0))
-        found = look(f"http://127.0.0.1:{nobody.getsockname()[1]}", NOW_S)
+        found = look(f"http://127.0.0.1:{nobody.getsockname()[1]}", NOW_S, None)
     assert found is not None
     assert found.code == "tunnel.page"

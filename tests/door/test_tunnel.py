@@ -11,8 +11,9 @@ from tests.door.door_lines import door_line
 from tests.turned_clock import TurnedClock
 
 from wax.config import settings as config
-from wax.door import line
+from wax.door import line, tunnel
 from wax.door.tunnel import Tunnel
+from wax.rtc.public_address import StunError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -57,7 +58,12 @@ class Stage:
         (folder / "key").touch()
         self.settings = config.parse(
             {
-                "server": {"trusted_proxies": ["127.0.0.1"], "state_dir": str(folder)},
+                "server": {
+                    "trusted_proxies": ["127.0.0.1"],
+                    "state_dir": str(folder),
+                    "public_url": f"https://{door.host}",
+                },
+                "network": {"stun": ["stun:stun.example:1", f"stun:{door.host}:3478"]},
                 "door": {
                     "host": door.host,
                     "port": door.port,
@@ -87,15 +93,17 @@ class Stage:
     def until(self, code: str | None) -> None:
         """Wait until the host is told this."""
         for _ in range(int(WITHIN_S * 100)):
-            problem = self.tunnel.problem
-            if (None if problem is None else problem.code) == code:
+            problems = self.tunnel.problems()
+            if [one.code for one in problems] == ([] if code is None else [code]):
                 return
             threading.Event().wait(0.01)
-        raise AssertionError(f"{self.tunnel.problem}, not {code}")
+        raise AssertionError(f"{self.tunnel.problems()}, not {code}")
 
 
 @pytest.fixture
-def stage(tmp_path: Path) -> Iterator[Stage]:
+def stage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Stage]:
+    for name in ("look", "public_address"):  # all is well out there
+        monkeypatch.setattr(tunnel, name, lambda *_: None)
     made = Stage(tmp_path)
     yield made
     made.tunnel.stop()
@@ -167,6 +175,25 @@ def test_a_folder_that_cannot_be_written_is_told(stage: Stage, tmp_path: Path) -
     stage.tunnel.start()
     stage.until("tunnel.failed")
     assert not stage.started
+
+
+def test_a_door_without_its_relay_is_told_to_the_host_alone(
+    stage: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its coturn was ended, say for want of memory: people can come, but some see nothing."""
+    asked: list[str] = []
+
+    def ask(server: str) -> str:
+        asked.append(server)
+        raise StunError("it does not answer")
+
+    monkeypatch.setattr(tunnel, "_LOOK_FIRST_S", 0.01)
+    monkeypatch.setattr(tunnel, "public_address", ask)
+    stage.tunnel.start()
+    stage.ssh(1).says(OPENED)
+    stage.until("tunnel.no_relay")
+    assert stage.tunnel.problem is None
+    assert asked == ["robot.example.org:3478"]
 
 
 def test_without_a_door_nothing_is_started() -> None:

@@ -340,8 +340,10 @@ async def test_the_page_is_served(client: Client) -> None:
 
 
 async def test_small_questions(client: Client, access: Access) -> None:
-    """Health, status and the configured ICE servers are told."""
-    assert (await client.get("/healthz")).status == 200
+    """Health, with which run of the server this is, status and the ICE servers are told."""
+    first, again = [await (await client.get("/healthz")).json() for _ in range(2)]
+    assert first == again == {"ok": True, "run": first["run"]}
+    assert len(first["run"]) == 16
     await become_host(client, access)
     assert await (await client.get("/api/status")).json() == {"version": "x"}
     assert await (await client.get("/api/ice")).json() == {

@@ -14,6 +14,8 @@ FIRST_S: Final = 0.5
 LONGEST_S: Final = 1.0
 """Short: with ssh's own limit, whoever waits for the door waits five seconds at most."""
 HOPELESS_S: Final = 10.0
+_OWN_TAKES: Final = 12
+"""So often in a row a port may be held by our own last connection, which the door soon closes."""
 HOPELESS: Final = frozenset({"host_key", "key", "key_file", "no_ssh"})
 """What nobody mends but the host."""
 _OTHER: Final = 4
@@ -26,6 +28,7 @@ class Attempts:
     def __init__(self) -> None:
         self._works: Way | None = None
         self._failures = 0
+        self._taken = 0
         self._way: Way = "ssh"
 
     @property
@@ -41,7 +44,9 @@ class Attempts:
         """Note why it has ended after standing this long; return the seconds until the next."""
         self._failures = 0 if stood_s >= STEADY_S else self._failures + 1
         self._way = self._next()
-        if code in HOPELESS:
+        self._taken = self._taken + 1 if code == "taken" else 0
+        # Whoever had the port before asks more often, and so has it again.
+        if code in HOPELESS or self._taken > _OWN_TAKES:
             return HOPELESS_S
         if not self._failures:
             return SOON_S

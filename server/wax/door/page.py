@@ -14,17 +14,22 @@ from wax.logs.printable import printable
 from wax.sentence import Sentence, says
 
 _ANSWER_S: Final = 5.0
+_MOST_BYTES: Final = 1000
 CLOCK_OFF_S: Final = 300.0
 """Half of what the relay's passwords last."""
 _MOST_CHARS: Final = 120
 
 
-def look(url: str, wall_s: float) -> Sentence | None:
-    """Return what is wrong with the page at `url`, None if nothing; `wall_s` is Unix time."""
+def look(url: str, wall_s: float, here: str | None) -> Sentence | None:
+    """Return what is wrong with the page at `url`, None if nothing; `wall_s` is Unix time.
+
+    `here` is the address of the server that should answer there, None if it does not run.
+    """
     problem = None
     try:
-        with _get(f"{url}/healthz", ssl.create_default_context()) as answer:
-            answer.read(1000)
+        there = _who(url)
+        if here is not None and there != _who(f"http://{here}"):
+            problem = Sentence("tunnel.another", {"url": url})
     except urllib.error.HTTPError as error:
         problem = _unopened(url, f"{error.code} {error.reason}")
     except (OSError, ValueError, http.client.HTTPException) as error:
@@ -37,6 +42,12 @@ def look(url: str, wall_s: float) -> Sentence | None:
     if off_s is not None and abs(off_s) > CLOCK_OFF_S:
         return Sentence("tunnel.clock", {"n": round(abs(off_s) / 60)})
     return problem
+
+
+def _who(url: str) -> bytes:
+    """Return what only one server answers, each time it runs."""
+    with _get(f"{url}/healthz", ssl.create_default_context()) as answer:
+        return answer.read(_MOST_BYTES)
 
 
 def _clock_off_s(url: str, wall_s: float) -> float | None:

@@ -23,6 +23,7 @@ from wax.door.page import look
 from wax.errors import WaxError
 from wax.named_file import read_bytes, secret_file
 from wax.process import python_module
+from wax.rtc.public_address import StunError, public_address
 from wax.sentence import Sentence, says
 
 if TYPE_CHECKING:
@@ -76,10 +77,17 @@ def with_key(door: DoorSettings) -> DoorSettings:
     return door.model_copy(update={"key_file": str(key)})
 
 
+def target(host: str, port: int) -> str:
+    """Return where the page is served, as seen from this machine."""
+    host = _HERE.get(host, host)
+    return f"{f'[{host}]' if ':' in host else host}:{port}"
+
+
 @dataclass(slots=True)
 class _State:
     problem: Sentence | None = None
     page: Sentence | None = None
+    relay: Sentence | None = None
     since_s: float | None = None
     """When the tunnel that stands was opened."""
     opened: int = 0
@@ -100,6 +108,7 @@ class Tunnel:
         run_ssh: Callable[[Sequence[str], Mapping[str, str]], subprocess.Popen[bytes]] = start,
     ) -> None:
         self._door, self._server = settings.door, settings.server
+        self._stun = [one for one in settings.network.stun if self._door.host in one]
         self._clock = clock
         self._port = port
         self._run_ssh = run_ssh
@@ -122,7 +131,7 @@ class Tunnel:
 
     def problems(self) -> list[Sentence]:
         """Return what the host is to know."""
-        return [] if self.problem is None else [self.problem]
+        return [one for one in (self.problem, self._state.relay) if one is not None]
 
     def status(self) -> dict[str, object] | None:
         """Return its state for the host's status page, None without a door."""
@@ -178,7 +187,7 @@ class Tunnel:
             stood_s = 0.0 if state.since_s is None else self._clock.now_s() - state.since_s
             if state.problem != problem:
                 _LOG.warning("the door cannot be reached", why=str(problem), way=way)
-            state.problem, state.page, state.since_s = problem, None, None
+            state.problem, state.page, state.relay, state.since_s = problem, None, None, None
             state.failed += 1
             pause_s = self._attempts.ended(problem.code.partition(".")[2], stood_s)
             self._closing.wait(pause_s)
@@ -241,21 +250,31 @@ class Tunnel:
             if self._state.since_s is None or not self._server.public_url:
                 continue
             try:
-                found = look(self._server.public_url, self._clock.wall_ms() / 1000)
+                found = look(self._server.public_url, self._clock.wall_ms() / 1000, self._target())
             except Exception as error:  # what answers there is not ours
                 _LOG.exception("the look at the public page failed")
                 found = self._failed(str(error) or type(error).__name__)
-            if self._state.since_s is None:
+            relay = self._ask_relay()
+            state = self._state
+            if state.since_s is None:
                 continue
-            if found is not None and found != self._state.page:
-                _LOG.warning("the public page does not open", why=str(found))
-            self._state.page = found
-            wait_s = _LOOK_EVERY_S if found is None else _LOOK_AGAIN_S
+            for now, before in ((found, state.page), (relay, state.relay)):
+                if now is not None and now != before:
+                    _LOG.warning("not all goes through the door", why=str(now))
+            state.page, state.relay = found, relay
+            wait_s = _LOOK_AGAIN_S if found or relay else _LOOK_EVERY_S
+
+    def _ask_relay(self) -> Sentence | None:
+        """Return what is wrong with the door's STUN server, which is its relay, too."""
+        try:
+            for one in self._stun:
+                public_address(one.removeprefix("stun:"))
+        except StunError:
+            return Sentence("tunnel.no_relay", {"host": self._door.host})
+        return None
 
     def _target(self) -> str:
-        """Return where the page is served, as seen from this machine."""
-        host = _HERE.get(self._server.host, self._server.host)
-        return f"{f'[{host}]' if ':' in host else host}:{self._port()}"
+        return target(self._server.host, self._port())
 
     def _failed(self, why: str) -> Sentence:
         return Sentence("tunnel.failed", {"host": self._door.host, "why": says(why)})

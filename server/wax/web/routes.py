@@ -198,6 +198,7 @@ class Routes:
         self._warned: set[str] = set()
         self._proof_runner = proving
         self._ice = ice
+        self._run = secrets.token_hex(8)
         self._status = status
         self._branding = branding
         self._missing = missing
@@ -268,7 +269,7 @@ class Routes:
         return web.json_response(answer, headers={"Cache-Control": "public, max-age=3600"})
 
     async def health(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
-        return web.json_response({"ok": True})
+        return web.json_response({"ok": True, "run": self._run})
 
     async def readiness(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
         # The parts only: why is the host's business, who finds it in the status.
