@@ -90,11 +90,11 @@ class Dialling:
 
         await eventually(is_so, f"the host reads {words!r}", within_s=15)
 
-    async def doctor(self) -> dict[str, str]:
+    async def doctor(self, host: str = "robot", *words: str) -> dict[str, str]:
         """Return the level of each of its verdicts."""
-        arguments = ["-m", "wax", "doctor", "--json", "--config", str(self.toml)]
-        process = await self.net["robot"].spawn_python(
-            arguments,
+        words = words or ("--config", str(self.toml))
+        process = await self.net[host].spawn_python(
+            ["-m", "wax", "doctor", "--json", *words],
             stdout=asyncio.subprocess.PIPE,
             env={**os.environ, "SSL_CERT_FILE": self.door.root},
         )
@@ -168,6 +168,7 @@ async def test_a_robot_behind_two_nats_is_driven_through_its_door(tmp_path: Path
         assert way["type"] != "relay"
         assert way["to"].startswith(f"{CARRIED.carrier}:")
         assert await stage.viewer.page.evaluate("isSecureContext")
+        assert (await dials.doctor("friend", "--reach", URL))["viewer"] == "ok"
         has_words = partial(stage.viewer.page.evaluate, HAS_THE_SERVERS_WORDS)
         await eventually(has_words, "the page has the server's words")
         await dials.door.kill()

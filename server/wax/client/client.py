@@ -12,7 +12,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, Self
 
 import aiohttp
-from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription
+from aiortc import RTCConfiguration, RTCIceServer, RTCPeerConnection, RTCSessionDescription
 from pydantic_core import from_json
 
 from wax.client.clock import ServerClock
@@ -24,7 +24,7 @@ from wax.errors import SignallingError
 from wax.protocol import compact, messages, room_change
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
     from types import TracebackType
 
     from aiortc import RTCDataChannel
@@ -72,12 +72,15 @@ class Client:
         on_message: Callable[[dict[str, Any]], None] | None = None,
         # As in `Media`.
         on_socket: Callable[[Any], None] | None = None,
+        # As a browser wants them, for a server that is not reached by one port.
+        ice_servers: Sequence[Mapping[str, Any]] = (),
     ) -> None:
         self.client_id = client_id or str(uuid.uuid4())
         # Unsafe is what aiohttp calls cookies of a host that is an address.
         self.cookies = aiohttp.CookieJar(unsafe=True) if cookies is None else cookies
         self.clock = ServerClock()
-        self.peer = RTCPeerConnection(RTCConfiguration(iceServers=[]))
+        servers = [RTCIceServer(**one) for one in ice_servers]
+        self.peer = RTCPeerConnection(RTCConfiguration(iceServers=servers))
         self.media = Media(self.peer, on_packet=self._acknowledge, on_socket=on_socket)
         self.state: RTCDataChannel = self.peer.createDataChannel("state")
         self.drive: RTCDataChannel = self.peer.createDataChannel(

@@ -10,8 +10,10 @@ import ssl
 import time
 import urllib.error
 import urllib.request
-from typing import Final
+from typing import Any, Final
 from urllib.parse import urlsplit
+
+from pydantic_core import from_json
 
 from wax.client import Client
 from wax.commands.doctor.verdict import Verdict, bad, ok, warning
@@ -22,6 +24,7 @@ _PICTURE_S: Final = 5.0
 LIMIT_S: Final = 30.0
 """For each check; a viewer without a way for UDP gives up after 15 s."""
 _SOON_DAYS: Final = 14
+_MOST_BYTES: Final = 10_000
 
 
 def checked_url(text: str) -> str:
@@ -106,10 +109,22 @@ def viewer(url: str) -> Verdict:
     return asyncio.run(_watch(url))
 
 
+def _ice_servers(url: str) -> list[dict[str, Any]]:
+    """Return by whose help a browser would be reached; none for the one port, or if unknown."""
+    context = ssl.create_default_context()
+    try:
+        with urllib.request.urlopen(f"{url}/api/ice", timeout=_ANSWER_S, context=context) as answer:
+            told = from_json(answer.read(_MOST_BYTES))
+        return list(told["iceServers"]) if told["wantsCandidates"] else []
+    except (OSError, ValueError, KeyError, TypeError):
+        return []
+
+
 async def _watch(url: str) -> Verdict:
+    servers = await asyncio.to_thread(_ice_servers, url)
     began_s = time.monotonic()
     try:
-        async with Client(url, name="wax doctor", sound=False) as client:
+        async with Client(url, name="wax doctor", sound=False, ice_servers=servers) as client:
             connected_s = time.monotonic() - began_s
             while client.media.newest("video") is None:
                 if time.monotonic() - began_s > connected_s + _PICTURE_S:
@@ -127,7 +142,7 @@ async def _watch(url: str) -> Verdict:
         return bad(
             "The page's server answers, but no UDP comes through.",
             "Forward the UDP port of [network] to the server, let it through the firewalls, and set"
-            " network.public_addresses; or offer a TURN server.",
+            " network.public_addresses; or offer a TURN server. With full ICE, see [network] stun.",
         )
     except SignallingError as error:
         return bad(f"The server lets no viewer in: {error}.", "See the log of the server.")
