@@ -16,8 +16,8 @@ from wax.cluster.room_directory import Occupancy, choose, person
 from wax.errors import ForbiddenError, FullError, NoPlaceError, NotAdmittedError
 from wax.session import entry as entry_module
 from wax.session.host_acts import REMOVED
-from wax.session.rooms import WATCHING_IS_FULL
 from wax.session.room_seats import SEAT_S, Seats
+from wax.session.rooms import WATCHING_IS_FULL
 from wax.session.stop_presses import FROM_ROOM, TOO_OFTEN
 
 if TYPE_CHECKING:

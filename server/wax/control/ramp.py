@@ -1,7 +1,7 @@
 """The ramp: the robot accelerates at the configured rate and slows down at once.
 
-It slows down at the braking rate only if the set-point is `soft`, as the gate says, and the
-configuration asks for soft braking. To reverse, it slows down first, then accelerates the other way.
+It slows down at the braking rate only if the gate calls the set-point `soft` and the configuration
+asks for soft braking. To reverse, it slows down first, then accelerates the other way.
 """
 
 from __future__ import annotations

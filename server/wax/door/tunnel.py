@@ -28,6 +28,7 @@ from wax.sentence import Sentence, says
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
+    from pathlib import Path
 
     from wax.clock import Clock
     from wax.config.door import DoorSettings
@@ -75,6 +76,17 @@ def with_key(door: DoorSettings) -> DoorSettings:
     key = secret_file(door.key_file)
     read_bytes(key)
     return door.model_copy(update={"key_file": str(key)})
+
+
+def command(door: DoorSettings, way: Way, folder: Path, target: str) -> list[str]:
+    """Write the pinned key into `folder` and return how ssh is started; raises `OSError`.
+
+    `door` is as `with_key` returns it.
+    """
+    known_hosts = folder / "door_known_hosts"
+    known_hosts.write_text(ssh.known_hosts(door), encoding="ascii")
+    proxy = shlex.join([*python_module.command("wax.door.over_https"), door.host])
+    return ssh.command(door, way, known_hosts, target, proxy.replace("%", "%%"))
 
 
 def target(host: str, port: int) -> str:
@@ -196,23 +208,20 @@ class Tunnel:
         """Run ssh until it ends; return why."""
         door = self._door
         try:
-            folder = state_dir.prepare(state_dir.find(self._server.state_dir))
-            known_hosts = folder / "door_known_hosts"
-            known_hosts.write_text(ssh.known_hosts(door), encoding="ascii")
-        except (WaxError, OSError) as error:
-            return self._failed(str(error))
-        proxy = shlex.join([*python_module.command("wax.door.over_https"), door.host])
-        try:
             door = with_key(door)
         except OSError:
             return Sentence("tunnel.key_file", {"file": door.key_file})
-        command = ssh.command(door, way, known_hosts, self._target(), proxy.replace("%", "%%"))
+        try:
+            folder = state_dir.prepare(state_dir.find(self._server.state_dir))
+            ssh_there = command(door, way, folder, self._target())
+        except (WaxError, OSError) as error:
+            return self._failed(str(error))
         with self._lock:
             if self._closing.is_set():
                 return self._failed("")
             try:
                 # Its words are read, so they must be English.
-                child = self._run_ssh(command, python_module.environment() | {"LC_ALL": "C"})
+                child = self._run_ssh(ssh_there, python_module.environment() | {"LC_ALL": "C"})
             except FileNotFoundError:
                 return Sentence("tunnel.no_ssh")
             except OSError as error:

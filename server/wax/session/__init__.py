@@ -1,13 +1,15 @@
 """Who is here, from a visitor's offer to what all pages are told. No sockets and no aiortc here.
 
-- Coming in: `entry` asks `wax.access` who somebody is, `capacity` whether they may connect and stay,
-  and the upload budget of `wax.streams`; `viewers` lists those who are here, `viewer` is one of them.
-- Acts: `host_acts` (and `host_decisions`, which last), `stop_presses`, `voices`, `proof_runner`.
+- Coming in: `entry` asks `wax.access` who somebody is, `capacity` whether they may connect and
+  stay, and `wax.streams` whether there is upload for them; `viewers` lists those who are here.
+- Acts: `viewer` (of one page), `host_acts` and `host_decisions`, `stop_presses`, `voices`,
+  `proof_runner`.
 - Told to pages: `announcements` says what, `room_updates` when; `equipment`, `diagnosis`, `names`.
 - Told to others: `record_keeper` to the records and to `news`, which makes events, with those of
   `changes`, for `wax.hooks`; `tape_keeper`; `house_states`; `status` to programs that ask.
 - In a room of LiveKit: `rooms`, with the seats there (`room_seats`).
 - Rates and measures: `token_bucket`, `minute_limits`, `last_wins`, `last_minute`, `spread`.
 
-`room` connects them all. Decisions about driving are in `wax.control`, about media in `wax.streams`.
+`room` connects them all. Decisions about driving are in `wax.control`, about media in
+`wax.streams`.
 """

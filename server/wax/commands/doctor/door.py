@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import socket
 import tempfile
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from wax.commands.doctor.verdict import Check, Verdict, bad, ok, warning
 from wax.door import ssh
 from wax.door.page import look
-from wax.door.tunnel import lines_of, start, target, with_key
+from wax.door.tunnel import command, lines_of, start, target, with_key
 from wax.process import python_module
 from wax.rtc import relay_check
 from wax.rtc.ice_servers import IceServers
@@ -114,12 +113,9 @@ def _attempt(door: DoorSettings, way: Way) -> Sentence | None:
     except OSError:
         return Sentence("tunnel.key_file", {"file": door.key_file})
     with tempfile.TemporaryDirectory() as folder:
-        known_hosts = Path(folder) / "known_hosts"
-        known_hosts.write_text(ssh.known_hosts(door), encoding="ascii")
-        proxy = shlex.join([*python_module.command("wax.door.over_https"), door.host])
-        command = ssh.command(door, way, known_hosts, "127.0.0.1:9", proxy.replace("%", "%%"))
+        words = ["timeout", f"{_TRY_S:g}", *command(door, way, Path(folder), "127.0.0.1:9")]
         try:
-            child = start(["timeout", f"{_TRY_S:g}", *command], python_module.environment())
+            child = start(words, python_module.environment())
         except FileNotFoundError:
             return Sentence("tunnel.no_ssh")
         assert child.stderr is not None
