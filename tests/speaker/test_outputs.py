@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import wave
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -218,6 +219,15 @@ def test_a_folder_is_no_file(tmp_path: Path) -> None:
         speaker.open()
     with pytest.raises(SpeakerError, match="before it was opened"):
         speaker.write(tone(440, 0.01))
+
+
+def test_a_pipe_is_refused_at_the_start(tmp_path: Path) -> None:
+    """So is whatever else is no file: a voice would be lost in it, or hold up the speaker."""
+    pipe = tmp_path / "voice.wav"
+    os.mkfifo(pipe)
+    settings = VoiceSettings(speaker=str(pipe))
+    with pytest.raises(ConfigError, match=r"voice\.wav cannot be read: it is a pipe"):
+        make_speaker(settings, CLOCK, SimulatedRobot(RobotSettings(), CLOCK))
 
 
 def test_the_simulated_robot_hears_itself() -> None:

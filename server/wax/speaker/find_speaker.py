@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 from wax.driver.interface import HasSpeaker
 from wax.errors import ConfigError
 from wax.folders import expanded
+from wax.named_file import check, problem
 from wax.plugin import is_plugin_name, make_plugin
 from wax.speaker.file import FileSpeaker
 from wax.speaker.portaudio import PortAudioSpeaker
@@ -56,4 +57,10 @@ def _file(name: str) -> FileSpeaker:
     path = expanded(name)
     if not path.parent.is_dir():
         raise ConfigError(f"{_KEY}: {path.parent.absolute()} is no folder; make it first.")
+    try:
+        check(path)
+    except FileNotFoundError:
+        pass  # it is made with the first word
+    except OSError as error:
+        raise ConfigError(f"{_KEY}: {path} {problem(error)}; name a file.") from error
     return FileSpeaker(path)

@@ -170,7 +170,9 @@ def test_a_command_ends_although_the_server_repeats_it(server: Server) -> None:
     assert server.drive(0.5, ends_in_s=0.02) == (ahead(),)
     assert server.wait(0.015) == (ahead(),)
     assert server.wait(0.005) == (StopDriver(1), apply(0.0))
-    assert server.drive(0.5, ends_in_s=0.0) == ()
+    assert server.wait(0.001) == (apply(0.0),)
+    assert server.drive(0.5, ends_in_s=0.0) == (StopDriver(1), apply(0.0))
+    assert server.drive(0.5, ends_in_s=-LATE_S) == ()
     assert server.warden.counts["driver_stale"] == 1
 
 
@@ -336,7 +338,8 @@ def test_the_stop_of_a_new_turn_needs_standstill_after_it(server: Server) -> Non
 
 def test_garbage_holds_the_robot(server: Server) -> None:
     """An invalid message stops the robot."""
-    assert server.driving().warden.garbage(server.now_s) == (StopDriver(1),)
+    server.driving().drive(0.5, ends_in_s=0.05)
+    assert server.warden.garbage(server.now_s) == (StopDriver(1),)
     assert server.warden.problem == GARBLED
     assert server.warden.counts["driver_garbage"] == 1
     assert server.warden.due_s == math.inf  # it is stopped already
@@ -419,7 +422,7 @@ class Model:
     """Knows by rules of its own what may move the robot, and holds the warden to it."""
 
     def __init__(self) -> None:
-        self.warden = DriverWatchdog(LIMITS, SILENCE_S)
+        self.warden = DriverWatchdog(LIMITS, SILENCE_S, CONTROLS)
         self.now_s = 100.0
         self.sequence = -1
         self.turn = 0
@@ -497,7 +500,7 @@ class Model:
         if isinstance(message, Move) and message.end_s is not None:
             end_s = message.end_s
         taken = fresh and message.sequence > self.sequence and message.turn >= self.turn
-        taken = taken and self.now_s < end_s
+        taken = taken and self.now_s < end_s + LATE_S
         if isinstance(message, Halt) or taken:
             self.sequence = max(self.sequence, message.sequence)
             if message.turn > self.turn:

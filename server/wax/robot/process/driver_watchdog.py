@@ -95,8 +95,8 @@ class DriverWatchdog:
       of standstill arrives with a timestamp later than the hold. A turn begins with a stop.
     - A control that is held is let go of with a hold and between two turns, and one that moves with
       a stop, too. One that moves may begin only where an axis may; letting go is never refused.
-    - A set-point or axis position that is older than `silence_s`, past its end, out of sequence, or
-      of a lower turn is refused, and does not end the silence. A stop is never refused.
+    - A set-point or axis position that is older than `silence_s`, past its end by `LATE_S`, out of
+      sequence, or of a lower turn is refused, and does not end the silence. A stop never is.
 
     `problem` says why the robot is held, None while it is not; `holds` counts the holds.
     """
@@ -153,7 +153,7 @@ class DriverWatchdog:
             return (*calls, *self._axis(message))
         if isinstance(message, Control):
             return (*calls, *self._control(message))
-        return (*calls, self._move(message))
+        return (*calls, *self._move(message, now_s))
 
     def beat(self, now_s: float) -> tuple[Call, ...]:
         """Repeat the current set-point."""
@@ -202,7 +202,7 @@ class DriverWatchdog:
         moving = [name for name in self._held if self._controls[name].moves]
         return (StopDriver(self._turn), *self._let_go(*moving))
 
-    def _move(self, move: Move) -> Call:
+    def _move(self, move: Move, now_s: float) -> tuple[Call, ...]:
         self._heard(move)
         asked = Twist(move.linear_mps, move.angular_rps)
         if asked.is_zero and move.sent_s > self._held_s:
@@ -210,7 +210,9 @@ class DriverWatchdog:
         self._twist = within(asked, self._limits) if self._armed else STANDSTILL
         if not self._armed and not asked.is_zero:
             self._wait_for_neutral()
-        return Apply(self._twist, self._turn)
+        # It may have been long in the pipe: its motion is over, but the server is there.
+        ended = self._stand() if now_s >= self._end_s else ()
+        return (*ended, Apply(self._twist, self._turn))
 
     def _axis(self, axis: Axis) -> tuple[Call, ...]:
         if not self._armed:
@@ -258,7 +260,7 @@ class DriverWatchdog:
 
     def _refusal(self, message: Move | Axis | Control, now_s: float) -> str | None:
         end_s = message.end_s if isinstance(message, Move) else None
-        is_over = end_s is not None and now_s >= end_s
+        is_over = end_s is not None and now_s >= end_s + LATE_S
         if is_over or not self._is_fresh(message, now_s):
             return "driver_stale"
         if message.sequence <= self._sequence:
