@@ -1,8 +1,8 @@
-import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { german } from "../words/de";
 import { said, says } from "../words/said";
 import { ENGLISH, language } from "../words/words";
-import { ask, askAgain, type RequestError } from "./http";
+import { ask, type RequestError } from "./http";
 
 const fetching = vi.fn();
 
@@ -58,41 +58,4 @@ it("keeps the sentence of who may not stay, to be shown for long", async () => {
   });
   refuses('{"error": "Closed.", "ended": true}');
   await expect(ask("api/offer")).rejects.toMatchObject({ ended: { text: says("Closed.") } });
-});
-
-describe("what is asked again", () => {
-  const signals: (AbortSignal | null | undefined)[] = [];
-  let answers: ((response: Response) => void)[];
-
-  beforeEach(() => {
-    vi.useFakeTimers();
-    signals.length = 0;
-    answers = [];
-    fetching.mockImplementation((_path: string, { signal }: RequestInit) => {
-      signals.push(signal);
-      return new Promise((resolve) => answers.push(resolve));
-    });
-  });
-
-  afterEach(() => {
-    vi.useRealTimers();
-  });
-
-  it("is what is answered first; what still waits in a dead connection is given up", async () => {
-    const asking = askAgain("api/ice", {}, 300);
-    vi.advanceTimersByTime(650);
-    expect(fetching).toHaveBeenCalledTimes(3);
-    answers[1]?.(new Response('{"a": 1}'));
-    expect(await asking).toEqual({ a: 1 });
-    expect(signals.every((one) => one?.aborted)).toBe(true);
-    vi.advanceTimersByTime(1000);
-    expect(fetching).toHaveBeenCalledTimes(3);
-  });
-
-  it("ends with whoever asks", () => {
-    const whole = new AbortController();
-    askAgain("api/ice", { signal: whole.signal }, 300).catch(() => {});
-    whole.abort();
-    expect(signals[0]?.aborted).toBe(true);
-  });
 });

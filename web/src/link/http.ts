@@ -66,30 +66,6 @@ export async function ask(path: string, init: RequestInit = {}): Promise<Answer>
   throw new RequestError(sentence, true, retryAfterMs(response), ended);
 }
 
-/**
- * The first answer to what is asked again and again; what `ask` throws, once one throws it.
- *
- * A browser keeps connections, and not each one knows that a network change has killed them all: it
- * learns that of one after the other, by a question that nobody answers.
- */
-export function askAgain(path: string, init: RequestInit, everyMs: number): Promise<Answer> {
-  const { signal } = init;
-  const ending = new AbortController();
-  signal?.addEventListener("abort", () => ending.abort());
-  return new Promise((resolve, reject) => {
-    const end = () => {
-      clearInterval(asking);
-      ending.abort();
-    };
-    const once = () =>
-      void ask(path, { ...init, signal: ending.signal })
-        .finally(end)
-        .then(resolve, reject);
-    const asking = setInterval(once, everyMs);
-    once();
-  });
-}
-
 /** Why it was refused; what stands between the server and this page may say it in plain words. */
 function told(body: { sentence?: unknown; error?: unknown } | null): Saying | null {
   const english = typeof body?.error === "string" ? body.error : null;

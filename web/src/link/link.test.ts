@@ -23,18 +23,12 @@ const { FakePeer, peers } = vi.hoisted(() => {
     trouble: Saying = { code: "link.no_answer" };
     mayMove = false;
     mayOffer = true;
-    againMs: number | null = null;
 
     constructor(readonly events: PeerEvents) {
       made.push(this);
     }
 
-    async connect(
-      _client: string,
-      againMs: number | null,
-      mayOffer?: Promise<void>,
-    ): Promise<void> {
-      this.againMs = againMs;
+    async connect(_client: string, mayOffer?: Promise<void>): Promise<void> {
       this.mayOffer = mayOffer === undefined;
       await mayOffer;
       this.mayOffer = true;
@@ -237,14 +231,6 @@ describe("after the loss of a connection", () => {
     expect(peers).toHaveLength(count);
     vi.advanceTimersByTime(1200);
     expect(peers).toHaveLength(count + 1);
-  });
-
-  it("asks soon again what nobody answers, since old connections are dead", () => {
-    expect(peer().againMs).toBeNull();
-    answerFor(6);
-    peer().events.lost(says(""), null);
-    vi.advanceTimersByTime(0);
-    expect(peer().againMs).toBeGreaterThan(0);
   });
 
   it("a slow link gets ten seconds for each attempt", () => {

@@ -3,7 +3,7 @@ import type { Channel, DriveIn, Ended, Operated, StateIn, StateOut } from "../me
 import { ours, type Saying } from "../words/said";
 import { Heartbeat } from "./heartbeat";
 import { Peer, type PeerEvents } from "./peer";
-import { againMs, attemptAfterMs, type LostLink, patienceMs } from "./reconnect";
+import { attemptAfterMs, type LostLink, patienceMs } from "./reconnect";
 import { readRow, writeRow } from "./rows";
 import type { Sent } from "./signalling";
 import { Silence } from "./silence";
@@ -206,7 +206,7 @@ export class Link {
     this.#change({ is: "connecting", reason });
     const forMs = patienceMs(attemptAfterMs(this.#attempts, Math.random()), this.#lostLink);
     this.#giveUpAfter(afterMs + forMs);
-    void peer.connect(this.client(), againMs(this.#lostLink), mayOffer);
+    void peer.connect(this.client(), mayOffer);
   }
 
   /** The peer has come back to life by itself. */

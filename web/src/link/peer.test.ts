@@ -195,7 +195,7 @@ it("is made ready without an offer, until it may send one", async () => {
   const { connection } = connect();
   const peer = new Peer({ ...EVENTS }, false);
   let mayOffer = () => {};
-  const connected = peer.connect("client", null, new Promise((resolve) => (mayOffer = resolve)));
+  const connected = peer.connect("client", new Promise((resolve) => (mayOffer = resolve)));
   await eventually(() => expect(connection.remoteDescription?.sdp).toBe("v=0 answer"));
   expect(offers).toBe(1);
   mayOffer();

@@ -85,17 +85,13 @@ export class Peer {
 
   /**
    * Sends the offer, once `mayOffer` is settled, and applies the answer; a failure is reported as
-   * `lost`. Whether the server is there is asked again after `againMs`.
+   * `lost`.
    */
-  async connect(
-    client: string,
-    againMs: number | null = null,
-    mayOffer?: Promise<void>,
-  ): Promise<void> {
+  async connect(client: string, mayOffer?: Promise<void>): Promise<void> {
     const pc = this.#pc;
     const { signal } = this.#aborting;
     try {
-      const [ice, offer] = await Promise.all([askIce(signal, againMs), pc.createOffer()]);
+      const [ice, offer] = await Promise.all([askIce(signal), pc.createOffer()]);
       if (signal.aborted) return;
       this.events.reached();
       const { servers, relayOnly } = ice;

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { againMs, attemptAfterMs, patienceMs } from "./reconnect";
+import { attemptAfterMs, patienceMs } from "./reconnect";
 
 /** When each attempt begins, in ms after the loss. */
 function beginnings(count: number, random: number): number[] {
@@ -33,12 +33,6 @@ describe("attempts", () => {
       expect(attemptAfterMs(5, random)).toBeCloseTo(1000 * share);
     }
   });
-});
-
-it("what nobody answers is asked again where the link was quick", () => {
-  expect(againMs({ roundTripMs: 40, isThin: false })).toBe(270);
-  expect(againMs({ roundTripMs: 40, isThin: true })).toBeNull();
-  expect(againMs(null)).toBeNull();
 });
 
 describe("an attempt", () => {

@@ -12,7 +12,6 @@ const JITTER = 0.2;
 const UNKNOWN_MS = 10_000;
 /** A connection, a request and its answer take two round trips; the third is for a lost packet. */
 const ROUND_TRIPS = 3;
-const AGAIN_MS = 150;
 /** The last ones before the loss may have been longer than the link's own. */
 const MAX_TRIPS_MS = 3000;
 
@@ -31,14 +30,6 @@ export function attemptAfterMs(attempt: number, random: number): number {
 export interface LostLink {
   roundTripMs: number;
   isThin: boolean;
-}
-
-/**
- * Returns after how long to ask again what nobody has answered; null where the link is slow, or
- * nothing is known of it.
- */
-export function againMs(link: LostLink | null): number | null {
-  return !link || link.isThin ? null : AGAIN_MS + ROUND_TRIPS * link.roundTripMs;
 }
 
 /**

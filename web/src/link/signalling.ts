@@ -3,7 +3,7 @@
 import { isFramed } from "../framed";
 import type { SentToRoom } from "../messages";
 import { ours } from "../words/said";
-import { type Asked, ask, askAgain, packed, RequestError, timed } from "./http";
+import { type Asked, ask, packed, RequestError, timed } from "./http";
 
 const GATHERING_MS = 2000;
 /** A relay takes more round trips than an address does: what has not come by then will not come. */
@@ -35,11 +35,9 @@ const NO_ICE: Ice = { servers: [], relayOnly: false, wantsCandidates: false };
  * That is why it is asked before each offer: what is sent into a dead network may arrive much
  * later, and a late offer would end the connection that has been made meanwhile.
  */
-export async function askIce(signal: AbortSignal, againMs: number | null = null): Promise<Ice> {
+export async function askIce(signal: AbortSignal): Promise<Ice> {
   try {
-    const asking =
-      againMs === null ? ask("api/ice", { signal }) : askAgain("api/ice", { signal }, againMs);
-    const { iceServers, ...rest } = await asking;
+    const { iceServers, ...rest } = await ask("api/ice", { signal });
     return { servers: iceServers, ...rest } as unknown as Ice;
   } catch (error) {
     if (!(error instanceof RequestError)) throw error;
