@@ -11,14 +11,14 @@ function beginnings(count: number, random: number): number[] {
 }
 
 describe("attempts", () => {
-  it("begin at once, after 0.3 s and 0.7 s, then each second for 20 s", () => {
-    const [...all] = beginnings(23, 0.5);
-    expect(all.slice(0, 5)).toEqual([0, 300, 700, 1700, 2700]);
-    expect(all.at(-1)).toBe(20_700);
+  it("begin at once, several times in the first seconds, then each second for 20 s", () => {
+    const all = beginnings(27, 0.5);
+    expect(all.slice(0, 9)).toEqual([0, 300, 700, 1100, 1500, 1900, 2300, 3300, 4300]);
+    expect(all.at(-1)).toBe(22_300);
   });
 
   it("then come less and less often, but at least every ten seconds", () => {
-    const later = Array.from({ length: 20 }, (_, i) => attemptAfterMs(23 + i, 1));
+    const later = Array.from({ length: 20 }, (_, i) => attemptAfterMs(27 + i, 1));
     expect(later).toEqual(later.toSorted((a, b) => a - b));
     expect(later[0]).toBeGreaterThan(1200);
     expect(later.at(-1)).toBeLessThanOrEqual(10_000);
@@ -30,7 +30,7 @@ describe("attempts", () => {
       [1, 1.2],
     ] as const) {
       expect(attemptAfterMs(0, random)).toBe(0);
-      expect(attemptAfterMs(5, random)).toBeCloseTo(1000 * share);
+      expect(attemptAfterMs(7, random)).toBeCloseTo(1000 * share);
     }
   });
 });
