@@ -101,7 +101,7 @@ async def soak(seconds: float) -> Soaked:
     # The shipped grace: an operator whose machine hangs for a moment keeps their turn.
     async with (
         serving(WAX, turns={"turn_s": 86_400.0}) as server,
-        gathered(server.offering) as crowd,
+        gathered(server.offering, yields=False) as crowd,
     ):
         # What is made once, by the first of each kind, is no leak.
         await _serve_all(server, crowd, Soaked(lasted_s=2 * _EVERY_S))

@@ -59,16 +59,19 @@ async def gathered(
     core: int | None = None,
     *,
     slow: int = 0,
+    yields: bool = True,
     through: Callable[[list[str]], list[str]] = list,
 ) -> AsyncIterator[Crowd]:
     """Have a crowd inside the block, of nobody yet; on its core it yields to whoever measures.
 
-    The first `slow` of them are behind a modem each; `through` is as of `child`.
+    Where others are busy, too, one that yields is so slow that a server gives it up. The first
+    `slow` of them are behind a modem each; `through` is as of `child`.
     """
     words = (offering.url, offering.how, slow)
     async with AsyncExitStack() as leaving:
         with pinned(core):
             run = child("e2e.load.crowd", *words, leaves_s=_LEAVE_S, through=through)
             process = await leaving.enter_async_context(run)
-        psutil.Process(process.pid).nice(_NICE)
+        if yields:
+            psutil.Process(process.pid).nice(_NICE)
         yield Crowd(process)
