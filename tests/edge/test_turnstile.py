@@ -69,7 +69,7 @@ async def test_whoever_is_trusted_waits_for_nobody(work: Work) -> None:
     assert not meter.is_open
     is_trusted = True
     assert meter.is_open
-    await asyncio.wait_for(meter.enter(), 1)
+    await asyncio.wait_for(meter.enter(), 5)
 
 
 async def test_even_a_trusted_peer_has_a_bound(work: Work) -> None:

@@ -53,7 +53,7 @@ class Joined:
     def __init__(self, peer: Peer, lanes: list[Pictures], events: Noticing, answer: str) -> None:
         self.peer, self.lanes, self.events, self.answer = peer, lanes, events, answer
 
-    async def sent(self, at: int, within_s: float = 3.0) -> bool:
+    async def sent(self, at: int, within_s: float = 10.0) -> bool:
         """Whether pictures of this lane leave; 0 is the driving view."""
         sender = [self.peer._picture, *self.peer._cameras][at]
         before = sender._packets
