@@ -93,9 +93,9 @@ class TestAnswering(TestSteady):
 
 @pytest.fixture
 def mine(monkeypatch: pytest.MonkeyPatch) -> Iterator[Answering]:
-    monkeypatch.setattr(steady, "TTL_S", 60.0)  # a busy machine is not what these are about
+    for patience in ("TTL_S", "HUNG_S"):  # a busy machine is not what these are about
+        monkeypatch.setattr(steady, patience, 60.0)
     monkeypatch.setattr(steady, "RETRY_S", 0.01)
-    monkeypatch.setattr(steady, "HUNG_S", 0.1)
     monkeypatch.setattr(steady, "CLOSE_S", 0.1)
     robot = Answering(Robot(), SystemClock())
     yield robot
@@ -151,16 +151,19 @@ def test_a_robot_that_does_not_answer_is_lost(mine: Answering) -> None:
     assert all(twist.is_zero for twist in mine.robot.take())
     mine.answers = True
     until(lambda: mine.state().connected)
-    assert mine.state().epoch == 2
+    assert mine.state().epoch >= 2
     assert mine.calls[:3] == ["connect", "disconnect", "connect"]
 
 
 @pytest.mark.system
-def test_a_call_that_hangs_is_a_lost_robot(mine: Answering) -> None:
+def test_a_call_that_hangs_is_a_lost_robot(
+    mine: Answering, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A robot whose `tell` does not return is not connected; what was asked for is forgotten."""
     opened(mine).apply(AHEAD, 1)
     until(lambda: mine.state().moving is True)
     mine.gate.clear()
+    monkeypatch.setattr(steady, "HUNG_S", 0.1)
     until(lambda: not mine.state().connected)
     assert mine.state().problem is not None
     for _ in range(5):
@@ -168,7 +171,7 @@ def test_a_call_that_hangs_is_a_lost_robot(mine: Answering) -> None:
         time.sleep(0.02)
     mine.robot.take()
     mine.gate.set()
-    until(lambda: mine.state().epoch == 2)
+    until(lambda: mine.state().epoch >= 2)
     time.sleep(0.05)
     assert [twist for twist in mine.robot.take() if not twist.is_zero] in ([], [AHEAD])
 
@@ -185,7 +188,7 @@ def test_closing_does_not_wait_for_a_call_that_hangs(mine: Answering) -> None:
     time.sleep(0.05)
     assert mine.calls.count("connect") == 1
     mine.gate.set()
-    until(lambda: mine.state().epoch == 2)
+    until(lambda: mine.state().epoch >= 2)
     assert mine.state().connected
 
 
@@ -205,11 +208,8 @@ def test_what_a_subclass_raises_is_said(mine: Answering, fault: Exception, words
 
 
 @pytest.mark.system
-def test_between_two_turns_it_is_told_to_stand(
-    mine: Answering, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_between_two_turns_it_is_told_to_stand(mine: Answering) -> None:
     """A set-point of a new turn that comes before the old one's stop was told does not hide it."""
-    monkeypatch.setattr(steady, "HUNG_S", 60.0)
     opened(mine).apply(AHEAD, 1)
     until(lambda: mine.state().moving is True)
     mine.gate.clear()
