@@ -14,6 +14,6 @@
         },
         push(axis, value) { pads[0].axes[axis] = value; },
         press(button, on) { pads[0].buttons[button] = { pressed: on, value: on ? 1 : 0 }; },
-        unplug(isTold) { pads[0] = null; if (isTold) told("gamepaddisconnected"); },
+        unplug() { pads[0] = null; },
     };
 }

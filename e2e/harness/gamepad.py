@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from playwright.async_api import Page
 
-A: Final = 0
 B: Final = 1
 START: Final = 9
 LEFT_OF_CROSS: Final = 14
@@ -49,6 +48,6 @@ class InjectedGamepad:
         await self.press(button, on=False)
         await self.is_seen()
 
-    async def unplug(self, *, is_told: bool) -> None:
-        """Take it away, with the browser's event or without."""
-        await self._page.evaluate("(isTold) => waxPad.unplug(isTold)", is_told)
+    async def unplug(self) -> None:
+        """Take it away, without the browser's event."""
+        await self._page.evaluate("() => waxPad.unplug()")
