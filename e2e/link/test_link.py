@@ -196,27 +196,28 @@ async def test_nothing_is_left_however_the_owner_ends(owner: Any, how: signal.Si
     await gone(process.pid, within_s=3)
 
 
-async def test_the_next_link_clears_what_a_killed_one_left(owner: Any) -> None:
-    """When forwarder and owner are both killed their programs stay, until the next link starts."""
-    process, forwarder = owner()
-    os.kill(forwarder, signal.SIGSTOP)  # so that it cannot clear up either
+def killed(process: subprocess.Popen[str], forwarder: int) -> int:
+    """Kill an owner and its forwarder, which cannot clear up; return the owner's id."""
+    os.kill(forwarder, signal.SIGSTOP)
     process.kill()
     process.wait()
     os.kill(forwarder, signal.SIGKILL)
-    assert made_by(process.pid)
+    return process.pid
+
+
+async def test_the_next_link_clears_what_a_killed_one_left(owner: Any) -> None:
+    """When forwarder and owner are both killed their programs stay, until the next link starts."""
+    pid = killed(*owner())
+    assert made_by(pid)
     async with Link("lan"):
-        await gone(process.pid, within_s=5)
+        await gone(pid, within_s=5)
 
 
 async def test_one_that_ends_while_we_look_spares_no_other(
     owner: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A process that is gone when its namespace is to be held does not end the clearing up."""
-    process, forwarder = owner()
-    os.kill(forwarder, signal.SIGSTOP)
-    process.kill()
-    process.wait()
-    os.kill(forwarder, signal.SIGKILL)
+    pid = killed(*owner())
     real, too_late = os.open, list[str]()
 
     def open_or_fail(path: str, *rest: Any, **more: Any) -> int:
@@ -229,7 +230,7 @@ async def test_one_that_ends_while_we_look_spares_no_other(
         patched.setattr(os, "open", open_or_fail)
         leftovers.end_stale()
     assert too_late[0].startswith("/proc/")
-    await gone(process.pid, within_s=5)
+    await gone(pid, within_s=5)
 
 
 @pytest.mark.usefixtures("_possible")

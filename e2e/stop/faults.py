@@ -99,10 +99,6 @@ async def _mend_link(scene: Scene) -> None:
     await scene.stage.answers()
 
 
-async def _touch(scene: Scene) -> float:
-    return float(scene.rig.touch())
-
-
 async def _touch_alone(scene: Scene) -> float:
     os.kill(scene.stage.server.pid, signal.SIGSTOP)
     await asyncio.sleep(_FROZEN_S * (scene.trials % 10) / 10)
@@ -123,7 +119,7 @@ _FREEZE_SERVER: Final = at_once(lambda scene: os.kill(scene.stage.server.pid, si
 _HAND: Final = Fault(
     "hand",
     "hand control aboard touched → stop frame",
-    *(_touch, _give_back),
+    *(at_once(lambda scene: scene.rig.touch()), _give_back),
     rig=HandControl,
     goal_ms=70.0,
     at_once=4,

@@ -59,7 +59,9 @@ async def authenticated(ground: Ground) -> None:
 
 async def junk(ground: Ground) -> None:
     """Send what is nothing, of every first byte, to the port that everybody shares."""
-    where = await _media_address(ground.port)
+    # Where media go, as the answer to an offer tells anybody.
+    async with Intruder(ground.port, source=address(249)) as scout:
+        where = scout.media_address
     pieces = [ground.chance.randbytes(ground.chance.randint(1, 200)) for _ in range(256)]
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
         stranger.setblocking(False)
@@ -68,9 +70,3 @@ async def junk(ground: Ground) -> None:
                 with suppress(OSError):
                     stranger.sendto(piece, where)
                 ground.account["datagrams"] += 1
-
-
-async def _media_address(port: int) -> tuple[str, int]:
-    """Return where media go, as the answer to an offer tells anybody."""
-    async with Intruder(port, source=address(249)) as scout:
-        return scout.media_address

@@ -76,16 +76,14 @@ def address(number: int) -> str:
     return f"127.0.{1 + number // 250}.{2 + number % 250}"
 
 
-def needs_loopback_net() -> None:
-    """Raise `NotRunError` where only 127.0.0.1 is the loopback, as on macOS."""
-    if sys.platform != "linux":
-        raise NotRunError("this needs the whole of 127.0.0.0/8, which only Linux has")
-
-
 @asynccontextmanager
 async def strangers(module: str, *arguments: object) -> AsyncIterator[Child]:
-    """Run one of the modules of this folder; it has begun when the block begins."""
-    needs_loopback_net()
+    """Run one of the modules of this folder; it has begun when the block begins.
+
+    Raises `NotRunError` where only 127.0.0.1 is the loopback, as on macOS.
+    """
+    if sys.platform != "linux":
+        raise NotRunError("this needs the whole of 127.0.0.0/8, which only Linux has")
     async with child(f"e2e.strangers.{module}", *arguments) as found:
         await found.line()
         yield found

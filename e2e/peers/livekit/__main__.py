@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
 _PUBLISH_WITHIN_S: Final = 30.0
 _STOP_WITHIN_S: Final = 1.5
-_PORTS: Final = Ports()
 
 
 def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
@@ -35,9 +34,7 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--how", choices=("sdk", "whip"), default="sdk", help="who publishes")
     parser.add_argument("--host", type=IPv4Address, default=IPv4Address("127.0.0.1"))
     parser.add_argument("--port", type=int, default=8080, help="the page's")
-    parser.add_argument("--signal-port", type=int, default=_PORTS.signal)
-    parser.add_argument("--media-tcp-port", type=int, default=_PORTS.media_tcp)
-    parser.add_argument("--media-udp-port", type=int, default=_PORTS.media_udp)
+    parser.add_argument("--ports", type=int, nargs=3, default=(), help="LiveKit's own")
     return parser.parse_args(arguments)
 
 
@@ -46,7 +43,7 @@ async def run(asked: argparse.Namespace) -> None:
     program, script, is_sdk = find_server(), find_client(), asked.how == "sdk"
     publish = by_sdk if is_sdk else by_whip
     key, address = Key.make(), str(asked.host)
-    ports = Ports(asked.signal_port, asked.media_tcp_port, asked.media_udp_port)
+    ports = Ports(*asked.ports)
     livekit = LiveKit(program, address, ports, key, is_by_default=is_sdk)
     pages = Pages(f"ws://{address}:{ports.signal}", key, script, is_adaptive=is_sdk)
     async with AsyncExitStack() as running:

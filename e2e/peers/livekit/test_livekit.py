@@ -7,7 +7,6 @@ import signal
 import sys
 from asyncio.subprocess import PIPE
 from contextlib import asynccontextmanager
-from itertools import chain
 from typing import TYPE_CHECKING
 
 import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
@@ -45,10 +44,9 @@ def test_livekit_stays_on_its_address_and_asks_nobody() -> None:
 @asynccontextmanager
 async def started(how: str = "sdk") -> AsyncIterator[Process]:
     """Start it on free ports; what is left of it at the end is killed."""
-    names = ("--port", "--signal-port", "--media-tcp-port", "--media-udp-port")
-    ports = chain.from_iterable((name, str(free_port())) for name in names)
+    page, *own = (str(free_port()) for _ in range(4))
     process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "e2e.peers.livekit", "--how", how, *ports),
+        *(sys.executable, "-m", "e2e.peers.livekit", "--how", how, "--port", page, "--ports", *own),
         cwd=ROOT,
         stdout=PIPE,
         stderr=PIPE,
