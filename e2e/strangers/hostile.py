@@ -140,7 +140,8 @@ class Watch:
     ) -> Seen:
         """Drive for so long under an attack, then press Stop, each way in turn, for `stops_s`."""
         await self._steers()
-        await begin(gang, name, seconds + stops_s, seed)
+        await gang.say(f"{name} {seconds + stops_s} {seed}")
+        await gang.line()  # it has begun
         self._peak_mib = before_mib = self._meter.rss_mib()
         seen = await self.look(seconds)
         seen.stops_ms = await self.stops(stops, seen.until_s + stops_s)
@@ -272,12 +273,6 @@ class Watch:
         while True:
             self._peak_mib = max(self._peak_mib, self._meter.rss_mib())
             await asyncio.sleep(_LOOK_S)
-
-
-async def begin(attackers: Child, name: str, seconds: float, seed: int = 0) -> None:
-    """Let the attackers begin; their account comes when the time is over."""
-    await attackers.say(f"{name} {seconds} {seed}")
-    await attackers.line()
 
 
 @dataclass(slots=True)

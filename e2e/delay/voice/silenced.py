@@ -49,7 +49,9 @@ async def muted(goal_ms: float, n: int) -> list[Row]:
         clock = await page_clock(stage.window.evaluate)
         hosts_clock = await page_clock(host.evaluate)
         for _ in range(n):
-            await _until_it_sounds(stage)
+            await stage.window.keyboard.down("KeyT")
+            if not await stage.ear.tap().hears(_SOUNDS_WITHIN_S):
+                raise MeasureError(f"no voice sounded at the robot within {_SOUNDS_WITHIN_S:g} s")
             told = asyncio.create_task(
                 stage.window.evaluate(f"waxVoice.reads({json.dumps(_MUTED)})")
             )
@@ -81,12 +83,6 @@ def silent_after_ms(heard: Sequence[Block], act_ms: float) -> float | None:
         raise MeasureError("nobody listened for long enough")
     last_ms = ends_ms[-1] - act_ms
     return None if last_ms > MOST_MS else max(0.0, last_ms)
-
-
-async def _until_it_sounds(stage: Stage) -> None:
-    await stage.window.keyboard.down("KeyT")
-    if not await stage.ear.tap().hears(_SOUNDS_WITHIN_S):
-        raise MeasureError(f"no voice sounded at the robot within {_SOUNDS_WITHIN_S:g} s")
 
 
 async def _silent(stage: Stage, host: Page, clock: PageClock) -> tuple[float | None, float]:
