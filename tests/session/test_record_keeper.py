@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import sqlite3
 from contextlib import closing
+from functools import partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, cast
 
@@ -16,6 +18,7 @@ from tests.visitors import visitor
 from wax.control.reasons import NOT_HELD, Hold, Limit, Refusal, stopped_by
 from wax.control.turns import TurnEnded, TurnRenewed, TurnStarted, Why
 from wax.error_boundary import ErrorBoundary
+from wax.fanout.batches import PORTION
 from wax.records.file import open_for_reading
 from wax.records.records import Records
 from wax.records.writer import RecordWriter
@@ -131,6 +134,25 @@ def test_a_broken_viewer_costs_only_their_figures(rig: Rig) -> None:
     rig.keeper.look()
     rows = {row["name"]: row["rendition"] for row in rig.written("sessions")}
     assert rows == {"Eve": None, "Ada": "640x480"}
+
+
+async def test_looking_at_a_crowd_leaves_room_for_timers(rig: Rig) -> None:
+    """The control loop does not wait until each of many viewers has been looked at."""
+    looked: list[int] = []
+
+    def noted(number: int) -> dict[str, object]:
+        looked.append(number)
+        return {}
+
+    for number in range(20):
+        rig.viewers.append(viewer(number, f"Guest {number}"))
+        rig.viewers[-1].status = partial(noted, number)  # type: ignore[method-assign]
+    rig.keeper.look()
+    for _ in range(20):
+        before = len(looked)
+        await asyncio.sleep(0)
+        assert len(looked) - before <= PORTION
+    assert looked == list(range(20))
 
 
 def test_turns_say_why_they_ended(rig: Rig) -> None:

@@ -7,11 +7,13 @@ import math
 import re
 from collections import Counter
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Final, Literal, ParamSpec
 
 from wax.control.reasons import NOBODY_DRIVES, NOT_HELD, Hold, Limit, Refusal
 from wax.control.turns import TurnEnded, TurnStarted
 from wax.error_boundary import FirstErrorLogged
+from wax.fanout.batches import in_batches
 from wax.protocol.events import StopEvent, StoppedByItself
 from wax.records.entries import NOBODY, RecordedPerson
 from wax.session.link_statistics import LinkStatistics
@@ -107,11 +109,8 @@ class RecordKeeper:
             present = {viewer.number: viewer for viewer in self._viewers if viewer.was_ready}
             for number in self._visits.keys() - present.keys():
                 self._went(number)
-            for viewer in present.values():
-                visit = self._came(viewer)
-                if viewer.is_ready:
-                    with viewer.boundary:
-                        visit.link.sample(viewer)
+            here = [self._came(viewer) for viewer in present.values()]
+            in_batches([partial(self._sample, visit) for visit in here])
             if self._clock.now_s() - self._updated_s >= _UPDATE_S:
                 self._update()
         self.news.look()
@@ -174,6 +173,12 @@ class RecordKeeper:
                 self.news.tell(StoppedByItself(viewer=number, why=why, name=person.name))
 
     # --- visits ------------------------------------------------------------------------------
+
+    def _sample(self, visit: _Visit) -> None:
+        viewer = visit.viewer
+        if viewer.is_ready:
+            with self._contained, viewer.boundary:
+                visit.link.sample(viewer)
 
     def _came(self, viewer: Viewer) -> _Visit:
         visit = self._visits.get(viewer.number)
