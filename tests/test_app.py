@@ -21,6 +21,7 @@ from wax.config.settings import Settings
 from wax.driver.checks import NO_ANSWER
 from wax.driver.interface import RobotState
 from wax.errors import StartError
+from wax.process import memory
 from wax.robot.simulated.robot import SimulatedRobot
 from wax.sentence import Sentence
 from wax.session.status import Status
@@ -115,8 +116,12 @@ async def _status(
             await asyncio.sleep(0.1)
 
 
-async def test_it_serves_until_it_is_stopped(state_folder: Path) -> None:
+async def test_it_serves_until_it_is_stopped(
+    state_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The status tells of every part while it runs, and stopping leaves nothing behind."""
+    looked = asyncio.Event()
+    monkeypatch.setattr(memory, "look", looked.set)
     app = _app()
     ports: asyncio.Queue[int] = asyncio.Queue()
     running = asyncio.create_task(app.run(ports.put_nowait))
@@ -127,6 +132,7 @@ async def test_it_serves_until_it_is_stopped(state_folder: Path) -> None:
         return bool(video["captured_fps"] and audio["captured_hz"])
 
     status = await _status(url, state_folder, tells_of_both)
+    await asyncio.wait_for(looked.wait(), 5)
     app.stop()
     await asyncio.wait_for(running, 5)
     assert (status["viewers"], status["turn"]["operator"]) == ([], None)

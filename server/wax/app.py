@@ -421,6 +421,7 @@ class App:
             self._tape.start()
         self._tunnel.start()
         self._supervisor.spawn("control loop", self._control.run())
+        self._supervisor.spawn("memory", memory.run())
         self._supervisor.spawn("room", self._room.run())
         self._supervisor.spawn("status", self._status.run())
         self._supervisor.spawn("public address", self._network.run())

@@ -1,12 +1,16 @@
-"""What the process keeps of memory that it has freed."""
+"""What the process keeps of memory that it has freed, and how it looks for what nobody needs."""
 
 from __future__ import annotations
 
 import ctypes
+import gc
 import subprocess
 import sys
+from collections import deque
 
 import pytest
+
+from wax.process import memory
 
 CAME_AND_WENT = """
 import ctypes, psutil
@@ -42,3 +46,17 @@ def test_large_blocks_that_came_and_went_are_given_back(returns: bool, kept_mib:
         [sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=20
     )
     assert int(told.stdout) in kept_mib
+
+
+def test_what_stays_is_looked_through_once() -> None:
+    """Histories in which old entries go as new ones come do not wait as new for a long search."""
+    history = deque(([number] for number in range(20_000)), maxlen=20_000)
+    for number in range(20_000):
+        history.append([number])
+    assert _new_objects() > 15_000  # by itself Python has not looked
+    memory.look()
+    assert _new_objects() < 1000
+
+
+def _new_objects() -> int:
+    return sum(len(gc.get_objects(generation)) for generation in (0, 1))
