@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -343,8 +344,8 @@ def children() -> list[int]:
     """Return this process's children that are guards."""
     import psutil  # type: ignore[import-untyped]  # noqa: PLC0415
 
-    return [
-        child.pid
-        for child in psutil.Process().children()
-        if "wax.robot.gpio.guard" in child.cmdline()
-    ]
+    found = []
+    for child in psutil.Process().children():
+        with contextlib.suppress(psutil.Error):  # it has ended, and is nobody's guard
+            found += [child.pid] * ("wax.robot.gpio.guard" in child.cmdline())
+    return found
