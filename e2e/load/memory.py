@@ -24,7 +24,7 @@ FLAT_MIB: Final = 2.0
 """Growth over all joins and leaves that still counts as flat: the allocator's own unrest."""
 BATCHES: Final = 10
 _SETTLE_S: Final = 4.0
-_FORGET_S: Final = 15.0
+_FORGET_S: Final = 60.0
 _LOOKS: Final = 5
 _LOOK_EVERY_S: Final = 0.2
 
