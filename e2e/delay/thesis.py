@@ -21,31 +21,22 @@ class Said:
 
 @dataclass(frozen=True, slots=True)
 class Pauses(Said):
-    """Audible pauses: whether any, how many a minute at least and at most, how long at most.
+    """Audible pauses, and how long at most: 0 where there were none, None where it is not told."""
 
-    `per_min` is None where the thesis has pauses but does not count them.
-    """
-
-    per_min: tuple[float, float] | None = None
     longest_ms: float | None = None
 
     is_told: bool = True
     """False for what follows from elsewhere in the thesis and was not tried on this network."""
 
-    @property
-    def none(self) -> bool:
-        return self.per_min == (0.0, 0.0)
-
 
 def _none(text: str, section: str, figure: str) -> Pauses:
-    return Pauses(text, section, figure, per_min=(0.0, 0.0), longest_ms=0.0)
+    return Pauses(text, section, figure, 0)
 
 
 _CHOSEN: Final = Pauses(
     "none: “smooth audio playback for both LAN and the Internet”",
     "5.3, 6.1",
-    per_min=(0.0, 0.0),
-    longest_ms=0.0,
+    longest_ms=0,
     is_told=False,
 )
 """Why 500 ms were chosen. It was not tried on the local networks, where 400 ms were clean."""
@@ -62,8 +53,8 @@ AUDIO: Final[dict[str, dict[str, dict[int, Pauses]]]] = {
     },
     "lan": {
         "": {
-            100: Pauses("1–4 per ½ s, up to 800 ms", "5.2.1.2", "5.20", (120, 480), 800),
-            200: Pauses("1–3 per s, up to 400 ms", "5.2.1.3", "5.23", (60, 180), 400),
+            100: Pauses("1–4 per ½ s, up to 800 ms", "5.2.1.2", "5.20", 800),
+            200: Pauses("1–3 per s, up to 400 ms", "5.2.1.3", "5.23", 400),
             300: _none("none", "5.2.1.4", "5.26"),
             400: _none("none", "5.2.1.5", "5.29"),
             500: _CHOSEN,
@@ -71,27 +62,26 @@ AUDIO: Final[dict[str, dict[str, dict[int, Pauses]]]] = {
     },
     "campus": {
         "": {
-            100: Pauses("“almost every 100 ms there is a pause”", "5.2.1.2", "5.21", (0, 600)),
-            200: Pauses("up to 3 per s, up to 800 ms", "5.2.1.3", "5.24", (0, 180), 800),
-            300: Pauses("up to 5 per s, up to 400 ms", "5.2.1.4", "5.27", (0, 300), 400),
+            100: Pauses("“almost every 100 ms there is a pause”", "5.2.1.2", "5.21"),
+            200: Pauses("up to 3 per s, up to 800 ms", "5.2.1.3", "5.24", 800),
+            300: Pauses("up to 5 per s, up to 400 ms", "5.2.1.4", "5.27", 400),
             400: _none("none; short reads at most once a second", "5.2.1.5", "5.30"),
             500: _CHOSEN,
         }
     },
     "internet-5m": {
         "Linux, Netscape 4.8": {
-            # A unit of 100 ms and its pause of 400 ms take half a second.
-            100: Pauses("“a 400 ms pause for every audio MU”", "5.2.2.2", "5.35", (120, 120), 400),
-            200: Pauses("about 2 per s", "5.2.2.3", "5.36", (120, 120)),
-            300: Pauses("“once every two seconds”", "5.2.2.4", "5.37", (30, 30)),
+            100: Pauses("“a 400 ms pause for every audio MU”", "5.2.2.2", "5.35", 400),
+            200: Pauses("about 2 per s", "5.2.2.3", "5.36"),
+            300: Pauses("“once every two seconds”", "5.2.2.4", "5.37"),
             400: _none("none", "5.2.2.5", "5.38"),
         },
         "Windows, Netscape 4.8": {
-            400: Pauses("about 2 per s, 150–170 ms", "5.2.2.5", "5.39", (120, 120), 170),
+            400: Pauses("about 2 per s, 150–170 ms", "5.2.2.5", "5.39", 170),
             500: _none("none", "5.2.2.6", "5.41"),
         },
         "Windows, Internet Explorer 6": {
-            400: Pauses("1 per s, 300–500 ms", "5.2.2.5", "5.40", (60, 60), 500),
+            400: Pauses("1 per s, 300–500 ms", "5.2.2.5", "5.40", 500),
             500: _none("none", "5.2.2.6", "5.42"),
         },
         "Netscape 7.1, Java 2": {500: _none("none", "5.2.2.6", "5.43")},
@@ -99,11 +89,7 @@ AUDIO: Final[dict[str, dict[str, dict[int, Pauses]]]] = {
     "wireless-2m": {"": {500: _none("“smooth audio”", "5.4.1", "5.51")}},
     "wireless-1m": {"": {500: _none("“a smooth audio playback”", "5.4.2", "5.53")}},
     "modem-56k": {
-        "": {
-            500: Pauses(
-                "“about every 400 ms”, “as long as 2 seconds”", "5.4.3", "5.54", (25, 150), 2000
-            )
-        }
+        "": {500: Pauses("“about every 400 ms”, “as long as 2 seconds”", "5.4.3", "5.54", 2000)}
     },
 }
 """Profile → client ("" where there was one) → audio MU, ms."""

@@ -38,7 +38,7 @@ class Scene:
     def was_clean(self, mu_ms: int) -> bool | None:
         """Return whether there were no pauses; None where the thesis does not say."""
         said = self.said(mu_ms)
-        return all(one.none for one in said) if said else None
+        return all(one.longest_ms == 0 for one in said) if said else None
 
     def longest_ms(self, mu_ms: int) -> float | None:
         return max((one.longest_ms for one in self.said(mu_ms) if one.longest_ms), default=None)
