@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from tests.capture.card_reader import read_stamp
 from tests.examples import examples
 
 from wax.capture.source import Picture, Sound
-from wax.capture.testcard import STAMP_MODULUS, TestCardAudio, TestCardVideo, crc8, read_stamp
+from wax.capture.testcard import STAMP_MODULUS, TestCardAudio, TestCardVideo, crc8
 from wax.config.settings import AudioSettings, VideoSettings
 
 if TYPE_CHECKING:

@@ -6,11 +6,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from tests.capture.card_reader import read_stamp
 
 from wax.capture.find_sources import make_camera, make_sources
 from wax.capture.letterbox import planes
 from wax.capture.source import Picture
-from wax.capture.testcard import TestCardVideo, read_stamp
+from wax.capture.testcard import TestCardVideo
 from wax.capture.upright import Upright, turned
 from wax.clock import Clock, SystemClock
 from wax.config.settings import AudioSettings, CameraSettings, DrivingViewSettings, VideoSettings

@@ -36,8 +36,6 @@ STAMP_MODULUS: Final = 1 << 40
 _WHITE: Final = 235
 _BLACK: Final = 16
 _MIDDLE: Final = (_WHITE + _BLACK) / 2
-_DECIDED: Final = 36
-"""A cell closer than this to mid-grey is not a test card's."""
 
 _TONE_HZ: Final = 300
 _TONE_AMPLITUDE: Final = 0.05
@@ -58,41 +56,6 @@ def crc8(data: bytes) -> int:
         for _ in range(8):
             crc = (crc << 1 ^ (0x07 if crc & 0x80 else 0)) & 0xFF
     return crc
-
-
-def read_stamp(picture: Picture | NDArray[np.uint8]) -> int | None:
-    """Read the Unix time in ms, modulo 2⁴⁰, from a test card; None if there is none.
-
-    Takes a `Picture`, its I420 array ``(height * 3 // 2, width)``, or a luma plane ``(height,
-    width)`` of any size from 64×60; it tries both layouts. All black gives None, not time 0. For
-    measurements in Python, such as tests; the server never reads a test card.
-    """
-    if isinstance(picture, Picture):
-        return _read(picture.i420[: picture.height])
-    stamp = _read(picture)
-    if stamp is None and picture.shape[0] % 3 == 0:
-        stamp = _read(picture[: picture.shape[0] * 2 // 3])
-    return stamp
-
-
-def _read(luma: NDArray[np.uint8]) -> int | None:
-    height, width = luma.shape
-    if width < 4 * COLUMNS or height < 4 * 15:
-        return None
-    bits = 0
-    for row in range(ROWS):
-        for column in range(COLUMNS):
-            # The inner half of the cell: its edges are blurred by scaling and by the codec.
-            top, bottom = ((4 * row + n) * height // 60 for n in (1, 3))
-            left, right = ((4 * column + n) * width // 64 for n in (1, 3))
-            grey = float(luma[top : max(bottom, top + 1), left : max(right, left + 1)].mean())
-            if abs(grey - _MIDDLE) < _DECIDED:
-                return None
-            bits = bits << 1 | (grey > _MIDDLE)
-    stamp = bits >> 8
-    if stamp == 0 or crc8(stamp.to_bytes(5, "big")) != bits & 0xFF:
-        return None
-    return stamp
 
 
 class TestCardVideo:
