@@ -155,12 +155,11 @@ def test_what_was_open_at_a_crash_is_closed(path: Path) -> None:
 def test_what_lasts_is_known_again(path: Path) -> None:
     """Bans, used invitations and hosts' cookies in force are loaded by the next server."""
     until_s = time.time_ns() // 1_000_000_000 + 3600.0
-    bans = (Ban("troll", "192.0.2.7", until_s), Ban("other", "", until_s))
+    bans = (Ban("other", "", until_s), Ban("troll", "192.0.2.7", until_s))
     with writing(path) as records:
         assert records.lasting.bans == ()
         for ban in bans:
             records.keep_ban(ban)
-        records.lift_ban("other", "")
         records.keep_ban(Ban("past", "", until_s - 7200))
         records.keep_invited(Invited("i1", "ada", "queue", until_s))
         records.keep_invited(Invited("i1", "ada", "queue", until_s))
@@ -169,7 +168,7 @@ def test_what_lasts_is_known_again(path: Path) -> None:
     with writing(path):  # which prunes
         pass
     lasting = load_lasting(path, SystemClock())
-    assert lasting.bans == bans[:1]
+    assert tuple(sorted(lasting.bans, key=lambda ban: ban.identity)) == bans
     assert lasting.invited == (Invited("i1", "ada", "queue", until_s),)
     assert lasting.host_cookies == (HostCookie("h1", until_s),)
 

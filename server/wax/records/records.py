@@ -163,9 +163,6 @@ class Records:
             *(ban.identity, ban.address, _ms(ban.until_s)),
         )
 
-    def lift_ban(self, identity: str, address: str) -> None:
-        self._keep("DELETE FROM bans WHERE identity = ? AND address = ?", identity, address)
-
     def keep_invited(self, invited: Invited) -> None:
         """Keep that an invitation was used; the same person's second use changes nothing."""
         self._keep(

@@ -9,12 +9,14 @@ import pytest
 
 from wax.robot.ros2.cdr import CdrReader
 from wax.robot.ros2.cyclone_config import cyclone_config
-from wax.robot.ros2.names import TWIST, TWIST_STAMPED, dds_topic, dds_type, ros_type, same_type
+from wax.robot.ros2.names import TWIST, TWIST_STAMPED, dds_topic, ros_type, same_type
 from wax.robot.ros2.neighbours import OURS, STANDBY, Endpoint, Takers, Traffic, judge
 
-TAKER = Endpoint("t", dds_type(TWIST))
-ME = Endpoint("me", dds_type(TWIST), OURS)
-OTHER = Endpoint("other", dds_type(TWIST))
+IN_DDS = "geometry_msgs::msg::dds_::Twist_"
+STAMPED_IN_DDS = "geometry_msgs::msg::dds_::TwistStamped_"
+TAKER = Endpoint("t", IN_DDS)
+ME = Endpoint("me", IN_DDS, OURS)
+OTHER = Endpoint("other", IN_DDS)
 
 
 def code(traffic: Traffic) -> str | None:
@@ -25,8 +27,8 @@ def code(traffic: Traffic) -> str | None:
 def test_names_are_those_of_ros_2() -> None:
     """Topics begin with rt, types are in a module dds_ and end in an underscore."""
     assert dds_topic("/robot/cmd_vel") == "rt/robot/cmd_vel"
-    assert dds_type(TWIST_STAMPED) == "geometry_msgs::msg::dds_::TwistStamped_"
-    assert ros_type(dds_type(TWIST)) == TWIST
+    assert ros_type(IN_DDS) == TWIST
+    assert ros_type(STAMPED_IN_DDS) == TWIST_STAMPED
     assert ros_type("Some::Other") == "Some::Other"
     assert same_type("geometry_msgs/Twist", TWIST)
     assert not same_type(TWIST, TWIST_STAMPED)
@@ -40,7 +42,7 @@ def test_names_are_those_of_ros_2() -> None:
         (Traffic((TAKER,), (ME, OTHER), 1), "ros2.other_publisher"),
         (Traffic((TAKER,), (ME, Endpoint("s", TAKER.type_name, STANDBY)), 1), "ros2.standby_stops"),
         (Traffic((TAKER,), (Endpoint("w", TAKER.type_name, OURS), ME), 1), "ros2.other_wax"),
-        (Traffic((Endpoint("t", dds_type(TWIST_STAMPED)),), (ME,), 0), "ros2.wrong_type"),
+        (Traffic((Endpoint("t", STAMPED_IN_DDS),), (ME,), 0), "ros2.wrong_type"),
         (Traffic((TAKER,), (ME,), 0), "ros2.wrong_qos"),
         (Traffic((TAKER, Endpoint("u", "x")), (ME,), 1), None),
         (Traffic((Endpoint("t", "geometry_msgs/Twist"),), None, None), None),
@@ -60,9 +62,9 @@ def test_a_standby_and_a_stranger_are_a_stranger() -> None:
 
 def test_a_taker_that_was_not_there_is_new() -> None:
     """Whoever comes is new once, also after a leave; who goes, or takes another type, is not."""
-    other = Endpoint("r", dds_type(TWIST))
-    again = Endpoint("t2", dds_type(TWIST))
-    strange = Endpoint("x", dds_type(TWIST_STAMPED))
+    other = Endpoint("r", IN_DDS)
+    again = Endpoint("t2", IN_DDS)
+    strange = Endpoint("x", STAMPED_IN_DDS)
     takers = Takers()
     seen = [
         takers.has_new(Traffic(there), TWIST)

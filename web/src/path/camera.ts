@@ -51,11 +51,6 @@ export function project(camera: Camera, aspect: number, floor: Floor): Spot | nu
   };
 }
 
-/** The row of the horizon, above which no floor is; it may lie outside of the picture. */
-export function horizonOf(camera: Camera, aspect: number): number {
-  return camera.axisRow - focalOf(camera, aspect) * Math.tan(radians(camera.tiltDeg));
-}
-
 /** A line on the floor as the picture shows it: what is behind the lens is cut off. */
 export function projectLine(camera: Camera, aspect: number, line: readonly Floor[]): Spot[] {
   const spots: Spot[] = [];

@@ -16,14 +16,11 @@ def dds_topic(topic: str) -> str:
     return "rt" + topic
 
 
-def dds_type(name: str) -> str:
-    """``geometry_msgs/msg/Twist`` is ``geometry_msgs::msg::dds_::Twist_`` in DDS."""
-    package, kind, short = name.split("/")
-    return f"{package}::{kind}::dds_::{short}_"
-
-
 def ros_type(name: str) -> str:
-    """Return how ROS 2 writes a type of DDS; one that is not of ROS 2 stays as it is."""
+    """Return how ROS 2 writes a type of DDS; one that is not of ROS 2 stays as it is.
+
+    ``geometry_msgs::msg::dds_::Twist_`` is ``geometry_msgs/msg/Twist``.
+    """
     parts = name.split("::")
     if len(parts) == 4 and parts[2] == "dds_" and parts[3].endswith("_"):
         return f"{parts[0]}/{parts[1]}/{parts[3][:-1]}"
