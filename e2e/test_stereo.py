@@ -31,15 +31,6 @@ ENOUGH = 5
 """Of the eight tenths of a second in a row that are loud on one side."""
 
 
-def write_sides(path: Path, left: NDArray[np.float64], right: NDArray[np.float64]) -> None:
-    """Write noise whose loudness on each side is given sample by sample."""
-    chance = np.random.default_rng(5)
-    both = np.column_stack([chance.normal(0.0, 1.0, len(one)) * one for one in (left, right)])
-    with wave.open(str(path), "wb") as file:
-        file.setparams((2, 2, SAMPLE_RATE_HZ, 0, "NONE", ""))
-        file.writeframes(np.clip(both, -32768, 32767).astype("<i2").tobytes())
-
-
 def sides(viewer: Viewer) -> NDArray[np.float64]:
     """Return how loud each ear was in each tenth of a second, ``(n, 2)``."""
     heard = viewer.ears().astype(np.float64)
@@ -52,10 +43,13 @@ async def test_left_and_right_arrive_apart(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
     """Noise that changes sides is heard on its side, and the meters show it."""
-    loud = np.full(round(SECONDS_EACH * SAMPLE_RATE_HZ), LOUD)
-    soft = np.full(len(loud), SOFT)
+    loud, soft = (np.full(round(SECONDS_EACH * SAMPLE_RATE_HZ), one) for one in (LOUD, SOFT))
+    both = np.column_stack((np.append(loud, soft), np.append(soft, loud)))
+    both *= np.random.default_rng(5).normal(0.0, 1.0, both.shape)
     noise = tmp_path / "sides.wav"
-    write_sides(noise, np.append(loud, soft), np.append(soft, loud))
+    with wave.open(str(noise), "wb") as file:
+        file.setparams((2, 2, SAMPLE_RATE_HZ, 0, "NONE", ""))
+        file.writeframes(np.clip(both, -32768, 32767).astype("<i2").tobytes())
     settings = toml.merged(toml.MEDIA, {"audio": {"source": str(noise)}})
     async with serve(tmp_path, tomlkit.dumps(settings)) as server:
         viewer = await open_viewer(server)

@@ -78,15 +78,13 @@ def planned(suites: Mapping[str, Suite], arguments: argparse.Namespace) -> list[
         Task(modules[suite.name], suite, case, times(case, arguments))
         for suite, case in chosen(list(suites.values()), arguments.only, long=arguments.long)
     ]
-    tasks.sort(key=lambda task: (not is_headline(task.case), task.minutes))
+    tasks.sort(
+        key=lambda task: (not any(key.startswith(task.case.key) for key in ROWS), task.minutes)
+    )
     if arguments.again or machine.commit().endswith("-dirty"):
         return tasks
     kept = {suite.name: _kept(suite, arguments.out) for suite in suites.values()}
     return [task for task in tasks if (task.case.key, task.n) not in kept[task.suite.name]]
-
-
-def is_headline(case: Case) -> bool:
-    return any(key.startswith(case.key) for key in ROWS)
 
 
 def _kept(suite: Suite, out: Path) -> set[tuple[str, int]]:

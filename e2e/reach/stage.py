@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import asyncio
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Final
 
 from e2e.delay.systems import wax
 from e2e.delay.systems.served import PORT
 from e2e.harness.chromium import chromium_at
-from e2e.harness.robot import pose
+from e2e.harness.robot import moves
 from e2e.harness.wait import eventually
 from e2e.reach.internet import Host
 
@@ -37,15 +36,13 @@ URL: Final = f"http://{ROBOT.public}:{HTTP}"
 async def obeys(robot: Wax, viewer: Viewer) -> None:
     """Hold a key as this viewer, and see the robot move."""
 
-    async def moves() -> bool:
+    async def drives() -> bool:
         await viewer.page.keyboard.down("ArrowUp")
-        before = await pose(robot)
-        await asyncio.sleep(0.6)
-        after = await pose(robot)
+        has_moved = await moves(robot, within_s=1.0)
         await viewer.page.keyboard.up("ArrowUp")
-        return after.distance_m(before) > 0.02
+        return has_moved
 
-    await eventually(moves, "the robot moves")
+    await eventually(drives, "the robot moves")
 
 
 @asynccontextmanager

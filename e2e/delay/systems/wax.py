@@ -12,7 +12,7 @@ import tomlkit
 from e2e.delay.systems import served
 from e2e.delay.systems.served import STATE, Served
 from e2e.delay.systems.settings import settings
-from e2e.harness.robot import lateness
+from e2e.harness.robot import lateness, moves
 from e2e.harness.scripts import press, says
 from e2e.harness.toml import merged
 from e2e.harness.wait import eventually
@@ -32,7 +32,6 @@ DRIVES_WITHIN_S: Final = 30.0
 _MOVES_WITHIN_S: Final = 1.0
 _LET_GO_S: Final = 0.3
 """In which the page says several times that nothing is held."""
-_LOOK_EVERY_S: Final = 0.1
 
 
 class Wax(Served):
@@ -69,7 +68,7 @@ class Wax(Served):
         until_s = time.monotonic() + DRIVES_WITHIN_S
         while time.monotonic() < until_s:
             await window.keyboard.down("ArrowUp")
-            if await self._moves():
+            if await moves(self, within_s=_MOVES_WITHIN_S):
                 return
             now = await lateness(self)
             if now == before:
@@ -78,14 +77,6 @@ class Wax(Served):
             await window.keyboard.up("ArrowUp")
             await asyncio.sleep(_LET_GO_S)
         raise MeasureError("a key that is held in the page of WAX does not move the robot")
-
-    async def _moves(self) -> bool:
-        until_s = time.monotonic() + _MOVES_WITHIN_S
-        while time.monotonic() < until_s:
-            if (await self.status())["robot"]["speed_mps"] != 0:
-                return True
-            await asyncio.sleep(_LOOK_EVERY_S)
-        return False
 
     async def _until(self, window: Page, expression: str, what: str) -> None:
         async def is_so() -> bool:
