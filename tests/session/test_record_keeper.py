@@ -146,7 +146,7 @@ async def test_looking_at_a_crowd_leaves_room_for_timers(rig: Rig) -> None:
 
     for number in range(20):
         rig.viewers.append(viewer(number, f"Guest {number}"))
-        rig.viewers[-1].status = partial(noted, number)  # type: ignore[method-assign]
+        rig.viewers[-1].streams.status = partial(noted, number)  # type: ignore[method-assign]
     rig.keeper.look()
     for _ in range(20):
         before = len(looked)
