@@ -69,7 +69,7 @@ async def proving(robot: Robot, tmp_path: Path) -> AsyncIterator[ProofRunner]:
 
 
 async def _ended(proving: ProofRunner) -> dict[str, object]:
-    async with asyncio.timeout(20):
+    async with asyncio.timeout(50):  # a busy machine takes half of it to begin a program
         while proving.progress()["state"] == "running":  # noqa: ASYNC110  # as the page asks
             await asyncio.sleep(0.05)
     return proving.progress()
