@@ -71,9 +71,10 @@ def cellular(seed: int = 7, seconds: int = 60) -> Profile:
     )
 
 
-def carried_bps(cell: Profile, seconds: float) -> float:
-    """Return the average share of the best rendition that a cell carries."""
-    rates = [change.rate_bps or 0 for change in cell.down.changes if change.at_s < seconds]
+def carried_bps(cell: Profile, from_s: float, until_s: float) -> float:
+    """Return the average share of the best rendition that a cell carries meanwhile."""
+    changes = cell.down.changes
+    rates = [change.rate_bps or 0 for change in changes if from_s <= change.at_s < until_s]
     return sum(min(rate_bps, _TOP_BPS) for rate_bps in rates) / len(rates)
 
 
@@ -190,7 +191,7 @@ def _alone(
 
 def _another_cell(seed: int) -> Measures:
     cell = cellular(seed)
-    return _alone(cell, 25, carried_bps(cell, 25), drives=True)(seed)
+    return _alone(cell, 25, carried_bps(cell, 4.0, 25.0), drives=True)(seed)
 
 
 def _by_loss_alone(seed: int) -> Measures:
@@ -255,7 +256,7 @@ CASES: Final = {
         _alone(long_outage(), 20, 2e6, before_s=7.9, after_s=12.0), "2 Mbit/s, cut for 4 s"
     ),
     "cellular": Case(
-        _alone(cellular(), 25, carried_bps(cellular(), 25), drives=True), "a rate that walks"
+        _alone(cellular(), 25, carried_bps(cellular(), 4.0, 25.0), drives=True), "a rate that walks"
     ),
     "cells": Case(_another_cell, "such a rate, another one for each seed"),
     "route": Case(

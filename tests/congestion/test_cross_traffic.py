@@ -82,7 +82,7 @@ def test_a_cell_is_followed(seed: int) -> None:
     cell = cellular(seed=seed, seconds=30)
     loop = Loop(cell, feedback_s=0.05)
     loop.run(30)
-    assert rate_bps(loop, 4.0, 30.0) >= 0.5 * carried_bps(cell, 30.0)
+    assert rate_bps(loop, 4.0, 30.0) >= 0.5 * carried_bps(cell, 4.0, 30.0)
     assert starved_s(loop, 4.0, 30.0) == 0
     assert loop.record.sound_ms(4.0, 30.0, 0.95) <= 150
     assert loop.record.picture_ms(4.0, 30.0, 0.95) <= 300

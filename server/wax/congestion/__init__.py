@@ -35,11 +35,11 @@ halves and doubles each on 15 links with six seeds; its table is in `e2e/out/abl
 * the smallest step's own share (`allocator._LAST_SHARE`), thin links show far fewer pictures;
 * the wait between steps (`allocator._BETWEEN_S`), after a fall of the rate the sound is 188, not
   113 ms old;
-* half of the hold after a fall (`estimator._HOLD_S`), a cell is used by 45, not 50 %, and its sound
+* half of the hold after a fall (`estimator._HOLD_S`), a cell is used by 55, not 61 %, and its sound
   is 7 ms older;
 * three recent packets at least (`queuing_delay._RECENT_PACKETS`), no queue is found where 5 Mbit/s
   fall to 100 kbit/s.
 
-`allocator.FIT_SHARE` 0.1 higher changes less than chance; `_KEEP_SHARE` 0.1 higher takes 13 points
+`allocator.FIT_SHARE` 0.1 higher changes less than chance; `_KEEP_SHARE` 0.1 higher takes 16 points
 from a cell. A cell waits for the next step more than for its rate.
 """
