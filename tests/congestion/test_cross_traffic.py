@@ -31,14 +31,14 @@ def test_two_downloads_fill_a_bottleneck_and_share_it() -> None:
 def test_two_viewers_are_at_most_a_step_apart(link_bps: int, seed: int) -> None:
     """Whoever comes later ends at the same step of the ladder or the next, and neither starves.
 
-    Of a thin bottleneck both have the same share.
+    Of a thin bottleneck a step less is half the share, and stays so where no whole step more fits.
     """
     first, second = beside_viewer(seed, rate_bps=link_bps, begin_s=10.0, run_s=40.0)
     steps = [LADDER.index(one.record.changes()[-1][1]) for one in (first, second)]
     assert abs(steps[0] - steps[1]) <= 1
     if link_bps < 1_000_000:
         shares = [rate_bps(first, 20.0, 40.0), rate_bps(second, 10.0, 30.0)]
-        assert min(shares) >= 0.8 * max(shares)
+        assert min(shares) >= 0.5 * max(shares)
     assert starved_s(first, 20.0, 40.0) == 0
     assert starved_s(second, 10.0, 30.0) == 0
     assert first.record.sound_ms(20.0, 40.0, 0.95) <= 120
