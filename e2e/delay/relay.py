@@ -10,14 +10,12 @@ from __future__ import annotations
 import asyncio
 import sys
 import tempfile
-from asyncio.subprocess import PIPE
 from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Final
 
 import aiohttp
 
-from e2e.harness.child import ends
-from e2e.measure.errors import MeasureError
+from e2e.harness.child import child
 
 if TYPE_CHECKING:
     from asyncio import StreamReader, StreamWriter
@@ -25,7 +23,6 @@ if TYPE_CHECKING:
 
     from e2e.link import End
 
-_START_WITHIN_S: Final = 15.0
 _END_WITHIN_S: Final = 5.0
 _PIECE_BYTES: Final = 65_536
 
@@ -39,32 +36,16 @@ async def http_through(end: End, host: str, port: int) -> AsyncIterator[aiohttp.
     # Of its own and not in the caller's folder, since a socket's path has at most 107 characters.
     with tempfile.TemporaryDirectory(prefix="lab-") as folder:
         path = f"{folder}/relay"
-        process = await end.spawn_python(
-            ["-m", "e2e.delay.relay", path, host, str(port)], stdin=PIPE, stdout=PIPE
+        relay = child(
+            "e2e.delay.relay", path, host, port, leaves_s=_END_WITHIN_S, through=end.command
         )
-        assert process.stdin is not None
-        assert process.stdout is not None
-        try:
-            await _ready(process.stdout)
+        async with relay as running:
+            await running.line()  # it listens
             async with aiohttp.ClientSession(
                 connector=aiohttp.UnixConnector(path),
                 cookie_jar=aiohttp.CookieJar(unsafe=True),  # the servers are addresses
             ) as http:
                 yield http
-        finally:
-            process.stdin.close()
-            await ends(process, _END_WITHIN_S)
-
-
-async def _ready(says: StreamReader) -> None:
-    try:
-        line = await asyncio.wait_for(says.readline(), _START_WITHIN_S)
-    except TimeoutError as error:
-        raise MeasureError("the relay to an end of the link does not start; try again") from error
-    if not line:
-        raise MeasureError(
-            "the relay to an end of the link ended at start; its last words are above"
-        )
 
 
 async def _relay(path: str, host: str, port: int) -> None:
