@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import signal
 import time
 from typing import TYPE_CHECKING, Any, Final
 
@@ -63,14 +64,20 @@ def received(line: SerialLine, octet: bytes) -> Callable[[], Awaitable[bool]]:
 async def test_a_key_becomes_one_byte_and_its_release_another(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
-    """In the dialect of 2004 each press is one byte, sent on change, and the release is a stop."""
+    """In the dialect of 2004 each press is one byte, sent on change, and the release is a stop.
+
+    So is the last byte of a server that is ended while somebody drives.
+    """
     with serial_line(tmp_path) as line:
         async with serve(tmp_path, toml.card_on(line.path, "bytes")) as server:
             viewer = await open_viewer(server, drives=True)
-            for key, octet in (("ArrowUp", b"F"), ("s", b"B"), ("ArrowLeft", b"L"), ("d", b"R")):
+            for key, octet in (("s", b"B"), ("ArrowLeft", b"L"), ("d", b"R"), ("ArrowUp", b"F")):
                 await hold(server, viewer, key, received(line, octet))
-                await viewer.page.keyboard.up(key)
-                await eventually(received(line, b"S"), "a stop comes down the line", within_s=2)
+                if octet != b"F":
+                    await viewer.page.keyboard.up(key)
+                    await eventually(received(line, b"S"), "a stop comes down the line", within_s=2)
+            await server.stop(signal.SIGTERM)
+            await eventually(received(line, b"S"), "a stop is the last byte on the line")
 
 
 @pytest.mark.timeout(120)
