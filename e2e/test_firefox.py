@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 
-from e2e.harness import gamepad, probe, speech, toml
+from e2e.harness import probe, speech, toml
 from e2e.harness.bidi import firefox
+from e2e.harness.gamepad import START, InjectedGamepad
 from e2e.harness.installed import needed
 from e2e.harness.microphone import hearing
 from e2e.harness.probe import LIVE_MS
@@ -156,16 +157,12 @@ async def test_firefox_drives_by_joystick_and_gamepad(serve: Serve, tmp_path: Pa
 
         assert await holding_moves(server, touch, partial(window.touch, UP))
         await window.evaluate(IN_FRONT)
-        await window.evaluate(f"({gamepad.SCRIPT})()")
-        await window.evaluate("waxPad.plug()")
-        await window.evaluate("waxPad.push(1, -1)")
+        pad = await InjectedGamepad.plugged_in(window)
+        await pad.push(1, -1)
         assert not await moves(server, within_s=0.5)
-        await window.evaluate("waxPad.push(1, 0)")
-        for is_down in ("true", "false"):
-            await window.evaluate(f"waxPad.press({gamepad.START}, {is_down})")
-            await window.evaluate(f"({gamepad.SEEN})()")
-        push, rest = (partial(window.evaluate, f"waxPad.push(1, {ahead})") for ahead in (-1, 0))
-        assert await holding_moves(server, push, rest)
+        await pad.push(1, 0)
+        await pad.tap(START)
+        assert await holding_moves(server, partial(pad.push, 1, -1), partial(pad.push, 1, 0))
 
 
 @pytest.mark.full

@@ -6,40 +6,40 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from playwright.async_api import Page
+    from e2e.harness.scripts import Window
 
 B: Final = 1
 START: Final = 9
 LEFT_OF_CROSS: Final = 14
 """Buttons of the standard layout (W3C Gamepad)."""
 
-SCRIPT: Final = Path(__file__).with_name("gamepad.js").read_text(encoding="utf-8")
-SEEN: Final = "() => new Promise((seen) => setTimeout(seen, 100))"
+_SCRIPT: Final = Path(__file__).with_name("gamepad.js").read_text(encoding="utf-8")
+_SEEN: Final = "() => new Promise((seen) => setTimeout(seen, 100))"
 """A page looks at gamepads each 50 ms; by its own timers, which a busy machine delays alike."""
 
 
 class InjectedGamepad:
-    """One standard gamepad, in the place of all that the browser knows."""
+    """One standard gamepad, in the place of all that the browser of a window knows."""
 
-    def __init__(self, page: Page) -> None:
-        self._page = page
+    def __init__(self, window: Window) -> None:
+        self._window = window
 
     @classmethod
-    async def plugged_in(cls, page: Page) -> InjectedGamepad:
-        await page.evaluate(SCRIPT)
-        await page.evaluate("() => waxPad.plug()")
-        return cls(page)
+    async def plugged_in(cls, window: Window) -> InjectedGamepad:
+        await window.evaluate(f"({_SCRIPT})()")
+        await window.evaluate("waxPad.plug()")
+        return cls(window)
 
     async def push(self, axis: int, value: float) -> None:
         """Push a stick: axis 0 is left to right, axis 1 ahead (-1) to back."""
-        await self._page.evaluate("([axis, value]) => waxPad.push(axis, value)", [axis, value])
+        await self._window.evaluate(f"waxPad.push({axis}, {value})")
 
     async def is_seen(self) -> None:
         """Wait until the page has looked at it again."""
-        await self._page.evaluate(SEEN)
+        await self._window.evaluate(f"({_SEEN})()")
 
     async def press(self, button: int, *, on: bool = True) -> None:
-        await self._page.evaluate("([button, on]) => waxPad.press(button, on)", [button, on])
+        await self._window.evaluate(f"waxPad.press({button}, {str(on).lower()})")
 
     async def tap(self, button: int) -> None:
         """Press a button, and let go of it once the page has seen that."""
@@ -50,4 +50,4 @@ class InjectedGamepad:
 
     async def unplug(self) -> None:
         """Take it away, without the browser's event."""
-        await self._page.evaluate("() => waxPad.unplug()")
+        await self._window.evaluate("waxPad.unplug()")
