@@ -9,6 +9,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -92,13 +94,9 @@ def _network(pid: int) -> Namespace | None:
 
 
 def _mark(pid: int) -> str | None:
-    try:
-        variables = Path(f"/proc/{pid}/environ").read_bytes().split(b"\0")
-    except OSError:
-        return None
-    begin = f"{MARK}=".encode()
-    found = next((entry for entry in variables if entry.startswith(begin)), None)
-    return None if found is None else found.removeprefix(begin).decode("ascii", "replace")
+    with suppress(psutil.Error):
+        return psutil.Process(pid).environ().get(MARK)
+    return None
 
 
 def _is_alive(made_by: str) -> bool:

@@ -11,9 +11,11 @@ import subprocess
 import sys
 import time
 from asyncio.subprocess import PIPE
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 import pytest
 import pytest_asyncio
 from tests.link.errors import LinkError
@@ -123,13 +125,10 @@ def owner(_possible: None) -> Iterator[Callable[[], tuple[subprocess.Popen[str],
 def made_by(pid: int) -> set[int]:
     """Return the processes that carry the mark of a link's owner, and the forwarder among them."""
     found = set()
-    for entry in Path("/proc").iterdir():
-        try:
-            variables = (entry / "environ").read_bytes().split(b"\0")
-        except (OSError, ValueError):
-            continue
-        if any(item.startswith(f"{leftovers.MARK}={pid}:".encode()) for item in variables):
-            found.add(int(entry.name))
+    for process in psutil.process_iter():
+        with suppress(psutil.Error):
+            if process.environ().get(leftovers.MARK, "").startswith(f"{pid}:"):
+                found.add(process.pid)
     return found
 
 
