@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import random
 from collections import defaultdict
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from e2e.load.cluster.driving import driving
@@ -28,22 +29,24 @@ _FROZEN_S: Final = (0.0, 3.0)
 _WITHOUT_REDIS_S: Final = 6.0
 
 
-async def _killed(stage: Stage, page: Page) -> float | None:
+async def _lost(stage: Stage, page: Page, *, hangs: bool) -> float | None:
+    """Return the page's longest time without a new picture until its server knows of the loss."""
     number, lost_ms = stage.watched(page), now_ms()
-    await stage.engine.nodes[number].kill()
-    gap_ms = await _given_up(stage, page, number, lost_ms)
-    await _sleep_until(lost_ms)
-    await stage.engine.nodes[number].start()
-    await stage.is_live(number, live=True)
-    return gap_ms
-
-
-async def _frozen(stage: Stage, page: Page) -> float | None:
-    number, lost_ms = stage.watched(page), now_ms()
-    stage.engine.nodes[number].freeze()
-    gap_ms = await _given_up(stage, page, number, lost_ms)
-    await asyncio.sleep(random.uniform(*_FROZEN_S))
-    stage.engine.nodes[number].thaw()
+    node = stage.engine.nodes[number]
+    if hangs:
+        node.freeze()
+    else:
+        await node.kill()
+    await stage.is_live(number, live=False)
+    noticed_ms = now_ms()
+    await page.goes_on()
+    gap_ms = longest_gap_ms(await page.pictures_ms(), lost_ms, noticed_ms)
+    if hangs:
+        await asyncio.sleep(random.uniform(*_FROZEN_S))
+        node.thaw()
+    else:
+        await _sleep_until(lost_ms)
+        await node.start()
     await stage.is_live(number, live=True)
     return gap_ms
 
@@ -71,21 +74,18 @@ async def _nodes(stage: Stage, page: Page) -> float | None:
     return said_ms
 
 
-async def _given_up(stage: Stage, page: Page, number: int, lost_ms: float) -> float:
-    """Return the page's longest time without a new picture until its server knows of the loss."""
-    await stage.is_live(number, live=False)
-    noticed_ms = now_ms()
-    await page.goes_on()
-    return longest_gap_ms(await page.pictures_ms(), lost_ms, noticed_ms)
-
-
 async def _sleep_until(lost_ms: float) -> None:
     await asyncio.sleep(max(0.0, (lost_ms - now_ms()) / 1000 + ENGINES_OWN_S))
 
 
 FAULTS: Final = (
-    ("killed", "a node of LiveKit killed: the page without a new picture", 1500.0, _killed),
-    ("frozen", "… a node hangs: the same", 1500.0, _frozen),
+    (
+        "killed",
+        "a node of LiveKit killed: the page without a new picture",
+        1500.0,
+        partial(_lost, hangs=False),
+    ),
+    ("frozen", "… a node hangs: the same", 1500.0, partial(_lost, hangs=True)),
     ("redis", f"Redis killed: no news of the queue → the page says “{_UNHEARD}”", 3000.0, _redis),
     ("nodes", f"all nodes killed → the page says “{_FULL}”", 3000.0, _nodes),
 )

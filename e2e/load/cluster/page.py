@@ -40,7 +40,7 @@ class Page:
     def __init__(self, viewer: Viewer) -> None:
         self.viewer = viewer
         self._sockets: list[WebSocket] = []
-        viewer.page.on("websocket", self._enters)
+        viewer.page.on("websocket", self._sockets.append)
 
     @property
     def room_url(self) -> str:
@@ -49,9 +49,6 @@ class Page:
         if not found:
             raise MeasureError("the page is in no room")
         return found[-1]
-
-    def _enters(self, socket: WebSocket) -> None:
-        self._sockets.append(socket)
 
     async def shows(self, place: Place) -> None:
         async def is_there() -> bool:

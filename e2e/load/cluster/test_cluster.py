@@ -5,17 +5,16 @@ from __future__ import annotations
 import asyncio
 import os
 import re
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
-import aiohttp
 import pytest
 import tomlkit
 
 from e2e.harness import toml
 from e2e.harness.server import free_port
-from e2e.harness.wait import eventually, until
+from e2e.harness.wait import answers, eventually, until
 from e2e.load.cluster.engine import KEY, ROOMS, Redis, call, running
 from e2e.load.cluster.stage import are_live, published
 from e2e.load.cluster.watcher import watching
@@ -257,9 +256,3 @@ async def test_two_nodes_share_the_rooms() -> None:
             node.kill()
             await node.wait()
         await redis.kill()
-
-
-async def answers(url: str) -> bool:
-    with suppress(aiohttp.ClientError):
-        return "rooms" in await call(url, "ListRooms", {})
-    return False
