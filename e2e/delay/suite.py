@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from e2e.delay.plan import Planned
     from e2e.measure.row import Row
 
-_OPENED: Final = "openings of the link"
-
 
 async def _instrument(n: int) -> list[Row]:
     """Measure the instrument's own error, once whatever is asked for."""
@@ -89,21 +87,19 @@ SUITE: Final = Suite(
     cases=(
         measured("instrument", 1, _instrument, "the instrument’s own error", 1, minutes=0.6),
         *map(_of, planned()),
-        measured(
-            "first-picture/internet-5m",
-            8,
-            partial(first_picture, "internet-5m", 1000.0, "stock aiortc’s page, a bare video"),
-            _OPENED,
-            3,
-            minutes=1.7,
-        ),
-        measured(
-            "first-picture/modem-56k",
-            3,
-            partial(first_picture, "modem-56k", 25_000.0, None),
-            _OPENED,
-            1,
-            minutes=1.7,
+        *(
+            measured(
+                f"first-picture/{profile}",
+                n,
+                partial(first_picture, profile, goal_ms, peer),
+                "openings of the link",
+                quick,
+                minutes=1.7,
+            )
+            for profile, n, quick, goal_ms, peer in (
+                ("internet-5m", 8, 3, 1000.0, "stock aiortc’s page, a bare video"),
+                ("modem-56k", 3, 1, 25_000.0, None),
+            )
         ),
         *(
             measured(

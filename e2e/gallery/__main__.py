@@ -15,7 +15,7 @@ from playwright.async_api import Error, async_playwright
 
 from e2e.gallery.shots import shoot, write_page
 from e2e.gallery.states import STATES, named
-from e2e.gallery.views import ACROSS, DESKTOP, UPRIGHT, View
+from e2e.gallery.views import ACROSS, DESKTOP, DEVICES, UPRIGHT, View
 from e2e.harness.chromium import launch_chromium
 from e2e.measure.suite import ROOT
 
@@ -41,7 +41,7 @@ async def gallery(states: Sequence[State]) -> dict[str, str]:
         for state in states:
             print(f"{state.key} … ", end="", flush=True)
             try:
-                for device in state.devices:
+                for device in DEVICES:
                     async with state.reached(browser, device) as scene:
                         for view in device.views:
                             await view.show(scene.viewer.page)

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Final
 
 from e2e.gallery import broken, driving, panels, watching
 from e2e.gallery.scene import Scene, scene
-from e2e.gallery.views import COMPUTER, PHONE
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable
@@ -36,7 +35,6 @@ class State:
     says: str | re.Pattern[str]
     shows: Callable[[Page], Locator] | None = None
     has_stop: bool = True
-    devices: tuple[Device, ...] = (COMPUTER, PHONE)
 
     def mark(self, page: Page) -> Locator:
         if self.shows is not None:

@@ -10,7 +10,7 @@ import pytest_asyncio
 from e2e.gallery import axe, layout
 from e2e.gallery.shots import shoot, write_page
 from e2e.gallery.states import STATES, named
-from e2e.gallery.views import ACROSS, COMPUTER, DESKTOP, UPRIGHT, View
+from e2e.gallery.views import ACROSS, COMPUTER, DESKTOP, DEVICES, UPRIGHT, View
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -49,7 +49,7 @@ def _every() -> list[Any]:
     return [
         pytest.param(state, device, id=f"{state.key}-{device.key}")
         for state in STATES
-        for device in state.devices
+        for device in DEVICES
     ]
 
 

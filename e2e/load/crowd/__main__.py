@@ -10,10 +10,11 @@ import asyncio
 import sys
 import time
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import aiohttp
 
+from e2e.load.crowd.modem import put_behind
 from e2e.load.crowd.sample import Request, Sample, ViewerCounts
 from e2e.load.crowd.viewers import JanusViewer, StockViewer
 from wax.client import Client
@@ -70,7 +71,7 @@ class Viewers:
 
     async def _join(self, index: int) -> Viewer:
         is_slow = index < self._slow
-        viewer = self._make(on_socket=_modem(index) if is_slow else None)
+        viewer = self._make(on_socket=partial(put_behind, seed=index) if is_slow else None)
         try:
             async with asyncio.timeout(CONNECT_TIMEOUT_S):
                 await viewer.connect()
@@ -81,12 +82,6 @@ class Viewers:
             await viewer.close()
             raise
         return viewer
-
-
-def _modem(seed: int) -> Callable[[Any], None]:
-    from e2e.load.crowd.modem import put_behind  # noqa: PLC0415  # few crowds are slow
-
-    return partial(put_behind, seed=seed)
 
 
 def _counts(viewer: Viewer) -> ViewerCounts:
