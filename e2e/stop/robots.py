@@ -20,7 +20,7 @@ from e2e.harness.server import free_port
 from e2e.measure.suite import ROOT
 from e2e.stop.mock_pins import METER
 from e2e.stop.record import Record
-from e2e.stop.stage import FirmwareRobot, Robot, firmware
+from e2e.stop.stage import Robot, behind_a_cable, firmware
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -118,64 +118,52 @@ class SketchBoard(Board):
         return [sys.executable, str(_SKETCH), "bridge", str(self.path), str(self.log_path)]
 
 
-def _sketch(folder: Path) -> FirmwareRobot:
+def _sketch(folder: Path) -> Robot:
     board = SketchBoard(folder)
-    return FirmwareRobot(board, SketchRecord(board.log_path))
+    return behind_a_cable(board, SketchRecord(board.log_path))
 
 
-class Ros(Robot):
-    """A base of ROS 2, reached in one of three ways; it starts and ends often."""
+def _ros(base: Base | Bridge, **ros2: Any) -> Robot:
+    """Have a base of ROS 2, reached in one of three ways; it starts and ends often."""
 
-    def __init__(self, base: Base | Bridge, ros2: dict[str, Any]) -> None:
-        super().__init__(Heard(self._news))
-        self.settings = {"driver": "ros2", "ros2": ros2}
-        self._base = base
-
-    def _news(self) -> Iterator[dict[str, Any]]:
-        for told in self._base.forget():
+    def news() -> Iterator[dict[str, Any]]:
+        for told in base.forget():
             yield from _twist(told.at_s, told.twist)
 
-    async def start(self) -> None:
-        await asyncio.to_thread(self._base.start)
-
-    async def stop(self) -> None:
-        await asyncio.to_thread(self._base.end)
-
-    cut, mend = stop, start
+    start, end = (partial(asyncio.to_thread, act) for act in (base.start, base.end))
+    return Robot(Heard(news), {"driver": "ros2", "ros2": ros2}, start, end, cut=end, mend=start)
 
 
-def _dds(_folder: Path, *, fast: bool) -> Ros:
+def _dds(_folder: Path, *, fast: bool) -> Robot:
     domain = own_domain()
-    return Ros(Base(domain, fast=fast), {"domain": domain, "interface": "127.0.0.1"})
+    return _ros(Base(domain, fast=fast), domain=domain, interface="127.0.0.1")
 
 
-def _rosbridge(_folder: Path) -> Ros:
+def _rosbridge(_folder: Path) -> Robot:
     """Have a rosbridge server of the tests: no other is to be had here."""
     bridge = Bridge()
     bridge.port = free_port()
-    return Ros(bridge, {"transport": "rosbridge", "rosbridge_url": bridge.url})
+    return _ros(bridge, transport="rosbridge", rosbridge_url=bridge.url)
 
 
-class MavlinkRover(Robot):
+class _Rover:
     """A rover by another MAVLink library, armed and in GUIDED.
 
     Its failsafe of the ground station would make somebody drive it on by hand each time.
     """
 
-    def __init__(self, _folder: Path) -> None:
-        super().__init__(Heard(self._news))
-        self._port = free_port()
-        self.settings = {"driver": "mavlink", "mavlink": {"url": f"udpin:127.0.0.1:{self._port}"}}
+    def __init__(self) -> None:
+        self.port = free_port()
         self._rover: Rover | None = None
         self._ahead_s = 0.0
 
     async def start(self) -> None:
         self._ahead_s = wall_s() - time.monotonic()
         self._rover = await asyncio.to_thread(
-            Rover, f"udpout:127.0.0.1:{self._port}", mode="guided", armed=True, FS_GCS_TIMEOUT=600.0
+            Rover, f"udpout:127.0.0.1:{self.port}", mode="guided", armed=True, FS_GCS_TIMEOUT=600.0
         )
 
-    def _news(self) -> Iterator[dict[str, Any]]:
+    def news(self) -> Iterator[dict[str, Any]]:
         assert self._rover is not None
         for event in self._rover.news():
             at_s = event["t"] - self._ahead_s
@@ -186,13 +174,9 @@ class MavlinkRover(Robot):
                 yield {"t_s": at_s, "event": "ttl"}
                 yield {"t_s": at_s, "event": "wheels", "left": 0, "right": 0}
 
-    async def cut(self) -> None:
+    async def tell(self, *words: str) -> None:
         assert self._rover is not None
-        self._rover.tell("mute", "deaf")
-
-    async def mend(self) -> None:
-        assert self._rover is not None
-        self._rover.tell("hear")
+        self._rover.tell(*words)
 
     async def stop(self) -> None:
         rover, self._rover = self._rover, None
@@ -200,14 +184,19 @@ class MavlinkRover(Robot):
             await asyncio.to_thread(rover.close)
 
 
-class Pins(Robot):
-    """Two motors on gpiozero's mock pins, which are in the driver's process."""
+def _mavlink(_folder: Path) -> Robot:
+    rover = _Rover()
+    link = {"url": f"udpin:127.0.0.1:{rover.port}"}
+    cut, mend = partial(rover.tell, "mute", "deaf"), partial(rover.tell, "hear")
+    settings = {"driver": "mavlink", "mavlink": link}
+    return Robot(Heard(rover.news), settings, rover.start, rover.stop, cut, mend)
 
-    def __init__(self, folder: Path) -> None:
-        meter = folder / "pins.log"
-        super().__init__(PinRecord(meter))
-        self.settings = {"driver": "e2e.stop.mock_pins:MeteredRobot", "gpio": {"guard": False}}
-        self.environment = {METER: str(meter)}
+
+def _pins(folder: Path) -> Robot:
+    """Have two motors on gpiozero's mock pins, which are in the driver's process."""
+    meter = folder / "pins.log"
+    settings = {"driver": "e2e.stop.mock_pins:MeteredRobot", "gpio": {"guard": False}}
+    return Robot(PinRecord(meter), settings, environment={METER: str(meter)})
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,7 +230,7 @@ OTHERS: Final = (
     Kind("ros2", "CycloneDDS", partial(_dds, fast=False), has_standby=True),
     Kind("ros2-fast", "Fast DDS", partial(_dds, fast=True), has_standby=True),
     Kind("rosbridge", "rosbridge", _rosbridge, has_standby=True),
-    Kind("mavlink", "MAVLink", MavlinkRover, 1000.0),
-    Kind("gpio", "pins", Pins, is_linked=False),
+    Kind("mavlink", "MAVLink", _mavlink, 1000.0),
+    Kind("gpio", "pins", _pins, is_linked=False),
 )
 KINDS: Final = (BOARD, *OTHERS)

@@ -8,7 +8,7 @@ import random
 import signal
 import time
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final, TypeVar
@@ -20,6 +20,7 @@ import tomlkit
 from e2e.harness import toml
 from e2e.harness.board import Board
 from e2e.harness.server import Server
+from e2e.harness.wait import happens
 from e2e.load.crowd.crowd import gathered
 from e2e.load.crowd.sample import Offering
 from e2e.measure.errors import MeasureError
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
     from e2e.load.crowd.crowd import Crowd
     from e2e.stop.operator import RawOperator
     from e2e.stop.record import Stopping
+
+    Act = Callable[[], Awaitable[object]]
 
 T = TypeVar("T")
 
@@ -81,49 +84,34 @@ STOPS_AT_EACH_TRIAL: Final = {
 """For observers who press Stop in each trial, far more often than people may."""
 
 
+async def _nothing() -> None:
+    pass
+
+
+@dataclass(frozen=True, slots=True)
 class Robot:
-    """A robot beyond a driver's link: `[robot]` for it, and a record of what came."""
+    """A robot beyond a driver's link: a record of what came, and `[robot]` for it.
 
-    def __init__(self, record: Record) -> None:
-        self.record = record
-        self.settings: dict[str, Any] = {}
-        self.environment: Mapping[str, str] = {}
+    `start` makes it ready to be driven, `stop` ends it and is safe to call twice; `cut` cuts its
+    link, and `mend` brings that back.
+    """
 
-    async def start(self) -> None:
-        """Make it ready to be driven."""
-
-    async def stop(self) -> None:
-        """End it; safe to call twice."""
-
-    async def cut(self) -> None:
-        """Cut its link."""
-
-    async def mend(self) -> None:
-        """Bring the link back."""
+    record: Record
+    settings: Mapping[str, Any]
+    start: Act = _nothing
+    stop: Act = _nothing
+    cut: Act = _nothing
+    mend: Act = _nothing
+    environment: Mapping[str, str] = field(default_factory=dict)
 
 
-class FirmwareRobot(Robot):
-    def __init__(self, board: Board, record: Record) -> None:
-        super().__init__(record)
-        self.board = board
-        self.settings = board.robot
-
-    async def start(self) -> None:
-        await self.board.start()
-
-    async def stop(self) -> None:
-        await self.board.stop()
-
-    async def cut(self) -> None:
-        await self.board.unplug()
-
-    async def mend(self) -> None:
-        await self.board.plug()
+def behind_a_cable(board: Board, record: Record) -> Robot:
+    return Robot(record, board.robot, board.start, board.stop, board.unplug, board.plug)
 
 
-def firmware(folder: Path) -> FirmwareRobot:
+def firmware(folder: Path) -> Robot:
     board = Board(folder)
-    return FirmwareRobot(board, Record(board.log_path))
+    return behind_a_cable(board, Record(board.log_path))
 
 
 class Stage:
@@ -175,14 +163,12 @@ class Stage:
 
     async def moves(self, within_s: float) -> bool:
         """Return whether the wheels turn within that time because of a current command."""
-        deadline_s = time.monotonic() + within_s
-        while True:
+
+        async def is_moving() -> bool:
             self.record.read()
-            if self.record.is_moving(time.monotonic()):
-                return True
-            if time.monotonic() > deadline_s:
-                return False
-            await asyncio.sleep(0.005)
+            return self.record.is_moving(time.monotonic())
+
+        return await happens(is_moving, within_s=within_s, every_s=0.005)
 
     async def moving(self, press: Callable[[], Awaitable[None]]) -> None:
         """Press, again if the server requires it, until the robot moves."""
