@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
-import pytest
 import pytest_asyncio
 import tomlkit
-from playwright.async_api import expect
 
-from e2e.harness.robot import stands_still, turn_by_key
 from wax.web import colours
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
+
+    import pytest
 
     from e2e.conftest import OpenViewer, Serve
     from e2e.harness.server import Server
@@ -27,7 +25,6 @@ ACCENT = "#ffd200"
 HOSTILE = '"><script>window.hurt = 1</script>'
 WORSE = "\"><img src=x onerror='window.hurt = 2'>"
 SIZE = (120, 63)
-DRAWN = re.compile("M")
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="session")
@@ -87,21 +84,3 @@ async def test_the_page_is_the_hosts_and_what_they_write_cannot_hurt(
     assert await viewer.page.evaluate("() => window.hurt") is None
     assert await viewer.page.locator("script:not([src]), img[src=x]").count() == 0
     assert not [line for line in viewer.console if "Content Security Policy" in line]
-
-
-@pytest.mark.timeout(90)
-async def test_whoever_drives_sees_where_the_robot_will_be(server: Server, driver: Viewer) -> None:
-    """While it moves the path lies on the picture; it is gone soon after it stands."""
-    lane = driver.page.locator(".path-arc .path-lane")
-    assert not await lane.get_attribute("d")
-    await turn_by_key(server, driver, "ArrowUp")
-    await expect(lane).to_have_attribute("d", DRAWN)
-    data = await lane.get_attribute("d") or ""
-    numbers = [float(one) for one in data.replace("M", " ").replace("L", " ").split()]
-    # Two lanes, of which the robot's left one is left of its right one.
-    assert data.count("M") == 2
-    half = len(numbers) // 2
-    assert numbers[0] < numbers[half]
-    await driver.page.keyboard.up("ArrowUp")
-    await expect(lane).not_to_have_attribute("d", DRAWN)
-    assert await stands_still(server)
