@@ -3,26 +3,28 @@
 from __future__ import annotations
 
 import asyncio
+import os
+import pty
 import signal
 import time
+import tty
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 
 from e2e.harness import toml
 from e2e.harness.commands import become_host
-from e2e.harness.line import serial_line
 from e2e.harness.robot import undisturbed, until_it_moves
 from e2e.harness.wait import eventually, happens, until
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
+    from collections.abc import Awaitable, Callable, Iterator
     from pathlib import Path
 
     from e2e.conftest import OpenViewer, Serve
     from e2e.harness.board import Board
-    from e2e.harness.line import SerialLine
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
 
@@ -51,11 +53,27 @@ async def hold(
     )
 
 
-def received(line: SerialLine, octet: bytes) -> Callable[[], Awaitable[bool]]:
+@contextmanager
+def serial_line(port: Path) -> Iterator[bytearray]:
+    """Have a pseudo-terminal behind a name of our own; gives what has come down it so far."""
+    ours, theirs = pty.openpty()
+    tty.setraw(theirs)
+    port.symlink_to(os.ttyname(theirs))
+    loop, received = asyncio.get_running_loop(), bytearray()
+    loop.add_reader(ours, lambda: received.extend(os.read(ours, 4096)))
+    try:
+        yield received
+    finally:
+        loop.remove_reader(ours)
+        os.close(ours)
+        os.close(theirs)
+
+
+def ends_with(octet: bytes, received: bytearray) -> Callable[[], Awaitable[bool]]:
     """Ask whether this is the newest byte."""
 
     async def so() -> bool:
-        return line.received.endswith(octet)
+        return received.endswith(octet)
 
     return so
 
@@ -68,16 +86,19 @@ async def test_a_key_becomes_one_byte_and_its_release_another(
 
     So is the last byte of a server that is ended while somebody drives.
     """
-    with serial_line(tmp_path) as line:
-        async with serve(tmp_path, toml.card_on(line.path, "bytes")) as server:
+    port = tmp_path / "robot-line"
+    with serial_line(port) as line:
+        async with serve(tmp_path, toml.card_on(port, "bytes")) as server:
             viewer = await open_viewer(server, drives=True)
             for key, octet in (("s", b"B"), ("ArrowLeft", b"L"), ("d", b"R"), ("ArrowUp", b"F")):
-                await hold(server, viewer, key, received(line, octet))
+                await hold(server, viewer, key, ends_with(octet, line))
                 if octet != b"F":
                     await viewer.page.keyboard.up(key)
-                    await eventually(received(line, b"S"), "a stop comes down the line", within_s=2)
+                    await eventually(
+                        ends_with(b"S", line), "a stop comes down the line", within_s=2
+                    )
             await server.stop(signal.SIGTERM)
-            await eventually(received(line, b"S"), "a stop is the last byte on the line")
+            await eventually(ends_with(b"S", line), "a stop is the last byte on the line")
 
 
 @pytest.mark.timeout(120)
