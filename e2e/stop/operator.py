@@ -13,8 +13,6 @@ from wax.client import Operator
 from wax.rtc import private
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from e2e.harness.server import Server
 
 
@@ -27,24 +25,9 @@ class Browser:
 
 
 class RawOperator(Operator):
-    """`browser` is whose it is, by default a new one's; `on_socket` as of `Client`."""
+    """`browser` is whose it is, by default a new one's; `options` are those of `Operator`."""
 
-    def __init__(
-        self,
-        server: Server,
-        *,
-        browser: Browser | None = None,
-        on_socket: Callable[[Any], None] | None = None,
-        sees: bool = False,
-        persists: bool = False,
-    ) -> None:
+    def __init__(self, server: Server, *, browser: Browser | None = None, **options: Any) -> None:
         private.install()  # a browser stays on a slow link, too, which aioice alone leaves
-        browser = browser or Browser()
-        super().__init__(
-            server.url,
-            client_id=browser.tab,
-            cookies=browser.cookies,
-            on_socket=on_socket,
-            sees=sees,
-            persists=persists,
-        )
+        who = browser or Browser()
+        super().__init__(server.url, client_id=who.tab, cookies=who.cookies, **options)

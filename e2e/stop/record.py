@@ -78,6 +78,9 @@ class Stopping:
 class Record:
     """All that a board has logged so far; `read` adds new lines."""
 
+    lasts_s = 0.06
+    """For how long a frame moves the robot."""
+
     def __init__(self, path: Path) -> None:
         self._path = path
         self._offset = 0
@@ -119,19 +122,19 @@ class Record:
                 case "ttl":
                     self.expiries_s.append(at_s)
 
-    def is_moving(self, now_s: float, within_s: float = 0.06) -> bool:
+    def is_moving(self, now_s: float) -> bool:
         """Return whether the robot turns its wheels because of a recent frame."""
         if not self.frames or not self.wheels:
             return False
         newest = self.frames[-1]
-        return newest.moves and now_s - newest.at_s < within_s and not self.wheels[-1].stand
+        return newest.moves and now_s - newest.at_s < self.lasts_s and not self.wheels[-1].stand
 
-    def moved_at(self, at_s: float, within_s: float = 0.06) -> bool:
+    def moved_at(self, at_s: float) -> bool:
         index = bisect_right(self.frames, at_s, key=lambda frame: frame.at_s) - 1
         if index < 0 or not self.frames[index].moves:
             return False
         turning = bisect_right(self.wheels, at_s, key=lambda wheels: wheels.at_s) - 1
-        fresh = at_s - self.frames[index].at_s < within_s
+        fresh = at_s - self.frames[index].at_s < self.lasts_s
         return fresh and turning >= 0 and not self.wheels[turning].stand
 
     def between(self, since_s: float, until_s: float) -> list[Seen]:

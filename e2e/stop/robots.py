@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import shutil
 import sys
 import time
@@ -74,6 +75,8 @@ def _of_sketch(event: dict[str, Any]) -> Iterator[dict[str, Any]]:
 class PinRecord(Record):
     """A motor stays as open as it is, so that nothing is written until it changes."""
 
+    lasts_s = math.inf
+
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         path.touch()  # the driver writes to it once a pin changes
@@ -85,12 +88,6 @@ class PinRecord(Record):
             if int(pin) in self._open:
                 self._open[int(pin)] = float(state)
                 self.take(_frame(float(at_s), *self._open.values()))
-
-    def is_moving(self, now_s: float, within_s: float = float("inf")) -> bool:
-        return super().is_moving(now_s, within_s)
-
-    def moved_at(self, at_s: float, within_s: float = float("inf")) -> bool:
-        return super().moved_at(at_s, within_s)
 
 
 class SketchBoard(Board):
