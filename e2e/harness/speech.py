@@ -38,7 +38,9 @@ def voice(seconds: float) -> NDArray[np.int16]:
 def unbroken(seconds: float) -> NDArray[np.int16]:
     """Return the same without its pauses: what is silent is not being played."""
     spoken = voice(seconds)
-    sounding = _pieces(spoken, _BLOCK)[envelope(spoken) > _SOUNDS].reshape(-1)
+    blocks = _pieces(spoken, _BLOCK)
+    rms = np.sqrt(((blocks / 32768) ** 2).mean(axis=1))
+    sounding = blocks[rms > _SOUNDS].reshape(-1)
     return np.resize(sounding, len(spoken)).astype(np.int16)
 
 
@@ -53,12 +55,6 @@ def write(path: Path, sound: NDArray[np.int16]) -> None:
     with wave.open(str(path), "wb") as file:
         file.setparams((1, 2, RATE_HZ, 0, "NONE", ""))
         file.writeframes(sound.tobytes())
-
-
-def envelope(sound: NDArray[np.int16]) -> NDArray[np.float64]:
-    """Root mean square of each 10 ms, 0…1."""
-    blocks = _pieces(sound.astype(np.float64), _BLOCK) / 32768
-    return np.asarray(np.sqrt((blocks**2).mean(axis=1)))
 
 
 def in_order(heard: NDArray[np.int16], original: NDArray[np.int16]) -> float:

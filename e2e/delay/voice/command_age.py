@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import dataclass, field
+from statistics import fmean
 from typing import TYPE_CHECKING, Final
 
 from e2e.delay.voice.stage import staged
@@ -29,10 +30,6 @@ class Stretches:
     too_old: float = 0.0
     played: list[bool] = field(default_factory=list)
     """Of each 10 ms at the robot's speaker, whether it sounded."""
-
-    @property
-    def played_percent(self) -> float:
-        return 100 * sum(self.played) / max(1, len(self.played))
 
 
 async def command_age(profile: str, goal_ms: float, n: int) -> list[Row]:
@@ -66,7 +63,7 @@ def rows(profile: str, goal_ms: float, silent: Stretches, speaking: Stretches) -
             met=more["p99"] <= goal_ms and not refused,
             detail={
                 "refused for their age, more": refused,
-                "sounding at the robot’s speaker, %": speaking.played_percent,
+                "sounding at the robot’s speaker, %": 100 * fmean(speaking.played or [False]),
             },
         )
     ]
