@@ -95,7 +95,8 @@ def _network(pid: int) -> Namespace | None:
 
 def _mark(pid: int) -> str | None:
     with suppress(psutil.Error):
-        return psutil.Process(pid).environ().get(MARK)
+        found: str | None = psutil.Process(pid).environ().get(MARK)
+        return found
     return None
 
 
