@@ -1,4 +1,4 @@
-"""The page speaks the reader's language, and can be used in one that is longer and mirrored."""
+"""The page can be used in a language that is longer and mirrored."""
 
 from __future__ import annotations
 
@@ -10,8 +10,6 @@ from playwright.async_api import expect
 from e2e.harness.viewer import box_of
 
 if TYPE_CHECKING:
-    from playwright.async_api import Page
-
     from e2e.conftest import OpenViewer
     from e2e.harness.server import Server
 
@@ -24,33 +22,6 @@ JOIN = re.compile(r"^\W*Ĵö+î+ñ")
 LEFT = re.compile(r"^\W*Ļé+f")
 RIGHT = re.compile(r"^\W*Ŕî+ĝ")
 """As the trial language writes them."""
-
-
-async def _is_in(page: Page, language: str) -> None:
-    await expect(page.locator("html")).to_have_attribute("lang", language)
-
-
-async def test_the_language_is_the_browsers_the_addresss_or_the_chosen(
-    server: Server, open_viewer: OpenViewer
-) -> None:
-    """A German browser reads German, another English, unless by `?lang=`; a choice stays."""
-    german = await open_viewer(server, locale="de-AT")
-    await _is_in(german.page, "de")
-    await expect(german.button("Stopp")).to_be_visible()
-    viewer = await open_viewer(server, locale="fr-FR")
-    page = viewer.page
-    await _is_in(page, "en")
-    await expect(viewer.button("Stop")).to_be_visible()
-    await page.goto(f"{server.url}/?lang=de")
-    await _is_in(page, "de")
-    await page.goto(server.url)
-    await viewer.sees_picture()
-    await viewer.button("Settings").click()
-    await page.get_by_role("combobox", name="Language", exact=True).select_option("Deutsch")
-    await expect(viewer.button("Stopp")).to_be_visible()
-    await page.reload()
-    await _is_in(page, "de")
-    await expect(viewer.button("Stopp")).to_be_visible()
 
 
 async def test_a_long_language_from_right_to_left_keeps_the_page_usable(
