@@ -116,7 +116,7 @@ async def _point(server: MeasuredServer | JanusServer, crowd: Crowd, n: int) -> 
     errors, dropped = udp_receive_errors(), await server.dropped()
     viewers_s = crowd.meter.cpu_s()
     first = await crowd.count()
-    windows = [await _window(server) for _ in range(n)]
+    windows = [await server.meter.share(WINDOW_S) for _ in range(n)]
     last = await crowd.count()
     measured_s = last.at_s - first.at_s
     cpu = statistics.fmean(windows)
@@ -137,12 +137,6 @@ async def _point(server: MeasuredServer | JanusServer, crowd: Crowd, n: int) -> 
         saturated=saturated,
         flaw=flaw,
     )
-
-
-async def _window(server: MeasuredServer | JanusServer) -> float:
-    start_s, start_cpu_s = time.monotonic(), server.meter.cpu_s()
-    await asyncio.sleep(WINDOW_S)
-    return (server.meter.cpu_s() - start_cpu_s) / (time.monotonic() - start_s)
 
 
 def received(first: Sample, last: Sample) -> tuple[float, int]:

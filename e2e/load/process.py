@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
+import time
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,6 +29,12 @@ class ProcessMeter:
         """Processor time used so far, user and system, seconds."""
         times = [process.cpu_times() for process in self._family()]
         return float(sum(one.user + one.system for one in times))
+
+    async def share(self, seconds: float) -> float:
+        """Wait for so long; return the processor time that was used meanwhile, seconds of each."""
+        began_s, used_s = time.monotonic(), self.cpu_s()
+        await asyncio.sleep(seconds)
+        return (self.cpu_s() - used_s) / (time.monotonic() - began_s)
 
     def rss_mib(self) -> float:
         return float(sum(process.memory_info().rss for process in self._family()) / MIB)

@@ -69,9 +69,7 @@ async def room_cost(n: int) -> list[Row]:
 async def _window(nodes: Sequence[ProcessMeter]) -> float:
     """Return the processor time that they take, in seconds of each."""
     await asyncio.sleep(_SETTLE_S)
-    before_s, used_s = time.monotonic(), sum(one.cpu_s() for one in nodes)
-    await asyncio.sleep(_WINDOW_S)
-    return (sum(one.cpu_s() for one in nodes) - used_s) / (time.monotonic() - before_s)
+    return sum(await asyncio.gather(*(one.share(_WINDOW_S) for one in nodes)))
 
 
 async def _renewal_s(url: str, server: ProcessMeter) -> float:
@@ -82,9 +80,7 @@ async def _renewal_s(url: str, server: ProcessMeter) -> float:
         async with gate, http.post(f"{url}/api/seat", json={"client": tab}) as answer:
             await answer.read()
 
-    idle_s, began_s = server.cpu_s(), time.monotonic()
-    await asyncio.sleep(_WINDOW_S)
-    idle = (server.cpu_s() - idle_s) / (time.monotonic() - began_s)
+    idle = await server.share(_WINDOW_S)
     sessions = [
         aiohttp.ClientSession(
             cookie_jar=aiohttp.CookieJar(unsafe=True),  # the server is an address
