@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -19,15 +18,6 @@ if TYPE_CHECKING:
 
 FOLDER: Final = OUT / "gallery"
 _TEMPLATES: Final = Path(__file__).parent / "templates"
-
-
-@dataclass(frozen=True, slots=True)
-class Shot:
-    """One picture, its address within the gallery, and what a screen reader is told there."""
-
-    title: str
-    picture: str
-    tree: str
 
 
 async def shoot(scene: Scene, state: State, view: View) -> None:
@@ -52,12 +42,14 @@ def write_page(problems: dict[str, str]) -> Path:
     return path
 
 
-def _shots(state: State) -> list[Shot]:
+def _shots(state: State) -> list[dict[str, str]]:
+    """Give each picture, its address within the gallery, and what a screen reader is told there."""
     found = []
     for view in (view for device in DEVICES for view in device.views):
         picture = FOLDER / state.key / f"{view.key}.png"
         if picture.exists():
             tree = picture.with_suffix(".yaml").read_text(encoding="utf-8")
             title = f"{view.size.title}, {view.theme}"
-            found.append(Shot(title, f"{state.key}/{picture.name}", tree))
+            address = f"{state.key}/{picture.name}"
+            found.append({"title": title, "picture": address, "tree": tree})
     return found

@@ -98,7 +98,7 @@ def judged(first: Readings, second: Readings) -> tuple[list[Row], bool]:
         known = a is not None and b is not None and read is not None
         off_ms = max(abs(a - b), abs(read.ms - LIE_MS)) if known else None  # type: ignore[operator, union-attr]  # known
         rows.append(_row(kind, off_ms))
-        is_certain &= read is not None and is_clear(read, LIE_MS, LIMIT_MS)
+        is_certain &= read is not None and read.is_clear
     return rows, is_certain
 
 
@@ -123,7 +123,7 @@ _LEAST_LIES: Final = 4
 
 @dataclass(frozen=True, slots=True)
 class Shift:
-    """How much older lies were read than the truth beside them; `n` lies, spread to a figure.
+    """How much older lies were read than the truth beside them.
 
     `uncertain_ms` is the standard error of `ms`, from the lies' own spread: what the machine's
     unrest leaves open, whatever the instrument does.
@@ -131,7 +131,11 @@ class Shift:
 
     ms: float
     uncertain_ms: float
-    n: int
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether it is inside or outside of the limit by two standard errors or more."""
+        return abs(abs(self.ms - LIE_MS) - LIMIT_MS) >= 2 * self.uncertain_ms
 
 
 def shift(read: Iterable[tuple[float, float]]) -> Shift | None:
@@ -158,15 +162,9 @@ def shift(read: Iterable[tuple[float, float]]) -> Shift | None:
     middle = statistics.median(shifts)
     # Of a normal spread: the median's standard error by way of the median absolute deviation.
     deviation = 1.4826 * statistics.median(abs(one - middle) for one in shifts)
-    return Shift(middle, 1.2533 * deviation / math.sqrt(len(shifts)), len(shifts))
+    return Shift(middle, 1.2533 * deviation / math.sqrt(len(shifts)))
 
 
 def _mean(ages: list[float]) -> float:
     outer = len(ages) // 10
     return statistics.fmean(sorted(ages)[outer : len(ages) - outer])
-
-
-def is_clear(read: Shift, expected: float, limit: float) -> bool:
-    """Tell whether it is inside or outside of the limit by two standard errors or more."""
-    off = abs(abs(read.ms - expected) - limit)
-    return off >= 2 * read.uncertain_ms

@@ -88,6 +88,10 @@ class Seen:
     """Newcomers who were not answered."""
     more_mib: float = 0.0
     stops_ms: Sequence[float | None] = ()
+    host_s: float | None = None
+    """How long the host took to get in meanwhile."""
+    guest_s: float | None = None
+    """The same of a guest afterwards."""
     account: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -275,18 +279,6 @@ class Watch:
             await asyncio.sleep(_LOOK_S)
 
 
-@dataclass(slots=True)
-class Attacked:
-    """All attacks on one configuration, by name, and who came in during and after each."""
-
-    quiet: Seen
-    by_name: dict[str, Seen] = field(default_factory=dict)
-    host_s: list[float | None] = field(default_factory=list)
-    guest_s: list[float | None] = field(default_factory=list)
-    wrong: dict[str, list[str]] = field(default_factory=dict)
-    left: int = 0
-
-
 async def hostile(
     n: float, names: Sequence[str], key: str, table: Mapping[str, Any], load: Load
 ) -> list[Row]:
@@ -306,21 +298,19 @@ async def hostile(
             await _join(joiner, who)
         await watch.stops(len(WAYS), time.monotonic() + _PATIENCE_S)
         await watch.look(_SETTLE_S)
-        found = Attacked(watch.filled(await watch.look(_QUIET_S)))
+        quiet, found = watch.filled(await watch.look(_QUIET_S)), dict[str, Seen]()
         process = psutil.Process(stage.server.pid)
         before = process.num_fds()
         for name in names:
             lasts_s = max(STOPS * _TRIAL_S, (_SHORTEST_S - n) * (name == "slow"))
             coming = asyncio.create_task(_join(joiner, "host", after_s=n / 2))
             seen = await watch.attacked(gang, name, n, stops=STOPS, stops_s=lasts_s, seed=seed)
-            found.by_name[name] = seen
-            found.host_s.append(await coming)
-            found.guest_s.append(await _join(joiner, "guest"))
-            found.wrong[name] = _wrong(seen, found.quiet)
-            print(f"{key}, {_line(name, seen)}", found.wrong[name] or "", flush=True)
-        found.left = await _left(process, before)
+            seen.host_s, seen.guest_s = await coming, await _join(joiner, "guest")
+            found[name] = seen
+            print(f"{key}, {_line(name, seen)}", _wrong(seen, quiet) or "", flush=True)
+        left = await _left(process, before)
     print(f"WAX_SEED={seed}", flush=True)
-    return rows(key, found, load)
+    return rows(key, load, quiet, found, left)
 
 
 def _wrong(seen: Seen, quiet: Seen) -> list[str]:
@@ -344,14 +334,14 @@ def _line(name: str, seen: Seen) -> str:
     )
 
 
-def rows(key: str, found: Attacked, load: Load) -> list[Row]:
+def rows(key: str, load: Load, quiet: Seen, found: Mapping[str, Seen], left: int) -> list[Row]:
     """Judge all attacks together: what the operator has of them, Stop, and who gets in."""
-    quiet_ms = [ms for ms in found.quiet.commands_ms if ms is not None]
+    quiet_ms = [ms for ms in quiet.commands_ms if ms is not None]
     if not quiet_ms:
         raise MeasureError(f"{key}: no command arrived before the attacks")
     quiet_p99_ms = summarize(quiet_ms).p99
-    every = found.by_name.values()
-    wrong = {name: what for name, what in found.wrong.items() if what}
+    every = found.values()
+    wrong = {name: what for name, seen in found.items() if (what := _wrong(seen, quiet))}
     lasted_s = [s for seen in every for kind in seen.account["lasted_s"].values() for s in kind]
     judged = [
         summed(
@@ -375,9 +365,21 @@ def rows(key: str, found: Attacked, load: Load) -> list[Row]:
             len(every),
             **wrong,
         ),
-        counted(f"{key}: left", "… descriptors that are left", found.left, len(every)),
-        summed(f"{key}: host", "… the host gets in meanwhile", "s", found.host_s, HOST_S),
-        summed(f"{key}: guest", "… a guest gets in afterwards", "s", found.guest_s, GUEST_S),
+        counted(f"{key}: left", "… descriptors that are left", left, len(every)),
+        summed(
+            f"{key}: host",
+            "… the host gets in meanwhile",
+            "s",
+            [one.host_s for one in every],
+            HOST_S,
+        ),
+        summed(
+            f"{key}: guest",
+            "… a guest gets in afterwards",
+            "s",
+            [one.guest_s for one in every],
+            GUEST_S,
+        ),
     ]
     if lasted_s:
         what = "… slow connections are closed after"

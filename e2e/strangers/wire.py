@@ -6,13 +6,9 @@ The server's parsers must not judge themselves: a mistake that both ends shared 
 from __future__ import annotations
 
 from struct import pack
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from google_crc32c import value as crc32c
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
 
 # --- RTCP ---------------------------------------------------------------------------------
 
@@ -78,12 +74,3 @@ def http(path: str, *headers: tuple[str, str]) -> bytes:
     lines = [f"GET {path} HTTP/1.1", "Host: 127.0.0.1"]
     lines += [f"{name}: {value}" for name, value in headers]
     return "\r\n".join([*lines, "", ""]).encode()
-
-
-def many_cookies(size_bytes: int) -> Sequence[tuple[str, str]]:
-    """Return `Cookie` headers of so many bytes in all, each as long as HTTP servers take.
-
-    No name is a name: a parser that is lenient tries each in every way that it knows.
-    """
-    line = "a a;" * 2000
-    return [("Cookie", line)] * (size_bytes // len(line))
