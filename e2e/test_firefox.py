@@ -1,4 +1,4 @@
-"""Stock Firefox: picture, sound, voice, every way to drive, and what it says without WebRTC."""
+"""Stock Firefox: picture, sound, voice and every way to drive."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from e2e.harness.installed import needed
 from e2e.harness.microphone import hearing
 from e2e.harness.probe import LIVE_MS
 from e2e.harness.robot import holding_moves, moves
-from e2e.harness.scripts import press, reads, reads_of_no_webrtc
+from e2e.harness.scripts import press, reads
 from e2e.harness.wait import eventually
 from e2e.measure.ear import open_ear
 from e2e.test_voice import SPOKEN_S, are_played
@@ -163,15 +163,3 @@ async def test_firefox_drives_by_joystick_and_gamepad(serve: Serve, tmp_path: Pa
         await pad.push(1, 0)
         await pad.tap(START)
         assert await holding_moves(server, partial(pad.push, 1, -1), partial(pad.push, 1, 0))
-
-
-@pytest.mark.full
-async def test_firefox_without_webrtc_says_so(serve: Serve, tmp_path: Path) -> None:
-    """Where its user has switched WebRTC off, the page says that, and what to do."""
-    off = {"media.peerconnection.enabled": False}
-    async with (
-        serve(tmp_path, toml.CARD) as server,
-        firefox(tmp_path, preferences=off, probes=False) as window,
-    ):
-        await window.goto(server.url)
-        await reads_of_no_webrtc(window)

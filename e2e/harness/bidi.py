@@ -132,13 +132,10 @@ async def firefox(
     folder: Path,
     ear: Ear | None = None,
     preferences: Mapping[str, bool | int | str] = MappingProxyType({}),
-    *,
-    probes: bool = True,
 ) -> AsyncIterator[Firefox]:
     """Start a headless Firefox with a fresh profile in `folder`; it ends at the end of the block.
 
-    `preferences` are set beside the usual ones; it `probes` each page by the video probe, which
-    needs WebRTC. Raises `NotRunError`.
+    `preferences` are set beside the usual ones. Raises `NotRunError`.
     """
     path = installed(*FIREFOX)
     profile = folder / "profile"
@@ -159,9 +156,8 @@ async def firefox(
         url = await _listens(profile, process)
         async with aiohttp.ClientSession() as http, _talking(http, url) as session:
             tree = await session.send("browsingContext.getTree")
-            if probes:
-                script = f"() => {{ {PROBE.read_text(encoding='utf-8')} }}"
-                await session.send("script.addPreloadScript", functionDeclaration=script)
+            script = f"() => {{ {PROBE.read_text(encoding='utf-8')} }}"
+            await session.send("script.addPreloadScript", functionDeclaration=script)
             yield Firefox(session, tree["contexts"][0]["context"])
     finally:
         await terminate(process)
