@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -13,8 +14,9 @@ from aiohttp.test_utils import TestServer
 
 from e2e.gallery.views import ACROSS, DESKTOP, UPRIGHT
 from e2e.harness import toml
-from e2e.harness.scripts import reads, reads_of_no_webrtc
+from e2e.harness.scripts import reads
 from e2e.harness.webkit import webkit
+from e2e.measure.suite import ROOT
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
 pytestmark = [pytest.mark.full, pytest.mark.timeout(120)]
 
 LAYOUT: Final = (Path(__file__).parent / "gallery/layout.js").read_text(encoding="utf-8")
+WORDS: Final = ROOT / "web/src/words/en/first.json"
 SIDEWAYS: Final = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
 SILENT_PEER: Final = """
 class Never extends EventTarget {
@@ -44,7 +47,9 @@ async def test_what_is_missing_is_said(serve: Serve, tmp_path: Path) -> None:
     async with serve(tmp_path, toml.CARD) as server, webkit(tmp_path) as window:
         await window.goto(server.url)
         assert not await window.evaluate("'RTCPeerConnection' in window"), "it has WebRTC now"
-        await reads_of_no_webrtc(window)
+        words = json.loads(WORDS.read_text(encoding="utf-8"))
+        for name in ("cannot", "no_webrtc", "switched_off", "what_to_do"):
+            await reads(window, words[f"support.{name}"])
         for size in (UPRIGHT, ACROSS, DESKTOP):
             await window.resize(size.width, size.height)
             assert await window.evaluate(SIDEWAYS) <= 0, size.key

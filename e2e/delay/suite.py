@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from contextlib import AsyncExitStack
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -33,11 +32,9 @@ if TYPE_CHECKING:
 
 async def _instrument(n: int) -> list[Row]:
     """Measure the instrument's own error, once whatever is asked for."""
-    async with AsyncExitStack() as leaving:
-        folder = leaving.enter_context(TemporaryDirectory(prefix="wax-delay-"))
-        link = await leaving.enter_async_context(Link("same-machine"))
-        browser = await leaving.enter_async_context(open_browser(link))
-        return await own_error(link, browser, Path(folder))
+    with TemporaryDirectory(prefix="wax-delay-") as folder:
+        async with Link("same-machine") as link, open_browser(link) as browser:
+            return await own_error(link, browser, Path(folder))
 
 
 def _of(one: Planned) -> Case:

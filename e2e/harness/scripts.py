@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import json
-from typing import Any, Final, Protocol
+from typing import Any, Protocol
 
 from e2e.harness.wait import eventually
-from e2e.measure.suite import ROOT
-
-_WORDS: Final = ROOT / "web/src/words/en/first.json"
 
 
 class Window(Protocol):
@@ -19,13 +16,6 @@ async def reads(window: Window, words: str) -> None:
     """Wait until these words are on the page."""
     what = f"the page says “{words}”"
     await eventually(lambda: window.evaluate(says(words)), what, within_s=15)
-
-
-async def reads_of_no_webrtc(window: Window) -> None:
-    """Wait until the page says that this browser has no WebRTC, and what to do."""
-    words = json.loads(_WORDS.read_text(encoding="utf-8"))
-    for name in ("cannot", "no_webrtc", "switched_off", "what_to_do"):
-        await reads(window, words[f"support.{name}"])
 
 
 def says(words: str) -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from e2e.load.crowd.crowd import gathered
 from e2e.load.process import two_cores, udp_receive_errors
-from e2e.load.servers import JANUS, STOCK, WAX, serving, serving_janus
+from e2e.load.servers import JANUS, STOCK, WAX, MeasuredServer, serving, serving_janus
 from e2e.measure.errors import MeasureError, NotRunError
 from e2e.measure.row import Row, judged
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from e2e.load.crowd.crowd import Crowd
     from e2e.load.crowd.sample import Sample
-    from e2e.load.servers import JanusServer, MeasuredServer
+    from e2e.load.servers import JanusServer
 
 VIEWERS: Final = {WAX: (1, 16, 32, 50), STOCK: (1, 3, 6), JANUS: (1, 25, 50)}
 """Stock's core is full with eight."""
@@ -113,7 +113,7 @@ async def grown(crowd: Crowd) -> None:
 
 
 async def _point(server: MeasuredServer | JanusServer, crowd: Crowd, n: int) -> Point:
-    errors, dropped = udp_receive_errors(), await server.dropped()
+    errors, dropped = udp_receive_errors(), await _dropped(server)
     viewers_s = crowd.meter.cpu_s()
     first = await crowd.count()
     windows = [await server.meter.share(WINDOW_S) for _ in range(n)]
@@ -133,10 +133,18 @@ async def _point(server: MeasuredServer | JanusServer, crowd: Crowd, n: int) -> 
         cpu=cpu,
         cpu_sd=statistics.stdev(windows) if n > 1 else 0.0,
         fps_min=fps_min,
-        dropped=lost + await server.dropped() - dropped,
+        dropped=lost + await _dropped(server) - dropped,
         saturated=saturated,
         flaw=flaw,
     )
+
+
+async def _dropped(server: MeasuredServer | JanusServer) -> int:
+    """Return what our server itself has dropped; the others do not report it."""
+    if not isinstance(server, MeasuredServer) or server.side != WAX:
+        return 0
+    streams = (await server.status())["streams"]
+    return sum(int(streams[kind]["dropped"]) for kind in ("video", "audio"))
 
 
 def received(first: Sample, last: Sample) -> tuple[float, int]:

@@ -65,13 +65,6 @@ class MeasuredServer(Server):
     def offering(self) -> Offering:
         return Offering(url=self.url, how="wax" if self.side == WAX else "stock")
 
-    async def dropped(self) -> int:
-        """Return what our server itself has dropped; the others do not report it."""
-        if self.side != WAX:
-            return 0
-        streams = (await self.status())["streams"]
-        return sum(int(streams[kind]["dropped"]) for kind in ("video", "audio"))
-
 
 @dataclass(frozen=True, slots=True)
 class JanusServer:
@@ -79,10 +72,6 @@ class JanusServer:
 
     meter: ProcessMeter
     offering: Offering
-
-    async def dropped(self) -> int:
-        """Return 0: it tells nobody."""
-        return 0
 
 
 @asynccontextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 import socket
 import time
 import uuid
@@ -106,10 +107,7 @@ def _is_closed(made: socket.socket) -> bool:
 
 async def _largest_asset(port: int) -> str:
     page = await ask(port, "GET", "/")
-    text = page.body.decode("utf-8", "replace")
-    paths = {
-        "/assets/" + piece.partition('"')[0] for piece in text.split("/assets/")[1:] if '"' in piece
-    }
+    paths = set(re.findall(r'/assets/[^"]+(?=")', page.body.decode("utf-8", "replace")))
     sizes = {path: len((await ask(port, "GET", path)).body) for path in sorted(paths)}
     return max(sizes, key=lambda path: sizes[path], default="/")
 
