@@ -26,7 +26,7 @@ async def test_a_screen_shows_who_drives_and_takes_no_place(
     """It shows the picture, who drives and for how long; a place kept for its tab is given back.
 
     Stop and the pointer are hidden until somebody moves (and again 3 s later, as a page's test has
-    it); pressed, it stops the robot.
+    it); pressed, it stops the robot. A camera reads the page's own address from its code.
     """
     screen = await open_viewer(server, drives=True, **HALL)
     await screen.page.goto(f"{server.url}/?view=big-screen")
@@ -48,10 +48,6 @@ async def test_a_screen_shows_who_drives_and_takes_no_place(
     await expect(screen.page.get_by_text("Stopped by")).to_be_visible()
     await driver.release_stop()
 
-
-async def test_the_code_leads_to_the_page(server: Server, open_viewer: OpenViewer) -> None:
-    """A camera reads the page's own address from the code, without what makes it a screen's."""
-    screen = await open_viewer(server, **HALL)
     await screen.is_reached_as(NAME)
     await screen.page.goto(f"{NAME}/?view=big-screen")
     code = screen.page.get_by_role("img", name=f"QR code with the address {NAME}/", exact=True)
