@@ -30,8 +30,9 @@ def owner() -> str:
     return f"{os.getpid()}:{_started(os.getpid())}"
 
 
-def namespace_of(descriptor: int) -> Namespace:
-    found = os.fstat(descriptor)
+def namespace_of(file: int | str) -> Namespace:
+    """Return that of a descriptor, or of a path; raises `OSError`."""
+    found = os.stat(file)  # noqa: PTH116  # no Path is a descriptor
     return found.st_dev, found.st_ino
 
 
@@ -48,7 +49,8 @@ def end_all(namespaces: set[Namespace], *, but: int | None = None) -> None:
             if not left:
                 return
             for pid in left - asked if how is signal.SIGTERM else left:
-                _kill(pid, how)
+                with suppress(ProcessLookupError, PermissionError):
+                    os.kill(pid, how)
             asked |= left
             time.sleep(_LOOK_EVERY_S)
 
@@ -86,11 +88,9 @@ def _networks() -> Iterator[tuple[int, Namespace]]:
 
 
 def _network(pid: int) -> Namespace | None:
-    try:
-        found = Path(f"/proc/{pid}/ns/net").stat()
-    except OSError:
-        return None
-    return found.st_dev, found.st_ino
+    with suppress(OSError):
+        return namespace_of(f"/proc/{pid}/ns/net")
+    return None
 
 
 def _mark(pid: int) -> str | None:
@@ -112,8 +112,3 @@ def _started(pid: int) -> str:
     except OSError:
         return ""
     return text.rpartition(")")[2].split()[19]  # proc(5): field 22; the name may have spaces
-
-
-def _kill(pid: int, how: signal.Signals) -> None:
-    with suppress(ProcessLookupError, PermissionError):
-        os.kill(pid, how)
