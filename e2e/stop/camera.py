@@ -166,7 +166,6 @@ class Control:
 
     def thaw(self) -> None:
         (self.folder / "freeze").unlink(missing_ok=True)
-        (self.folder / "frozen").unlink(missing_ok=True)
 
     async def _moment(self, name: str) -> float:
         noted = self.folder / name

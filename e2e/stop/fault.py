@@ -219,12 +219,13 @@ async def _trial(fault: Fault, scene: Scene) -> Broken | None:
     took_ms = (time.monotonic() - mended_s) * 1000
     await asyncio.sleep(fault.held_on_s)
     until_s = mended_s if fault.resumes else time.monotonic()
-    stopping = scene.stage.outcome(since_s, until_s)
-    if stopping is None:
+    record = scene.stage.record
+    record.read()
+    if not record.moved_at(since_s):
         return None
-    after = scene.stage.record.between(mended_s, until_s)
+    after = record.between(mended_s, until_s)
     moved_ms = [(one.at_s - mended_s) * 1000 for one in after if one.moves]
-    return Broken(scene.kind, stopping, moved_ms, took_ms)
+    return Broken(scene.kind, record.stopping(since_s, until_s), moved_ms, took_ms)
 
 
 def rows_of(fault: Fault, found: Sequence[Broken]) -> list[Row]:

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
     from e2e.load.crowd.crowd import Crowd
     from e2e.stop.operator import RawOperator
-    from e2e.stop.record import Stopping
 
     Act = Callable[[], Awaitable[object]]
 
@@ -195,12 +194,6 @@ class Stage:
                 return True
             await asyncio.sleep(0.005)
         return False
-
-    def outcome(self, since_s: float, until_s: float | None = None) -> Stopping | None:
-        """Return how the motion at `since_s` has ended; None if there was none."""
-        until_s = time.monotonic() if until_s is None else until_s
-        self.record.read()
-        return self.record.stopping(since_s, until_s) if self.record.moved_at(since_s) else None
 
     async def drive(self, operator: RawOperator) -> None:
         """Release, press again, and return at random phase while the robot moves."""
