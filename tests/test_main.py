@@ -126,7 +126,7 @@ def test_there_must_be_something_to_replay(
 ) -> None:
     """What is no tape is one sentence, and no page is served."""
     assert main(["replay", str(tmp_path / "gone.mcap")]) == 1
-    assert "is not there" in capsys.readouterr().err
+    assert "gone.mcap does not exist" in capsys.readouterr().err
     assert main(["replay", str(tmp_path)]) == 1
     assert "nothing of a tape" in capsys.readouterr().err
 

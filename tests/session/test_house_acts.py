@@ -37,7 +37,7 @@ async def test_its_stop_is_anybodys(rig: Rig) -> None:
     assert rig.robot.told[-1] == "stop"
     rig.wait(0.3, bob)
     told = bob.last("room")["stop"]
-    assert told == {"number": 1, "by": {"code": "by.house"}, "viewer": None}
+    assert told == {"number": 1, "by": {"code": "by.house"}, "viewer": None, "by_host": False}
     pressed = {"type": "stop.pressed", "stop": 1, "role": "house", "name": None}
     assert pressed in rig.heard.take()
     host = await rig.enter("hedy-111", is_host=True)

@@ -120,7 +120,7 @@ def _alone(path: Path) -> Shelved:
         status = check(path)
     except OSError as error:
         raise StateError(
-            f"{path}: {problem(error)}; `wax tape list` shows what is recorded"
+            f"{path} {problem(error)}; `wax tape list` shows what is recorded"
         ) from error
     ending = ending_of(path.name)
     if ending not in (EVENTS, *MEDIA, *CAMERAS):
