@@ -341,7 +341,8 @@ def rows(key: str, load: Load, quiet: Seen, found: Mapping[str, Seen], left: int
         raise MeasureError(f"{key}: no command arrived before the attacks")
     quiet_p99_ms = summarize(quiet_ms).p99
     every = found.values()
-    wrong = {name: what for name, seen in found.items() if (what := _wrong(seen, quiet))}
+    wrong = {name: harm for name, seen in found.items() if (harm := _wrong(seen, quiet))}
+    hosts_s, guests_s = [one.host_s for one in every], [one.guest_s for one in every]
     lasted_s = [s for seen in every for kind in seen.account["lasted_s"].values() for s in kind]
     judged = [
         summed(
@@ -366,20 +367,8 @@ def rows(key: str, load: Load, quiet: Seen, found: Mapping[str, Seen], left: int
             **wrong,
         ),
         counted(f"{key}: left", "… descriptors that are left", left, len(every)),
-        summed(
-            f"{key}: host",
-            "… the host gets in meanwhile",
-            "s",
-            [one.host_s for one in every],
-            HOST_S,
-        ),
-        summed(
-            f"{key}: guest",
-            "… a guest gets in afterwards",
-            "s",
-            [one.guest_s for one in every],
-            GUEST_S,
-        ),
+        summed(f"{key}: host", "… the host gets in meanwhile", "s", hosts_s, HOST_S),
+        summed(f"{key}: guest", "… a guest gets in afterwards", "s", guests_s, GUEST_S),
     ]
     if lasted_s:
         what = "… slow connections are closed after"
