@@ -33,6 +33,7 @@ class Wire:
     def __init__(self, peer: RTCPeerConnection, monkeypatch: pytest.MonkeyPatch) -> None:
         self.at_s = 100.0
         self.feedback_s: list[float] = []
+        self.told = asyncio.Event()
         self.asked: list[tuple[float, list[int]]] = []
         self.keyframes_s: list[float] = []
         self.onwards: list[bytes] = []
@@ -61,6 +62,7 @@ class Wire:
 
     async def _feedback(self, data: bytes) -> None:
         self.feedback_s.append(self.at_s)
+        self.told.set()
 
     async def _nack(self, ssrc: int, lost: list[int]) -> None:
         self.asked.append((self.at_s, lost))
@@ -91,6 +93,14 @@ async def test_feedback_goes_back_each_50_to_100_ms(wire: Wire) -> None:
     assert len(gaps_s) > 25
     assert min(gaps_s) >= 0.05
     assert max(gaps_s) <= 0.1
+
+
+async def test_the_last_packet_is_told_of_though_none_follows(wire: Wire) -> None:
+    """A sender that waits for feedback would else wait for one that waits for it."""
+    await wire.brings(1)
+    assert wire.feedback_s == []
+    wire.at_s += 0.1
+    await asyncio.wait_for(wire.told.wait(), 10.0)
 
 
 async def test_a_missing_packet_is_asked_for_at_once_and_again(wire: Wire) -> None:

@@ -97,7 +97,8 @@ class Media:
     """Sound and picture of one peer connection, made before its offer, attached at its answer.
 
     `on_packet` is called with each packet of media but retransmissions; `on_socket` with aioice's
-    protocol at each socket, once it is tapped. Due feedback is sent when the next packet arrives.
+    protocol at each socket, once it is tapped. Feedback is sent when it is due, as by a browser: a
+    sender that waits for it sends nothing that could remind of it.
     """
 
     def __init__(
@@ -125,6 +126,7 @@ class Media:
         self._feedback_s = self._told_s + MIN_INTERVAL_S
         self._request_s = 0.0
         self._answering: asyncio.Task[None] | None = None
+        self._due: asyncio.TimerHandle | None = None
 
     def attach(self, answer: str) -> None:
         """Tap the sockets; call it in the same step as setting the answer, before ICE begins.
@@ -153,6 +155,7 @@ class Media:
 
     async def close(self) -> None:
         """Finish sending."""
+        self._remind(None)
         if self._answering is not None:
             await self._answering
 
@@ -171,8 +174,28 @@ class Media:
             self._take_retransmission(data)
         elif kind is not None:
             self._count(kind, packet, now_s)
-        if self._answering is None and self._is_due(now_s):
+        self._answer_if_due(now_s)
+
+    def _answer_if_due(self, now_s: float) -> None:
+        if self._answering is not None:
+            return
+        if self._is_due(now_s):
+            self._remind(None)
             self._answering = asyncio.create_task(self._answer(now_s), name="RTCP")
+        elif self._due is None:
+            self._remind(self._feedback_s - now_s)
+
+    def _remind(self, after_s: float | None) -> None:
+        """Look again after so long whether an answer is due; None for never."""
+        if self._due is not None:
+            self._due.cancel()
+            self._due = None
+        if after_s is not None:
+            self._due = asyncio.get_running_loop().call_later(after_s, self._reminded)
+
+    def _reminded(self) -> None:
+        self._due = None
+        self._answer_if_due(self._now_s())
 
     def _count(self, kind: Kind, packet: RtpHeader, now_s: float) -> None:
         stream = self._streams[kind].get(packet.ssrc)
