@@ -144,7 +144,7 @@ def test_with_the_control_at_rest_it_is_as_without() -> None:
     """Set-points, axes and stops pass as they are, and a silence falls due as it does."""
     chair = driven()
     assert chair.say(AHEAD) == (Apply(AHEAD, 1),)
-    assert chair.watchdog.due_s == pytest.approx(chair.now_s + SILENCE_S)
+    assert chair.watchdog.silent_at_s == pytest.approx(chair.now_s + SILENCE_S)
     assert chair.axis(0.5) == (SetAxis("pan", 0.5, 1),)
     assert chair.halt() == (StopDriver(1),)
 

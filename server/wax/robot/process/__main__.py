@@ -44,12 +44,7 @@ def main() -> int:
     clock = SystemClock()
     try:
         driver = make_driver(begin.robot, clock)
-        watchdog = DriverWatchdog(
-            driver.limits,
-            begin.robot.silence_ms / 1000.0,
-            begin.controls,
-            brakes_softly=begin.robot.soft_braking,
-        )
+        watchdog = DriverWatchdog(driver.limits, begin.robot.silence_ms / 1000.0, begin.controls)
         passenger = make_passenger(begin, driver, watchdog, clock)
     except ConfigError as error:
         _LOG.error("the driver cannot be built", problem=str(error))

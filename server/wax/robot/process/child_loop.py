@@ -155,7 +155,7 @@ class ChildLoop:
 
     def _wait(self) -> list[int]:
         """Wait until something is due, and return the descriptors that can be read."""
-        pause_s = min(self._due_s, self._watchdog.due_s) - self._clock.now_s()
+        pause_s = min(self._due_s, self._watchdog.silent_at_s) - self._clock.now_s()
         descriptors = [] if self._is_alone else [self._reader]
         if self._passenger is not None:
             if self._passenger.wakes is None:

@@ -55,6 +55,8 @@ FIRST_PAUSE_S: Final = 0.3
 LAST_PAUSE_S: Final = 3.0
 STEADY_S: Final = 5.0
 """A process that has run this long did not fail at its start."""
+LATE_S: Final = 0.02
+"""The server's own stop comes first where its loop is no later than this."""
 CLOSE_S: Final = 0.85
 KILL_S: Final = 0.1
 
@@ -140,7 +142,7 @@ class ProcessDriver:
 
     def expect(self, end_s: float) -> None:
         with self._lock:
-            self._end_s = end_s if math.isfinite(end_s) else None
+            self._end_s = end_s + LATE_S if math.isfinite(end_s) else None
 
     def apply(self, twist: Twist, turn: int) -> None:
         with self._lock:

@@ -36,10 +36,6 @@ SILENT: Final = Sentence("robot.server_silent")
 GARBLED: Final = Sentence("robot.garbled")
 NEUTRAL_FIRST: Final = Sentence("robot.held")
 
-LATE_S: Final = 0.02
-"""How late the server may say that its operator's command is too old before that is a fault: its
-loop is sometimes late beside a crowd, and nobody should have to press again for that."""
-
 
 @dataclass(frozen=True, slots=True)
 class Apply:
@@ -86,42 +82,35 @@ Call = Apply | SetAxis | SetControl | StopDriver
 class DriverWatchdog:
     """Turns the server's messages, and its silence, into calls to the driver.
 
-    - When the operator's command is too old (`Move.end_s`), the robot stops, unless it
-      `brakes_softly`: then the server slows it down. A newer set-point moves it again.
     - Silence means `silence_s` since the timestamp of the newest set-point or stop, or that the
-      server says nothing newer within `LATE_S` of that end. It causes a *hold*, which stops the
-      robot, as do an invalid message, a driver that raises, and a robot that has reconnected.
+      server has not stopped what its own command no longer allows (`Move.end_s`). It causes a
+      *hold*, which stops the robot, as do an invalid message, a driver that raises, and a robot
+      that has reconnected.
     - After a hold, and at the start of each turn, nothing moves, axes included, until a set-point
       of standstill arrives with a timestamp later than the hold. A turn begins with a stop.
     - A control that is held is let go of with a hold and between two turns, and one that moves with
       a stop, too. One that moves may begin only where an axis may; letting go is never refused.
-    - A set-point or axis position that is older than `silence_s`, past its end by `LATE_S`, out of
-      sequence, or of a lower turn is refused, and does not end the silence. A stop never is.
+    - A set-point or axis position that is older than `silence_s`, past its end, out of sequence, or
+      of a lower turn is refused, and does not end the silence. A stop is never refused.
 
     `problem` says why the robot is held, None while it is not; `holds` counts the holds.
     """
 
     def __init__(
-        self,
-        limits: Limits,
-        silence_s: float,
-        controls: Iterable[ControlSettings] = (),
-        *,
-        brakes_softly: bool = False,
+        self, limits: Limits, silence_s: float, controls: Iterable[ControlSettings] = ()
     ) -> None:
         self._limits = limits
         self._controls = {one.name: one for one in controls}
         self._held: dict[str, ControlValue] = {}
         self._silence_s = silence_s
-        self._brakes_softly = brakes_softly
         self._turn = 0
         self._sequence = -1
         self._newest_s = -math.inf
         self._held_s = -math.inf
         self._armed = False
         self._twist = STANDSTILL
-        self._end_s = math.inf
-        self._silent_s = math.inf
+        self.silent_at_s = math.inf
+        """When silence will stop the robot; infinite before the first message."""
         self.problem: Sentence | None = None
         self.holds = 0
         self.counts = dict.fromkeys(COUNTS, 0)
@@ -130,11 +119,6 @@ class DriverWatchdog:
     def turn(self) -> int:
         """The newest turn's number."""
         return self._turn
-
-    @property
-    def due_s(self) -> float:
-        """When the robot is stopped unless the server says more; infinite where it is held."""
-        return min(self._end_s, self._silent_s)
 
     def hear(self, message: Message, now_s: float) -> tuple[Call, ...]:
         """Handle a message; check silence first, so that a message that waited cannot end it."""
@@ -153,20 +137,18 @@ class DriverWatchdog:
             return (*calls, *self._axis(message))
         if isinstance(message, Control):
             return (*calls, *self._control(message))
-        return (*calls, *self._move(message, now_s))
+        return (*calls, self._move(message))
 
     def beat(self, now_s: float) -> tuple[Call, ...]:
         """Repeat the current set-point."""
         return (*self.watch(now_s), Apply(self._twist, self._turn))
 
     def watch(self, now_s: float) -> tuple[Call, ...]:
-        """Stop the robot at its command's end, or if the server has been silent for too long."""
-        if now_s >= self._silent_s:
-            self.counts["driver_silences"] += 1
-            return self.hold(SILENT, now_s)
-        if now_s >= self._end_s:
-            return self._stand()
-        return ()
+        """Stop the robot if the server has been silent for too long."""
+        if now_s < self.silent_at_s:
+            return ()
+        self.counts["driver_silences"] += 1
+        return self.hold(SILENT, now_s)
 
     def garbage(self, now_s: float) -> tuple[Call, ...]:
         """Hold the robot because of an invalid message."""
@@ -182,7 +164,7 @@ class DriverWatchdog:
         """Stop the robot; nothing sent before `now_s` moves it again."""
         self._disarm()
         self._held_s = now_s
-        self._end_s = self._silent_s = math.inf
+        self.silent_at_s = math.inf
         self.problem = problem
         self.holds += 1
         return (StopDriver(self._turn), *self._let_go(*self._held))
@@ -190,19 +172,13 @@ class DriverWatchdog:
     def _halt(self, halt: Halt, now_s: float) -> tuple[Call, ...]:
         self._sequence = max(self._sequence, halt.sequence)
         released = self._begin(halt.turn)[1:]
+        self._twist = STANDSTILL
         if self._is_fresh(halt, now_s):
             self._heard(halt)
-        stop, *let_go = self._stand()
-        return (stop, *released, *let_go)
-
-    def _stand(self) -> tuple[Call, ...]:
-        """Stop the robot, and what is held that moves, until it is told to move."""
-        self._end_s = math.inf
-        self._twist = STANDSTILL
         moving = [name for name in self._held if self._controls[name].moves]
-        return (StopDriver(self._turn), *self._let_go(*moving))
+        return (StopDriver(self._turn), *released, *self._let_go(*moving))
 
-    def _move(self, move: Move, now_s: float) -> tuple[Call, ...]:
+    def _move(self, move: Move) -> Call:
         self._heard(move)
         asked = Twist(move.linear_mps, move.angular_rps)
         if asked.is_zero and move.sent_s > self._held_s:
@@ -210,9 +186,7 @@ class DriverWatchdog:
         self._twist = within(asked, self._limits) if self._armed else STANDSTILL
         if not self._armed and not asked.is_zero:
             self._wait_for_neutral()
-        # It may have been long in the pipe: its motion is over, but the server is there.
-        ended = self._stand() if now_s >= self._end_s else ()
-        return (*ended, Apply(self._twist, self._turn))
+        return Apply(self._twist, self._turn)
 
     def _axis(self, axis: Axis) -> tuple[Call, ...]:
         if not self._armed:
@@ -260,7 +234,7 @@ class DriverWatchdog:
 
     def _refusal(self, message: Move | Axis | Control, now_s: float) -> str | None:
         end_s = message.end_s if isinstance(message, Move) else None
-        is_over = end_s is not None and now_s >= end_s + LATE_S
+        is_over = end_s is not None and now_s >= end_s
         if is_over or not self._is_fresh(message, now_s):
             return "driver_stale"
         if message.sequence <= self._sequence:
@@ -275,10 +249,9 @@ class DriverWatchdog:
 
     def _heard(self, message: Move | Halt) -> None:
         self._newest_s = max(self._newest_s, message.sent_s)
-        self._end_s, self._silent_s = math.inf, self._newest_s + self._silence_s
+        self.silent_at_s = self._newest_s + self._silence_s
         if isinstance(message, Move) and message.end_s is not None:
-            self._silent_s = min(self._silent_s, message.end_s + LATE_S)
-            self._end_s = math.inf if self._brakes_softly else message.end_s
+            self.silent_at_s = min(self.silent_at_s, message.end_s)
 
 
 def _lets_go(message: Control) -> bool:

@@ -92,8 +92,8 @@ class HandWatchdog:
         return self._watchdog.counts | self._counts
 
     @property
-    def due_s(self) -> float:
-        return self._watchdog.due_s
+    def silent_at_s(self) -> float:
+        return self._watchdog.silent_at_s
 
     def recall_stop(self) -> None:
         """Begin with the person's Stop in force; call it before anything was felt."""

@@ -53,7 +53,8 @@ class _Command(_PipeMessage):
 class Move(_Command):
     """Server → process: a set-point, and whether an operator is there who may drive.
 
-    `end_s` is when the operator's command behind it is too old, None where none moves the robot.
+    `end_s` is when the server would have stopped the robot unless a newer command had come, None
+    where no command moves it.
     """
 
     say: Literal["move"] = "move"
