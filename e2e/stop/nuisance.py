@@ -53,7 +53,7 @@ async def nuisance(n: int, *, at_once: int = AT_ONCE) -> list[Row]:
             detail={
                 "stops": stops,
                 "one_way_ms": min(one_way_ms for _, _, one_way_ms, _ in found),
-                "late_by_this_machine_ms": max(late_ms for *_, late_ms in found),
+                "operator_late_ms": max(late_ms for *_, late_ms in found),
             },
         )
     ]

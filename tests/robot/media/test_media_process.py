@@ -111,6 +111,7 @@ def problem(source: VideoSource | AudioSource) -> str:
 def test_pictures_come_whole_new_and_with_their_times(robot: SensingDriver) -> None:
     """Each is of one colour, later and newer than the one before; it does not change."""
     source = camera(robot)
+    began_s = SystemClock().now_s()
     kept = first(source)
     number = int(kept.i420[0, 0])
     pictures = [source.read() for _ in range(60)]
@@ -118,6 +119,7 @@ def test_pictures_come_whole_new_and_with_their_times(robot: SensingDriver) -> N
     assert all(np.ptp(picture.i420) == 0 for picture in pictures)
     times = [picture.captured_s for picture in pictures]
     assert times == sorted(set(times))
+    assert began_s < times[-1] <= SystemClock().now_s()
     assert int(kept.i420[0, 0]) == number
 
 
