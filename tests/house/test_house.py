@@ -280,6 +280,7 @@ def test_a_missing_library_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> Non
         ({"user": "rover", "password_file": "{}"}, "x" * 5000, "mqtt.password_file: .* more than"),
         ({"url": "mqtts://home", "ca_file": "{}"}, None, "mqtt.ca_file: .* No such file"),
         ({"url": "mqtts://home", "ca_file": "{}"}, "x", "mqtt.ca_file: .* holds no certificate"),
+        ({"url": "mqtts://home", "ca_file": "{}"}, "", "mqtt.ca_file: .* holds no certificate"),
     ],
 )
 def test_what_cannot_be_read_keeps_the_server_from_starting(

@@ -258,9 +258,11 @@ def _password(path: str) -> str | None:
 
 
 def _tls(ca_file: str) -> ssl.SSLContext:
+    path = expanded(ca_file) if ca_file else None
     try:
-        own = read_bytes(expanded(ca_file)).decode() if ca_file else None
-        return ssl.create_default_context(cadata=own)
-    except (OSError, UnicodeDecodeError) as error:  # an SSLError, too
-        why = getattr(error, "strerror", None) or error
+        if path is not None:
+            read_bytes(path)  # OpenSSL would wait for a pipe, and read a device without end
+        return ssl.create_default_context(cafile=path)
+    except OSError as error:  # an SSLError, too
+        why = error.strerror or error
         raise StartError(f"mqtt.ca_file: {ca_file} holds no certificate: {why}") from error
