@@ -16,7 +16,7 @@ from wax.door.tunnel import Tunnel
 from wax.rtc.public_address import StunError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
 OPENED = b"debug1: remote forward success for: listen 127.0.0.1:20001, connect 127.0.0.1:8080\n"
@@ -76,8 +76,7 @@ class Stage:
         self.clock = TurnedClock()
         self.tunnel = Tunnel(self.settings, self.clock, lambda: 8080, self._run)
 
-    def _run(self, command: Sequence[str], environment: Mapping[str, str]) -> Any:
-        assert environment["LC_ALL"] == "C"
+    def _run(self, command: Sequence[str]) -> Any:
         with self._news:
             self.commands.append(command)
             self.started.append(Ssh())

@@ -13,6 +13,7 @@ from tests.door.door_lines import door_line
 
 from wax.config.door import DoorSettings
 from wax.door import line, ssh
+from wax.door.tunnel import start
 
 DOOR = DoorSettings(
     host="robot.example.org",
@@ -88,13 +89,22 @@ def test_the_command_is_one_that_ssh_takes(tmp_path: Path) -> None:
 
 
 @pytest.mark.system
+def test_ssh_speaks_english(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its words are read, whatever the language of the machine."""
+    monkeypatch.setenv("LC_ALL", "de_DE.UTF-8")
+    with start(["sh", "-c", "echo $LC_ALL >&2"]) as child:
+        assert child.stderr is not None
+        assert child.stderr.read() == b"C\n"
+
+
+@pytest.mark.system
 @pytest.mark.skipif(shutil.which("setpriv") is None, reason="util-linux is Linux's")
 def test_ssh_ends_with_a_server_that_is_killed() -> None:
     """Nothing of ours goes on leading people here when nobody watches over it."""
     program = (
         "import os, pathlib, signal\n"
         "from wax.door.tunnel import start\n"
-        "pid = start(['sleep', '600'], os.environ).pid\n"
+        "pid = start(['sleep', '600']).pid\n"
         "print(pid, flush=True)\n"
         "while pathlib.Path(f'/proc/{pid}/comm').read_text() != 'sleep\\n': pass\n"
         "os.kill(os.getpid(), signal.SIGKILL)\n"

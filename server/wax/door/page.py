@@ -28,7 +28,7 @@ def look(url: str, wall_s: float, here: str | None) -> Sentence | None:
     problem = None
     try:
         there = _who(url)
-        if here is not None and there != _who(f"http://{here}"):
+        if _mine(here) not in (None, there):
             problem = Sentence("tunnel.another", {"url": url})
     except urllib.error.HTTPError as error:
         problem = _unopened(url, f"{error.code} {error.reason}")
@@ -48,6 +48,14 @@ def _who(url: str) -> bytes:
     """Return what only one server answers, each time it runs."""
     with _get(f"{url}/healthz", ssl.create_default_context()) as answer:
         return answer.read(_MOST_BYTES)
+
+
+def _mine(here: str | None) -> bytes | None:
+    """Return what the server at `here` answers; None if that is not to be had just now."""
+    try:
+        return None if here is None else _who(f"http://{here}")
+    except (OSError, ValueError, http.client.HTTPException):
+        return None
 
 
 def _clock_off_s(url: str, wall_s: float) -> float | None:

@@ -23,11 +23,11 @@ from wax.door.page import look
 from wax.errors import WaxError
 from wax.named_file import read_bytes, secret_file
 from wax.process import python_module
-from wax.rtc.public_address import StunError, public_address
+from wax.rtc.public_address import StunError, public_address, split
 from wax.sentence import Sentence, says
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
 
     from wax.clock import Clock
@@ -46,7 +46,7 @@ _END_S: Final = 0.5
 _HERE: Final = {"localhost": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
 
 
-def start(command: Sequence[str], environment: Mapping[str, str]) -> subprocess.Popen[bytes]:
+def start(command: Sequence[str]) -> subprocess.Popen[bytes]:
     """Start ssh so that it ends with the thread that has started it; raises `OSError`."""
     if shutil.which(command[0]) is None:
         raise FileNotFoundError(command[0])
@@ -57,7 +57,7 @@ def start(command: Sequence[str], environment: Mapping[str, str]) -> subprocess.
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
-        env=dict(environment),
+        env=python_module.environment() | {"LC_ALL": "C"},  # its words are read in English
         start_new_session=True,  # Ctrl-C is for the server, which ends it
     )
 
@@ -117,10 +117,11 @@ class Tunnel:
         settings: Settings,
         clock: Clock,
         port: Callable[[], int],
-        run_ssh: Callable[[Sequence[str], Mapping[str, str]], subprocess.Popen[bytes]] = start,
+        run_ssh: Callable[[Sequence[str]], subprocess.Popen[bytes]] = start,
     ) -> None:
         self._door, self._server = settings.door, settings.server
-        self._stun = [one for one in settings.network.stun if self._door.host in one]
+        stun = [one.removeprefix("stun:") for one in settings.network.stun]
+        self._stun = [one for one in stun if split(one)[0] == self._door.host]
         self._clock = clock
         self._port = port
         self._run_ssh = run_ssh
@@ -220,8 +221,7 @@ class Tunnel:
             if self._closing.is_set():
                 return self._failed("")
             try:
-                # Its words are read, so they must be English.
-                child = self._run_ssh(ssh_there, python_module.environment() | {"LC_ALL": "C"})
+                child = self._run_ssh(ssh_there)
             except FileNotFoundError:
                 return Sentence("tunnel.no_ssh")
             except OSError as error:
@@ -256,16 +256,18 @@ class Tunnel:
         wait_s = _LOOK_FIRST_S
         while not self._closing.wait(wait_s):
             wait_s = _LOOK_FIRST_S
-            if self._state.since_s is None or not self._server.public_url:
+            since_s = self._state.since_s
+            if since_s is None or not self._server.public_url:
                 continue
+            relay = None
             try:
                 found = look(self._server.public_url, self._clock.wall_ms() / 1000, self._target())
+                relay = self._ask_relay()
             except Exception as error:  # what answers there is not ours
                 _LOG.exception("the look at the public page failed")
                 found = self._failed(str(error) or type(error).__name__)
-            relay = self._ask_relay()
             state = self._state
-            if state.since_s is None:
+            if state.since_s != since_s:  # it was about another connection
                 continue
             for now, before in ((found, state.page), (relay, state.relay)):
                 if now is not None and now != before:
@@ -277,7 +279,7 @@ class Tunnel:
         """Return what is wrong with the door's STUN server, which is its relay, too."""
         try:
             for one in self._stun:
-                public_address(one.removeprefix("stun:"))
+                public_address(one)
         except StunError:
             return Sentence("tunnel.no_relay", {"host": self._door.host})
         return None

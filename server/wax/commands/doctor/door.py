@@ -11,7 +11,6 @@ from wax.commands.doctor.verdict import Check, Verdict, bad, ok, warning
 from wax.door import ssh
 from wax.door.page import look
 from wax.door.tunnel import command, lines_of, start, target, with_key
-from wax.process import python_module
 from wax.rtc import relay_check
 from wax.rtc.ice_servers import IceServers
 from wax.sentence import Sentence
@@ -115,7 +114,7 @@ def _attempt(door: DoorSettings, way: Way) -> Sentence | None:
     with tempfile.TemporaryDirectory() as folder:
         words = ["timeout", f"{_TRY_S:g}", *command(door, way, Path(folder), "127.0.0.1:9")]
         try:
-            child = start(words, python_module.environment())
+            child = start(words)
         except FileNotFoundError:
             return Sentence("tunnel.no_ssh")
         assert child.stderr is not None
