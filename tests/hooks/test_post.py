@@ -148,7 +148,7 @@ async def test_what_is_no_http_is_a_sentence(said: bytes) -> None:
     async with _babbling(said) as url:
         with pytest.raises(HookError) as refused:
             await _post(url)
-    assert str(refused.value) == "It cannot be reached: what came back is no HTTP."
+    assert str(refused.value) == "It cannot be reached: the answer is not HTTP."
 
 
 async def test_announcements_without_end_come_a_few_at_a_time(

@@ -104,7 +104,7 @@ def test_nobody_is_asked_for_a_key_s_password(tmp_path: Path) -> None:
         serialization.BestAvailableEncryption(b"secret"),
     )
     kept.key.write_bytes(locked)
-    with pytest.raises(StartError, match=r"key\.pem is locked with a password"):
+    with pytest.raises(StartError, match=r"key\.pem is encrypted"):
         kept.context()
 
 

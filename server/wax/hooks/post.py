@@ -96,7 +96,7 @@ def not_reached(error: Exception, limit_s: float) -> Sentence:
     if isinstance(error, TimeoutError):
         return Sentence("hook.silent", {"limit": limit_s})
     if isinstance(error, aiohttp.ClientResponseError):  # which repeats the URL, and a stranger
-        why = "what came back is no HTTP"
+        why = "the answer is not HTTP"
     else:
         why = getattr(error, "strerror", None) or str(error) or type(error).__name__
     if isinstance(error, OSError) and error.errno in _CONNECTING:

@@ -8,8 +8,8 @@ import gc
 from typing import Final
 
 _GC_THRESHOLDS: Final = (700, 10, 20_000)
-"""As usual, but full collections so seldom as not to matter: one stopped the event loop for 35 ms
-while a crowd joined, and who is gone needs none (`wax.weak_callback`, `break_circle`,
+"""As usual, but full collections after 20,000 looks, half an hour: one stopped the event loop for
+35 ms while a crowd joined, and who is gone needs none (`wax.weak_callback`, `break_circle`,
 `private.break_circles`)."""
 _LOOK_S: Final = 0.1
 _M_TRIM_THRESHOLD: Final = -1

@@ -77,7 +77,7 @@ class Certificate:
     def _ask_nobody(self) -> str:
         """Refuse a locked key; by itself OpenSSL asks for its password at the terminal."""
         raise StartError(
-            f"the key {self.key} is locked with a password; write it without one, for example by:"
+            f"the key {self.key} is encrypted; save it without a password, for example by:"
             f" openssl pkey -in {self.key} -out FILE"
         )
 
