@@ -7,7 +7,7 @@ import time
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Final
 
-import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+import psutil
 
 from e2e.delay.browser import open_browser
 from e2e.delay.measures import measured

@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+import psutil
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -15,7 +15,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+import psutil
 import pytest
 import pytest_asyncio
 from tests.link.errors import LinkError

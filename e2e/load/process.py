@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+import psutil
 
 from e2e.measure.errors import MeasureError, NotRunError
 

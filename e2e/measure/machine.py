@@ -9,7 +9,7 @@ import subprocess
 from pathlib import Path
 from typing import Final
 
-import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+import psutil
 from pydantic import BaseModel, ConfigDict
 
 from e2e.measure.suite import ROOT

@@ -14,7 +14,7 @@ from itertools import cycle, islice, pairwise
 from typing import TYPE_CHECKING, Any, Final, Self
 
 import aiohttp
-import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+import psutil
 
 from e2e.harness import toml
 from e2e.load.process import ProcessMeter

@@ -9,7 +9,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Final, Literal
 
 import av
-import lz4.frame  # type: ignore[import-untyped]  # it has no types
+import lz4.frame
 import numpy as np
 import pytest
 import zstandard

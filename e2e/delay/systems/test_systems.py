@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+import psutil
 import pytest
 import pytest_asyncio
 

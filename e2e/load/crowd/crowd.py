@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import AsyncExitStack, asynccontextmanager
 from typing import TYPE_CHECKING, Final
 
-import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+import psutil
 
 from e2e.harness.child import child
 from e2e.load.crowd.sample import Request, Sample

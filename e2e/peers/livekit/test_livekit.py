@@ -9,7 +9,7 @@ from asyncio.subprocess import PIPE
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING
 
-import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+import psutil
 import pytest
 
 from e2e.harness.server import free_port

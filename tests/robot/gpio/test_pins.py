@@ -11,6 +11,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import gpiozero
+import psutil
 import pytest
 from tests.robot.gpio.conftest import LEFT, RIGHT, Board, settings
 
@@ -342,8 +343,6 @@ def test_a_driver_has_its_guard_and_dismisses_it(
 
 def children() -> list[int]:
     """Return this process's children that are guards."""
-    import psutil  # type: ignore[import-untyped]  # noqa: PLC0415
-
     found = []
     for child in psutil.Process().children():
         with contextlib.suppress(psutil.Error):  # it has ended, and is nobody's guard

@@ -8,7 +8,7 @@ import time
 from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
-import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+import psutil
 import pytest
 
 from wax.client import Client

@@ -7,7 +7,7 @@ import signal
 import time
 from typing import TYPE_CHECKING, Any
 
-import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+import psutil
 import pytest
 from structlog.testing import capture_logs
 from tests.robot.process.conftest import Log, Server, is_alive, settings_for, until
