@@ -9,6 +9,7 @@ import jwt
 import pytest
 from aiohttp import web
 from tests.turned_clock import TurnedClock
+from tests.until import async_until
 
 from wax.cluster import cluster as cluster_module
 from wax.cluster.cluster import Cluster, PublishedSources
@@ -16,7 +17,7 @@ from wax.config.publish import PublishSettings
 from wax.telemetry import Counters
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
+    from collections.abc import AsyncIterator
 
     from wax.fanout.sound_hub import SoundHub
     from wax.fanout.video_hub import VideoHub
@@ -78,16 +79,10 @@ async def rig(
     nothing = cast("Codecs", None), cast("VideoHub", None), cast("SoundHub", None)
     made.publish(rooms, [], PublishedSources(*nothing))
     running = asyncio.create_task(made.run())
-    await until(lambda: len(livekit.of("ListRooms")) == 2)
+    await async_until(lambda: len(livekit.of("ListRooms")) == 2)
     yield made, clock
     running.cancel()
     await asyncio.gather(running, return_exceptions=True)
-
-
-async def until(holds: Callable[[], bool]) -> None:
-    async with asyncio.timeout(5):
-        while not holds():  # noqa: ASYNC110  # of another's server
-            await asyncio.sleep(0.01)
 
 
 def names(livekit: LiveKit) -> list[str]:
@@ -101,15 +96,15 @@ async def test_who_is_out_for_good_is_removed_again(
     cluster, clock = rig
     cluster.remove("p-gone")
     cluster.remove("p-banned", for_good=True)
-    await until(lambda: len(names(livekit)) == 4)
+    await async_until(lambda: len(names(livekit)) == 4)
     assert {body["room"] for body in livekit.of("RemoveParticipant")} == {"a", "b"}
     clock.time_s += 6
-    await until(lambda: len(names(livekit)) == 6)
+    await async_until(lambda: len(names(livekit)) == 6)
     assert names(livekit)[4:] == ["p-banned"] * 2
     assert cluster.seats("p-banned")
     clock.time_s += 1000
     cluster.remove("p-other")
-    await until(lambda: "p-other" in names(livekit))
+    await async_until(lambda: "p-other" in names(livekit))
     assert names(livekit).count("p-banned") == 4, "they have a seat again"
 
 
@@ -124,12 +119,12 @@ async def test_all_are_told_while_there_is_something_to_tell(
         raise ZeroDivisionError
 
     cluster.tell(broken)
-    await until(lambda: cluster._counters.snapshot().get("room messages failed", 0) >= 2)
+    await async_until(lambda: cluster._counters.snapshot().get("room messages failed", 0) >= 2)
     assert cluster._counters.snapshot().get("cluster faults", 0) == 0
     cluster.tell(lambda: "news")
-    await until(lambda: len(livekit.of("SendData")) >= 4)
+    await async_until(lambda: len(livekit.of("SendData")) >= 4)
     assert {body["room"] for body in livekit.of("SendData")} == {"a", "b"}
-    await until(lambda: cluster.watching == 18)
+    await async_until(lambda: cluster.watching == 18)
     assert [one["is_live"] for one in cluster.status()] == [True, True]
 
 
@@ -161,7 +156,7 @@ async def test_a_fault_of_the_rooms_is_contained(
 
     monkeypatch.setattr(cluster, "_count", broken)
     running = asyncio.create_task(cluster.run())
-    await until(lambda: counters.snapshot().get("cluster faults", 0) >= 2)
+    await async_until(lambda: counters.snapshot().get("cluster faults", 0) >= 2)
     assert not running.done()
     running.cancel()
     await asyncio.gather(running, return_exceptions=True)

@@ -12,12 +12,13 @@ import pytest
 from aiohttp.client_proto import ResponseHandler
 from tests.hooks.receiver import Receiver, receiving
 from tests.turned_clock import turn_loop
+from tests.until import async_until
 
 from wax.hooks.outbox import Message
 from wax.hooks.post import HookError, post, session
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
+    from collections.abc import AsyncIterator
 
 MESSAGE = Message("msg_1", "queue.empty", b'{"type":"queue.empty"}', 0.0)
 LIMIT_S = 60.0
@@ -71,12 +72,6 @@ async def test_a_refusal_is_told_by_its_status(receiver: Receiver, status: int) 
     with pytest.raises(HookError) as refused:
         await _post(receiver.url)
     assert str(refused.value) == f"It answers with status {status}."
-
-
-async def _until(is_so: Callable[[], object]) -> None:
-    async with asyncio.timeout(5):
-        while not is_so():  # noqa: ASYNC110  # nothing tells of it
-            await asyncio.sleep(0.001)
 
 
 async def test_one_that_never_answers_costs_the_time_limit(
@@ -165,7 +160,7 @@ async def test_announcements_without_end_come_a_few_at_a_time(
     monkeypatch.setattr(ResponseHandler, "data_received", noted)
     async with _babbling(b"HTTP/1.1 100 Continue\r\n\r\n" * 4000) as url:
         posting = asyncio.create_task(_post(url))
-        await _until(lambda: len(came_bytes) > 20)
+        await async_until(lambda: len(came_bytes) > 20)
         turn_loop(LIMIT_S, monkeypatch)
         with pytest.raises(HookError, match="does not answer"):
             await posting
@@ -202,7 +197,7 @@ async def test_a_name_is_looked_up_apart_from_the_event_loop(
 
     monkeypatch.setattr(socket, "getaddrinfo", hang)
     posting = asyncio.create_task(_post(f"http://robot.example:{receiver.port}/"))
-    await _until(asked.is_set)
+    await async_until(asked.is_set)
     turn_loop(LIMIT_S, monkeypatch)
     with pytest.raises(HookError, match="does not answer within"):
         await posting

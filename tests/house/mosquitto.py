@@ -6,7 +6,6 @@ import os
 import shutil
 import socket
 import subprocess
-import time
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Self
 
@@ -15,10 +14,11 @@ from paho.mqtt import client as paho
 from paho.mqtt.enums import CallbackAPIVersion
 from paho.mqtt.subscribeoptions import SubscribeOptions
 from tests.free_port import free_port
+from tests.until import until
 
 if TYPE_CHECKING:
     import signal
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
     from pathlib import Path
 
 _SENTENCE = "mosquitto is missing; type: sudo apt-get install -y mosquitto"
@@ -32,13 +32,6 @@ def mosquitto() -> str:
             pytest.fail(_SENTENCE)
         pytest.skip(_SENTENCE)
     return found
-
-
-def until(enough: Callable[[], object], within_s: float = 10.0) -> None:
-    end_s = time.monotonic() + within_s
-    while not enough():
-        assert time.monotonic() < end_s, "in vain"
-        time.sleep(0.005)
 
 
 class Mosquitto:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 from tests.house.mosquitto import AtHome, running
+from tests.until import async_until
 
 from wax.app import App
 from wax.clock import SystemClock
@@ -16,18 +17,11 @@ from wax.config.settings import Settings
 from wax.web import routes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
 
 pytestmark = [pytest.mark.system, pytest.mark.alone]
 
 STOPPED_WITHIN_S = 0.1
-
-
-async def _until(enough: Callable[[], object]) -> None:
-    async with asyncio.timeout(10):
-        while not enough():  # noqa: ASYNC110 - what changes is in another thread
-            await asyncio.sleep(0.005)
 
 
 def _flood(home: AtHome) -> None:
@@ -68,33 +62,33 @@ async def test_the_robot_at_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         ready = asyncio.Event()
         running_app = asyncio.create_task(app.run(lambda _: ready.set()))
         await ready.wait()
-        await _until(lambda: home.value("wax/rover/open") == "ON")
+        await async_until(lambda: home.value("wax/rover/open") == "ON")
         found = json.loads(home.value("homeassistant/device/wax_rover/config") or "")
         assert found["device"]["name"] == "Rover"
-        await _until(lambda: '"server.ready"' in "".join(home.events))
+        await async_until(lambda: '"server.ready"' in "".join(home.events))
         assert home.value("wax/rover/paused") == "OFF"
         assert app._control.latched is None
 
         home.says("wax/rover/open/set", "OFF")
-        await _until(lambda: home.value("wax/rover/open") == "OFF")
+        await async_until(lambda: home.value("wax/rover/open") == "OFF")
         home.says("wax/rover/open/set", "ON")
-        await _until(lambda: home.value("wax/rover/open") == "ON")
+        await async_until(lambda: home.value("wax/rover/open") == "ON")
 
         flood = asyncio.create_task(asyncio.to_thread(_flood, home))
-        await _until(lambda: app._house.counts["overtaken"] > 100)
+        await async_until(lambda: app._house.counts["overtaken"] > 100)
         stopped_s.clear()
         pressed_s = time.monotonic()
         home.says("wax/rover/stop/set", "PRESS", qos=0)
-        await _until(lambda: app._control.latched is not None)
+        await async_until(lambda: app._control.latched is not None)
         assert stopped_s[0] - pressed_s < STOPPED_WITHIN_S
         await flood
-        await _until(lambda: home.value("wax/rover/last_stop_reason") == "pressed (house)")
+        await async_until(lambda: home.value("wax/rover/last_stop_reason") == "pressed (house)")
         assert app._house.counts["garbage"] < 10
         assert home.value("wax/rover/open") == "ON"
 
         app.stop()
         await asyncio.wait_for(running_app, 5)
-        await _until(lambda: home.value("wax/rover/status") == "offline")
+        await async_until(lambda: home.value("wax/rover/status") == "offline")
         types = [json.loads(event)["type"] for event in home.events]
     assert (types[0], types[-1]) == ("server.ready", "server.ending")
     assert "stop.pressed" in types

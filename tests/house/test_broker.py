@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from tests.house.mosquitto import AtHome, Mosquitto, running, until
+from tests.house.mosquitto import AtHome, Mosquitto, running
 from tests.turned_clock import TurnedClock
+from tests.until import until
 
 from wax.clock import SystemClock
 from wax.commands.doctor import command

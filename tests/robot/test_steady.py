@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import pytest
 from tests.testing.robots import Robot
+from tests.until import until
 
 from wax.clock import SystemClock
 from wax.config.settings import RobotSettings
@@ -17,7 +18,7 @@ from wax.robot.steady import Reading, SteadyRobot
 from wax.testing import DriverSafety
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
     from wax.clock import Clock
     from wax.driver.interface import Driver
@@ -104,13 +105,6 @@ def mine(monkeypatch: pytest.MonkeyPatch) -> Iterator[Answering]:
     for thread in threading.enumerate():
         if thread.name == "mine":
             thread.join()
-
-
-def until(so: Callable[[], bool], within_s: float = 5.0) -> None:
-    end_s = time.monotonic() + within_s
-    while not so():
-        assert time.monotonic() < end_s
-        time.sleep(0.001)
 
 
 def opened(mine: Mine) -> Mine:

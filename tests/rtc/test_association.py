@@ -29,7 +29,8 @@ from aiortc.rtcsctptransport import (
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.rtc.networks import Mode, opened_network, rich_meter
-from tests.rtc.test_peer import Events, Noted, Pictures, Sounds, until
+from tests.rtc.test_peer import Events, Noted, Pictures, Sounds
+from tests.until import async_until
 
 from wax.clock import SystemClock
 from wax.rtc import private, private_association
@@ -221,7 +222,7 @@ async def test_what_is_far_ahead_of_a_missing_chunk_is_not_taken_yet(
     assert len(link.ours._sack_misordered) == 256
     sent = await _sent(link, monkeypatch)
     await link.take(link.data(missing + 1000, flags=FIRST | LAST | UNORDERED))
-    await until(lambda: [type(one) for one in sent] == [SackChunk])
+    await async_until(lambda: [type(one) for one in sent] == [SackChunk])
     await link.take(link.data(missing, flags=FIRST | LAST | UNORDERED))
     assert link.ours._last_received_tsn == (missing + 256) % 2**32
     await link.take(link.data(missing + 257, flags=FIRST | LAST | UNORDERED))
@@ -253,7 +254,7 @@ async def test_gaps_in_what_was_sent_are_none(link: Link) -> None:
     first = (link.ours._local_tsn - 1) % 2**32
     for _ in range(4):
         link.peer.send("state", "y")
-    await until(lambda: link.ours._local_tsn == (first + 5) % 2**32)
+    await async_until(lambda: link.ours._local_tsn == (first + 5) % 2**32)
     sack = SackChunk()
     sack.cumulative_tsn, sack.advertised_rwnd, sack.gaps = first, 100_000, [(2, 2), (4, 4)]
     await link.take(sack)
@@ -286,7 +287,7 @@ async def test_a_page_with_more_channels_than_it_needs_ends(link: Link) -> None:
 
 async def _sent(link: Link, monkeypatch: pytest.MonkeyPatch) -> list[Chunk]:
     """Return what our end sends from now on, for what comes from now on; nothing of it leaves."""
-    await until(lambda: not link.ours._sack_needed)
+    await async_until(lambda: not link.ours._sack_needed)
     sent: list[Chunk] = []
 
     async def kept(chunk: Chunk) -> None:
@@ -364,7 +365,7 @@ async def test_an_acknowledgement_is_no_longer_than_what_it_is_for(
     for size, gaps in ((1, 1), (100, 25), (1000, 199)):
         duplicate = link.data(missing + 2, flags=FIRST | LAST | UNORDERED, text=bytes(size))
         await link.take_packet(*[duplicate])
-        await until(lambda: bool(sent))
+        await async_until(lambda: bool(sent))
         sack = sent.pop()
         assert isinstance(sack, SackChunk)
         assert len(sack.gaps) == gaps

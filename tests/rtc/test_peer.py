@@ -26,6 +26,7 @@ from aiortc.rtp import (
 )
 from aiortc.sdp import SessionDescription
 from tests.rtc.networks import network, opened_network, rich_meter
+from tests.until import async_until
 
 from wax.clock import SystemClock
 from wax.congestion.control import CongestionControl
@@ -221,17 +222,10 @@ async def pair(request: pytest.FixtureRequest) -> AsyncIterator[Pair]:
         answer = await made.peer.answer(browser.localDescription.sdp)
         await browser.setRemoteDescription(RTCSessionDescription(answer, "answer"))
         await events.wait("ready")
-        await until(lambda: all(one.readyState == "open" for one in channels.values()))
+        await async_until(lambda: all(one.readyState == "open" for one in channels.values()))
         yield made
         await made.peer.close()
         await browser.close()
-
-
-async def until(is_so: Callable[[], bool]) -> None:
-    """Wait for what must come."""
-    async with asyncio.timeout(10):
-        while not is_so():  # noqa: ASYNC110  # nothing tells of it
-            await asyncio.sleep(0.001)
 
 
 async def test_messages_go_both_ways(pair: Pair) -> None:
@@ -262,7 +256,7 @@ async def test_the_rtp_clock_is_the_one_on_the_wire(
         return [len(packet) for packet in packets]
 
     monkeypatch.setattr(sender._egress, "send", kept)
-    await until(lambda: any(packet.ssrc == sender._ssrc for packet, _ in left))
+    await async_until(lambda: any(packet.ssrc == sender._ssrc for packet, _ in left))
     packet, number = next(one for one in left if one[0].ssrc == sender._ssrc)
     elapsed_s = (packet.timestamp - rtp) % 2**32 / 90_000
     assert captured_s + elapsed_s == pytest.approx(5 + number / 100, abs=1e-6)
@@ -297,7 +291,7 @@ async def _asked_ten_times(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> list[
     monkeypatch.setattr(sender, "_round_trip_s", lambda: 60.0)
     for _ in range(10):
         await sender.transport._handle_rtcp_data(bytes(asked))
-        await until(lambda: not sender._asked_for)
+        await async_until(lambda: not sender._asked_for)
     while not wire.empty():
         data = wire.get_nowait()
         if is_rtcp(data):
@@ -367,10 +361,10 @@ async def test_a_closed_link_holds_pictures_but_not_sound(pair: Pair) -> None:
     pair.congestion.closed = True
     await asyncio.sleep(0.05)
     pictures, sounds = pair.lane.number, pair.peer._sound._packets
-    await until(lambda: pair.peer._sound._packets > sounds + 5)
+    await async_until(lambda: pair.peer._sound._packets > sounds + 5)
     assert pair.lane.number == pictures
     pair.congestion.closed = False
-    await until(lambda: pair.lane.number > pictures)
+    await async_until(lambda: pair.lane.number > pictures)
 
 
 async def test_every_datagram_is_counted(pair: Pair) -> None:
@@ -381,8 +375,8 @@ async def test_every_datagram_is_counted(pair: Pair) -> None:
     def sent(*, is_media: bool) -> list[int]:
         return [size for size, of_media in pair.congestion.sent_bytes if of_media is is_media]
 
-    await until(lambda: max(sent(is_media=False), default=0) > 500 + 28)
-    await until(lambda: len(sent(is_media=True)) >= 4)
+    await async_until(lambda: max(sent(is_media=False), default=0) > 500 + 28)
+    await async_until(lambda: len(sent(is_media=True)) >= 4)
     assert min(sent(is_media=True)) > 65 + 12 + 28
 
 
@@ -394,8 +388,8 @@ async def test_what_is_not_told_of_is_sent_as_such(
     monkeypatch.setattr(pair.peer._picture, "_ids", rtp.ExtensionIds(transport_sequence=7))
     pair.congestion.sent_bytes.clear()
     sounds = pair.peer._sound._packets
-    await until(lambda: len(pair.congestion.told_bytes) > 1)
-    await until(lambda: pair.peer._sound._packets > sounds + 1)
+    await async_until(lambda: len(pair.congestion.told_bytes) > 1)
+    await async_until(lambda: pair.peer._sound._packets > sounds + 1)
     all_bytes = [size for size, _ in pair.congestion.sent_bytes]
     assert len(pair.congestion.told_bytes) < len(all_bytes)
     # The extension of eight bytes makes them longer than sound that has the same payload.

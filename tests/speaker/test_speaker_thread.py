@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import threading
-import time
 from typing import TYPE_CHECKING
 
 import pytest
 from structlog.testing import capture_logs
 from tests.speaker.spoken import packets, tone
+from tests.until import until
 
 from wax.clock import SystemClock
 from wax.errors import SpeakerError
@@ -17,7 +17,7 @@ from wax.speaker.speaker_thread import SpeakerThread
 from wax.voice.packet import RATE_HZ
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
     import numpy as np
     from numpy.typing import NDArray
@@ -53,12 +53,6 @@ class Box:
     @property
     def samples(self) -> int:
         return sum(map(len, self.kept))
-
-
-def until(is_so: Callable[[], bool]) -> None:
-    """Wait for what must come; pytest ends a test that waits for ever."""
-    while not is_so():
-        time.sleep(0.005)
 
 
 @pytest.fixture

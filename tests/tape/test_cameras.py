@@ -9,8 +9,8 @@ import av
 import pytest
 from tests.tape.packets import SIZE, pictures
 from tests.tape.test_files import flashes_s, times_s
-from tests.tape.test_recorder import until
 from tests.turned_clock import TurnedClock
+from tests.until import until
 
 from wax.capture.testcard import TestCardVideo
 from wax.config.recording import RecordingSettings

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import av
 import pytest
 from tests.tape.packets import SIZE, in_order, pictures, sounds
 from tests.turned_clock import TurnedClock
+from tests.until import until
 
 from wax.config.recording import RecordingSettings
 from wax.encode.encoded import EncodedPicture
@@ -20,7 +20,6 @@ from wax.tape.recorder import DISK_FULL, TAPE_FULL, TOO_SLOW, Format, Recorder
 from wax.tape.shelf import Shelf
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
 
 BEGIN_S: Final = 1000.0
@@ -68,12 +67,6 @@ class Rig:
             assert read.problem is None
             found.append([one.event for one in read.events])
         return found
-
-
-def until(is_so: Callable[[], bool]) -> None:
-    """Wait for the thread; the clock of this is the test's own limit."""
-    while not is_so():
-        time.sleep(0.005)
 
 
 @pytest.fixture

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Final
 import pytest
 from aiohttp import web
 from tests.turned_clock import TurnedClock, turn_loop
+from tests.until import async_until
 
 from wax.clock import SystemClock
 from wax.config.settings import ServerSettings
@@ -125,7 +126,7 @@ async def open_entrance(
         yield entrance
     finally:
         await entrance.close()
-        await _until(lambda: len(entrance.limits.connections) == 0)
+        await async_until(lambda: len(entrance.limits.connections) == 0)
 
 
 async def _until_closed(
@@ -167,26 +168,19 @@ def _unread(port: int, more: bytes = b"") -> socket.socket:
     return made
 
 
-async def _until(is_so: Callable[[], bool]) -> None:
-    """Wait for what must come; however long that takes is not what is asked."""
-    async with asyncio.timeout(5):
-        while not is_so():  # noqa: ASYNC110  # nothing tells of it
-            await asyncio.sleep(0.005)
-
-
 def _states(entrance: Entrance) -> list[str]:
     """Return what each connection is at."""
     return [one.state for own in entrance.limits.connections._by_address.values() for one in own]
 
 
 async def _until_open(entrance: Entrance, number: int) -> None:
-    await _until(lambda: len(entrance.limits.connections) >= number)
+    await async_until(lambda: len(entrance.limits.connections) >= number)
 
 
 async def _only_one(entrance: Entrance) -> connection.Connection:
     """Wait until there is a connection, the only one, and return it."""
     server: Any = entrance._runner.server
-    await _until(lambda: len(server.connections) > 0)
+    await async_until(lambda: len(server.connections) > 0)
     (one,) = server.connections
     assert isinstance(one, connection.Connection)
     return one
@@ -239,8 +233,8 @@ async def test_what_hides_behind_a_good_request(turn: Callable[[float], None]) -
         ):
             closing = asyncio.create_task(_until_closed(entrance.port, *pieces, drip=drip))
             one = await _only_one(entrance)
-            await _until(lambda one=one: one._request_count == 1 and not one._is_answering)  # type: ignore[misc]
-            await _until(lambda: _states(entrance) == ["reading"])
+            await async_until(lambda one=one: one._request_count == 1 and not one._is_answering)  # type: ignore[misc]
+            await async_until(lambda: _states(entrance) == ["reading"])
             turn(READ_S)
             assert (await closing).count(b"200 OK") == 1
 
@@ -248,7 +242,7 @@ async def test_what_hides_behind_a_good_request(turn: Callable[[float], None]) -
 async def _all_answered(entrance: Entrance, requests: int) -> None:
     """Wait until the only connection was answered so often, and has nothing more to say."""
     one = await _only_one(entrance)
-    await _until(lambda: one._request_count == requests and _states(entrance) == ["idle"])
+    await async_until(lambda: one._request_count == requests and _states(entrance) == ["idle"])
 
 
 async def test_idle_connections_are_kept_for_a_while(turn: Callable[[float], None]) -> None:
@@ -291,9 +285,9 @@ async def test_who_does_not_read_the_answer(turn: Callable[[float], None]) -> No
     async with open_entrance() as entrance:
         reader, writer = await asyncio.open_connection("127.0.0.1", entrance.port, limit=1000)
         writer.write(GET.replace(b"/ ", b"/large ", 1))
-        await _until(lambda: _states(entrance) == ["answering"])
+        await async_until(lambda: _states(entrance) == ["answering"])
         turn(IDLE_S)
-        await _until(lambda: len(entrance.limits.connections) == 0)
+        await async_until(lambda: len(entrance.limits.connections) == 0)
         writer.transport.abort()
         del reader
 
@@ -302,7 +296,7 @@ async def test_one_address_has_its_share(turn: Callable[[float], None]) -> None:
     """Over it, those that wait for nothing make room, and then those that say nothing."""
     async with open_entrance(max_connections_per_address=4) as entrance:
         idle = asyncio.create_task(_until_closed(entrance.port, GET))
-        await _until(lambda: _states(entrance) == ["idle"])
+        await async_until(lambda: _states(entrance) == ["idle"])
         silent = [asyncio.create_task(_until_closed(entrance.port)) for _ in range(4)]
         assert b"200 OK" in await idle
         assert entrance.limits.connections.displaced == 1, "the idle one has made room"
@@ -323,7 +317,7 @@ async def test_nothing_is_parsed_before_its_turn() -> None:
         slow = POST.replace(b"/ ", b"/slow ") + b"y" * 20
         writer.write(slow + GET * 19)
         one = await _only_one(entrance)
-        await _until(lambda: len(one._requests) == 19 * len(GET))
+        await async_until(lambda: len(one._requests) == 19 * len(GET))
         assert one._request_count == 1
         entrance._runner.app[PACE].goes_on.set()
         said = b""
@@ -394,8 +388,8 @@ async def test_who_is_gone_leaves_nothing(
             left = [weakref.ref(one) for one in (served.transport, served.line)]
             del served
             writer.transport.abort()
-            await _until(lambda: len(entrance.limits.connections) == 0)
-            await _until(lambda: [one() for one in left] == [None, None])
+            await async_until(lambda: len(entrance.limits.connections) == 0)
+            await async_until(lambda: [one() for one in left] == [None, None])
             kept = [one for one in gc.get_objects() if type(one) is connection.Connection]
             assert not kept
         finally:
@@ -453,7 +447,7 @@ async def test_who_does_not_read_makes_room(turn: Callable[[float], None]) -> No
     """All places taken by answers that nobody takes: of who has most, the oldest is broken off."""
     async with open_entrance(max_connections=16, max_connections_per_address=16) as entrance:
         greedy = [_unread(entrance.port) for _ in range(16)]
-        await _until(lambda: _states(entrance) == ["answering"] * 16)
+        await async_until(lambda: _states(entrance) == ["answering"] * 16)
         turn(connection_limits._ANSWERS_S)
         for _ in range(3):
             assert b'{"read": 0}' in await _get(entrance.port)
@@ -472,13 +466,13 @@ async def test_an_answer_that_stands_still_is_broken_off(
     monkeypatch.setitem(watch._LASTS_S, "answering", 6 * watch.STILL_S)
     async with open_entrance() as entrance:
         slow, still = _unread(entrance.port), _unread(entrance.port)
-        await _until(lambda: _states(entrance) == ["answering"] * 2)
+        await async_until(lambda: _states(entrance) == ["answering"] * 2)
         while entrance.limits.status()["cut"] == 0:
             slow.recv(60_000)
             await asyncio.sleep(0.1)  # all buffers are full again
             turn(watch.STILL_S)
             await asyncio.sleep(0)
-        await _until(lambda: len(entrance.limits.connections) == 1)
+        await async_until(lambda: len(entrance.limits.connections) == 1)
         assert entrance.limits.status()["cut"] == 1
         slow.close()
         still.close()
@@ -521,7 +515,7 @@ async def test_who_waits_in_line_is_not_slow(turn: Callable[[float], None]) -> N
         for _ in range(9):
             entrance.limits.turnstile.charge(flood, time.thread_time() - 0.5)
         writer.write(GET)
-        await _until(lambda: one._watch is not None and one._watch.is_in_line)
+        await async_until(lambda: one._watch is not None and one._watch.is_in_line)
         turn(READ_S)
         await asyncio.sleep(0.01)
         clock.time_s += READ_S
@@ -544,7 +538,7 @@ async def test_who_drips_is_not_read_beyond_their_budget() -> None:
         for _ in range(4):
             entrance.limits.turnstile.charge(flood, time.thread_time() - 0.5)
         writer.write(b"E")
-        await _until(lambda: not transport.is_reading())
+        await async_until(lambda: not transport.is_reading())
         assert one._waiting is not None
         writer.transport.abort()
 
@@ -556,7 +550,7 @@ async def test_behind_a_proxy_each_client_has_a_share() -> None:
     ) as entrance:
         greedy = [_unread(entrance.port, b"X-Forwarded-For: 192.0.2.66\r\n") for _ in range(6)]
         limits = entrance.limits.connections
-        await _until(lambda: limits.refused + limits.displaced == 2)
+        await async_until(lambda: limits.refused + limits.displaced == 2)
         assert limits.of("192.0.2.66") == 4
         guest = GET[:-2] + b"X-Forwarded-For: 192.0.2.7\r\n\r\n"
         assert b'{"read": 0}' in await _get(entrance.port, guest)
@@ -645,7 +639,7 @@ async def test_a_body_that_breaks_off(caplog: pytest.LogCaptureFixture) -> None:
             writer.write(POST + b"half")
             await asyncio.sleep(0.02)
             writer.transport.abort()
-        await _until(lambda: len(entrance.limits.connections) == 0)
+        await async_until(lambda: len(entrance.limits.connections) == 0)
     assert not [record for record in caplog.records if record.levelno >= logging.ERROR]
 
 

@@ -7,6 +7,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from tests.until import until
 
 from wax.clock import SystemClock
 from wax.commands.proof.measure import measure
@@ -87,13 +88,6 @@ def watched(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[str], Watched
         folder = one.observer._folder
         if folder is not None:
             folder.cleanup()
-
-
-def until(so: Callable[[], bool]) -> None:
-    end_s = time.monotonic() + 5.0
-    while not so():
-        assert time.monotonic() < end_s
-        time.sleep(0.005)
 
 
 def drives(robot: ObservedRobot, moves: Callable[[], bool]) -> bool:

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import pytest
-from tests.robot.process.conftest import Log, is_alive, until
+from tests.robot.process.conftest import Log, is_alive
+from tests.until import until
 
 from wax.clock import SystemClock
 from wax.config.settings import CameraSettings, RobotSettings, SerialSettings, VideoSettings

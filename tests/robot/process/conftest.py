@@ -10,16 +10,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import pytest
+from tests.until import until
 
 from wax.config.settings import LocalSettings, RobotSettings, SerialSettings
 
 if TYPE_CHECKING:
     import signal
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
     from pathlib import Path
-
-PATIENCE_S = 30.0
-"""A server and its driver's process start one after the other, on a busy machine for seconds."""
 
 
 @dataclass(frozen=True)
@@ -58,14 +56,6 @@ class Log:
     def pid(self) -> int:
         """Say in which process the robot was opened last."""
         return int([entry.values[0] for entry in self.entries() if entry.word == "open"][-1])
-
-
-def until(so: Callable[[], bool]) -> None:
-    """Wait for it; fails when it takes too long."""
-    end_s = time.monotonic() + PATIENCE_S
-    while not so():
-        assert time.monotonic() < end_s
-        time.sleep(0.005)
 
 
 def is_alive(pid: int) -> bool:

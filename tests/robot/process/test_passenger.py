@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import psutil
 import pytest
 from structlog.testing import capture_logs
-from tests.robot.process.conftest import Log, Server, is_alive, settings_for, until
+from tests.robot.process.conftest import Log, Server, is_alive, settings_for
+from tests.until import until
 
 from wax.config.settings import LocalSettings
 from wax.robot.process.claim import Claim

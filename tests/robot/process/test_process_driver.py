@@ -10,7 +10,8 @@ import time
 from typing import TYPE_CHECKING
 
 import pytest
-from tests.robot.process.conftest import Log, is_alive, settings_for, until
+from tests.robot.process.conftest import Log, is_alive, settings_for
+from tests.until import until
 
 from wax.clock import SystemClock
 from wax.config.controls import ControlSettings

@@ -7,7 +7,7 @@ import threading
 from typing import TYPE_CHECKING
 
 import pytest
-from tests.robot.process.conftest import until
+from tests.until import until
 
 from wax.clock import SystemClock
 from wax.config.settings import RobotSettings

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 from tests.full_pipe import full_pipe
-from tests.robot.process.conftest import Log, Server, is_alive, settings_for, until
+from tests.robot.process.conftest import Log, Server, is_alive, settings_for
+from tests.until import until
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

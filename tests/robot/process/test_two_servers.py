@@ -7,7 +7,8 @@ import time
 from typing import TYPE_CHECKING
 
 import pytest
-from tests.robot.process.conftest import Log, settings_for, until
+from tests.robot.process.conftest import Log, settings_for
+from tests.until import until
 
 from wax.clock import SystemClock
 from wax.config.settings import RobotSettings

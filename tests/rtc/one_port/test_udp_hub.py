@@ -17,6 +17,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from tests.examples import UNTIMED
 from tests.rtc.networks import rich_meter
+from tests.until import async_until
 
 from wax.clock import SystemClock
 from wax.edge.turnstile import Meter, Turnstile
@@ -27,7 +28,7 @@ from wax.rtc.one_port.udp_hub import UdpHub
 from wax.rtc.one_port.viewer_socket import CAN_CONNECT
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+    from collections.abc import AsyncIterator, Iterator, Sequence
 
     from wax.rtc.one_port.lite_agent import Path
 
@@ -87,7 +88,7 @@ class Browser:
         self.sends(self.check(nominates=nominates))
         assert parse_message(await self.hears() or b"").message_class == Class.RESPONSE
         self.sends(self.answer(await self.hears() or b""))
-        await until(lambda: self.is_verified)
+        await async_until(lambda: self.is_verified)
         # A busy machine may have been asked again meanwhile.
         assert nothing(self.socket, but_checks=True)
 
@@ -141,13 +142,6 @@ async def rig(
     await hub.open()
     async with Rig(hub) as made:
         yield made
-
-
-async def until(is_so: Callable[[], bool]) -> None:
-    """Wait for what must come."""
-    async with asyncio.timeout(5):
-        while not is_so():  # noqa: ASYNC110  # nothing tells of it
-            await asyncio.sleep(0.001)
 
 
 @contextmanager
@@ -268,7 +262,7 @@ async def test_a_browser_that_only_sends_on_is_followed(rig: Rig) -> None:
     assert await reads(rig.peers[0]) == RECORD
     rig.peers[0].authenticated()
     rig.ada.sends(rig.ada.answer(await rig.ada.hears() or b""))
-    await until(lambda: rig.ada.is_verified)
+    await async_until(lambda: rig.ada.is_verified)
     assert await rig.ada.gets(b"picture")
     assert moves == [1]
 
@@ -417,7 +411,7 @@ async def test_a_flood_delays_nobody_else(rig: Rig) -> None:
     for _ in range(200):
         rig.ada.sends(b"ada")
     rig.bob.sends(b"bob")
-    await until(lambda: "bob" in read)
+    await async_until(lambda: "bob" in read)
     for task in reading:
         task.cancel()
     await asyncio.wait(reading)
@@ -437,7 +431,7 @@ async def test_what_a_peer_does_not_read_stays_in_its_own_queue() -> None:
             rig.ada.sends(b"%d" % number)
         rig.bob.sends(b"bob")
         assert await reads(rig.peers[1]) == b"bob"
-        await until(lambda: rig.peers[0]._queue.qsize() >= 16)
+        await async_until(lambda: rig.peers[0]._queue.qsize() >= 16)
         await asyncio.sleep(SOON_S)
         assert rig.peers[0]._queue.qsize() == 16
         for number in range(100):  # and once it does read, goes on where it was
