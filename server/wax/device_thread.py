@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 
 import structlog
 
-from wax.errors import SourceError, SpeakerError
+from wax.errors import SourceError, SpeakerError, reason_of
 
 if TYPE_CHECKING:
     from wax.clock import Clock
@@ -110,7 +110,7 @@ class DeviceThread(ABC):
             except Exception as error:
                 # A plug-in may raise anything; the server keeps running.
                 self._log.exception("device failed unexpectedly")
-                self._fail(self._failed(str(error) or type(error).__name__))
+                self._fail(self._failed(reason_of(error)))
             finally:
                 self._close()
             self._stopping.wait(self._retry_s)

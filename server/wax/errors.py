@@ -136,3 +136,8 @@ HTTP_STATUS: Final[dict[type[WaxError], int]] = {
     NoPlaceError: 503,
 }
 """The HTTP status of each error; any other is 500."""
+
+
+def reason_of(error: Exception) -> str:
+    """Return what an error says without its number, or its type's name if it says nothing."""
+    return str(getattr(error, "strerror", None) or error) or type(error).__name__

@@ -6,7 +6,7 @@ import contextlib
 import tempfile
 from pathlib import Path
 
-from wax.errors import StateError
+from wax.errors import StateError, reason_of
 
 
 def expanded(name: str) -> Path:
@@ -25,6 +25,6 @@ def temporary(prefix: str) -> tempfile.TemporaryDirectory[str]:
         return tempfile.TemporaryDirectory(prefix=prefix)
     except OSError as error:
         raise StateError(
-            f"temporary files cannot be written ({error.strerror or error}); name a folder for them"
+            f"temporary files cannot be written ({reason_of(error)}); name a folder for them"
             " by the environment variable TMPDIR"
         ) from error

@@ -12,6 +12,7 @@ import stat
 from pathlib import Path
 from typing import Final
 
+from wax.errors import reason_of
 from wax.folders import expanded
 
 TEXT_BYTES: Final = 1 << 20
@@ -52,7 +53,7 @@ def problem(error: OSError) -> str:
     """Return what is wrong, to follow the file's name in a sentence."""
     if isinstance(error, FileNotFoundError):
         return "does not exist"
-    return f"cannot be read: {error.strerror or error}"
+    return f"cannot be read: {reason_of(error)}"
 
 
 def secret_file(name: str) -> Path:

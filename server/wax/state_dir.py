@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wax.errors import StateError
+from wax.errors import StateError, reason_of
 from wax.folders import expanded
 from wax.named_file import check
 
@@ -39,7 +39,7 @@ def prepare(folder: Path) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
     except OSError as error:
-        raise _unusable(folder, error.strerror or str(error)) from error
+        raise _unusable(folder, reason_of(error)) from error
     if not os.access(folder, os.R_OK | os.W_OK | os.X_OK):
         raise _unusable(folder, "this user may not write there")
     return folder

@@ -14,7 +14,7 @@ import numpy as np
 import structlog
 
 from wax.capture.source import Picture
-from wax.errors import SourceError
+from wax.errors import SourceError, reason_of
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ class PiCamera:
         except Exception as error:  # libcamera's errors are of many kinds
             self.close()
             raise SourceError(
-                Sentence("picamera.not_open", {"camera": self._number, "why": _words(error)})
+                Sentence("picamera.not_open", {"camera": self._number, "why": reason_of(error)})
             ) from error
 
     def read(self) -> Picture:
@@ -114,7 +114,7 @@ class PiCamera:
             raise SourceError(Sentence("picamera.silent", {"camera": self._number})) from None
         except Exception as error:
             raise SourceError(
-                Sentence("picamera.stopped", {"camera": self._number, "why": _words(error)})
+                Sentence("picamera.stopped", {"camera": self._number, "why": reason_of(error)})
             ) from error
         try:
             width, height = request.config["main"]["size"]
@@ -132,7 +132,7 @@ class PiCamera:
             try:
                 end()
             except Exception as error:
-                _LOG.warning("a camera does not close", camera=self.name, why=_words(error))
+                _LOG.warning("a camera does not close", camera=self.name, why=reason_of(error))
 
     def _check_controls(self) -> None:
         """Raise `SourceError` for a name that libcamera does not have for this camera."""
@@ -169,7 +169,3 @@ def planar(array: NDArray[np.uint8], width: int, height: int) -> NDArray[np.uint
         return array[: height * 3 // 2]
     chroma = array[height : height * 3 // 2].reshape(height, padded // 2)[:, : width // 2]
     return np.concatenate([array[:height, :width], chroma.reshape(height // 2, width)])
-
-
-def _words(error: Exception) -> str:
-    return str(error) or type(error).__name__

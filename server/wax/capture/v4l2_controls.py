@@ -14,7 +14,7 @@ import struct
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from wax.errors import SourceError
+from wax.errors import SourceError, reason_of
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ def set_controls(
             try:
                 call(S_CTRL, bytearray(CONTROL.pack(there[name].number, int(wanted[name]))))
             except OSError as error:
-                why = error.strerror or str(error)
+                why = reason_of(error)
                 raise SourceError(
                     Sentence("camera.control_locked", {"camera": camera, "name": name, "why": why})
                 ) from error

@@ -6,7 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from wax.errors import StartError
+from wax.errors import StartError, reason_of
 from wax.named_file import read_bytes, secret_file
 
 _WebSocket = Annotated[
@@ -60,7 +60,7 @@ class PublishSettings(BaseModel):
         try:
             return read_bytes(secret_file(self.api_secret_file)).decode().strip()
         except (OSError, UnicodeDecodeError) as error:
-            why = getattr(error, "strerror", None) or error
+            why = reason_of(error)
             raise StartError(
                 f"publish.api_secret_file: {self.api_secret_file} cannot be read: {why};"
                 " it holds the secret of LiveKit's api_key"

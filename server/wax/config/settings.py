@@ -37,7 +37,7 @@ from wax.config.publish import PublishSettings
 from wax.config.recording import RecordingSettings
 from wax.config.text_dialect import TextDialectSettings
 from wax.config.thesis import ThesisSettings
-from wax.errors import ConfigError
+from wax.errors import ConfigError, reason_of
 from wax.named_file import read_bytes
 
 if TYPE_CHECKING:
@@ -787,7 +787,7 @@ def load(path: Path | None) -> Settings:
     try:
         tree = tomllib.loads(read_bytes(path).decode("utf-8-sig"))
     except OSError as error:
-        raise ConfigError(f"{path}: cannot be read: {error.strerror or error}") from error
+        raise ConfigError(f"{path}: cannot be read: {reason_of(error)}") from error
     except UnicodeDecodeError as error:
         raise ConfigError(f"{path}: is not UTF-8 text; is it the right file?") from error
     except (ValueError, RecursionError) as error:  # also for huge numbers and deep nesting

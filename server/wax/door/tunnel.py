@@ -20,7 +20,7 @@ from wax import state_dir
 from wax.door import ssh
 from wax.door.attempts import Attempts
 from wax.door.page import look
-from wax.errors import WaxError
+from wax.errors import WaxError, reason_of
 from wax.named_file import read_bytes, secret_file
 from wax.process import python_module
 from wax.rtc.public_address import StunError, public_address, split
@@ -193,7 +193,7 @@ class Tunnel:
                 problem = self._once(way)
             except Exception as error:  # the page can be reached from here all the same
                 _LOG.exception("the tunnel failed")
-                problem = self._failed(str(error) or type(error).__name__)
+                problem = self._failed(reason_of(error))
             if self._closing.is_set():
                 return
             state = self._state
@@ -265,7 +265,7 @@ class Tunnel:
                 relay = self._ask_relay()
             except Exception as error:  # what answers there is not ours
                 _LOG.exception("the look at the public page failed")
-                found = self._failed(str(error) or type(error).__name__)
+                found = self._failed(reason_of(error))
             state = self._state
             if state.since_s != since_s:  # it was about another connection
                 continue

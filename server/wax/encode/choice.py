@@ -11,6 +11,7 @@ from wax.encode.hardware import HARDWARE, Hardware, HardwareEncoder
 from wax.encode.one_thread import OneThread
 from wax.encode.trials import try_all
 from wax.encode.video_encoder import VideoEncoder
+from wax.errors import reason_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -132,7 +133,7 @@ class _WithFallback:
                 return self._thread.call(lambda: self._encode(picture, keyframe), _HANGS_S)
             except Exception as error:  # a driver of the system, behind FFmpeg, behind PyAV
                 self._thread.end()
-                self._note(str(error) or type(error).__name__)
+                self._note(reason_of(error))
                 self._software = self._make_software()
         return self._software.encode(picture, keyframe=keyframe)
 

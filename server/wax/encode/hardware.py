@@ -14,6 +14,7 @@ from av.video.frame import PictureType, VideoFrame
 from wax.encode.encoded import VIDEO_RATE_HZ, VIDEO_TIME_BASE, EncodedPicture
 from wax.encode.parameter_sets import ParameterSets
 from wax.encode.video_encoder import resize_i420, say_colours
+from wax.errors import reason_of
 
 if TYPE_CHECKING:
     from wax.capture.source import Picture
@@ -151,7 +152,7 @@ def why(error: Exception) -> str:
     """Return what FFmpeg's encoder itself says, if it says anything, without its code."""
     log = getattr(error, "log", None)
     told = log[2].strip().rstrip(".") if log else ""
-    return told or getattr(error, "strerror", None) or str(error) or type(error).__name__
+    return told or reason_of(error)
 
 
 def _open(hardware: Hardware, rendition: RenditionSettings) -> av.VideoCodecContext:

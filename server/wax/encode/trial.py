@@ -23,6 +23,7 @@ from wax.capture.source import Picture
 from wax.config.settings import RenditionSettings
 from wax.encode.hardware import Hardware, HardwareEncoder, HardwareError
 from wax.encode.parameter_sets import can_begin, profile
+from wax.errors import reason_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -78,7 +79,7 @@ class _Subject:
         except HardwareError as error:
             self.refused = str(error)
         except FFmpegError as error:
-            self.refused = f"what it gives cannot be decoded ({error.strerror})"
+            self.refused = f"what it gives cannot be decoded ({reason_of(error)})"
 
     def judge(self) -> None:
         """Refuse it where it is too slow."""

@@ -14,7 +14,7 @@ import aiohttp
 from aiohttp.abc import AbstractResolver, ResolveResult
 
 from wax import __version__
-from wax.errors import WaxError
+from wax.errors import WaxError, reason_of
 from wax.hooks.signature import headers
 from wax.logs.printable import printable
 from wax.sentence import Sentence
@@ -98,7 +98,7 @@ def not_reached(error: Exception, limit_s: float) -> Sentence:
     if isinstance(error, aiohttp.ClientResponseError):  # which repeats the URL, and a stranger
         why = "the answer is not HTTP"
     else:
-        why = getattr(error, "strerror", None) or str(error) or type(error).__name__
+        why = reason_of(error)
     if isinstance(error, OSError) and error.errno in _CONNECTING:
         why = os.strerror(error.errno)  # asyncio's own words are for those who know it
     return Sentence("hook.not_reached", {"why": printable(why, _MOST_CHARS)})

@@ -8,7 +8,7 @@ import hashlib
 import hmac
 from typing import Final
 
-from wax.errors import StartError
+from wax.errors import StartError, reason_of
 from wax.named_file import read_bytes, secret_file
 
 _PREFIX: Final = "whsec_"
@@ -23,7 +23,7 @@ def read_secret(path: str, key: str) -> bytes:
         text = read_bytes(secret_file(path)).decode("ascii").strip()
         secret = base64.b64decode(text.removeprefix(_PREFIX), validate=True)
     except OSError as error:
-        raise StartError(f"{key}: {path} cannot be read: {error.strerror or error}") from error
+        raise StartError(f"{key}: {path} cannot be read: {reason_of(error)}") from error
     except (binascii.Error, UnicodeDecodeError):
         raise StartError(f"{key}: {path} holds no secret in Base64; {_MAKE}") from None
     if not text:

@@ -21,7 +21,7 @@ from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 from paho.mqtt.subscribeoptions import SubscribeOptions
 
-from wax.errors import StartError, WaxError
+from wax.errors import StartError, WaxError, reason_of
 from wax.folders import expanded
 from wax.hooks.post import not_reached
 from wax.house.discovery import OFFLINE, ONLINE, STATUS
@@ -245,7 +245,7 @@ def _password(path: str) -> str | None:
     try:
         password = read_bytes(secret_file(path)).decode().strip()
     except (OSError, UnicodeDecodeError) as error:
-        why = getattr(error, "strerror", None) or error
+        why = reason_of(error)
         raise StartError(f"mqtt.password_file: {path} cannot be read: {why}") from error
     if not password:
         raise StartError(f"mqtt.password_file: {path} is empty; write the password into it")
@@ -264,5 +264,5 @@ def _tls(ca_file: str) -> ssl.SSLContext:
             read_bytes(path)  # OpenSSL would wait for a pipe, and read a device without end
         return ssl.create_default_context(cafile=path)
     except OSError as error:  # an SSLError, too
-        why = error.strerror or error
+        why = reason_of(error)
         raise StartError(f"mqtt.ca_file: {ca_file} holds no certificate: {why}") from error

@@ -8,7 +8,7 @@ from aiohttp import web
 from prometheus_client.exposition import CONTENT_TYPE_LATEST
 
 from wax.edge.binding import listen
-from wax.errors import StartError
+from wax.errors import StartError, reason_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -41,7 +41,7 @@ class MetricsListener:
                 await web.SockSite(self._runner, one).start()
         except OSError as error:
             raise StartError(
-                f"cannot listen on {host}:{port} for metrics: {error.strerror or error};"
+                f"cannot listen on {host}:{port} for metrics: {reason_of(error)};"
                 " choose another [metrics] port"
             ) from error
         return int(self._runner.addresses[0][1])

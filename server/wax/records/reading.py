@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Final
 
-from wax.errors import StateError
+from wax.errors import StateError, reason_of
 from wax.named_file import check
 from wax.records import file as record_file
 from wax.records import schema
@@ -52,7 +52,7 @@ def read(path: Path, table: str, since: datetime | None) -> Table:
             f"{path}: there are no records; no server has run with this configuration and user"
         ) from None
     except OSError as error:
-        raise StateError(_cannot(path, error.strerror or str(error))) from error
+        raise StateError(_cannot(path, reason_of(error))) from error
     except sqlite3.Error as error:
         if record_file.is_damage(error):
             raise StateError(f"{path}: {_DAMAGED}") from error

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
+from wax.errors import reason_of
 from wax.records import file as record_file
 from wax.records import schema
 
@@ -166,5 +167,5 @@ class RecordWriter:
         """Log one line a minute."""
         if self._clock.now_s() - self._logged_s >= _LOG_S:
             self._logged_s = self._clock.now_s()
-            why = getattr(error, "strerror", None) or str(error)
+            why = reason_of(error)
             _LOG.warning(what, file=str(self._path), error=why, dropped=self.dropped)

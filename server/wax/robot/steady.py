@@ -17,6 +17,7 @@ import structlog
 
 from wax.driver.checks import NO_ANSWER
 from wax.driver.interface import STANDSTILL, Limits, RobotState
+from wax.errors import reason_of
 from wax.robot.serial.setpoints import SetPoints
 from wax.sentence import Sentence
 
@@ -250,8 +251,7 @@ class SteadyRobot(ABC):
 
     def _why(self, error: Exception) -> str:
         """Say why the robot is lost, to the log as well if that is news."""
-        why = error.strerror if isinstance(error, OSError) else None
-        why = why or str(error) or type(error).__name__
+        why = reason_of(error)
         if why != self._logged:
             self._logged = why
             expected = isinstance(error, OSError)

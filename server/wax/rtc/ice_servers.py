@@ -12,7 +12,7 @@ import hashlib
 import hmac
 from typing import TYPE_CHECKING, Any, Final
 
-from wax.errors import StartError
+from wax.errors import StartError, reason_of
 from wax.named_file import read_bytes, secret_file
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def _secret(relay: RelaySettings) -> bytes:
         secret = read_bytes(secret_file(relay.secret_file)).strip()
     except OSError as error:
         raise StartError(
-            f"relay.secret_file: {relay.secret_file} cannot be read: {error.strerror or error};"
+            f"relay.secret_file: {relay.secret_file} cannot be read: {reason_of(error)};"
             " it holds the secret of the TURN server's static-auth-secret"
         ) from error
     if not secret:

@@ -8,7 +8,7 @@ from typing import Final
 
 from aioice import stun
 
-from wax.errors import WaxError
+from wax.errors import WaxError, reason_of
 
 DEFAULT_PORT: Final = 3478
 _TRIES_S: Final = (0.5, 1.0, 1.5)
@@ -43,9 +43,7 @@ def public_address(server: str) -> str:
                 if found is not None:
                     return found
     except OSError as error:
-        raise StunError(
-            f"the STUN server {server} cannot be asked: {error.strerror or error}"
-        ) from error
+        raise StunError(f"the STUN server {server} cannot be asked: {reason_of(error)}") from error
     raise StunError(f"the STUN server {server} does not answer")
 
 

@@ -9,6 +9,7 @@ from urllib.parse import parse_qs
 
 from aioice import stun, turn
 
+from wax.errors import reason_of
 from wax.rtc.public_address import StunError, split
 
 _ANSWER_S: Final = 6.0
@@ -34,7 +35,7 @@ def problem(url: str, username: str, credential: str) -> str | None:
     except stun.TransactionFailed as error:
         return f"it refuses ({error.response.attributes['ERROR-CODE'][1]})"
     except (OSError, StunError, stun.TransactionError, ConnectionError) as error:
-        return str(error) or type(error).__name__
+        return reason_of(error)
     return None
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from typing import IO, TYPE_CHECKING, Final
 
-from wax.errors import SpeakerError
+from wax.errors import SpeakerError, reason_of
 from wax.sentence import Sentence
 from wax.voice.packet import RATE_HZ
 
@@ -45,7 +45,7 @@ class FileSpeaker:
             raise SpeakerError(
                 Sentence(
                     "speaker.file_not_open",
-                    {"file": str(self._path), "why": error.strerror or str(error)},
+                    {"file": str(self._path), "why": reason_of(error)},
                 )
             ) from error
 
@@ -62,7 +62,7 @@ class FileSpeaker:
             raise SpeakerError(
                 Sentence(
                     "speaker.file_failed",
-                    {"file": str(self._path), "why": error.strerror or str(error)},
+                    {"file": str(self._path), "why": reason_of(error)},
                 )
             ) from error
 

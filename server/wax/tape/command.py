@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Final
 
-from wax.errors import ConfigError, StateError
+from wax.errors import ConfigError, StateError, reason_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -81,7 +81,7 @@ def _each(parts: Sequence[Shelved], do: Callable[[Shelved], None]) -> None:
         try:
             do(one)
         except OSError as error:
-            raise StateError(f"{one.name}: {error.strerror or error}") from error
+            raise StateError(f"{one.name}: {reason_of(error)}") from error
 
 
 def _counted(parts: Sequence[Shelved]) -> str:

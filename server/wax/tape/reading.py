@@ -12,7 +12,7 @@ import zstandard
 from mcap.records import Channel, Chunk, Footer, Message, Metadata
 from mcap.stream_reader import StreamReader, breakup_chunk
 
-from wax.errors import ProtocolError, StateError
+from wax.errors import ProtocolError, StateError, reason_of
 from wax.protocol.tape_events import EVENTS, FORMAT, Placed, parse_event, topic
 from wax.tape.event_file import METADATA, ORIGIN, VERSION
 
@@ -59,7 +59,7 @@ def read_events(path: Path) -> Events:
         with path.open("rb") as file:
             return _read(path, _Records(path, file))
     except OSError as error:
-        raise StateError(f"{path}: cannot be read: {error.strerror or error}") from error
+        raise StateError(f"{path}: cannot be read: {reason_of(error)}") from error
 
 
 def _read(path: Path, records: _Records) -> Events:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 import structlog
 
 from wax.encode.encoded import EncodedPicture, EncodedSound
-from wax.errors import StateError, WaxError
+from wax.errors import StateError, WaxError, reason_of
 from wax.protocol.tape_events import Missed
 from wax.sentence import Sentence, says
 from wax.tape.plan import SegmentPlan
@@ -424,4 +424,4 @@ class Recorder:
 def _why(error: Exception) -> Sentence:
     if isinstance(error, WaxError):
         return error.sentence
-    return says(getattr(error, "strerror", None) or str(error))
+    return says(reason_of(error))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import av
 
-from wax.errors import StateError
+from wax.errors import StateError, reason_of
 from wax.tape.boxes import is_believable
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def facts_of(path: Path) -> MediaFacts:
                 has_sound=bool(media.streams.audio),
             )
     except (av.FFmpegError, OSError, ValueError) as error:
-        return MediaFacts(0.0, False, False, _UNREADABLE.format(why=_words(error)))
+        return MediaFacts(0.0, False, False, _UNREADABLE.format(why=reason_of(error).lower()))
 
 
 def repaired(path: Path, folder: Path) -> Path:
@@ -80,7 +80,7 @@ def repaired(path: Path, folder: Path) -> Path:
     except (av.FFmpegError, OSError, ValueError) as error:
         if getattr(error, "errno", None) == errno.ENOSPC:
             raise StateError(_NO_ROOM.format(path=path, folder=folder.parent)) from error
-        raise StateError(f"{path}: {_UNREADABLE.format(why=_words(error))}") from error
+        raise StateError(f"{path}: {_UNREADABLE.format(why=reason_of(error).lower())}") from error
     return copy
 
 
@@ -130,7 +130,3 @@ def _copy(media: InputContainer, output: OutputContainer) -> None:
                 output.mux(packet)
     except (av.error.InvalidDataError, av.error.EOFError):
         return
-
-
-def _words(error: Exception) -> str:
-    return str(getattr(error, "strerror", None) or error).lower()

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Final, get_args
 
 from wax import state_dir
 from wax.config.settings import MAX_CAMERAS
-from wax.errors import StateError
+from wax.errors import StateError, reason_of
 from wax.tape.retention import Keeper, Part
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ class Shelf:
         try:
             self.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         except OSError as error:
-            raise self._unusable(error.strerror or str(error)) from error
+            raise self._unusable(reason_of(error)) from error
         if not os.access(self.folder, os.R_OK | os.W_OK | os.X_OK):
             raise self._unusable("this user may not write there")
 
@@ -110,7 +110,7 @@ class Shelf:
         except FileNotFoundError:
             return []
         except OSError as error:
-            raise self._unusable(error.strerror or str(error)) from error
+            raise self._unusable(reason_of(error)) from error
         parts = (self._part(name, endings) for name, endings in sorted(found.items()))
         return [one for one in parts if one is not None]
 

@@ -17,7 +17,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-from wax.errors import StartError
+from wax.errors import StartError, reason_of
 from wax.named_file import read_bytes
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ class Certificate:
         except OSError as error:  # an SSLError, too
             raise StartError(
                 f"the certificate {self.chain} with the key {self.key} cannot be used:"
-                f" {error.strerror or error}; check [server] certificate and key"
+                f" {reason_of(error)}; check [server] certificate and key"
             ) from error
         return context
 
@@ -104,7 +104,7 @@ def self_signed(folder: Path, names: Iterable[str], now: datetime.datetime) -> C
         _write(kept.chain, _certificate_bytes(key, names, now), 0o644)
     except OSError as error:
         raise StartError(
-            f"cannot keep a certificate in {folder}: {error.strerror or error}; make it writable"
+            f"cannot keep a certificate in {folder}: {reason_of(error)}; make it writable"
         ) from error
     return kept
 
@@ -124,7 +124,7 @@ def _read(path: Path) -> x509.Certificate:
     try:
         return x509.load_pem_x509_certificate(read_bytes(path))
     except (OSError, ValueError) as error:
-        why = getattr(error, "strerror", None) or error
+        why = reason_of(error)
         raise StartError(f"the certificate {path} cannot be read: {why}") from error
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from aiohttp import web
 
 from wax.edge.turnstile import Turnstile
-from wax.errors import StartError
+from wax.errors import StartError, reason_of
 from wax.web.connection import Connection
 from wax.web.http_limits import HttpLimits
 from wax.web.listening import Listening
@@ -80,8 +80,7 @@ class Entrance:
                     " with --port"
                 ) from error
             raise StartError(
-                f"cannot listen on {host}:{port}: {error.strerror or error};"
-                " check --host and --port"
+                f"cannot listen on {host}:{port}: {reason_of(error)}; check --host and --port"
             ) from error
 
     async def close(self) -> None:

@@ -19,7 +19,7 @@ from av.error import (
 from av.stream import Disposition
 
 from wax.capture.dating import Dating
-from wax.errors import SourceError
+from wax.errors import SourceError, reason_of
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -136,8 +136,8 @@ def open_container(address: str, transport: Transport = "auto") -> InputContaine
     except HTTPNotFoundError:
         raise SourceError(Sentence("file.not_there", {"name": name})) from None
     except (FFmpegError, OSError) as error:
-        reason = error.strerror or type(error).__name__
-        raise SourceError(Sentence("file.not_open", {"name": name, "why": reason})) from None
+        why = reason_of(error)
+        raise SourceError(Sentence("file.not_open", {"name": name, "why": why})) from None
 
 
 def _open_http(address: str) -> InputContainer | None:

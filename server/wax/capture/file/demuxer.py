@@ -36,7 +36,7 @@ from wax.capture.file.address import (
     open_container,
     shown_name,
 )
-from wax.errors import SourceError
+from wax.errors import SourceError, reason_of
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -222,7 +222,7 @@ class Demuxer:
             failure = SourceError(
                 Sentence(
                     "file.stopped",
-                    {"name": self.name, "why": error.strerror or type(error).__name__},
+                    {"name": self.name, "why": reason_of(error)},
                 )
             )
         except Exception as error:

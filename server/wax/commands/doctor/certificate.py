@@ -6,7 +6,7 @@ import datetime
 from typing import TYPE_CHECKING, Final
 
 from wax.commands.doctor.verdict import Verdict, bad, ok, warning
-from wax.errors import StartError
+from wax.errors import StartError, reason_of
 from wax.named_file import read_bytes
 
 if TYPE_CHECKING:
@@ -110,5 +110,5 @@ def _unreadable(path: Path) -> str | None:
     try:
         read_bytes(path)
     except OSError as error:
-        return f"The file {path} cannot be read: {error.strerror or error}."
+        return f"The file {path} cannot be read: {reason_of(error)}."
     return None

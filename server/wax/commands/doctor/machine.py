@@ -15,6 +15,7 @@ from wax.capture.testcard import TestCardVideo
 from wax.clock import SystemClock
 from wax.commands.doctor.verdict import Verdict, bad, ok, warning
 from wax.encode.choice import Encoders
+from wax.errors import reason_of
 from wax.process import cores
 from wax.web import descriptors
 
@@ -159,7 +160,7 @@ def disk(folder: Path, free_bytes: Callable[[Path], int] | None = None) -> Verdi
         free = free_bytes(there) if free_bytes else shutil.disk_usage(there).free
     except OSError as error:
         return bad(
-            f"Nothing can be kept in {folder}: {error.strerror or error}.",
+            f"Nothing can be kept in {folder}: {reason_of(error)}.",
             "Make it writable for the user that runs WAX, or choose another folder.",
         )
     told = f"{folder} can be written to, {free / 1e9:.1f} GB are free"

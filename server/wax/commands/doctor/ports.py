@@ -12,6 +12,7 @@ from pydantic_core import from_json
 
 from wax.commands.doctor.verdict import Verdict, bad, ok, warning
 from wax.edge.binding import NOT_HERE, addresses
+from wax.errors import reason_of
 
 if TYPE_CHECKING:
     from wax.commands.doctor.network import ServedNetwork
@@ -88,7 +89,7 @@ def _bound(name: str, kind: socket.SocketKind, host: str, port: int) -> Verdict:
         told = [one for one in errors if one is not None]
     for error in told:
         advice = _ADVICE.get(error.errno or 0, "Check server.host and the port.")
-        return bad(f"{name} cannot be used: {error.strerror or error}.", advice)
+        return bad(f"{name} cannot be used: {reason_of(error)}.", advice)
     return ok(f"{name} is free.")
 
 

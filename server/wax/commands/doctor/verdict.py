@@ -6,7 +6,7 @@ import threading
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from wax.errors import WaxError
+from wax.errors import WaxError, reason_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -54,7 +54,7 @@ def examine(check: Check) -> Verdict:
         except WaxError as error:
             found.append(bad(f"{error}", "Correct what it names, then try once more."))
         except Exception as error:
-            reason = str(error) or type(error).__name__
+            reason = reason_of(error)
             found.append(bad(f"The check failed: {reason}.", "Report this with its text."))
 
     # A daemon: a device that hangs in its operating system driver must not keep the process alive.

@@ -17,7 +17,7 @@ from wax.commands.init.found import look
 from wax.commands.init.writing import render
 from wax.config import settings as config
 from wax.door import line as door_line
-from wax.errors import ConfigError, StateError
+from wax.errors import ConfigError, StateError, reason_of
 from wax.logs.printable import printable
 from wax.robot.find_driver import make_driver
 from wax.speaker.find_speaker import make_speaker
@@ -137,7 +137,7 @@ def _give_door(path: Path, line: DoorLine) -> None:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ConfigError(f"{path}: is not valid TOML: {error}") from error
     except OSError as error:
-        raise StateError(f"{path} cannot be changed: {error.strerror or error}.") from error
+        raise StateError(f"{path} cannot be changed: {reason_of(error)}.") from error
 
 
 def _keep_secrets(path: Path, line: DoorLine | None) -> None:
@@ -146,7 +146,7 @@ def _keep_secrets(path: Path, line: DoorLine | None) -> None:
         try:
             _replace(place, text, 0o600)
         except OSError as error:
-            raise StateError(f"{place} cannot be written: {error.strerror or error}.") from error
+            raise StateError(f"{place} cannot be written: {reason_of(error)}.") from error
 
 
 def _replace(path: Path, text: str, mode: int) -> None:
@@ -192,7 +192,7 @@ def _write_new(path: Path, text: str) -> None:
             f"{path} was made by somebody else meanwhile; it is left alone."
         ) from error
     except OSError as error:
-        raise StateError(f"{path} cannot be written: {error.strerror or error}.") from error
+        raise StateError(f"{path} cannot be written: {reason_of(error)}.") from error
 
 
 def _put(made: Path, path: Path) -> None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax import __version__
 from wax.config.settings import RobotSettings
-from wax.errors import ConfigError, StartError
+from wax.errors import ConfigError, StartError, reason_of
 from wax.plugin import DRIVERS, offers
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def new_driver(name: str, parent: Path) -> list[str]:
             f"{folder} exists already; choose another name, or another folder to be in"
         ) from None
     except OSError as error:
-        raise StartError(f"{folder} cannot be made: {error.strerror}") from error
+        raise StartError(f"{folder} cannot be made: {reason_of(error)}") from error
     try:
         for path, text in _files(name):
             file = folder / path
@@ -50,7 +50,7 @@ def new_driver(name: str, parent: Path) -> list[str]:
             file.write_text(text, encoding="utf-8")
     except OSError as error:
         shutil.rmtree(folder, ignore_errors=True)
-        raise StartError(f"{folder} cannot be written: {error.strerror}") from error
+        raise StartError(f"{folder} cannot be written: {reason_of(error)}") from error
     return [
         f"Written into {folder}. Its README.md leads on; in short:",
         f"  cd {folder}",

@@ -15,7 +15,7 @@ from wax import __version__
 from wax.commands.proof import record
 from wax.commands.proof.config_file import check
 from wax.commands.proof.proof import Progress, Proof
-from wax.errors import ConfigError, StartError
+from wax.errors import ConfigError, StartError, reason_of
 from wax.sentence import Sentence
 from wax.session.proof_runner import NOT_ALL
 
@@ -71,7 +71,7 @@ def prove_stop(
     try:
         path.write_text(record.page(findings, settings, heading), encoding="utf-8")
     except OSError as error:
-        raise StartError(f"the record {path} cannot be written: {error.strerror}") from error
+        raise StartError(f"the record {path} cannot be written: {reason_of(error)}") from error
     cuts = sum(len(finding.samples) for finding in findings.findings)
     tell(Progress(Sentence("proof.record_at", {"path": str(path)}), cuts, cuts))
     tell(Progress(record.sentence(findings), cuts, cuts))

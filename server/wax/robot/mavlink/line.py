@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import serial
 
+from wax.errors import reason_of
 from wax.robot.mavlink.address import parse
 from wax.robot.mavlink.settings import FRAME_BYTES, SIGNATURE_BYTES
 from wax.robot.serial.reconnecting_port import why_not_open
@@ -74,20 +75,16 @@ def why_closed(settings: MavlinkSettings, error: Exception) -> Sentence:
         return Sentence("mavlink.in_use", {"link": settings.url})
     return Sentence(
         "mavlink.not_open",
-        {"link": settings.url, "why": _why(error), "seconds": settings.reopen_s},
+        {"link": settings.url, "why": reason_of(error), "seconds": settings.reopen_s},
     )
 
 
 def why_lost(settings: MavlinkSettings, error: Exception) -> Sentence:
     """Say why the line was lost."""
-    why, seconds = _why(error), settings.reopen_s
+    why, seconds = reason_of(error), settings.reopen_s
     if parse(settings.url).kind == "serial":
         return Sentence("port.lost", {"port": settings.url, "why": why, "seconds": seconds})
     return Sentence("mavlink.lost", {"link": settings.url, "why": why, "seconds": seconds})
-
-
-def _why(error: Exception) -> str:
-    return getattr(error, "strerror", None) or str(error) or type(error).__name__
 
 
 class _SerialLine:

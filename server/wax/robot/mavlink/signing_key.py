@@ -5,7 +5,7 @@ from __future__ import annotations
 import stat
 from typing import Final
 
-from wax.errors import ConfigError
+from wax.errors import ConfigError, reason_of
 from wax.named_file import check, read_bytes, secret_file
 
 KEY_BYTES: Final = 32
@@ -19,7 +19,7 @@ def read_key(name: str) -> bytes:
         mode = check(path).st_mode
         data = read_bytes(path)
     except OSError as error:
-        raise ConfigError(f"{_KEY}: {path} cannot be read: {error.strerror or error}") from error
+        raise ConfigError(f"{_KEY}: {path} cannot be read: {reason_of(error)}") from error
     if mode & (stat.S_IRWXG | stat.S_IRWXO):
         raise ConfigError(f"{_KEY}: others may read {path}; type: chmod 600 {path}")
     if len(data) == KEY_BYTES:

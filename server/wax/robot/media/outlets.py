@@ -17,7 +17,7 @@ import structlog
 from wax.capture.newest_slot import NewestSlot
 from wax.capture.source import Picture, Sound
 from wax.capture.source_thread import SourceThread
-from wax.errors import SourceError, WaxError
+from wax.errors import SourceError, WaxError, reason_of
 from wax.robot.media.messages import (
     CLOSE,
     MAX_HEIGHT,
@@ -200,7 +200,7 @@ class SpeakerOutlet:
             return encode(Answer(problem=error.sentence))
         except Exception as error:  # a plug-in may raise anything
             _LOG.exception("speaker failed unexpectedly")
-            why = str(error) or type(error).__name__
+            why = reason_of(error)
             return encode(Answer(problem=Sentence("speaker.failed", {"why": why})))
         return encode(Answer())
 

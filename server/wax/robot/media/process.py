@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 import structlog
 
 from wax.config.settings import LogSettings
+from wax.errors import reason_of
 from wax.robot.media.link import MediaProcessLink
 from wax.robot.media.messages import MediaBegin, Outlet
 from wax.robot.media.picture_memory import make_memory
@@ -156,7 +157,7 @@ class MediaProcess:
         try:
             child = self._spawn()
         except OSError as error:
-            return Sentence("media.not_started", {"why": error.strerror or str(error)})
+            return Sentence("media.not_started", {"why": reason_of(error)})
         with self._lock:
             self._child = child
             if closing.is_set():

@@ -14,7 +14,7 @@ import structlog
 from wax.config.settings import LocalSettings, LogSettings
 from wax.driver.checks import unit
 from wax.driver.interface import RobotState
-from wax.errors import ProtocolError
+from wax.errors import ProtocolError, reason_of
 from wax.robot.process.child_process import ChildProcess
 from wax.robot.process.driver_watchdog import COUNTS
 from wax.robot.process.hand_watchdog import HAND_COUNTS
@@ -263,7 +263,7 @@ class ProcessDriver:
         try:
             child = ChildProcess(self._begin)
         except OSError as error:
-            return Sentence("robot.driver_not_started", {"why": error.strerror or str(error)})
+            return Sentence("robot.driver_not_started", {"why": reason_of(error)})
         with self._lock:
             self._child = child
             if closing.is_set():

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 import aiohttp
 import structlog
 
-from wax.errors import DriverError
+from wax.errors import DriverError, reason_of
 from wax.robot.ros2 import rosbridge_protocol as protocol
 from wax.robot.ros2.link import command_type
 from wax.robot.ros2.rosbridge_graph import RosbridgeGraph
@@ -128,7 +128,7 @@ class RosbridgeLink:
         try:
             self._loop.run_until_complete(self._live())
         except (aiohttp.ClientError, OSError, TimeoutError, ValueError) as error:
-            self._fail(str(error) or type(error).__name__)
+            self._fail(reason_of(error))
         except Exception as error:
             # Without this thread nothing is sent, and nobody would know.
             _LOG.exception("the link to the rosbridge server failed")

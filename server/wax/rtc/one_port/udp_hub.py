@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, cast
 import structlog
 from aioice.stun import COOKIE, Message, parse_message
 
-from wax.errors import StartError
+from wax.errors import StartError, reason_of
 from wax.rtc.egress import runs
 from wax.rtc.one_port.lite_agent import Path
 from wax.rtc.one_port.viewer_socket import CAN_CONNECT, ViewerSocket
@@ -400,7 +400,7 @@ def _waiting_bytes(transport: asyncio.DatagramTransport) -> int:
 def _reason(error: OSError) -> str:
     if error.errno == errno.EADDRINUSE:
         return "it is used by another program"
-    return error.strerror or str(error)
+    return reason_of(error)
 
 
 def _bound(address: str, port: int) -> socket.socket:
