@@ -67,6 +67,8 @@ def test_each_failure_has_its_sentence(said: str, code: str) -> None:
     assert "…" not in str(problem)
 
 
+@pytest.mark.system
+@pytest.mark.skipif(shutil.which("ssh") is None, reason="there is no ssh")
 def test_the_command_is_one_that_ssh_takes(tmp_path: Path) -> None:
     """Each option exists and says what it must; nobody's own settings or agent count."""
     folder = tmp_path / "a folder, 50%"

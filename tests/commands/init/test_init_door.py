@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from tests.door.door_lines import door_line
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+from cryptography.hazmat.primitives.serialization import load_ssh_private_key
+from tests.door.door_lines import SEED, door_line
 
 from wax.__main__ import main
 from wax.commands.init.command import init
@@ -16,8 +18,6 @@ from wax.errors import ConfigError
 from wax.rtc.ice_servers import IceServers
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from wax.config.settings import Settings
 
 MINE = """# My robot.
@@ -42,9 +42,9 @@ def is_through_door(settings: Settings, folder: Path) -> None:
     assert IceServers(settings.network, settings.relay).of("1", 0.0)[1]["credential"]
     for name in (settings.door.key_file, settings.relay.secret_file):
         assert (folder / name).stat().st_mode & 0o777 == 0o600
-    public = ["ssh-keygen", "-y", "-f", settings.door.key_file]
-    told = subprocess.run(public, capture_output=True, text=True, check=True).stdout
-    assert told.startswith("ssh-ed25519 ")
+    key = load_ssh_private_key(Path(settings.door.key_file).read_bytes(), password=None)
+    assert isinstance(key, Ed25519PrivateKey)
+    assert key.private_bytes_raw() == SEED
 
 
 def test_a_new_robot_with_a_door(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
