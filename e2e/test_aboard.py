@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import pytest
 from playwright.async_api import expect
 
-from e2e.harness import toml
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -16,16 +15,14 @@ if TYPE_CHECKING:
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
 
-SERVER_SETTINGS = f"""
-[turns]
-{toml.BRIEF_GRACE}
+SERVER_SETTINGS = """
 [local]
 source = "robot"
 pause_s = 0.5
 script_s = 8.0
 script = [
-    {{ at_s = 1.0, for_s = 0.3, press = "wait" }},
-    {{ at_s = 3.0, for_s = 2.0, linear = -0.6 }},
+    { at_s = 1.0, for_s = 0.3, press = "wait" },
+    { at_s = 3.0, for_s = 2.0, linear = -0.6 },
 ]
 """
 """Somebody who asks the operator to wait, and then drives back by themselves, again and again."""
