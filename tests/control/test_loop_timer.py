@@ -37,6 +37,15 @@ def test_every_tick_is_in_the_histogram() -> None:
     assert beat.lateness.sum_s == pytest.approx(0.003)
 
 
+def test_two_late_ticks_in_120_count_for_a_minute_and_one_does_not() -> None:
+    beat, now_s = LoopTimer(loop_hz=2.0, ttl_s=None), 10.0
+    said = []
+    for late_s in [0.0] * 119 + [0.031] * 2 + [0.0] * 119:
+        beat.is_too_late(now_s := now_s + beat.rest_s(now_s) + late_s)
+        said.append(beat.is_on_time)
+    assert said == [True] * 120 + [False] * 119 + [True]
+
+
 def test_a_timer_that_fires_early_is_no_second_beat() -> None:
     """A step just before its beat is that beat, neither early nor followed by another at once."""
     beat = LoopTimer(loop_hz=50.0, ttl_s=None)

@@ -33,7 +33,7 @@ from wax.driver.interface import (
     RobotState,
     Twist,
 )
-from wax.errors import ForbiddenError, FullError, SignallingError
+from wax.errors import ForbiddenError, FullError, NoPlaceError, SignallingError
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
 from wax.protocol import room_change
@@ -501,6 +501,25 @@ async def test_a_full_upload_says_so_to_all_but_who_was_here_and_the_host() -> N
     await rig.enter("ada-1111")
     await rig.enter("host-111", is_host=True)
     assert len(rig.names()) == 2
+
+
+@pytest.mark.usefixtures("rig")
+async def test_a_busy_machine_says_so_to_newcomers_beyond_a_dozen() -> None:
+    """Whoever drives is not to wait for one more who watches."""
+    rig = Rig({})
+    for number in range(10, 22):
+        await rig.enter(f"ada-11{number}")
+        for _ in range(20):
+            rig.clock.time_s += 0.045
+            rig.loop.step(rig.clock.time_s)
+    with pytest.raises(NoPlaceError, match="computer can serve no more"):
+        await rig.enter("eve-1111")
+    await rig.enter("ada-1110")
+    await rig.enter("host-111", is_host=True)
+    for _ in range(3000):
+        rig.clock.time_s += 0.02
+        rig.loop.step(rig.clock.time_s)
+    await rig.enter("eve-1111")
 
 
 async def test_silence_stops_the_robot_and_keeps_the_turn(rig: Rig) -> None:

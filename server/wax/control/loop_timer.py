@@ -13,6 +13,8 @@ MIN_LATE_S: Final = 0.1
 _EARLY_S: Final = 0.001
 """A step this shortly before a tick counts as that tick: timers may fire a little early."""
 _REMEMBERED_S: Final = 60.0
+_BUSY_MS: Final = 30.0
+"""By a tick this late a set-point is missing; each further one delays commands and Stop."""
 
 
 class LoopTimer:
@@ -57,6 +59,11 @@ class LoopTimer:
     def latest_ms(self) -> float:
         """How late the latest tick of the last minute was."""
         return self._late_ms(1.0)
+
+    @property
+    def is_on_time(self) -> bool:
+        """Whether 99 % of the last minute's ticks were so nearly on time that more can be done."""
+        return self.jitter_p99_ms <= _BUSY_MS
 
     def _late_ms(self, share: float) -> float:
         late_s = sorted(self._late_s)

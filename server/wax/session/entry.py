@@ -34,13 +34,16 @@ _LOG = structlog.get_logger(__name__)
 
 _MOST_EXPECTED: Final = 100
 """Who wait in the queue and watch in a room."""
+_FIRST_DOZEN: Final = 12
+"""Who come in however late the machine is: it may be busy with something else."""
 
 
 class Entry:
     """Makes viewers and their peers; `drop_peer` drops the one that a viewer had before.
 
     `send_away` tells a viewer why they may not stay, and forgets them.
-    `is_due` says whether somebody who waits in a room gets a place now, whoever has the others.
+    `is_due` says whether somebody who waits in a room gets a place now, whoever has the others;
+    `is_on_time` whether the machine can serve one more without delaying the operator.
     """
 
     def __init__(
@@ -57,6 +60,7 @@ class Entry:
         drop_peer: Callable[[Viewer], None],
         send_away: Callable[[Viewer, Sentence], None],
         is_due: Callable[[Viewer], bool],
+        is_on_time: Callable[[], bool],
         voices: Voices | None = None,
     ) -> None:
         self._sync = settings.sync.observer
@@ -70,6 +74,7 @@ class Entry:
         self._drop_peer = drop_peer
         self._send_away = send_away
         self._is_due = is_due
+        self._is_on_time = is_on_time
         self._voices = voices
         self._capacity = Capacity(
             most=settings.server.max_viewers,
@@ -173,9 +178,9 @@ class Entry:
             self._access.admission.check_tabs(visitor, [one.visitor for one in others])
         asking = self._asking(visitor, viewer)
         embeds = [one for one in others if one.visitor.is_embed]
-        is_narrow = not (self._service.has_room or asking.is_host or asking.has_been_here)
-        if is_narrow and (asking.is_embed or not embeds):
-            raise NoPlaceError(Sentence("door.upload_full"), retry_after_s=5)
+        lacks = None if asking.is_host or asking.has_been_here else self._lacks_for(len(others))
+        if lacks is not None and (asking.is_embed or not embeds):
+            raise NoPlaceError(lacks, retry_after_s=5)
         number = self._viewers.take_number() if viewer is None else viewer.number
         is_full = self._capacity.admit(
             number,
@@ -184,9 +189,17 @@ class Entry:
             now_s,
             lambda: self._abandon(number),
         )
-        if is_narrow or is_full:
+        if lacks is not None or is_full:
             self._send_away(embeds[0], EMBEDS_FULL)
         return number
+
+    def _lacks_for(self, others: int) -> Sentence | None:
+        """Return what there is too little of for one more newcomer."""
+        if not self._service.has_room:
+            return Sentence("door.upload_full")
+        if others >= _FIRST_DOZEN and not self._is_on_time():
+            return Sentence("door.machine_full")
+        return None
 
     def _abandon(self, number: int) -> None:
         """End the peer of a viewer who has not connected yet, for somebody else."""

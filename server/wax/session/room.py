@@ -139,6 +139,7 @@ class Room:
             drop_peer=self._drop_peer,
             send_away=self.send_away,
             is_due=self._is_due,
+            is_on_time=lambda: control.is_on_time,
             voices=voices,
         )
         self._voices = voices
