@@ -23,7 +23,8 @@ from wax.commands.doctor.verdict import Check, examine
 from wax.config.mqtt import MqttSettings
 from wax.config.settings import Settings
 from wax.house import broker
-from wax.house.broker import MOST_EVENTS, BrokerError, BrokerLink
+from wax.house.broker import KEPT_S, MOST_EVENTS, BrokerError, BrokerLink
+from wax.sentence import Sentence
 from wax.web.certificate import self_signed
 
 if TYPE_CHECKING:
@@ -123,22 +124,41 @@ def test_a_flood_is_left_before_driving_waits_for_it(
     """What came before acts, the host reads why, and it is tried again."""
     monkeypatch.setattr(broker, "MOST_PER_S", 50)
     said: list[str | None] = []
+    clock = TurnedClock()  # all come at once, however long that takes
+
+    def wait(_: float) -> None:
+        said.append(_code(link))
+        clock.time_s += 1.0
+
     with (
         running(tmp_path) as mosquitto,
         AtHome(mosquitto.port) as home,
         _linked(mosquitto.port) as link,
     ):
-        monkeypatch.setattr(link._ended, "wait", lambda _: said.append(_code(link)))
+        monkeypatch.setattr(link._ended, "wait", wait)
         until(lambda: link.is_connected)
-        link._clock = clock = TurnedClock()  # all come at once, however long that takes
-        for number in range(60):
+        link._clock = clock
+        for number in range(100):
             home.says("rover/stop/set", str(number), qos=0)
         until(lambda: said and link.is_connected)
         assert said[0] == "house.flooded"
         assert [payload for _, payload, _ in link.taken][:50] == [b"%d" % n for n in range(50)]
-        clock.time_s += 1.0
         home.says("rover/stop/set", "again")
         until(lambda: link.taken[-1][1] == b"again")
+
+
+def test_nothing_is_read_of_what_is_too_large() -> None:
+    """A broker was asked to send no such thing; paho would take 256 MB of it."""
+    accepted, taken = b"\x20\x03\x00\x00\x00", b"\x90\x04\x00\x01\x00\x01"
+    publishes = b"\x30\xff\xff\xff\x7f"
+    with (
+        socket.create_server(("localhost", 0)) as other,
+        _answering(other, accepted, taken + publishes),
+    ):
+        link = _link(other.getsockname()[1])
+        client = link._reach()
+        with pytest.raises(BrokerError, match="The connection has ended: a network protocol error"):
+            link._serve(client)
 
 
 def _code(link: BrokerLink) -> str | None:
@@ -180,6 +200,40 @@ def test_a_killed_broker_is_awaited(tmp_path: Path) -> None:
                 until(lambda: home.value("rover/queue") == "0")
         finally:
             mosquitto.kill()
+
+
+def test_old_events_are_not_told(tmp_path: Path) -> None:
+    """They would switch something at home that has long been otherwise."""
+    with running(tmp_path) as mosquitto, AtHome(mosquitto.port) as home:
+        link = _link(mosquitto.port)
+        link._clock = clock = TurnedClock()
+        link.put('"old"')
+        clock.time_s += KEPT_S + 0.1
+        link.put('"new"')
+        link.start()
+        until(lambda: home.events)
+        link.close(5)
+        assert (home.events, link.expired) == (['"new"'], 1)
+
+
+def test_it_is_tried_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Less and less often, but twice a minute; once it was connected, as soon as at first."""
+    monkeypatch.setattr(broker, "_FIRST_WAIT_S", 1.0)
+    link, waited_s = _link(1), list[float]()
+
+    def reach() -> Client:
+        link.is_connected = len(waited_s) == 7
+        raise BrokerError(Sentence("hook.silent", {"limit": 1}))
+
+    def wait(wait_s: float) -> None:
+        waited_s.append(wait_s)
+        if len(waited_s) == 9:
+            link._ended.set()
+
+    monkeypatch.setattr(link, "_reach", reach)
+    monkeypatch.setattr(link._ended, "wait", wait)
+    link._run()
+    assert waited_s == [1, 2, 4, 8, 16, 30, 30, 1, 2]
 
 
 def test_a_broker_that_hangs_holds_up_nothing(

@@ -2,7 +2,7 @@
 
 paho looks names up, shakes hands and reads for as long as the other end takes; in the event loop
 that would be everybody's delay, and Stop's too. It speaks MQTT 5, whose brokers send nothing larger
-than they are asked to, and no retained copies where nobody wants them.
+than they are asked to, and no retained copies where nobody wants them; one that does is left.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from urllib.parse import urlsplit
 
 import structlog
 from paho.mqtt import client as paho
-from paho.mqtt.enums import CallbackAPIVersion
+from paho.mqtt.enums import CallbackAPIVersion, MQTTErrorCode
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 from paho.mqtt.subscribeoptions import SubscribeOptions
@@ -47,6 +47,8 @@ MOST_BYTES: Final = 1024
 MOST_EVENTS: Final = 200
 MOST_PER_S: Final = 2000
 """Reading more would take the interpreter from the event loop, and with it from driving."""
+_READS: Final = 4
+"""What the largest message takes: its kind, its length in two bytes, the rest."""
 KEPT_S: Final = 60.0
 """Old events would switch something that has long been otherwise; states are what lasts."""
 _FIRST_WAIT_S: Final = 1.0
@@ -95,7 +97,8 @@ class BrokerLink:
         self._refusal: ReasonCode | None = None
         self._said: dict[str, str] = {}
         self._events: deque[tuple[float, str]] = deque(maxlen=MOST_EVENTS)
-        self._arrived_s: deque[float] = deque([float("-inf")] * MOST_PER_S, maxlen=MOST_PER_S)
+        most = MOST_PER_S * _READS
+        self._read_s: deque[float] = deque([float("-inf")] * most, maxlen=most)
         self._ended = threading.Event()
         # A daemon: a name server that hangs must not keep the process.
         self._thread = threading.Thread(target=self._run, name="mqtt", daemon=True)
@@ -137,9 +140,7 @@ class BrokerLink:
 
     def _reach(self) -> paho.Client:
         """Return a client that the broker accepts and hears; raises `BrokerError` or `OSError`."""
-        client = paho.Client(
-            CallbackAPIVersion.VERSION2, protocol=paho.MQTTv5, reconnect_on_failure=False
-        )
+        client = _Client(self._before_read)
         client.connect_timeout = LIMIT_S
         client.on_connect = self._accepted
         client.on_subscribe = self._subscribed
@@ -184,8 +185,7 @@ class BrokerLink:
         if self._refusal is not None:
             raise BrokerError(Sentence("house.refused", {"why": str(self._refusal)}))
         if code != paho.MQTT_ERR_SUCCESS:
-            why = paho.error_string(code).rstrip(".").lower()
-            raise BrokerError(Sentence("house.lost", {"why": why}))
+            raise BrokerError(_lost(code))
 
     def _say(self, client: paho.Client) -> None:
         """Publish what is new, as far as the broker takes it: what it does not take waits here."""
@@ -221,12 +221,37 @@ class BrokerLink:
             self.is_connected = True
 
     def _arrived(self, _client: paho.Client, _data: Any, message: paho.MQTTMessage) -> None:
-        """Take a message; raises `BrokerError` where there are too many, after it has acted."""
         self._take(message.topic, bytes(message.payload), message.retain)
-        now_s, before_s = self._clock.now_s(), self._arrived_s[0]
-        self._arrived_s.append(now_s)
+
+    def _before_read(self, n_bytes: int) -> None:
+        """Raise `BrokerError` where too much comes at once; what came before has acted."""
+        if n_bytes > MOST_BYTES:
+            raise BrokerError(_lost(paho.MQTT_ERR_PROTOCOL))
+        now_s, before_s = self._clock.now_s(), self._read_s[0]
+        self._read_s.append(now_s)
         if now_s - before_s < 1:
             raise BrokerError(Sentence("house.flooded", {"n": MOST_PER_S}))
+
+
+class _Client(paho.Client):
+    """paho's, which tells how much it is about to read.
+
+    By itself it takes what a broker announces, up to 256 MB of one packet, and holds it all.
+    """
+
+    def __init__(self, before_read: Callable[[int], None]) -> None:
+        super().__init__(
+            CallbackAPIVersion.VERSION2, protocol=paho.MQTTv5, reconnect_on_failure=False
+        )
+        self._before_read = before_read
+
+    def _sock_recv(self, bufsize: int) -> bytes:
+        self._before_read(bufsize)
+        return super()._sock_recv(bufsize)
+
+
+def _lost(code: MQTTErrorCode) -> Sentence:
+    return Sentence("house.lost", {"why": paho.error_string(code).rstrip(".").lower()})
 
 
 def _why(error: Exception) -> Sentence:
