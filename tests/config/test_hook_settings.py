@@ -36,6 +36,7 @@ def _problem(url: str = "https://example.org/h", **more: Any) -> str:
         "https:///h",
         "https://ada:pass@example.org/h",
         "https://exa mple.org/h",
+        "https://example\\.org/h",
         "https://example.org/h#part",
         "https://example.org:port/h",
         "https://example.org/a\nb",

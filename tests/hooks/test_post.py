@@ -15,7 +15,7 @@ from tests.turned_clock import turn_loop
 from tests.until import async_until
 
 from wax.hooks.outbox import Message
-from wax.hooks.post import HookError, post, session
+from wax.hooks.post import HookError, _is_own, post, session
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -183,6 +183,11 @@ async def test_the_servers_own_port_is_never_reached(
     assert receiver.asked == []
 
 
+def test_the_same_port_of_another_machine_is_another_program() -> None:
+    """An address in a network that nobody has (RFC 5737) is not this machine's."""
+    assert not _is_own(socket.AF_INET, "192.0.2.1")
+
+
 async def test_a_name_is_looked_up_apart_from_the_event_loop(
     receiver: Receiver, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -209,7 +214,13 @@ async def test_a_name_is_looked_up_apart_from_the_event_loop(
 
 
 async def test_a_name_is_found(receiver: Receiver) -> None:
-    """`localhost` is one that every machine knows; one that nobody knows is a sentence."""
+    """`localhost` is one that every machine knows."""
     assert await _post(f"http://localhost:{receiver.port}/") == (204, b"")
-    with pytest.raises(HookError, match="cannot be reached: "):
-        await _post(f"http://{'x' * 64}.invalid/")
+
+
+@pytest.mark.parametrize("name", [f"{'x' * 64}.invalid", "exam\u00adple.org", "a..b"])
+async def test_what_can_be_no_name_is_a_sentence(name: str) -> None:
+    """In which the address's path is not shown."""
+    with pytest.raises(HookError) as refused:
+        await _post(f"http://{name}/secret-path")
+    assert str(refused.value) == "It cannot be reached: no such name can be."

@@ -37,7 +37,7 @@ def test_it_is_that_of_standard_webhooks(text: str, tmp_path: Path) -> None:
         (b"whsec_", "holds a secret of 0 bytes, and it takes 24 to 64; make one: "),
         (b"c2hvcnQ=", "holds a secret of 5 bytes"),
         (b"QUFB" * 200, "holds a secret of 600 bytes"),
-        (b"pass phrase", "holds no secret in Base64"),
+        (b"a pass phrase of more than a few letters", "holds no secret in Base64"),
         (b"\xff\xfe\x00", "holds no secret in Base64"),
         (b"QUFB" * 300_000, "cannot be read: it has more than 1048576 bytes"),
     ],

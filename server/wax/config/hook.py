@@ -31,7 +31,7 @@ def _whole(url: str) -> str:
 HookUrl = Annotated[
     str,
     Field(
-        pattern=r"^https?://(\[[0-9A-Fa-f:.]+\]|[^\s/?#@:\[\]]+)(:\d{1,5})?([/?][^\s#]*)?$",
+        pattern=r"^https?://(\[[0-9A-Fa-f:.]+\]|[^\s/?#@:\[\]\\]+)(:\d{1,5})?([/?][^\s#]*)?$",
         max_length=2000,
         description='an address as "https://example.org/hook", without a user\'s name',
     ),

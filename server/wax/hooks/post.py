@@ -29,6 +29,7 @@ _BUFFER_BYTES: Final = 2048
 _MOST_CHARS: Final = 120
 _REDIRECTS: Final = range(300, 400)
 _WELL: Final = range(200, 300)
+_NO_NAME: Final = "no such name can be"
 _CONNECTING: Final = (errno.ECONNREFUSED, errno.EHOSTUNREACH, errno.ENETUNREACH)
 
 
@@ -97,6 +98,8 @@ def not_reached(error: Exception, limit_s: float) -> Sentence:
         return Sentence("hook.silent", {"limit": limit_s})
     if isinstance(error, aiohttp.ClientResponseError):  # which repeats the URL, and a stranger
         why = "the answer is not HTTP"
+    elif isinstance(error, aiohttp.InvalidURL):  # which repeats it, too
+        why = _NO_NAME
     else:
         why = reason_of(error)
     if isinstance(error, OSError) and error.errno in _CONNECTING:
@@ -138,7 +141,7 @@ class _Resolver(AbstractResolver):
             except OSError as error:
                 found = error
             except UnicodeError:  # a label of more than 63 letters
-                found = OSError(errno.EINVAL, "no such name can be")
+                found = OSError(errno.EINVAL, _NO_NAME)
             with suppress(RuntimeError):  # the server has ended meanwhile
                 loop.call_soon_threadsafe(answer, found)
 
