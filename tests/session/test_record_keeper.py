@@ -274,14 +274,15 @@ def test_every_end_of_a_turn_has_its_event(rig: Rig) -> None:
     assert told == [why.name.lower() for why in Why]
 
 
-def test_a_server_that_served_says_that_it_ends(rig: Rig) -> None:
+def test_a_server_that_served_says_that_it_ends(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     """With its version and the time; one that never began says nothing."""
+    monkeypatch.setattr(rig.clock, "wall_ms", lambda: 1_764_158_400_123)
     rig.keeper.close()
     assert rig.heard.take() == []
     rig.keeper.news.ready("1.2")
     rig.keeper.look()
     rig.keeper.close()
-    assert rig.heard.events[0].timestamp == "1970-01-01T00:00:00.000+00:00"
+    assert rig.heard.events[0].timestamp == "2025-11-26T12:00:00.123+00:00"
     assert [one["type"] for one in rig.heard.take()] == [
         "server.ready",
         "door.opened",
