@@ -6,6 +6,7 @@ import asyncio
 import math
 import re
 from functools import partial
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
 import av
@@ -101,9 +102,11 @@ async def test_what_was_driven_is_replayed(
 
         async def shows(at_ms: float) -> bool:
             card = await viewer.probe("newest()")
-            due_ms = max(one for one in pictures_ms if one <= at_ms - ROUNDED_MS)
+            # A browser takes each picture to last as long as earlier ones did.
+            earlier_ms = [one for one in pictures_ms if one <= at_ms]
+            lasts_ms = max(after - before for before, after in pairwise(earlier_ms))
             stamped_ms = (card["stamp_ms"] - began_ms) % 2**40 if card else math.inf
-            return due_ms - ROUNDED_MS <= stamped_ms <= at_ms + ROUNDED_MS
+            return at_ms - lasts_ms - ROUNDED_MS <= stamped_ms <= at_ms + ROUNDED_MS
 
         await viewer.probe("keepNewest()")
         for ms in (400, 2100, 1300):
