@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from playwright.async_api import Error
 
 from e2e.harness.installed import needed
 from e2e.harness.wait import eventually, happens
@@ -134,10 +136,10 @@ class Viewer:
     async def release_stop(self) -> None:
         """Hold the button that releases the stop for the time that it requires."""
         release = self.button("Hold to release")
-        await release.hover()
-        await self.page.mouse.down()
+        await release.focus()  # a mouse would miss it where the page moves meanwhile
+        await self.page.keyboard.down("Enter")
         await release.wait_for(state="hidden", timeout=10_000)
-        await self.page.mouse.up()
+        await self.page.keyboard.up("Enter")
 
     async def drives(self, within_s: float = 20) -> None:
         await self.page.get_by_text("You are driving").first.wait_for(
@@ -159,7 +161,8 @@ class Viewer:
         async def through(route: Route) -> None:
             url = route.request.url.replace(name, self.url)
             headers = {**route.request.headers, "origin": self.url}
-            await route.fulfill(response=await route.fetch(url=url, headers=headers))
+            with suppress(Error):  # the page closes meanwhile
+                await route.fulfill(response=await route.fetch(url=url, headers=headers))
 
         await self.page.route(f"{name}/**", through)
 
