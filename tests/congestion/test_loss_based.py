@@ -34,4 +34,3 @@ def test_whatever_is_reported_it_stays_in_its_bounds(reports: list[tuple[float, 
     for lost, now_s in reports:
         rate.reported(lost, now_s)
         assert 30e3 <= rate.rate_bps <= 20e6
-        assert 0 <= rate.lost <= 1

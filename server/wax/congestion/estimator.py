@@ -247,9 +247,9 @@ class LinkEstimator:
     def _burst(self) -> int:
         """How many packets are lost in a row, 0 without loss."""
         if not self._reported:
-            return self._loss.burst()
+            return self._loss.bursts.longest()
         # Reports do not give burst lengths, but the pictures' packets crossed the same link.
-        return max(self._loss.burst(), 1) if self._lost > 0 else 0
+        return max(self._loss.bursts.longest(), 1) if self._lost > 0 else 0
 
     def _state(self, now_s: float) -> LinkState:
         if self._timeout.is_over(now_s):

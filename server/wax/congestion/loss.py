@@ -75,7 +75,9 @@ class LossControl:
         self._gap: list[Delivery] = []  # lost since the last arrival; of an outage, its begin
         self._buckets: deque[_Counts] = deque()
         self._all = _Counts(-math.inf)
-        self._bursts = _Bursts()
+        self.bursts = Bursts()
+        """Of the sound alone where feedback tells of it: its packets are sparser, so its bursts
+        shorter."""
         self._judged_from_s = -math.inf
         self.congested = False
         """Whether loss has lowered the rate, and nothing yet shows that it fell far enough."""
@@ -121,14 +123,6 @@ class LossControl:
         came_bps = high.arrived_bytes * 8 / _HIGH_LOSS_S
         return max(_DECREASE_FACTOR * came_bps, _MAX_DECREASE_FACTOR * rate_bps)
 
-    def burst(self) -> int:
-        """Return the number of packets lost in a row (95th percentile), 0 without loss.
-
-        It counts the sound alone where feedback tells of it: its packets are sparser, so its bursts
-        shorter.
-        """
-        return self._bursts.longest()
-
     def forget(self, now_s: float) -> None:
         """Reset the counts, but keep the burst lengths."""
         self._buckets.clear()
@@ -146,10 +140,10 @@ class LossControl:
         self._buckets[-1].count(packet)
         self._all.count(packet)
         if packet.kind == "audio" or not self.sound_has_feedback:
-            self._bursts.add(lost=packet.arrived_s is None, now_s=now_s)
+            self.bursts.add(lost=packet.arrived_s is None, now_s=now_s)
 
 
-class _Bursts:
+class Bursts:
     """Lengths of bursts of lost packets."""
 
     def __init__(self) -> None:
@@ -166,6 +160,7 @@ class _Bursts:
             self._ended.popleft()
 
     def longest(self) -> int:
+        """Return the number of packets lost in a row (95th percentile), 0 without loss."""
         lengths = sorted(length for _, length in self._ended)
         if not lengths:
             return self._length

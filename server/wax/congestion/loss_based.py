@@ -36,8 +36,6 @@ class LossBasedControl:
         """Start with a known rate and bound, or with those of an unknown link."""
         self._max_bps = max_bps
         self.rate_bps = min(rate_bps, max_bps)
-        self.lost = 0.0
-        """The share in the newest report."""
         self._reported_s: float | None = None
 
     def reported(self, lost: float, now_s: float, came_bps: float = inf) -> None:
@@ -49,7 +47,6 @@ class LossBasedControl:
             return
         before_s = now_s if self._reported_s is None else self._reported_s
         self._reported_s = max(before_s, now_s)
-        self.lost = lost
         if lost > _HIGH_LOSS_SHARE:
             self._set(min(self.rate_bps * (1 - _DECREASE_SHARE * lost), came_bps))
         elif lost < _LOW_LOSS_SHARE:

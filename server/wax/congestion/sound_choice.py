@@ -38,7 +38,7 @@ class SoundChoice:
         self._better = Since()
         self._redundancy = 0
         self._fewer = Since()
-        self._aim_bps: float | None = None
+        self._aim_bps = 0.0
         self._limits_bps: list[tuple[float, float]] = []
         """From which budget on each sound may be chosen, and what it takes."""
 
@@ -84,10 +84,7 @@ class SoundChoice:
         A faster link never leaves less: shortly before the next better sound fits, the picture
         gets no more than it will keep afterwards.
         """
-        left_bps = share * self._rate_bps - self._other_bps
-        if self._aim_bps is None:
-            return left_bps
-        left_bps -= self._aim_bps
+        left_bps = share * self._rate_bps - self._other_bps - self._aim_bps
         budget_bps = self._fit_share * self._rate_bps - self._other_bps
         for least_bps, takes_bps in self._limits_bps:
             if least_bps > budget_bps:
@@ -98,8 +95,7 @@ class SoundChoice:
     def none(self, rate_bps: float, other_bps: float) -> None:
         """Choose no sound."""
         self._rate_bps, self._other_bps = rate_bps, other_bps
-        self._aim_bps = None
-        self._encoding = None
+        self._encoding, self._aim_bps, self._limits_bps = None, 0.0, []
 
     def _limits(
         self, encodings: tuple[SoundEncoding, ...], least: SoundEncoding, picture_bps: float
