@@ -124,6 +124,12 @@ def test_the_robots_line_is_refused(url: str, robot: dict[str, Any]) -> None:
     assert "is the robot's own line; name the program" in _problem(url, robot=robot)
 
 
+def test_the_line_of_the_person_aboard_is_refused() -> None:
+    """An adapter may let one in at a time: who is told would take it from the hand control."""
+    local = {"source": "serial", "url": "socket://10.0.0.2:4000"}
+    assert "is the robot's own line" in _problem("http://10.0.0.2:4000/", local=local)
+
+
 @pytest.mark.parametrize(
     "url",
     [

@@ -69,8 +69,8 @@ def check_targets(
 ) -> None:
     """Raise `ValueError` for a key whose URL leads to this server, or to the robot's own line.
 
-    `targets` are such keys with their URLs; `robot` is its table of the configuration: whatever in
-    it reads as HOST:PORT is such a line.
+    `targets` are such keys with their URLs; `robot` are its tables of the configuration: whatever
+    in them reads as HOST:PORT is such a line.
     """
     own = {(_host(name), own_port) for name in (_HERE, *own_names)}
     lines = {(_host(host), int(port)) for host, port in _endpoints(robot)}

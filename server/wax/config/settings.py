@@ -726,7 +726,8 @@ class Settings(_Section):
         names = [server.host, *server.all_names]
         targets = [(f"hook[{number}].url", one.url) for number, one in enumerate(self.hook)]
         targets += [("mqtt.url", self.mqtt.url)] if self.mqtt.url else []
-        check_targets(targets, server.port, names, self.robot.model_dump())
+        lines = [self.robot.model_dump(), self.local.model_dump()]
+        check_targets(targets, server.port, names, lines)
         return self
 
     @model_validator(mode="after")
