@@ -18,6 +18,7 @@ from wax.capture.source_thread import SourceThread
 from wax.client.host import become_host
 from wax.clock import SystemClock
 from wax.config.settings import Settings
+from wax.door.tunnel import Tunnel
 from wax.driver.checks import NO_ANSWER
 from wax.driver.interface import RobotState
 from wax.errors import StartError
@@ -56,13 +57,15 @@ NO_DEVICES: dict[str, Any] = {"video": {"source": "none"}, "audio": {"source": "
 """Those of the machine that tests are no test's concern: to look for them may take seconds."""
 
 
-def _app(**video: object) -> App:
+def _app(*tables: dict[str, Any], **video: object) -> App:
     tree: dict[str, Any] = {
         "server": {"host": "127.0.0.1", "port": 0},
         "network": {"udp_port": 0},
         "video": {"source": "testcard", **video},
         "audio": {"source": "testcard"},
     }
+    for one in tables:
+        tree |= one
     return App(settings=Settings.model_validate(tree), clock=SystemClock())
 
 
@@ -354,13 +357,34 @@ async def test_a_hook_is_told_from_the_beginning_to_the_end(tmp_path: Path) -> N
 
 def test_what_fails_is_seen_by_its_part(monkeypatch: pytest.MonkeyPatch) -> None:
     """A camera is not taken for the microphone, and who waits is counted."""
-    app = _app()
-    problems = {"camera": Sentence("camera.silent"), "microphone": Sentence("microphone.silent")}
+    room = {"livekit": "wss://rooms.example", "room": "a", "api_key": "k", "api_secret": "s" * 32}
+    tables = {
+        "camera": [{"name": "Arm", "source": "testcard"}],
+        "gauges": [{"name": "amps", "warn_above": 5.0}],
+        "publish": [room],
+    }
+    app = _app(tables)
+    problems = {
+        "camera": Sentence("camera.silent"),
+        "camera Arm": Sentence("picture.silent"),
+        "microphone": Sentence("microphone.silent"),
+    }
     monkeypatch.setattr(SourceThread, "problem", property(lambda one: problems[one._name]))
+    monkeypatch.setattr(Tunnel, "problem", Sentence("door.away"))
+    state = RobotState(connected=True, battery_fraction=0.1, gauges={"amps": 7.0})
+    monkeypatch.setattr(SimulatedRobot, "state", lambda _: state)
+    app._control.step(SystemClock().now_s())
     seen = app._seen(waiting=3)
-    assert (seen.is_open, seen.waiting) == (True, 3)
-    assert seen.faults["camera", None] == "camera.silent"
-    assert seen.faults["microphone", None] == "microphone.silent"
+    app._control.stop()
+    assert (seen.is_open, seen.waiting, seen.battery_fraction) == (True, 3, 0.1)
+    assert seen.faults == {
+        ("camera", None): "camera.silent",
+        ("camera", "Arm"): "picture.silent",
+        ("microphone", None): "microphone.silent",
+        ("gauge", "amps"): "warn",
+        ("room", "1"): "lost",
+        ("tunnel", None): "door.away",
+    }
 
 
 async def test_nothing_is_recorded_unless_configured(state_folder: Path) -> None:
