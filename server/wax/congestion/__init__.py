@@ -3,13 +3,11 @@
 It runs at the sender, on transport-wide feedback
 (draft-holmer-rmcat-transport-wide-cc-extensions-01), as GCC does (draft-ietf-rmcat-gcc-02), but:
 
-* The rate rises by packet-train dispersion (Keshav, SIGCOMM 1991; Dovrolis, Ramanathan and Moore,
-  INFOCOM 2001): pictures leave faster than the estimated rate, and the bottleneck spreads them,
-  which bounds its rate (`probing`, `dispersion`). GCC raises it by 8 % a second, BBR by a higher
-  pacing gain; both then watch the delay.
-* A standing queue as in CoDel (RFC 8289) lowers it: the minimum queuing delay of recent packets,
-  above a base delay as in LEDBAT (RFC 6817), NADA (RFC 8698) and SCReAM (RFC 8298)
-  (`queuing_delay`). GCC follows the gradient of the delay, not its level.
+* The rate rises by packet-train dispersion (`dispersion`): pictures leave faster than the estimated
+  rate (`probing`), and the bottleneck spreads them, which bounds its rate. GCC raises it by 8 % a
+  second, BBR by a higher pacing gain; both then watch the delay.
+* A standing queue as in CoDel lowers it (`queuing_delay`). GCC follows the gradient of the delay,
+  not its level.
 * It falls to a fraction of the busy link's delivery rate (`delivery_rate`); GCC's falls to 0.85 of
   the received rate.
 * Loss lowers it only where it is very high (`loss`); without transport-wide feedback, loss is the

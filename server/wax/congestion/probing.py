@@ -1,8 +1,7 @@
 """Paces pictures so that they probe the link without delaying sound noticeably.
 
-Pictures are the probes; nothing is padded. GCC's implementation sends clusters of padding at 3 and
-6 times the first rate and then at twice the last result; BBR paces at 2.77 times its estimate at
-startup and at 1.25 in ProbeBW_UP. Here the queue that a probe may build limits its cost.
+Pictures are the probes, where GCC's implementation sends padding; the queue that a probe may build
+limits its cost.
 """
 
 from __future__ import annotations
@@ -14,9 +13,9 @@ STARTING_RATE_BPS: Final = 300_000.0
 ENOUGH_BPS: Final = 20_000_000.0
 """Highest rate: ten times the largest rendition's."""
 _STARTUP_GAIN: Final = 4.0
-"""Pacing gain of a probe at startup. libwebrtc: 3 and 6; BBR: 2.77."""
+"""Pacing gain of a probe at startup. libwebrtc: 3 and 6; BBR's Startup: 2.77."""
 _PROBE_GAIN: Final = 2.0
-"""Pacing gain of a probe afterwards. libwebrtc: 2; BBR: 1.25."""
+"""Pacing gain of a probe afterwards. libwebrtc: 2; BBR's ProbeBW_UP: 1.25."""
 _MAX_QUEUE_S: Final = 0.050
 """The queue that a probe may build if the link carries no more. NADA's QTH (RFC 8698) is the same;
 a jitter buffer bridges it unheard."""

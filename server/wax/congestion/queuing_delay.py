@@ -1,13 +1,12 @@
 """Queuing delay from one-way delays between two unsynchronised clocks, and whether it stands.
 
-As in LEDBAT (RFC 6817), NADA and SCReAM: arrival minus sending time includes the clocks' unknown
-offset; the excess over the base delay, the minimum of the last half minute, is queuing. Clock drift
-(100 ppm: 3 ms in that time) and old routes expire with it.
+As in LEDBAT (RFC 6817), NADA (RFC 8698) and SCReAM (RFC 8298): arrival minus sending time includes
+the clocks' unknown offset; the excess over the base delay, the minimum of the last half minute, is
+queuing. Clock drift (100 ppm: 3 ms in that time) and old routes expire with it.
 
 A queue stands that has not been empty for a while. CoDel (RFC 8289) takes the minimum sojourn time
 of an interval, because a burst is no congestion; this takes the minimum queuing delay of recent
-packets, end to end. CoDel's target of 5 ms needs a clock at the queue itself; over a path with
-jitter the threshold adapts to it, as GCC's does (5.4).
+packets, end to end, above a threshold that adapts to the path's jitter, as GCC's does (5.4).
 """
 
 from __future__ import annotations
