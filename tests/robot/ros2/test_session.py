@@ -31,6 +31,7 @@ class FakeLink:
     def __init__(self) -> None:
         self.failing = ""
         self.opened = 0
+        self.is_closed = False
         self.looks = 0
         self.takers = ["base"]
         self.timeout_s: float | None = None
@@ -38,6 +39,7 @@ class FakeLink:
 
     def open(self, *_: Any, **__: Any) -> FakeLink:
         self.opened += 1
+        self.is_closed = False
         self._fail("open")
         return self
 
@@ -57,11 +59,33 @@ class FakeLink:
         return Traffic(takers, (), len(takers), self.timeout_s)
 
     def close(self) -> None:
+        self.is_closed = True
         self._fail("close")
 
     def _fail(self, name: str) -> None:
         if self.failing == name:
             raise RuntimeError(name)
+
+
+class FakeStandby:
+    """A standby that is there, beside `link`."""
+
+    guid = "standby"
+    guids = frozenset({guid})
+    is_ready = True
+
+    def __init__(self, link: FakeLink) -> None:
+        self._link = link
+        self.found_closed: list[bool] = []
+
+    def look(self) -> None:
+        """Find nothing wrong."""
+
+    def tell(self, *, owes: bool) -> None:
+        """Take any word."""
+
+    def leave(self) -> None:
+        self.found_closed.append(self._link.is_closed)
 
 
 @pytest.fixture
@@ -72,8 +96,15 @@ def link(monkeypatch: pytest.MonkeyPatch) -> FakeLink:
 
 
 @pytest.fixture
-def driver(link: FakeLink) -> Iterator[Driver]:
-    settings = ros2_settings(0, transport="rosbridge", standby=False, reopen_s=REOPEN_S)
+def standby(link: FakeLink, monkeypatch: pytest.MonkeyPatch) -> FakeStandby:
+    standby = FakeStandby(link)
+    monkeypatch.setattr(session, "StandbyProcess", lambda *_: standby)
+    return standby
+
+
+@pytest.fixture
+def driver(standby: FakeStandby) -> Iterator[Driver]:
+    settings = ros2_settings(0, transport="rosbridge", reopen_s=REOPEN_S)
     driver = make_driver(settings, SystemClock())
     driver.open()
     until(driver, lambda state: state.connected)
@@ -152,3 +183,10 @@ def test_a_promise_of_one_of_two_is_not_the_robots(driver: Driver, link: FakeLin
     until(driver, lambda state: state.connected and state.ttl_s is None)
     link.timeout_s = 0.0
     until(driver, lambda state: state.ttl_s == 0.0)
+
+
+def test_a_standby_speaks_last(driver: Driver, link: FakeLink, standby: FakeStandby) -> None:
+    """Its word overtakes no motion that the link has not sent yet."""
+    moved(driver, link)
+    driver.close()
+    assert standby.found_closed == [True]

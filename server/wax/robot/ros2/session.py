@@ -150,8 +150,7 @@ class Session:
         self._learn(traffic)
         if self._takers.has_new(traffic, kind) and verdict is None:
             # A base that was started anew: the next look connects to it, with a new epoch.
-            self._talk.lost(None)
-            self._talk.opened()
+            self._begin_anew()
             return
         self._talk.judged(verdict, alone=not strangers(traffic, ours))
 
@@ -170,16 +169,20 @@ class Session:
             _LOG.warning(WRITE_TIMEOUT, timeout_s=timeout_s)
 
     def _farewell(self, link: Link) -> None:
-        """Say standstill as long as closing allows; a standby says it for longer."""
-        self._talk.lost(None)
-        for_s = ALONE_FAREWELL_S
-        if self._standby is not None and self._standby.is_ready:
-            self._standby.leave()
-            for_s = FAREWELL_S
-        self._talk.opened()
-        end_s = self._clock.now_s() + for_s
+        """Say standstill as long as closing allows; a standby says it for longer.
+
+        That begins once the link is closed, so that its word overtakes no motion on the way.
+        """
+        self._begin_anew()
+        has_standby = self._standby is not None and self._standby.is_ready
+        end_s = self._clock.now_s() + (FAREWELL_S if has_standby else ALONE_FAREWELL_S)
         while (now_s := self._clock.now_s()) < end_s:
             time.sleep(max(0.0, min(self._say(link), end_s) - now_s))
+
+    def _begin_anew(self) -> None:
+        """Say standstill, and take the robot for one that has just connected."""
+        self._talk.lost(None)
+        self._talk.opened()
 
     def _lost(self, why: Sentence) -> None:
         _LOG.warning("the robot's link is lost", problem=str(why))
