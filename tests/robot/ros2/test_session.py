@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import TYPE_CHECKING, Any
 
@@ -68,7 +69,7 @@ class FakeLink:
 
 
 class FakeStandby:
-    """A standby that is there, beside `link`."""
+    """A standby that is there, beside `link`; once it `speaks`, the driver finds that it has."""
 
     guid = "standby"
     guids = frozenset({guid})
@@ -76,7 +77,17 @@ class FakeStandby:
 
     def __init__(self, link: FakeLink) -> None:
         self._link = link
+        self.speaks = False
+        self.told_before: int | None = None
         self.found_closed: list[bool] = []
+
+    @property
+    def speaks_at_s(self) -> float:
+        if not self.speaks:
+            return math.inf
+        self.speaks = False
+        self.told_before = len(self._link.told)
+        return 0.0
 
     def look(self) -> None:
         """Find nothing wrong."""
@@ -190,3 +201,17 @@ def test_a_standby_speaks_last(driver: Driver, link: FakeLink, standby: FakeStan
     moved(driver, link)
     driver.close()
     assert standby.found_closed == [True]
+
+
+def test_what_a_standby_has_stopped_stays_so(
+    driver: Driver, link: FakeLink, standby: FakeStandby
+) -> None:
+    """What was asked for before a freeze in which it spoke is over; standstill comes first."""
+    moved(driver, link)
+    epoch = driver.state().epoch
+    standby.speaks = True
+    until(driver, lambda state: state.connected and state.epoch == epoch + 1)
+    feed(driver, AHEAD, for_s=0.1)
+    assert standby.told_before is not None
+    assert set(link.told[standby.told_before :]) == {STANDSTILL}
+    moved(driver, link)

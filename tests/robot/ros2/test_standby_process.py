@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import select
 import signal
@@ -17,6 +18,7 @@ from wax.clock import SystemClock
 from wax.robot.ros2 import standby_process
 from wax.robot.ros2.settings import Ros2Settings
 from wax.robot.ros2.standby_process import STARTS, StandbyProcess
+from wax.robot.ros2.standby_rules import SILENCE_S
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -165,6 +167,20 @@ def test_one_that_connects_has_longer(play: Callable[..., StandbyProcess], progr
     assert process.wait(5) == -signal.SIGKILL
     standby.look()
     assert standby._process not in (None, process)
+
+
+def test_it_is_known_when_it_speaks(play: Callable[..., StandbyProcess]) -> None:
+    """It does so 0.12 s after the driver's last word, if that was not that the robot stands."""
+    standby = play(_LIVES, TurnedClock(100.0))
+    standby.look()
+    assert standby.speaks_at_s == math.inf
+    standby.tell(owes=True)
+    assert standby.speaks_at_s == 100.0 + SILENCE_S
+    standby.tell(owes=False)
+    assert standby.speaks_at_s == math.inf
+    standby.tell(owes=True)
+    standby.leave()
+    assert standby.speaks_at_s == math.inf
 
 
 def test_one_that_reads_nothing_blocks_nobody(play: Callable[..., StandbyProcess]) -> None:

@@ -130,6 +130,8 @@ class Session:
     def _say(self, link: Link) -> float:
         """Send what is due; return when to ask again."""
         now_s = self._clock.now_s()
+        if self._standby is not None and now_s >= self._standby.speaks_at_s:
+            self._begin_anew()  # it has stopped the robot: what was asked for before is over
         twist, again_s = self._talk.next(now_s)
         if twist is not None:
             link.send(twist, time.time_ns())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import re
 import subprocess
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax.robot.ros2.standby_rules import OWES, RESTS, patience_s
+from wax.robot.ros2.standby_rules import OWES, RESTS, SILENCE_S, patience_s
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -43,6 +44,8 @@ class StandbyProcess:
         self._heard_s = 0.0
         self._rest = b""
         self._reaches: int | None = 0
+        self.speaks_at_s = math.inf
+        """When it says standstill for us, unless it is told something before."""
         self.guid = ""
         self.guids: set[str] = set()
         """Of all that it has started: the robot's network tells of a killed one for seconds."""
@@ -66,6 +69,7 @@ class StandbyProcess:
         """Say, with each message to the robot, whether the standby would have to speak for us."""
         if self._process is None or self._process.stdin is None:
             return
+        self.speaks_at_s = self._clock.now_s() + SILENCE_S if owes else math.inf
         # One that has ended is found by the next look, one that does not read by its silence.
         with contextlib.suppress(OSError):
             self._process.stdin.write(OWES if owes else RESTS)
@@ -75,6 +79,7 @@ class StandbyProcess:
         if self._process is not None:
             _close(self._process)
             _LEFT.append(self._process)
+        self.speaks_at_s = math.inf
         self._process, self._rest, self.guid, self._reaches = None, b"", "", 0
 
     def _start(self) -> None:
