@@ -6,6 +6,7 @@ import asyncio
 import math
 import statistics
 import time
+from collections import Counter
 from dataclasses import dataclass, field
 from itertools import cycle
 from typing import TYPE_CHECKING, Any, Final
@@ -21,7 +22,7 @@ from wax.control.gate import LAPSE_S
 from wax.sentence import read
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from e2e.load.crowd.crowd import Crowd
     from e2e.load.servers import MeasuredServer
@@ -72,23 +73,31 @@ class Hand:
         self.operator, self._stops = operator, stops
         self._moves, self._has_moved = False, True
         self._since_s = -math.inf
+        self._reason, self._refused = "", Counter[str]()
 
     def told(self, status: dict[str, Any], now_s: float) -> None:
         """Take what the server says of the drive."""
         was, self._moves = self._moves, status["moving"]
+        reason = status["reason"]
+        self._reason = "no reason" if reason is None else str(read(reason))
         if self._moves:
             self._has_moved = True
         elif was and self.operator.held:
             self._since_s = now_s
-            reason = status["reason"]
-            self._stops.append("no reason" if reason is None else str(read(reason)))
+            self._stops.append(self._reason)
 
-    async def keep_on(self, now_s: float) -> None:
-        """Press again where a person would; a press that has moved nothing counts as a stop."""
+    async def keep_on(self, now_s: float, counts: Mapping[str, float]) -> None:
+        """Press again where a person would; a press that has moved nothing counts as a stop.
+
+        `counts` are the server's: those of refused commands say what a press has met.
+        """
         if self._moves or now_s - self._since_s < _PATIENCE_S:
             return
+        refused = Counter({what: int(n) for what, n in counts.items() if ".refused." in what})
         if not self._has_moved:
-            self._stops.append("moves nothing when pressed")
+            met = dict(refused - self._refused)
+            self._stops.append(f"moves nothing when pressed: {self._reason} {met}")
+        self._refused = refused
         self.operator.let_go()
         await asyncio.sleep(_PRESS_S)
         self.operator.steer(0.0, 1.0)
@@ -159,7 +168,8 @@ async def _watch(
         there["the operator's turn"] = operator.has_turn
         if gone := [who for who, is_there in there.items() if not is_there]:
             raise MeasureError(f"after {now_s - began_s:.0f} s {' and '.join(gone)} is gone")
-        trips = {one["id"]: one.get("round_trip_ms") for one in (await server.status())["viewers"]}
+        status = await server.status()
+        trips = {one["id"]: one.get("round_trip_ms") for one in status["viewers"]}
         sound_ms, picture_ms = (ages.age_ms(listener, kind) for kind in _KINDS)
         found.samples.append(
             Sample(
@@ -170,7 +180,7 @@ async def _watch(
                 trip_ms=trips.get(operator.viewer),
             )
         )
-        await hand.keep_on(time.monotonic())
+        await hand.keep_on(time.monotonic(), status["counters"])
         await asyncio.sleep(_SAMPLE_S)
 
 

@@ -87,18 +87,20 @@ async def test_only_what_stops_by_itself_is_a_stop(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr("e2e.strangers.soak._PRESS_S", 0.0)
     fingers, stops = Fingers(), list[str]()
     hand = Hand(cast("Operator", fingers), stops)
-    await hand.keep_on(0.0)
+    await hand.keep_on(0.0, {})
     assert fingers.presses == 1
     for at_s, status in ((0.1, NO), (0.2, YES), (5.0, NO), (5.1, NO), (5.5, YES), (9.0, NO)):
         hand.told(status, at_s)
-        await hand.keep_on(at_s + 1.0)
+        await hand.keep_on(at_s + 1.0, {})
     assert stops == ["no reason"] * 2
     assert fingers.presses == 1, "it may go on by itself"
-    await hand.keep_on(11.1)
+    await hand.keep_on(11.1, {"commands.refused.blind": 2.0, "commands.refused.too_old": 1.0})
     hand.told(NO, 11.2)
     assert (fingers.presses, len(stops)) == (2, 2)
-    await hand.keep_on(13.2)
-    assert stops[2:] == ["moves nothing when pressed"]
+    counts = {"commands.accepted": 9.0, "commands.refused.blind": 5.0}
+    await hand.keep_on(13.2, counts | {"commands.refused.too_old": 1.0})
+    met = {"commands.refused.blind": 3}
+    assert stops[2:] == [f"moves nothing when pressed: no reason {met}"]
     fingers.let_go()
     hand.told(YES, 13.3)
     hand.told(NO, 13.4)
