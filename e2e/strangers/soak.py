@@ -37,6 +37,7 @@ _GROWN_MS: Final = 5.0
 _PRESS_S: Final = 0.3
 _PATIENCE_S: Final = 2 * LAPSE_S
 """A person presses again when the robot has stood for so long: it goes on by itself no more."""
+_SEES_S: Final = 15.0
 _KINDS: Final[tuple[Kind, ...]] = ("audio", "video")
 
 
@@ -131,6 +132,9 @@ async def _serve_all(server: MeasuredServer, crowd: Crowd, found: Soaked) -> Non
     hand = Hand(operator, found.stops)
     ages = Ages()
     async with Client(server.url, on_message=ages.learn) as listener, operator:
+        # Nobody drives before they see: the first picture waits behind the listener's keyframe.
+        async with asyncio.timeout(_SEES_S):
+            await operator.media.arrived["video"].wait()
         await operator.join()
         ends_s = time.monotonic() + found.lasted_s
         coming = asyncio.create_task(_come_and_go(crowd, found, ends_s))
