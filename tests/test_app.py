@@ -22,7 +22,7 @@ from wax.door.tunnel import Tunnel
 from wax.driver.checks import NO_ANSWER
 from wax.driver.interface import RobotState
 from wax.errors import StartError
-from wax.process import memory
+from wax.machine import memory
 from wax.robot.simulated.robot import SimulatedRobot
 from wax.sentence import Sentence
 from wax.session.status import Status

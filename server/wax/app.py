@@ -45,11 +45,11 @@ from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
 from wax.hooks.hooks import Hooks
 from wax.house.house import House
+from wax.machine import memory
+from wax.machine.service_manager import ServiceManager
 from wax.monitoring.listener import MetricsListener
 from wax.monitoring.metrics import Metrics
 from wax.monitoring.readiness import Readiness
-from wax.process import memory
-from wax.process.service_manager import ServiceManager
 from wax.records.opening import open_records
 from wax.robot.find_driver import make_robot
 from wax.robot.process.driver import ProcessDriver

@@ -217,7 +217,7 @@ async def test_there_is_room_while_half_the_cores_suffice(
             clock.time_s += 0.01
             return EncodedPicture(b"x", 1, BIG, keyframe, 0, picture.captured_s)
 
-    monkeypatch.setattr("wax.process.cores.usable", lambda: cores)
+    monkeypatch.setattr("wax.machine.cores.usable", lambda: cores)
     clock = TurnedClock()
     hub = VideoHub(settings=SETTINGS, clock=clock, make_encoder=lambda _: Slow())
     hub.start()

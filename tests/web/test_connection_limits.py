@@ -1,4 +1,4 @@
-"""Places for connections: nobody takes them all, and who waits makes room for who asks."""
+"""Connections: nobody has them all, and who waits makes room for who asks."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.examples import examples
 
-from wax.web.connection_limits import ConnectionLimits, Place
+from wax.web.connection_limits import ConnectionLimits, TrackedConnection
 
 
 class Bed:
@@ -19,17 +19,17 @@ class Bed:
         self.closed: list[str] = []
         self.now_s = 0.0
 
-    def enter(self, name: str, address: str, *, limited: bool = True) -> Place | None:
+    def enter(self, name: str, address: str, *, limited: bool = True) -> TrackedConnection | None:
         close = partial(self.closed.append, name)
         return self.limits.enter(address, close, self.now_s, limited=limited)
 
-    def comes(self, name: str, address: str, *, answers: bool = False) -> Place:
-        """Let one enter that must find a place."""
-        place = self.enter(name, address)
-        assert place is not None
+    def comes(self, name: str, address: str, *, answers: bool = False) -> TrackedConnection:
+        """Let one enter that must find room."""
+        tracked = self.enter(name, address)
+        assert tracked is not None
         if answers:
-            self.limits.answers(place)
-        return place
+            self.limits.answers(tracked)
+        return tracked
 
 
 def test_one_address_has_a_share() -> None:
@@ -119,11 +119,11 @@ def test_whoever_has_fewer_waits_for_no_answer() -> None:
 def test_a_proxys_connections_count_for_those_who_ask() -> None:
     """One client behind it has a share, others have their own, and waiting ones are the proxy's."""
     bed = Bed(most=9)
-    places = [bed.enter(name, "proxy", limited=False) for name in "abc"]
-    for place, now_s in zip(places, (0.0, 0.0, 1.0), strict=True):
-        assert place is not None
-        assert bed.limits.is_for(place, "troll", now_s, limited=True)
-        bed.limits.answers(place)
+    all_tracked = [bed.enter(name, "proxy", limited=False) for name in "abc"]
+    for tracked, now_s in zip(all_tracked, (0.0, 0.0, 1.0), strict=True):
+        assert tracked is not None
+        assert bed.limits.is_for(tracked, "troll", now_s, limited=True)
+        bed.limits.answers(tracked)
     assert bed.closed == ["a"]
     fourth = bed.enter("d", "proxy", limited=False)
     assert fourth is not None
@@ -139,26 +139,28 @@ def test_a_proxys_connections_count_for_those_who_ask() -> None:
 def test_the_limits_hold_whatever_happens(steps: list[tuple[int, int]]) -> None:
     """Neither in all nor for one address are there ever more, and nothing is counted twice."""
     bed = Bed(most=5, most_per_address=3)
-    places: list[Place] = []
+    all_tracked: list[TrackedConnection] = []
     for number, (what, which) in enumerate(steps):
         bed.now_s = number / 4
         if what == 0:
-            place = bed.enter("", "wxyz"[which])
-            places += [place] if place is not None else []
-        elif places:
-            place = places[which % len(places)]
+            tracked = bed.enter("", "wxyz"[which])
+            all_tracked += [tracked] if tracked is not None else []
+        elif all_tracked:
+            tracked = all_tracked[which % len(all_tracked)]
             if what == 4:
-                places.remove(place)
-                bed.limits.leave(place)
+                all_tracked.remove(tracked)
+                bed.limits.leave(tracked)
             elif what == 5:
-                bed.limits.is_for(place, "zyxw"[which], bed.now_s, limited=True)
+                bed.limits.is_for(tracked, "zyxw"[which], bed.now_s, limited=True)
             elif what == 1:
-                bed.limits.begins(place, bed.now_s)
+                bed.limits.begins(tracked, bed.now_s)
             else:
-                (bed.limits.answers, bed.limits.idles)[what - 2](place)
-        places = [place for place in places if place in bed.limits]
-        assert len(bed.limits) == len(places) <= 5
-        assert all(sum(one.address == address for one in places) <= 3 for address in "wxyz")
-        assert all(bed.limits.of(one) == sum(p.address == one for p in places) for one in "wxyz")
+                (bed.limits.answers, bed.limits.idles)[what - 2](tracked)
+        all_tracked = [tracked for tracked in all_tracked if tracked in bed.limits]
+        assert len(bed.limits) == len(all_tracked) <= 5
+        assert all(sum(one.address == address for one in all_tracked) <= 3 for address in "wxyz")
+        assert all(
+            bed.limits.of(one) == sum(p.address == one for p in all_tracked) for one in "wxyz"
+        )
     bed.limits.close_all()
-    assert len(bed.closed) >= len(places)
+    assert len(bed.closed) >= len(all_tracked)

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
     from wax.access.access import Shown
     from wax.clock import Clock
-    from wax.web.connection_limits import Place
+    from wax.web.connection_limits import TrackedConnection
 
 pytestmark = pytest.mark.system
 
@@ -356,10 +356,10 @@ async def test_what_makes_room_as_it_begins(
     async with open_entrance(https=https) as entrance:
         begin = entrance._begin
 
-        def displaced(made: socket.socket, place: Place, *more: Any) -> None:
-            begin(made, place, *more)
-            entrance.limits.connections.leave(place)
-            place.close()
+        def displaced(made: socket.socket, tracked: TrackedConnection, *more: Any) -> None:
+            begin(made, tracked, *more)
+            entrance.limits.connections.leave(tracked)
+            tracked.close()
 
         monkeypatch.setattr(entrance, "_begin", displaced)
         assert await _until_closed(entrance.port, GET) == b""
@@ -444,7 +444,7 @@ async def test_what_http_has_besides(more: bytes, turn: Callable[[float], None])
 
 
 async def test_who_does_not_read_makes_room(turn: Callable[[float], None]) -> None:
-    """All places taken by answers that nobody takes: of who has most, the oldest is broken off."""
+    """Where all answer somebody who reads nothing, the oldest of who has most is broken off."""
     async with open_entrance(max_connections=16, max_connections_per_address=16) as entrance:
         greedy = [_unread(entrance.port) for _ in range(16)]
         await async_until(lambda: _states(entrance) == ["answering"] * 16)
@@ -544,7 +544,7 @@ async def test_who_drips_is_not_read_beyond_their_budget() -> None:
 
 
 async def test_behind_a_proxy_each_client_has_a_share() -> None:
-    """One who never reads takes no more places there than by themselves; others are answered."""
+    """One who never reads has no more connections there than by themselves; others are answered."""
     async with open_entrance(
         trusted_proxies=["127.0.0.1"], max_connections_per_address=4
     ) as entrance:
@@ -589,7 +589,7 @@ async def test_without_descriptors_nothing_spins(
 
 
 async def test_a_full_house_still_answers(turn: Callable[[float], None]) -> None:
-    """All places taken by others who say nothing: a request gets through at once."""
+    """All connections held by others who say nothing: a request gets through at once."""
     async with open_entrance(max_connections=16) as entrance:
         silent = [asyncio.create_task(_until_closed(entrance.port)) for _ in range(16)]
         await _until_open(entrance, 16)
@@ -692,7 +692,7 @@ async def test_https(
 async def test_https_counts_handshakes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, turn: Callable[[float], None]
 ) -> None:
-    """Who never shakes hands takes a place as well, and makes room for others of that address."""
+    """Who never shakes hands counts as well, and makes room for others of that address."""
     monkeypatch.setenv("STATE_DIRECTORY", str(tmp_path))
     async with open_entrance(https=True, max_connections_per_address=4) as entrance:
         silent = [asyncio.create_task(_until_closed(entrance.port)) for _ in range(4)]

@@ -9,7 +9,7 @@ import { Chime } from "./chime";
 import { DriveController } from "./drive/driveController";
 import type { PadNews } from "./drive/gamepad";
 import { actionOf, type KeyAction } from "./drive/keyMap";
-import { FLOOR_HZ } from "./drive/rate";
+import { FLOOR_HZ } from "./drive/sendRate";
 import { StopControl } from "./drive/stopControl";
 import { type Entry, showEntry, takeEntry } from "./entry";
 import { keepFocus, returnFocusAfterPointer } from "./focus";

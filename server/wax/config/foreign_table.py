@@ -13,7 +13,7 @@ import sys
 from typing import TYPE_CHECKING, Any, Final
 
 from wax.config import driver_tables
-from wax.process import python_module
+from wax.machine import python_module
 
 if TYPE_CHECKING:
     from collections.abc import Collection

@@ -21,8 +21,8 @@ from wax.door import ssh
 from wax.door.attempts import Attempts
 from wax.door.page import look
 from wax.errors import WaxError, reason_of
+from wax.machine import python_module
 from wax.named_file import read_bytes, secret_file
-from wax.process import python_module
 from wax.rtc.public_address import StunError, public_address, split
 from wax.sentence import Sentence, says
 

@@ -11,7 +11,7 @@ from wax.encode.rendition import Rendition
 from wax.encode.video_encoder import VideoEncoder
 from wax.fanout.batches import in_batches
 from wax.fanout.video_lane import VideoLane
-from wax.process import cores
+from wax.machine import cores
 
 if TYPE_CHECKING:
     from collections.abc import Callable

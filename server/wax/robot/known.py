@@ -15,7 +15,7 @@ from wax.config.settings import LogSettings
 from wax.driver.hand import HasHand
 from wax.driver.interface import KnowsItsView, Limits, OwnView
 from wax.errors import ConfigError, PluginError
-from wax.process import python_module
+from wax.machine import python_module
 from wax.robot.build_driver import KEY
 from wax.robot.media.messages import Sense
 from wax.robot.process.pipe_messages import Begin, encode

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 from aiohttp import web
 
-from wax.process.memory import break_circle
+from wax.machine.memory import break_circle
 from wax.sentence import Sentence
 from wax.web import cookies
 from wax.web.request_budgets import HOST
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
 
     from wax.edge.budget import Payer
-    from wax.web.connection_limits import Place
+    from wax.web.connection_limits import TrackedConnection
     from wax.web.http_limits import HttpLimits
     from wax.web.request_queue import WaitingRequest
 
@@ -44,7 +44,7 @@ _URGENT: Final = frozenset({"POST /api/stop", "POST /api/release"})
 
 
 class Connection(web.RequestHandler):
-    """Made by the `Entrance` for each connection, which has its place already."""
+    """Made by the `Entrance` for each connection that may stay open."""
 
     __slots__ = (
         "_aiohttp_reads",
@@ -55,8 +55,8 @@ class Connection(web.RequestHandler):
         "_loop_of_watch",
         "_payer",
         "_peer",
-        "_place",
         "_requests",
+        "_tracked",
         "_waiting",
         "_watch",
         "line",
@@ -67,7 +67,7 @@ class Connection(web.RequestHandler):
         limits: HttpLimits,
         server: web.Server,
         loop: asyncio.AbstractEventLoop,
-        place: Place,
+        tracked: TrackedConnection,
         peer: str,
     ) -> None:
         super().__init__(
@@ -81,7 +81,7 @@ class Connection(web.RequestHandler):
         )
         self._limits = limits
         self._loop_of_watch = loop
-        self._place = place
+        self._tracked = tracked
         self._peer = peer
         self._watch: ConnectionWatch | None = None
         self._requests = Requests()
@@ -89,17 +89,17 @@ class Connection(web.RequestHandler):
         self._is_answering = False
         self._aiohttp_reads = True
         self._waiting: WaitingRequest | None = None
-        self._payer: Payer = limits.budgets.of_guest(place.address)
+        self._payer: Payer = limits.budgets.of_guest(tracked.address)
         self._drained: asyncio.Future[None] | None = None
         self.line: asyncio.BaseTransport | None = None
         """What asyncio made of the socket; under TLS that is beneath `transport`."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self.line = line = cast("asyncio.Transport", transport)
-        if self._place not in self._limits.connections:  # it has made room already
+        if self._tracked not in self._limits.connections:  # it has made room already
             line.abort()
             return
-        self._watch = ConnectionWatch(self._limits, self._loop_of_watch, line, self._place)
+        self._watch = ConnectionWatch(self._limits, self._loop_of_watch, line, self._tracked)
         # Whatever is written waits here until the kernel has it all, so that nobody who does not
         # read has more of our memory than one piece of an answer.
         line.set_write_buffer_limits(high=1, low=0)
@@ -157,7 +157,7 @@ class Connection(web.RequestHandler):
         """Return who pays, None if they may have no more, and whether they pass the others."""
         limits = self._limits
         address = limits.proxies.sender(self._peer, head.x_forwarded_for, head.forwarded)
-        if not limits.is_for(self._place, address, self._loop_of_watch.time()):
+        if not limits.is_for(self._tracked, address, self._loop_of_watch.time()):
             return None, False
         budgets = limits.budgets
         # Both schemes' names: which it is matters to what one may do, not to when.
@@ -261,7 +261,7 @@ class Connection(web.RequestHandler):
                 self._watch.answered(more=bool(self._requests))
                 if not self._requests:
                     now_s = self._loop_of_watch.time()
-                    self._limits.is_for(self._place, limited(self._peer), now_s)
+                    self._limits.is_for(self._tracked, limited(self._peer), now_s)
             self._loop_of_watch.call_soon(self._go_on)
 
     def handle_error(
@@ -302,7 +302,7 @@ class Connection(web.RequestHandler):
         self.transport.close()
 
     def connection_lost(self, exc: BaseException | None) -> None:
-        """Give the place away."""
+        """Make room for another."""
         if self._waiting is not None:
             self._waiting.leave()
             self._waiting = None

@@ -1,7 +1,7 @@
-"""How many connections may be open, and which makes room for a newcomer. Pure.
+"""How many connections may be open, and which is closed to let a newcomer in. Pure.
 
 A connection waits for a request (idle), reads one, or answers one. One address cannot take more
-than its share. Where all places are taken, the address that has most gives one: an idle one, or
+than its share. Where no more may be open, the address that has most loses one: an idle one, or
 that which has been reading for longest, since an honest browser sends a request in one piece, or
 else the one whose answer takes longest. So whoever has few keeps them, however slow their link is.
 """
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     State = Literal["idle", "reading", "answering"]
 
 _ANSWERS_S: Final = 1.0
-"""An answer under way is not broken off before, but by an address that has fewer places."""
+"""An answer under way is broken off earlier only for an address that has fewer connections."""
 
 
-class Place:
-    """One connection's place; `close` is called when it has to make room."""
+class TrackedConnection:
+    """An open connection; `close` is called when it has to make room."""
 
     __slots__ = ("address", "close", "since_s", "state")
 
@@ -32,31 +32,31 @@ class Place:
 
 
 class ConnectionLimits:
-    """The places of all connections; each is reading when it enters."""
+    """All open connections; each is reading when it enters."""
 
     def __init__(self, *, most: int, most_per_address: int) -> None:
         self._most = most
         self._most_per_address = most_per_address
         self._number = 0
-        self._by_address: dict[str, dict[Place, None]] = {}
+        self._by_address: dict[str, dict[TrackedConnection, None]] = {}
         """Each in the order in which their requests began; dictionaries keep it."""
         self.refused = 0
         self.displaced = 0
 
-    def __contains__(self, place: Place) -> bool:
-        return place in self._by_address.get(place.address, ())
+    def __contains__(self, tracked: TrackedConnection) -> bool:
+        return tracked in self._by_address.get(tracked.address, ())
 
     def __len__(self) -> int:
         return self._number
 
     def of(self, address: str) -> int:
-        """Return how many places an address has."""
+        """Return how many connections an address has."""
         return len(self._by_address.get(address, ()))
 
     def enter(
         self, address: str, close: Callable[[], None], now_s: float, *, limited: bool
-    ) -> Place | None:
-        """Return a place, or None if there is none; `limited` addresses may have only so many."""
+    ) -> TrackedConnection | None:
+        """Track one; None if there is no room; `limited` addresses may have only so many."""
         own = self._by_address.get(address, ())
         if limited and len(own) >= self._most_per_address:
             has_room = self._displace(own, now_s, least_s=_ANSWERS_S)
@@ -69,32 +69,34 @@ class ConnectionLimits:
         if not has_room:
             self.refused += 1
             return None
-        place = Place(address, close, now_s)
-        self._add(place)
-        return place
+        tracked = TrackedConnection(address, close, now_s)
+        self._add(tracked)
+        return tracked
 
-    def begins(self, place: Place, now_s: float) -> None:
+    def begins(self, tracked: TrackedConnection, now_s: float) -> None:
         """Note that a request has begun to come."""
-        place.state, place.since_s = "reading", now_s
-        others = self._by_address.get(place.address, {})
-        if place in others:
-            del others[place]
-            others[place] = None
+        tracked.state, tracked.since_s = "reading", now_s
+        others = self._by_address.get(tracked.address, {})
+        if tracked in others:
+            del others[tracked]
+            others[tracked] = None
 
-    def answers(self, place: Place) -> None:
+    def answers(self, tracked: TrackedConnection) -> None:
         """Note that a request has come as a whole."""
-        place.state = "answering"
+        tracked.state = "answering"
 
-    def idles(self, place: Place) -> None:
+    def idles(self, tracked: TrackedConnection) -> None:
         """Note that it was answered, and the next request has not begun."""
-        place.state = "idle"
+        tracked.state = "idle"
 
-    def is_for(self, place: Place, address: str, now_s: float, *, limited: bool) -> bool:
-        """Count the place of a proxy's connection as that of the address for which it asks.
+    def is_for(
+        self, tracked: TrackedConnection, address: str, now_s: float, *, limited: bool
+    ) -> bool:
+        """Count a proxy's connection as one of the address for which it asks.
 
         False if that one has no room.
         """
-        if place not in self or place.address == address:
+        if tracked not in self or tracked.address == address:
             return True
         own = self._by_address.get(address, ())
         if (
@@ -104,31 +106,33 @@ class ConnectionLimits:
         ):
             self.refused += 1
             return False
-        self.leave(place)
-        place.address = address
-        self._add(place)
+        self.leave(tracked)
+        tracked.address = address
+        self._add(tracked)
         return True
 
-    def leave(self, place: Place) -> None:
-        """Give a place back; may be called again."""
-        if place not in self:
+    def leave(self, tracked: TrackedConnection) -> None:
+        """Track it no longer; may be called again."""
+        if tracked not in self:
             return
-        own = self._by_address[place.address]
-        del own[place]
+        own = self._by_address[tracked.address]
+        del own[tracked]
         if not own:
-            del self._by_address[place.address]
+            del self._by_address[tracked.address]
         self._number -= 1
 
     def close_all(self) -> None:
         """Close whatever is still open."""
-        for place in [one for own in self._by_address.values() for one in own]:
-            place.close()
+        for tracked in [one for own in self._by_address.values() for one in own]:
+            tracked.close()
 
-    def _displace(self, places: Collection[Place], now_s: float, *, least_s: float) -> bool:
-        """Take the place from one of these; False if none of them has been at work for long."""
-        first: dict[State, Place] = {}
-        for place in places:
-            first.setdefault(place.state, place)
+    def _displace(
+        self, among: Collection[TrackedConnection], now_s: float, *, least_s: float
+    ) -> bool:
+        """Close one of these; False if none of them has been at work for long."""
+        first: dict[State, TrackedConnection] = {}
+        for tracked in among:
+            first.setdefault(tracked.state, tracked)
         longest = first.get("idle") or first.get("reading") or first.get("answering")
         if longest is None:
             return False
@@ -139,6 +143,6 @@ class ConnectionLimits:
         longest.close()
         return True
 
-    def _add(self, place: Place) -> None:
-        self._by_address.setdefault(place.address, {})[place] = None
+    def _add(self, tracked: TrackedConnection) -> None:
+        self._by_address.setdefault(tracked.address, {})[tracked] = None
         self._number += 1

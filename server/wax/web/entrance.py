@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.config.settings import ServerSettings
     from wax.edge.budget import Payer
-    from wax.web.connection_limits import Place
+    from wax.web.connection_limits import TrackedConnection
     from wax.web.request_queue import WaitingRequest
     from wax.web.tls import Tls
 
@@ -95,44 +95,46 @@ class Entrance:
     def _accept(self, connection: socket.socket, peer: str) -> None:
         began_s = time.thread_time()
         limits = self.limits
-        place = limits.enter(peer, connection.close, asyncio.get_running_loop().time())
-        if place is None:
+        tracked = limits.enter(peer, connection.close, asyncio.get_running_loop().time())
+        if tracked is None:
             limits.log.info("connection refused", why="too many", sender=limited(peer))
             connection.close()
             return
-        payer = limits.budgets.of_guest(place.address)
-        waiting = limits.queue.enter(payer, lambda: self._begin(connection, place, peer, payer))
+        payer = limits.budgets.of_guest(tracked.address)
+        waiting = limits.queue.enter(payer, lambda: self._begin(connection, tracked, peer, payer))
         if waiting is not None:
-            place.close = lambda: self._give_up(connection, waiting)
+            tracked.close = lambda: self._give_up(connection, waiting)
         limits.turnstile.charge(payer, began_s)
 
     def _give_up(self, connection: socket.socket, waiting: WaitingRequest) -> None:
         waiting.leave()
         connection.close()
 
-    def _begin(self, connection: socket.socket, place: Place, peer: str, payer: Payer) -> None:
-        place.close = _nothing  # asyncio has it; what it makes of it looks at its place first
+    def _begin(
+        self, connection: socket.socket, tracked: TrackedConnection, peer: str, payer: Payer
+    ) -> None:
+        tracked.close = _nothing  # asyncio has it; the connection asks first whether it may stay
         cost_s = _MADE_S if self._tls is None else _MADE_S + _HANDSHAKE_S
         self.limits.turnstile.charge(payer, time.thread_time() - cost_s)
-        task = asyncio.get_running_loop().create_task(self._make(connection, place, peer))
+        task = asyncio.get_running_loop().create_task(self._make(connection, tracked, peer))
         self._making.add(task)
         task.add_done_callback(self._making.discard)
 
-    async def _make(self, connection: socket.socket, place: Place, peer: str) -> None:
+    async def _make(self, connection: socket.socket, tracked: TrackedConnection, peer: str) -> None:
         loop = asyncio.get_running_loop()
         server = self._runner.server
 
         def make() -> Connection:
             assert server is not None
-            return Connection(self.limits, server, loop, place, peer)
+            return Connection(self.limits, server, loop, tracked, peer)
 
         def protocol() -> Connection | TlsGate:
-            return make() if self._tls is None else TlsGate(self.limits, self._tls, make, place)
+            return make() if self._tls is None else TlsGate(self.limits, self._tls, make, tracked)
 
         try:
             await loop.connect_accepted_socket(protocol, connection)
         except OSError:  # it has gone, or made room, already
-            self.limits.connections.leave(place)
+            self.limits.connections.leave(tracked)
             connection.close()
 
 

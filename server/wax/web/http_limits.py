@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.config.settings import ServerSettings
     from wax.edge.turnstile import Turnstile
-    from wax.web.connection_limits import Place
+    from wax.web.connection_limits import TrackedConnection
 
 _LOG = structlog.get_logger(__name__)
 
@@ -53,15 +53,15 @@ class HttpLimits:
             "cut": self._cut,
         }
 
-    def enter(self, peer: str, close: Callable[[], None], now_s: float) -> Place | None:
-        """Return a place for a connection from `peer`; None if it has to be refused."""
+    def enter(self, peer: str, close: Callable[[], None], now_s: float) -> TrackedConnection | None:
+        """Track a connection from `peer`; None if it has to be refused."""
         is_limited = not self.proxies.trusts(peer)
         return self.connections.enter(limited(peer), close, now_s, limited=is_limited)
 
-    def is_for(self, place: Place, address: str, now_s: float) -> bool:
+    def is_for(self, tracked: TrackedConnection, address: str, now_s: float) -> bool:
         """Count a connection for the address that asks through it; False if it has no room."""
         is_limited = not self.proxies.trusts(address)
-        return self.connections.is_for(place, address, now_s, limited=is_limited)
+        return self.connections.is_for(tracked, address, now_s, limited=is_limited)
 
     def cut(self, why: str) -> None:
         """Count a connection that was closed because of what its client did, or did not."""

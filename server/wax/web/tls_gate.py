@@ -10,14 +10,14 @@ import asyncio
 import ssl
 from typing import TYPE_CHECKING, Final, cast
 
-from wax.process.memory import break_circle
+from wax.machine.memory import break_circle
 from wax.web.watch import READ_S
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from wax.web.connection import Connection
-    from wax.web.connection_limits import Place
+    from wax.web.connection_limits import TrackedConnection
     from wax.web.http_limits import HttpLimits
     from wax.web.tls import Tls
 
@@ -28,23 +28,27 @@ class TlsGate(asyncio.Protocol):
     """Shakes hands, then makes the `Connection` and hands over."""
 
     def __init__(
-        self, limits: HttpLimits, tls: Tls, make: Callable[[], Connection], place: Place
+        self,
+        limits: HttpLimits,
+        tls: Tls,
+        make: Callable[[], Connection],
+        tracked: TrackedConnection,
     ) -> None:
         self._limits = limits
         self._tls = tls
         self._make = make
-        self._place = place
+        self._tracked = tracked
         self._early = bytearray()
         self._lost = False
         self._task: asyncio.Task[None] | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         line = cast("asyncio.Transport", transport)
-        if self._place not in self._limits.connections:  # it has made room already
+        if self._tracked not in self._limits.connections:  # it has made room already
             line.abort()
             break_circle(line)
             return
-        self._place.close = line.abort
+        self._tracked.close = line.abort
         # Nothing of the handshake may be read before TLS is there to read it.
         line.pause_reading()
         self._task = asyncio.create_task(self._shake_hands(line))
@@ -82,4 +86,4 @@ class TlsGate(asyncio.Protocol):
             if not handed_over:
                 line.abort()
                 break_circle(line)
-                self._limits.connections.leave(self._place)
+                self._limits.connections.leave(self._tracked)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from aiohttp import web
 
-    from wax.web.connection_limits import Place
+    from wax.web.connection_limits import TrackedConnection
     from wax.web.http_limits import HttpLimits
 
     State = Literal["idle", "reading", "answering"]
@@ -42,12 +42,12 @@ class ConnectionWatch:
         limits: HttpLimits,
         loop: asyncio.AbstractEventLoop,
         transport: asyncio.Transport,
-        place: Place,
+        tracked: TrackedConnection,
     ) -> None:
         self._limits = limits
         self._loop = loop
         self._transport = transport
-        self.place = place
+        self.tracked = tracked
         self.is_in_line = False
         """Whether a whole header waits for its sender's turn: the client is not slow."""
         self._state: State = "reading"
@@ -56,7 +56,7 @@ class ConnectionWatch:
         self._seen = (0, 0)
         self._until_s = loop.time() + _LASTS_S["reading"]
         self._timer = loop.call_at(self._until_s, self._time_is_over)
-        place.close = transport.abort
+        tracked.close = transport.abort
 
     def received(self) -> None:
         if self._state == "idle":
@@ -90,17 +90,17 @@ class ConnectionWatch:
     def end(self) -> None:
         self._timer.cancel()
         self._request = None
-        self._limits.connections.leave(self.place)
+        self._limits.connections.leave(self.tracked)
 
     def _begin(self, state: State) -> None:
         connections = self._limits.connections
         now_s = self._loop.time()
         if state == "idle":
-            connections.idles(self.place)
+            connections.idles(self.tracked)
         elif state == "answering":
-            connections.answers(self.place)
+            connections.answers(self.tracked)
         elif self._state != "reading":
-            connections.begins(self.place, now_s)
+            connections.begins(self.tracked, now_s)
         self._state = state
         self._until_s = now_s + _LASTS_S[state]
         self._set_timer()

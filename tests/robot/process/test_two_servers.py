@@ -14,7 +14,7 @@ from wax.clock import SystemClock
 from wax.config.settings import RobotSettings
 from wax.driver.interface import STANDSTILL, Limits, Twist
 from wax.robot.process.driver import ProcessDriver
-from wax.robot.process.place import RobotPlace
+from wax.robot.process.robot_lock import RobotLock
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -24,24 +24,24 @@ if TYPE_CHECKING:
 TAKEN = "Another server on this machine has this robot: end that one first."
 
 
-def test_a_place_is_taken_once() -> None:
-    """Another robot has its own; one that is left is free."""
+def test_a_robot_is_locked_once() -> None:
+    """Another robot has its own lock; one that is released is free."""
     mine, others = (
         RobotSettings.model_validate({"boat": {"sail": sail, "of": os.getpid()}}) for sail in (1, 2)
     )
-    first, second, other = RobotPlace(mine), RobotPlace(mine), RobotPlace(others)
+    first, second, other = RobotLock(mine), RobotLock(mine), RobotLock(others)
     try:
-        assert first.take()
-        assert first.take()
-        assert not second.take()
-        assert other.take()
-        first.leave()
-        first.leave()
-        assert second.take()
-        assert not first.take()
+        assert first.acquire()
+        assert first.acquire()
+        assert not second.acquire()
+        assert other.acquire()
+        first.release()
+        first.release()
+        assert second.acquire()
+        assert not first.acquire()
     finally:
-        for place in (first, second, other):
-            place.leave()
+        for lock in (first, second, other):
+            lock.release()
 
 
 @pytest.fixture

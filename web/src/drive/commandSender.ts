@@ -1,6 +1,6 @@
 import type { Drive } from "../messages";
 import type { Motion } from "./inputState";
-import { Rate, type Uplink } from "./rate";
+import { SendRate, type Uplink } from "./sendRate";
 
 /** The parts of a set-point, read at the moment of sending. */
 export interface Controls {
@@ -53,7 +53,7 @@ const HUNG_MS = 500;
 export class CommandSender {
   #seq = 0;
   #turn: number | null = null;
-  #rate = new Rate(0);
+  #rate = new SendRate(0);
   #hz = 0;
   #busyMs = 0;
   #dueMs = 0;
@@ -67,7 +67,7 @@ export class CommandSender {
   begin(turn: number, maxHz: number): void {
     this.end();
     this.#turn = turn;
-    this.#rate = new Rate(maxHz);
+    this.#rate = new SendRate(maxHz);
     this.#busyMs = performance.now();
     this.#dueMs = this.#busyMs;
     this.#tick();

@@ -11,7 +11,7 @@ import { KeyActions } from "./keyActions";
 import { listenKeyboard } from "./keyboard";
 import { listenLetGo } from "./letGo";
 import { Operating } from "./operating";
-import type { Uplink } from "./rate";
+import type { Uplink } from "./sendRate";
 import { type ScanItem, Scanner } from "./scanner";
 import { Ways } from "./ways";
 

@@ -16,7 +16,7 @@ from wax.clock import SystemClock
 from wax.commands.doctor.verdict import Verdict, bad, ok, warning
 from wax.encode.choice import Encoders
 from wax.errors import reason_of
-from wax.process import cores
+from wax.machine import cores
 from wax.web import descriptors
 
 if TYPE_CHECKING:

@@ -21,7 +21,7 @@ from wax.robot.process.child_start import claim_pipes, first_line, log_as, outli
 from wax.robot.process.driver_watchdog import DriverWatchdog
 from wax.robot.process.passenger import make_passenger
 from wax.robot.process.pipe_messages import NotBuilt, decode_begin, encode
-from wax.robot.process.place import RobotPlace
+from wax.robot.process.robot_lock import RobotLock
 
 _LOG = structlog.get_logger(__name__)
 
@@ -59,7 +59,7 @@ def main() -> int:
         reader=reader,
         writer=writer,
         passenger=passenger,
-        place=RobotPlace(begin.robot),
+        lock=RobotLock(begin.robot),
     ).run()
     return 0
 

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from wax.robot.process.driver_watchdog import Call, DriverWatchdog
     from wax.robot.process.hand_watchdog import HandWatchdog
     from wax.robot.process.passenger import Passenger
-    from wax.robot.process.place import RobotPlace
+    from wax.robot.process.robot_lock import RobotLock
 
 _LOG = structlog.get_logger(__name__)
 
@@ -58,7 +58,7 @@ class ChildLoop:
 
     With a `passenger` their hand control comes before all messages, and where the pipe ends without
     a goodbye, they drive on until another process claims the robot. While another server on this
-    machine has the `place` at the robot, it is not opened.
+    machine holds the robot's `lock`, it is not opened.
     """
 
     def __init__(
@@ -70,10 +70,10 @@ class ChildLoop:
         reader: int,
         writer: int,
         passenger: Passenger | None = None,
-        place: RobotPlace | None = None,
+        lock: RobotLock | None = None,
     ) -> None:
         self._driver = driver
-        self._place = place
+        self._lock = lock
         self._watchdog: DriverWatchdog | HandWatchdog = (
             watchdog if passenger is None else passenger.watchdog
         )
@@ -118,12 +118,12 @@ class ChildLoop:
         A person aboard first lets go of an older process, which then ends; another server's process
         keeps the robot for as long as it lives.
         """
-        passenger, place = self._passenger, self._place
+        passenger, lock = self._passenger, self._lock
         if passenger is not None:
             passenger.claim()
             if not self._waits(passenger.has_robot, STILL_DRIVEN):
                 return False
-        return place is None or self._waits(place.take, TAKEN)
+        return lock is None or self._waits(lock.acquire, TAKEN)
 
     def _waits(self, until: Callable[[], bool], problem: Sentence) -> bool:
         """Wait, while the server is told why; False if the pipe ends before."""

@@ -7,7 +7,7 @@ import select
 import subprocess
 from typing import TYPE_CHECKING, Final
 
-from wax.process import python_module
+from wax.machine import python_module
 
 if TYPE_CHECKING:
     from collections.abc import Collection

@@ -10,11 +10,11 @@ from collections import deque
 
 import pytest
 
-from wax.process import memory
+from wax.machine import memory
 
 CAME_AND_WENT = """
 import ctypes, psutil
-from wax.process.memory import return_large_blocks
+from wax.machine.memory import return_large_blocks
 
 if {returns}:
     return_large_blocks()

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from wax.config.settings import RobotSettings
 
 
-class RobotPlace:
-    """The place at the robot of these settings: its driver, with that driver's own table."""
+class RobotLock:
+    """The lock of these settings' robot: of its driver, with that driver's own table."""
 
     def __init__(self, settings: RobotSettings) -> None:
         which = {"driver": settings.driver, "url": settings.serial.url, **settings.own_tables}
@@ -26,21 +26,21 @@ class RobotPlace:
         self._name = f"\0wax-robot-{digest.hexdigest()[:32]}"
         self._socket: socket.socket | None = None
 
-    def take(self) -> bool:
-        """Whether the place is this process's, from now on until it ends; never raises."""
+    def acquire(self) -> bool:
+        """Whether this process has it, from now on until it ends; never raises."""
         if self._socket is not None or sys.platform != "linux":
             return True
-        place = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        held = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         try:
-            place.bind(self._name)
+            held.bind(self._name)
         except OSError:
-            place.close()
+            held.close()
             return False
-        self._socket = place
+        self._socket = held
         return True
 
-    def leave(self) -> None:
-        """Give the place up; safe to call twice."""
+    def release(self) -> None:
+        """Let another have it; safe to call twice."""
         if self._socket is not None:
             self._socket.close()
             self._socket = None

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from wax.process.service_manager import ServiceManager
+from wax.machine.service_manager import ServiceManager
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -26,7 +26,7 @@ const CLIMB_HZ_PER_S = 5;
  * The rate of set-points: as high as the server allows, lower on a slow link, at least 20 a second
  * while they do not queue. It falls at once, because a backlog delays a stop, and rises slowly. Pure.
  */
-export class Rate {
+export class SendRate {
   #last: { hz: number; atMs: number } | null = null;
 
   constructor(private readonly maxHz: number) {}

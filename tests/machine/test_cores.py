@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from wax.process import cores
+from wax.machine import cores
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -1,11 +1,11 @@
 import { expect, it } from "vitest";
-import { Rate } from "./rate";
+import { SendRate } from "./sendRate";
 
 const WIDE = { linkBps: 5_000_000, waitingBytes: 0, queuedMs: 0 };
 
 it("sends as often as the server allows where there is room", () => {
-  expect(new Rate(50).next(WIDE, 0)).toBe(50);
-  expect(new Rate(30).next(WIDE, 0)).toBe(30);
+  expect(new SendRate(50).next(WIDE, 0)).toBe(50);
+  expect(new SendRate(30).next(WIDE, 0)).toBe(30);
 });
 
 it.each([
@@ -15,11 +15,11 @@ it.each([
   [608_000, 40],
   [760_000, 50],
 ])("over a link of %s bit/s it is %d Hz", (linkBps, hz) => {
-  expect(new Rate(50).next({ linkBps, waitingBytes: 0, queuedMs: 0 }, 0)).toBeCloseTo(hz);
+  expect(new SendRate(50).next({ linkBps, waitingBytes: 0, queuedMs: 0 }, 0)).toBeCloseTo(hz);
 });
 
 it("falls at once when set-points wait, and climbs again by 5 Hz in a second", () => {
-  const rate = new Rate(50);
+  const rate = new SendRate(50);
   rate.next(WIDE, 0);
   expect(rate.next({ ...WIDE, waitingBytes: 400 }, 20)).toBe(20);
   expect(rate.next(WIDE, 1020)).toBeCloseTo(25);
@@ -28,7 +28,7 @@ it("falls at once when set-points wait, and climbs again by 5 Hz in a second", (
 });
 
 it("falls at once when the link is found to be thin, and below 20 Hz while even those queue", () => {
-  const rate = new Rate(50);
+  const rate = new SendRate(50);
   const thin = { ...WIDE, linkBps: 50_000 };
   rate.next({ ...WIDE, queuedMs: 300 }, 0);
   expect(rate.next(thin, 20)).toBe(20);
@@ -38,13 +38,13 @@ it("falls at once when the link is found to be thin, and below 20 Hz while even 
 });
 
 it("takes a stall of a wide link for none of its own making", () => {
-  expect(new Rate(50).next({ ...WIDE, queuedMs: 300 }, 0)).toBe(50);
+  expect(new SendRate(50).next({ ...WIDE, queuedMs: 300 }, 0)).toBe(50);
 });
 
 it("takes what was sent a moment ago for no backlog", () => {
-  expect(new Rate(50).next({ ...WIDE, waitingBytes: 150 }, 0)).toBe(50);
+  expect(new SendRate(50).next({ ...WIDE, waitingBytes: 150 }, 0)).toBe(50);
 });
 
 it("never exceeds what the server allows, not even by the floor", () => {
-  expect(new Rate(10).next({ linkBps: null, waitingBytes: 0, queuedMs: 0 }, 0)).toBe(10);
+  expect(new SendRate(10).next({ linkBps: null, waitingBytes: 0, queuedMs: 0 }, 0)).toBe(10);
 });
