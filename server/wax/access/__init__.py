@@ -1,4 +1,5 @@
 """Who somebody is, and what they may: secrets, invitations, bans, and the permission table.
 
-Pure: no sockets, no files; times are given. Who is connected lives in `wax.session`.
+Pure but for `secret_file` and `host_link`, which keep secrets on disk. Who is connected lives in
+`wax.session`.
 """
