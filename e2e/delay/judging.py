@@ -168,7 +168,7 @@ def judge(goal: Goal, cells: Sequence[Found]) -> Row:
 def _what(goal: Goal) -> str:
     what = f"{shown(goal.profile)}, {_WHO[goal.system]}: {MEASURES[goal.measure][0]}"
     if goal.kind == "crowd":
-        what += " with the crowd, more by"
+        what += ", added by the crowd"
     if not goal.of:
         return what
     whose = f"{goal.of[0]}’s" if len(goal.of) == 1 else "the better peer’s"

@@ -62,7 +62,7 @@ async def fan_out(n: int) -> list[Row]:
         judged("fan-out: one", "server with one viewer", "% of a core", first, n=n),
         judged(
             "fan-out: slope",
-            "one viewer more (goal: 0.5, and a twenty-fifth of stock's)",
+            "one viewer more (≤ 0.5 %, and ≤ 1/25 of stock’s)",
             "% of a core",
             slopes,
             (stock := slopes[STOCK]) and min(0.5, stock / 25),

@@ -21,7 +21,7 @@ _LONG: Final = ("properties", "black_channel", "hand_over")
 """Parts of the names of tests that try many cases, and take as long."""
 
 _GATE: Final = ("test_gate", "test_lying_page", "test_gate_properties", "test_black_channel")
-_LOOP: Final = ("test_control_loop", "test_operating")
+_LOOP: Final = ("test_control_loop", "test_controls_loop")
 _CONTROL: Final[dict[str, tuple[str, ...]]] = {
     "beats": ("test_beats",),
     "command": _GATE,

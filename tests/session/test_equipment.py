@@ -10,7 +10,7 @@ from tests.session.test_room import FakePeer, Rig
 from tests.session.test_viewer import _scene
 
 from wax.config.controls import ControlSettings, GaugeSettings
-from wax.control.operation import Operation
+from wax.control.controls import Operation
 from wax.control.reasons import Refusal
 from wax.driver.interface import RobotState
 from wax.protocol.messages import MAX_DRIVE_BYTES

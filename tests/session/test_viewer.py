@@ -24,8 +24,8 @@ from wax.telemetry import Counters
 
 if TYPE_CHECKING:
     from wax.access.permissions import Role
+    from wax.control.controls import Operation
     from wax.control.gate import Command
-    from wax.control.operation import Operation
     from wax.rtc.peer import Peer
 
 

@@ -44,7 +44,7 @@ import { hear } from "./sound/hearing";
 import { SoundPlayback } from "./sound/soundPlayback";
 import { createState } from "./state";
 import { recordHistory } from "./stats/record";
-import { askToTell, listenTells } from "./tellMe";
+import { askToTell, listenTells } from "./turnNotification";
 import { listenTurnOver } from "./turnOver";
 import { listenTalk } from "./voice/listenTalk";
 import { Talk } from "./voice/talk";

@@ -12,6 +12,8 @@ A command is checked in this order:
 6. `speed`, `stopping_distance` - how fast may it be, and can the robot stop in time?
 7. `ramp` - how quickly may the speed change?
 
+Lamps, grippers and what else it has are `controls`, checked alike.
+
 `rules` holds their configuration, `reasons` the sentences for refusals and limits.
 No rule imports a robot, the session or media.
 """

@@ -87,7 +87,7 @@ class Setpoint:
     operator asks, else None. `soft` allows motion to end at the braking rate, where the robot is
     configured for it. `axes` holds only axes that the robot has; others keep their position.
     `holds`: the dead-man is held and all is well, so what else moves may do so, too
-    (`wax.control.operation`). `valid_until_s` is when the command behind it is too old.
+    (`wax.control.controls`). `valid_until_s` is when the command behind it is too old.
     """
 
     twist: Twist = STANDSTILL

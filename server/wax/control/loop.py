@@ -13,11 +13,11 @@ from collections import Counter
 from typing import TYPE_CHECKING, Final
 
 from wax.control import gate, gauge_limits, ramp, speed, stop_latch
+from wax.control.controls_loop import ControlsLoop, is_driving
 from wax.control.gate import GateState, Setpoint
 from wax.control.gauge_limits import GaugeHold
 from wax.control.listener import NoListener
 from wax.control.loop_timer import LoopTimer
-from wax.control.operating import Operating, is_driving
 from wax.control.operator_delay import OperatorDelay
 from wax.control.reasons import Hold, Limit
 from wax.control.rules import Rules
@@ -33,10 +33,10 @@ if TYPE_CHECKING:
     from wax.config.controls import ControlSettings, GaugeSettings
     from wax.config.settings import DriveSettings, RobotSettings
     from wax.control.command import Command
+    from wax.control.controls import Operation
     from wax.control.fairness import Person
     from wax.control.lateness import Lateness
     from wax.control.listener import Listener
-    from wax.control.operation import Operation
     from wax.control.picture_clock import PictureClock
     from wax.control.reasons import Refusal
     from wax.control.stop_latch import LatchedStop, Releaser
@@ -103,7 +103,7 @@ class ControlLoop:
         self._timer = LoopTimer(loop_hz=settings.loop_hz, ttl_s=driver.limits.ttl_s)
         self._latch = StopLatch()
         self._gate = GateState()
-        self._operating = Operating(controls, self._rules, self._safe_driver)
+        self._controls = ControlsLoop(controls, self._rules, self._safe_driver)
         self._gauges = gauges
         self._gauge_hold = GaugeHold()
         self._target = Setpoint()  # where the ramp ends
@@ -155,8 +155,8 @@ class ControlLoop:
         failure = self._safe_driver.steer(setpoint, turn.number)
         self._steered_s = self._clock.now_s()  # not now_s: a busy machine may pause in between
         if self._gate.command is None:
-            self._operating.stop_moving()  # that, too, must be released and pressed again
-        failure = failure or self._operating.tell(turn, may_move=self._target.holds, now_s=now_s)
+            self._controls.stop_moving()  # that, too, must be released and pressed again
+        failure = failure or self._controls.tell(turn, may_move=self._target.holds, now_s=now_s)
         if failure is not None:
             self._gate = gate.require_neutral(self._gate, now_s, Hold.FAULT)
         self._listener.steered(self._target, self._safe_driver.twist, turn.number, now_s)
@@ -197,7 +197,7 @@ class ControlLoop:
         """
         now_s = self._clock.now_s()
         self._follow(self._turns.connect(viewer, now_s, person, is_here=is_here), now_s)
-        self._operating.begin_anew(viewer)
+        self._controls.begin_anew(viewer)
         self._begin_anew(viewer, now_s)
 
     def returned(self, viewer: int) -> None:
@@ -247,7 +247,7 @@ class ControlLoop:
     def gone(self, viewer: int) -> None:
         """Forget a viewer."""
         now_s = self._clock.now_s()
-        self._operating.begin_anew(viewer)
+        self._controls.begin_anew(viewer)
         self._follow(self._turns.gone(viewer, now_s), now_s)
 
     def offer(self, viewer: int, command: Command) -> Refusal | None:
@@ -275,7 +275,7 @@ class ControlLoop:
         """
         now_s = self._clock.now_s()
         turn = self._turn()
-        refusal = self._operating.accept(
+        refusal = self._controls.accept(
             viewer,
             asked,
             turn=turn,
@@ -288,7 +288,7 @@ class ControlLoop:
         self._counts[f"controls.{name}"] += 1
         if refusal is None and (asked.held or asked.wanted) and is_driving(viewer, turn):
             self._turns.drives(viewer, now_s)
-        if refusal is None and self._operating.is_news(
+        if refusal is None and self._controls.is_news(
             turn, may_move=self._target.holds, now_s=now_s
         ):
             self._hurry(now_s)
@@ -317,7 +317,7 @@ class ControlLoop:
             self._latch = stop_latch.press(
                 self._latch, by, self._clock.now_s(), viewer=viewer, by_host=by_host
             )
-        self._operating.let_go()
+        self._controls.let_go()
         self._counts["stops.pressed"] += 1
         return self._latch.newest
 
@@ -358,7 +358,7 @@ class ControlLoop:
     @property
     def control_values(self) -> Mapping[str, float]:
         """How the controls were set that stay as they are set."""
-        return self._operating.values
+        return self._controls.values
 
     @property
     def first_axes(self) -> Mapping[str, float]:
@@ -404,7 +404,7 @@ class ControlLoop:
                     self._begin(event.number, now_s)
                     self._first_axes = self._safe_driver.axes
                 case TurnEnded():
-                    self._operating.let_go(event.operator)
+                    self._controls.let_go(event.operator)
                     self._safe_driver.stop(event.number)
                 case TurnRenewed():
                     self._operator_delay.renew(event.operator)
@@ -419,7 +419,7 @@ class ControlLoop:
     def _begin(self, number: int, now_s: float) -> None:
         self._safe_driver.stop(number)
         self._gate = gate.begin(number, now_s)
-        self._operating.stop_moving()
+        self._controls.stop_moving()
         self._operator_delay.begin()
         self._status = None
 

@@ -15,8 +15,8 @@ from wax.sentence import Sentence
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from wax.control.controls import Working
     from wax.control.gate import Setpoint
-    from wax.control.operation import Working
     from wax.driver.interface import Driver
 
 _LOG = structlog.get_logger(__name__)

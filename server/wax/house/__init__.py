@@ -1,1 +1,4 @@
-"""Home automation by MQTT: told what goes on, and heard where its role in the permissions may."""
+"""Home automation by MQTT: it is told states and events, and may do what its role may.
+
+`house` decides which messages count, `commands` parses them, `broker` is the connection.
+"""

@@ -1,4 +1,4 @@
-"""The house's automation: a taker of events that is told states, too, and is heard."""
+"""Publishes states and events to the broker, and decides which of its commands count."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """Who is here, from a visitor's offer to what all pages are told. No sockets and no aiortc here.
 
-- Coming in: `entry` asks `wax.access` who somebody is, `capacity` whether they may connect and
-  stay, and `wax.streams` whether there is upload for them; `viewers` lists those who are here.
+- Coming in: `entry` asks `wax.access` who somebody is, `capacity` whether they may connect,
+  and `wax.streams` whether there is upload for them; `viewers` lists those who are here, and each
+  second `room` sends away who may not stay.
 - Acts: `viewer` (of one page), `host_acts` and `host_decisions`, `stop_presses`, `voices`,
   `proof_runner`.
 - Told to pages: `announcements` says what, `room_updates` when; `equipment`, `diagnosis`, `names`.

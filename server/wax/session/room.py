@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.cluster.cluster import Cluster
     from wax.config.settings import Settings
+    from wax.control.controls import Operation
     from wax.control.gate import Command
     from wax.control.loop import ControlLoop
-    from wax.control.operation import Operation
     from wax.control.reasons import Refusal
     from wax.control.turns import Turns
     from wax.house.commands import HouseAct

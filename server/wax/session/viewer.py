@@ -11,8 +11,8 @@ import structlog
 from wax.access import permissions
 from wax.control.beats import Beats
 from wax.control.command_freshness import CALM_HELD_S
+from wax.control.controls import Operation
 from wax.control.gate import Command
-from wax.control.operation import Operation
 from wax.control.reasons import Refusal
 from wax.error_boundary import ErrorBoundary
 from wax.errors import ForbiddenError, ProtocolError

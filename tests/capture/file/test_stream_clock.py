@@ -122,8 +122,8 @@ def multipart(
 @pytest.fixture
 def soon(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the first second and a second of repetitions be short."""
-    monkeypatch.setattr("wax.capture.dating._SETTLE_S", 0.2)
-    monkeypatch.setattr("wax.capture.dating._REPEATED_S", 0.2)
+    monkeypatch.setattr("wax.capture.stream_dating._SETTLE_S", 0.2)
+    monkeypatch.setattr("wax.capture.stream_dating._REPEATED_S", 0.2)
 
 
 @pytest.mark.usefixtures("soon")

@@ -17,7 +17,7 @@ from tests.robot.ros2.bridge import Bridge
 from tests.robot.ros2.robots import ros2_settings
 from tests.turned_clock import TurnedClock
 
-from wax.capture.dating import LIVE_WITHIN_S
+from wax.capture.stream_dating import LIVE_WITHIN_S
 from wax.clock import SystemClock
 from wax.config.settings import VideoSettings
 from wax.driver.interface import HasCamera

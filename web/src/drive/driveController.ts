@@ -11,8 +11,8 @@ import { KeyActions } from "./keyActions";
 import { listenKeyboard } from "./keyboard";
 import { listenLetGo } from "./letGo";
 import { Operating } from "./operating";
-import type { Uplink } from "./sendRate";
 import { type ScanItem, Scanner } from "./scanner";
+import type { Uplink } from "./sendRate";
 import { Ways } from "./ways";
 
 export interface DriveControllerOptions {

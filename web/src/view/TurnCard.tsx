@@ -1,6 +1,6 @@
 import { useEffect } from "preact/hooks";
-import { alertTab } from "../alertTab";
-import { canTell } from "../tellMe";
+import { alertTab } from "../tabIcon";
+import { canTell } from "../turnNotification";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { ENDING_S, type Face, face } from "./face";

@@ -18,7 +18,7 @@ from av.error import (
 )
 from av.stream import Disposition
 
-from wax.capture.dating import Dating
+from wax.capture.stream_dating import Dating
 from wax.errors import SourceError, reason_of
 from wax.sentence import Sentence
 

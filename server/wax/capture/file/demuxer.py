@@ -7,7 +7,7 @@ two kinds of address:
 * **paced** (files, HLS, DASH): played at their own speed by their timestamps; reopened at the end,
   so that every pass is like the first, and continued without a gap;
 * **live** (RTSP, RTP, RTMP, SRT, endless HTTP, …): passed on as they arrive, so delay cannot build
-  up, and dated by their arrival and their stamps (`wax.capture.dating`).
+  up, and dated by their arrival and their stamps (`wax.capture.stream_dating`).
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import structlog
 from av.error import FFmpegError
 
-from wax.capture.dating import Dating, Repeats
 from wax.capture.file.address import (
     Kind,
     RefusedError,
@@ -36,6 +35,7 @@ from wax.capture.file.address import (
     open_container,
     shown_name,
 )
+from wax.capture.stream_dating import Dating, Repeats
 from wax.errors import SourceError, reason_of
 from wax.sentence import Sentence
 

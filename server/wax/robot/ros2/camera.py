@@ -6,9 +6,9 @@ import contextlib
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-from wax.capture.dating import Dating, Repeats
 from wax.capture.letterbox import fit_bgr
 from wax.capture.source import Picture
+from wax.capture.stream_dating import Dating, Repeats
 from wax.errors import DriverError, SourceError
 from wax.robot.ros2.images import to_bgr
 from wax.robot.ros2.link import Wanted
@@ -38,7 +38,7 @@ class Ros2Camera:
 
     `captured_s` is the picture's own stamp where both clocks are said to agree (`stamped`); one
     that cannot be is nobody's. Else it is when it arrived, and how much later than others by its
-    stamp (`wax.capture.dating`).
+    stamp (`wax.capture.stream_dating`).
     """
 
     def __init__(self, ros2: Ros2Settings, settings: VideoSettings, clock: Clock) -> None:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from wax.control import operation
-from wax.control.operation import Controls, ControlsOperator, OperationState
+from wax.control import controls
+from wax.control.controls import Controls, ControlsOperator, OperationState
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from wax.config.controls import ControlRole, ControlSettings
-    from wax.control.operation import Operation, Working
+    from wax.control.controls import Operation, Working
     from wax.control.reasons import Refusal
     from wax.control.rules import Rules
     from wax.control.safe_driver import SafeDriver
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from wax.sentence import Sentence
 
 
-class Operating:
+class ControlsLoop:
     """Remembers the operations of all viewers, and keeps the robot told of what they make."""
 
     def __init__(
@@ -59,11 +59,11 @@ class Operating:
 
     def begin_anew(self, viewer: int) -> None:
         """Let a new page of a viewer begin, with nothing held."""
-        self._state = operation.begin_anew(self._state, viewer)
+        self._state = controls.begin_anew(self._state, viewer)
 
     def let_go(self, viewer: int | None = None) -> None:
         """Let go of all that is held, or all that a viewer holds, until it is pressed again."""
-        self._state = operation.let_go(self._state, viewer)
+        self._state = controls.let_go(self._state, viewer)
 
     def stop_moving(self) -> None:
         """Let go of what moves, until it is pressed again."""

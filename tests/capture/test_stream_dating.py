@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.examples import examples
 
-from wax.capture.dating import LIVE_WITHIN_S, Dating, Repeats
+from wax.capture.stream_dating import LIVE_WITHIN_S, Dating, Repeats
 
 
 @dataclass

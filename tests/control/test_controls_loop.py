@@ -9,7 +9,7 @@ import pytest
 from tests.control.test_control_loop import A, B, Bench, FakeDriver
 
 from wax.config.controls import ControlSettings, GaugeSettings
-from wax.control.operation import Operation
+from wax.control.controls import Operation
 from wax.control.reasons import Hold, Refusal, stopped_by
 from wax.driver.checks import NO_ANSWER
 from wax.driver.interface import RobotState

@@ -1,6 +1,6 @@
 // @vitest-environment dom
 import { beforeEach, expect, it } from "vitest";
-import { alertTab } from "./alertTab";
+import { alertTab } from "./tabIcon";
 
 beforeEach(() => {
   document.head.innerHTML = '<link rel="icon" href="icon.svg">';

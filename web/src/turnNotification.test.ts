@@ -3,8 +3,8 @@ import { readFileSync } from "node:fs";
 import { beforeEach, expect, it, vi } from "vitest";
 import { loadPreferences } from "./preferences";
 import { createState, type State } from "./state";
-import { askToTell, canTell, listenTells } from "./tellMe";
 import { hello, room } from "./testing/messages";
+import { askToTell, canTell, listenTells } from "./turnNotification";
 
 let state: State;
 let permission: NotificationPermission;

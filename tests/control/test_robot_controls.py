@@ -13,8 +13,8 @@ from tests.control.rules import RULES, VOUCHED
 from tests.examples import examples
 
 from wax.config.controls import ControlSettings
-from wax.control import operation
-from wax.control.operation import Controls, ControlsOperator, Operation, OperationState
+from wax.control import controls
+from wax.control.controls import Controls, ControlsOperator, Operation, OperationState
 from wax.control.reasons import Refusal
 from wax.control.turn_view import TurnView
 
@@ -159,9 +159,9 @@ def test_what_moves_needs_all_that_driving_needs(name: str) -> None:
     ("let_go", "left"),
     [
         (CONTROLS.stopped, {"horn": True, "lamp": True}),
-        (operation.let_go, {"lamp": True}),
-        (lambda state: operation.let_go(state, A), {"lamp": True}),
-        (lambda state: operation.let_go(state, B), {"horn": True, "lamp": True, "spin": True}),
+        (controls.let_go, {"lamp": True}),
+        (lambda state: controls.let_go(state, A), {"lamp": True}),
+        (lambda state: controls.let_go(state, B), {"horn": True, "lamp": True, "spin": True}),
     ],
 )
 def test_what_was_let_go_of_must_be_pressed_again(
@@ -183,7 +183,7 @@ def test_what_was_let_go_of_must_be_pressed_again(
 def test_one_is_released_while_another_is_held_on() -> None:
     """What is pressed again counts again, what is held on does not."""
     state = taken(OperationState(), asked(1, held={"horn": 1, "spin": 1}))
-    state = operation.let_go(state)
+    state = controls.let_go(state)
     state = taken(state, asked(2, held={"horn": 1}))
     state = taken(state, asked(3, held={"horn": 1, "spin": 1}))
     assert works(state) == {"spin": True}
@@ -246,7 +246,7 @@ def test_all_of_it_or_nothing() -> None:
 def test_a_new_page_counts_from_the_start() -> None:
     """Its numbers are its own, and what the page before it held is released."""
     state = taken(OperationState(), asked(9, held={"horn": 1}, wanted={"lamp": 1}))
-    state = operation.begin_anew(state, A)
+    state = controls.begin_anew(state, A)
     assert works(state) == {"lamp": True}
     assert works(taken(state, asked(0, held={"horn": 1}))) == {"lamp": True, "horn": True}
 
@@ -345,7 +345,7 @@ def test_held_only_by_the_rules(trace: list[Word]) -> None:
                 if refusal is None:
                     judge.hear(word.viewer, word.held, min(now_s, sent_s))
             case "stop":
-                is_stopped, state = True, operation.let_go(state)
+                is_stopped, state = True, controls.let_go(state)
                 judge.let_go(HELD)
             case "open":
                 is_stopped = False
@@ -354,7 +354,7 @@ def test_held_only_by_the_rules(trace: list[Word]) -> None:
                 judge.let_go(MOVING)
             case _:
                 seq += 5
-                state = operation.begin_anew(state, word.viewer)
+                state = controls.begin_anew(state, word.viewer)
                 judge.anew(word.viewer)
         working = works(state, now_s=now_s)
         assert {one for one in HELD if one in working} == {
