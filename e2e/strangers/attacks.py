@@ -110,15 +110,13 @@ ATTACKS: Final[dict[str, Attack]] = {
 
 
 async def _let_in(port: int, one: Attack, leaving: AsyncExitStack) -> list[Intruder]:
-    """Let its viewers in, of as few addresses as may have so many."""
+    """Let its viewers in, of as few addresses as may have so many; fewer where no more may come."""
     found: list[Intruder] = []
-    number = _FIRST
-    while len(found) < one.viewers:
-        intruder = Intruder(port, source=address(number), sees=one.sees)
-        try:
-            found.append(await leaving.enter_async_context(intruder))
-        except NoPlaceError:
-            number += 1
+    for source in map(address, range(_FIRST, _FIRST + one.viewers)):
+        with suppress(NoPlaceError):
+            while len(found) < one.viewers:
+                intruder = Intruder(port, source=source, sees=one.sees)
+                found.append(await leaving.enter_async_context(intruder))
     return found
 
 
@@ -136,6 +134,7 @@ async def attack(port: int, name: str, seconds: float, seed: int) -> dict[str, A
         counts = sum((intruder.counts for intruder in intruders), Counter[str]())
         counts.subtract(before)
         return {
+            "viewers": len(intruders),
             "did": dict(ground.account),
             "lasted_s": ground.lasted_s,
             "datagrams": dict(counts),

@@ -24,7 +24,7 @@ _TRIES: Final = 60
 
 
 class NoPlaceError(ConnectionError):
-    """An address has all the places that it may have; another has others."""
+    """An address has all the places that it may have, or the server serves nobody else."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,8 @@ class Answer:
 
     @property
     def is_full(self) -> bool:
-        return self.status == 503 and b'"door.full_for_address"' in self.body
+        codes = b'"door.full_for_address"', b'"door.machine_full"'
+        return self.status == 503 and any(code in self.body for code in codes)
 
 
 async def ask(
