@@ -14,6 +14,7 @@ from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.find_driver import make_driver
 from wax.robot.ros2 import session
 from wax.robot.ros2.neighbours import Endpoint, Traffic
+from wax.robot.ros2.standby_rules import SILENCE_S
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -69,7 +70,10 @@ class FakeLink:
 
 
 class FakeStandby:
-    """A standby that is there, beside `link`; once it `speaks`, the driver finds that it has."""
+    """A standby that is there, beside `link`; once it `speaks`, the driver finds that it has.
+
+    Once it `freezes` the driver does, just before a motion.
+    """
 
     guid = "standby"
     guids = frozenset({guid})
@@ -77,7 +81,8 @@ class FakeStandby:
 
     def __init__(self, link: FakeLink) -> None:
         self._link = link
-        self.speaks = False
+        self.speaks = self.freezes = False
+        self.told: list[tuple[bool, int]] = []
         self.told_before: int | None = None
         self.found_closed: list[bool] = []
 
@@ -93,7 +98,11 @@ class FakeStandby:
         """Find nothing wrong."""
 
     def tell(self, *, owes: bool) -> None:
-        """Take any word."""
+        self.told.append((owes, len(self._link.told)))
+        if self.freezes and owes:
+            self.freezes = False
+            self.told_before = len(self._link.told)
+            time.sleep(SILENCE_S)
 
     def leave(self) -> None:
         self.found_closed.append(self._link.is_closed)
@@ -203,13 +212,24 @@ def test_a_standby_speaks_last(driver: Driver, link: FakeLink, standby: FakeStan
     assert standby.found_closed == [True]
 
 
-def test_what_a_standby_has_stopped_stays_so(
+def test_a_standby_is_told_of_a_motion_first(
     driver: Driver, link: FakeLink, standby: FakeStandby
+) -> None:
+    """Frozen in between, the driver would leave a moving robot that nobody stops."""
+    moved(driver, link)
+    first = next(number for number, twist in enumerate(link.told) if not twist.is_zero)
+    assert (True, first) in standby.told
+
+
+@pytest.mark.parametrize("when", ["speaks", "freezes"])
+def test_what_a_standby_has_stopped_stays_so(
+    driver: Driver, link: FakeLink, standby: FakeStandby, when: str
 ) -> None:
     """What was asked for before a freeze in which it spoke is over; standstill comes first."""
     moved(driver, link)
     epoch = driver.state().epoch
-    standby.speaks = True
+    setattr(standby, when, True)
+    feed(driver, AHEAD, for_s=0.1)
     until(driver, lambda state: state.connected and state.epoch == epoch + 1)
     feed(driver, AHEAD, for_s=0.1)
     assert standby.told_before is not None

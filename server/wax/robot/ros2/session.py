@@ -16,6 +16,7 @@ from wax.robot.ros2.link import Wanted, command_type
 from wax.robot.ros2.neighbours import OURS, Takers, judge, strangers
 from wax.robot.ros2.open_link import open_link
 from wax.robot.ros2.standby_process import StandbyProcess
+from wax.robot.ros2.standby_rules import SILENCE_S
 
 if TYPE_CHECKING:
     from wax.clock import Clock
@@ -133,12 +134,16 @@ class Session:
         if self._standby is not None and now_s >= self._standby.speaks_at_s:
             self._begin_anew()  # it has stopped the robot: what was asked for before is over
         twist, again_s = self._talk.next(now_s)
-        if twist is not None:
-            link.send(twist, time.time_ns())
         owes = self._talk.owes(now_s)
         if self._standby is not None and (twist is not None or owes != self._owed):
+            # First: frozen right after a motion, nobody would speak for us.
             self._standby.tell(owes=owes)
             self._owed = owes
+        if twist is not None:
+            if self._clock.now_s() - now_s >= SILENCE_S:  # frozen meanwhile, as above
+                self._begin_anew()
+                return now_s
+            link.send(twist, time.time_ns())
         return again_s
 
     def _judge(self, link: Link) -> None:
