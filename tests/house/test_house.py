@@ -200,6 +200,17 @@ async def test_a_flood_reaches_the_loop_as_a_trickle(
     assert rig.acts[3:] == [messages.Close(type="close", closed=True)]
 
 
+async def test_a_second_press_of_stop_acts_in_time(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Within 100 ms, whatever was pressed before: somebody may have released the first."""
+    for _ in range(2):
+        rig.hears("stop", b"PRESS")
+        await asyncio.sleep(0)
+    turn_loop(0.04, monkeypatch)
+    await async_until(lambda: rig.acts == [messages.Stop(type="stop")] * 2)
+
+
 async def test_garbage_is_one_line(rig: Rig) -> None:
     """Counted, however much of it comes."""
     with structlog.testing.capture_logs() as logs:

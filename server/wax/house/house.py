@@ -34,6 +34,8 @@ UNKNOWN: Final = "None"
 """What Home Assistant takes for a state that nobody knows."""
 GAP_S: Final = 0.2
 """Messages of one topic act so often at most: the first at once, then the newest."""
+_STOP_GAP_S: Final = 0.04
+"""The same of Stop, which acts within 100 ms whatever was pressed before."""
 _LOOK_S: Final = 1.0
 _LAST_S: Final = 1.0
 
@@ -186,10 +188,11 @@ class House:
 
     def _take_in_time(self, loop: asyncio.AbstractEventLoop, name: str) -> None:
         since_s = self._clock.now_s() - self._taken_s.get(name, float("-inf"))
-        if since_s >= GAP_S:
+        rest_s = (_STOP_GAP_S if name == commands.STOP else GAP_S) - since_s
+        if rest_s <= 0:
             self._take_newest(name)
         else:
-            loop.call_later(GAP_S - since_s, self._take_newest, name)
+            loop.call_later(rest_s, self._take_newest, name)
 
     def _take_newest(self, name: str) -> None:
         self._taken_s[name] = self._clock.now_s()
