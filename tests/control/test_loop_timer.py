@@ -37,13 +37,27 @@ def test_every_tick_is_in_the_histogram() -> None:
     assert beat.lateness.sum_s == pytest.approx(0.003)
 
 
-def test_two_late_ticks_in_120_count_for_a_minute_and_one_does_not() -> None:
-    beat, now_s = LoopTimer(loop_hz=2.0, ttl_s=None), 10.0
+def test_three_late_ticks_in_200_count_for_ten_seconds_and_two_do_not() -> None:
+    """They are those of 10 s; more than one in a hundred is too many."""
+    beat, now_s = LoopTimer(loop_hz=20.0, ttl_s=None), 10.0
     said = []
-    for late_s in [0.0] * 119 + [0.031] * 2 + [0.0] * 119:
+    for late_s in [0.0] * 199 + [0.031] * 3 + [0.0] * 199:
         beat.is_too_late(now_s := now_s + beat.rest_s(now_s) + late_s)
         said.append(beat.is_on_time)
-    assert said == [True] * 120 + [False] * 119 + [True]
+    assert said == [True] * 201 + [False] * 198 + [True] * 2
+
+
+def test_ticks_that_never_came_were_late() -> None:
+    """A second's stall is fifty ticks; one of a day fills the minute that is kept."""
+    beat = LoopTimer(loop_hz=50.0, ttl_s=None)
+    for number in range(300):
+        beat.is_too_late(number / 50)
+    beat.is_too_late(7.0 - 0.02)
+    assert not beat.is_on_time
+    assert beat.latest_ms == pytest.approx(980.0)
+    assert beat.jitter_p99_ms == pytest.approx(920.0)
+    beat.is_too_late(86_400.0)
+    assert beat.jitter_p99_ms > 86_000_000.0
 
 
 def test_a_timer_that_fires_early_is_no_second_beat() -> None:

@@ -522,6 +522,21 @@ async def test_a_busy_machine_says_so_to_newcomers_beyond_a_dozen() -> None:
     await rig.enter("eve-1111")
 
 
+@pytest.mark.usefixtures("rig")
+async def test_who_watches_in_a_room_is_not_of_the_dozen() -> None:
+    """They cost this machine next to nothing."""
+    rig = Rig({})
+    for number in range(10, 22):
+        await rig.enter(f"ada-11{number}")
+        rig.clock.time_s += 0.9
+        rig.loop.step(rig.clock.time_s)  # late
+    with pytest.raises(NoPlaceError):
+        await rig.enter("eve-1111")
+    elsewhere = next(iter(rig.room._viewers))
+    elsewhere.peer, elsewhere.in_room_until_s = None, math.inf
+    await rig.enter("eve-1111")
+
+
 async def test_silence_stops_the_robot_and_keeps_the_turn(rig: Rig) -> None:
     """An operator silent for the announced time is lost: the robot stops, their turn is kept."""
     ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from itertools import islice
 from typing import Final
 
 from wax.control.lateness import Lateness
@@ -13,8 +14,11 @@ MIN_LATE_S: Final = 0.1
 _EARLY_S: Final = 0.001
 """A step this shortly before a tick counts as that tick: timers may fire a little early."""
 _REMEMBERED_S: Final = 60.0
-_BUSY_MS: Final = 30.0
+_BUSY_S: Final = 0.03
 """By a tick this late a set-point is missing; each further one delays commands and Stop."""
+_BUSY_SHARE: Final = 0.01
+_LATELY_S: Final = 10.0
+"""Longer than the rush of a few newcomers, whose answers make ticks late on a small computer."""
 
 
 class LoopTimer:
@@ -33,7 +37,8 @@ class LoopTimer:
             self._max_late_s = min(MAX_LATE_S, max(MIN_LATE_S, ttl_s))
         self._due_s: float | None = None  # until the first
         self.lateness = Lateness()
-        self._late_s: deque[float] = deque(maxlen=math.ceil(_REMEMBERED_S * loop_hz))
+        self._most = math.ceil(_REMEMBERED_S * loop_hz)
+        self._late_s: deque[float] = deque(maxlen=self._most)
 
     def is_too_late(self, now_s: float) -> bool:
         """Record a step at `now_s`, which may also come between two ticks."""
@@ -42,7 +47,9 @@ class LoopTimer:
         if late_s >= -_EARLY_S:
             missed = math.floor(max(0.0, late_s) / self.period_s)
             self._due_s = due_s + self.period_s * (missed + 1)
-            self._late_s.append(max(0.0, late_s))
+            # Those that never came were late as well.
+            for tick in range(min(missed + 1, self._most)):
+                self._late_s.append(max(0.0, late_s - tick * self.period_s))
             self.lateness.add(max(0.0, late_s))
         return late_s > self._max_late_s
 
@@ -62,8 +69,10 @@ class LoopTimer:
 
     @property
     def is_on_time(self) -> bool:
-        """Whether 99 % of the last minute's ticks were so nearly on time that more can be done."""
-        return self.jitter_p99_ms <= _BUSY_MS
+        """Whether 99 % of the ticks of the last 10 s were about on time: there is time for more."""
+        lately = math.ceil(_LATELY_S / self.period_s)
+        ticks = list(islice(reversed(self._late_s), lately))
+        return sum(late_s > _BUSY_S for late_s in ticks) <= _BUSY_SHARE * len(ticks)
 
     def _late_ms(self, share: float) -> float:
         late_s = sorted(self._late_s)

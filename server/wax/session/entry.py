@@ -178,14 +178,15 @@ class Entry:
             self._access.admission.check_tabs(visitor, [one.visitor for one in others])
         asking = self._asking(visitor, viewer)
         embeds = [one for one in others if one.visitor.is_embed]
-        lacks = None if asking.is_host or asking.has_been_here else self._lacks_for(len(others))
+        here = [one for one in others if not one.is_in_room(now_s)]
+        lacks = None if asking.is_host or asking.has_been_here else self._lacks_for(len(here))
         if lacks is not None and (asking.is_embed or not embeds):
             raise NoPlaceError(lacks, retry_after_s=5)
         number = self._viewers.take_number() if viewer is None else viewer.number
         is_full = self._capacity.admit(
             number,
             asking,
-            [self._asking(one.visitor, None) for one in others if not one.is_in_room(now_s)],
+            [self._asking(one.visitor, None) for one in here],
             now_s,
             lambda: self._abandon(number),
         )
