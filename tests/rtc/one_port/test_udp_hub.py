@@ -333,6 +333,19 @@ async def test_strangers_bytes_are_tried_at_a_bounded_rate(
     assert 100 < len(tried) <= 200
 
 
+@pytest.mark.usefixtures("quiet")
+async def test_all_who_are_not_heard_try_in_turns(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Many say little: whoever has moved waits behind them for a few datagrams only."""
+    await rig.ada.verifies()
+    await rig.bob.verifies()
+    monkeypatch.setattr(udp_hub, "_STRAY_TRIES", 1)
+    for tried in ([1, 0], [1, 1]):
+        rig.hub.received(0, RECORD, ELSEWHERE, 4000)
+        assert [peer._queue.qsize() for peer in rig.peers] == tried
+
+
 async def test_candidates_are_not_asked(rig: Rig) -> None:
     """An offer full of strangers' addresses sends them nothing."""
     with stranger() as other:

@@ -50,6 +50,8 @@ _DTLS_HEADER_BYTES: Final = 13
 _STRAYS_HZ: Final = 100.0
 """So often strangers' bytes are tried with a peer's keys, which takes some 50 µs."""
 _STRAYS_BURST: Final = 200.0
+_STRAY_TRIES: Final = 4
+"""Of one datagram; from whoever has moved another comes soon."""
 _TRIES: Final = 5
 """For a port that is free on all addresses, where any will do."""
 
@@ -311,9 +313,11 @@ class UdpHub:
         if self._strays_left < 1:
             return
         self._strays_left -= 1
-        for peer in self._peers.values():
-            if self._strays_left >= 1 and peer.is_quiet:
+        # In turns: who has just fallen silent is often one among many that say little.
+        for name in [name for name, peer in self._peers.items() if peer.is_quiet][:_STRAY_TRIES]:
+            if self._strays_left >= 1:
                 self._strays_left -= 1
+                self._peers[name] = peer = self._peers.pop(name)
                 peer.stray(data, path)
 
     def _stun(self, data: bytes, path: Path) -> None:
