@@ -425,6 +425,16 @@ describe("when the network has changed", () => {
       expect(link.peer).toBe(old);
     });
 
+    it("waits no longer than a second for what was slow before", () => {
+      open();
+      playFor(6);
+      peer().mayMove = true;
+      vi.spyOn(link.clock, "slowestMs", "get").mockReturnValue(4000);
+      link.networkChanged();
+      vi.advanceTimersByTime(1400);
+      expect(peers).toHaveLength(2);
+    });
+
     it("tries where all seemed well, but nothing has come", () => {
       open();
       playFor(6);

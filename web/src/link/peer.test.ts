@@ -390,6 +390,12 @@ it.each([
   expect(lost).toHaveBeenCalledWith(peer.trouble, null);
 });
 
+it("says why its answer is not taken, also in a frame of its own", async () => {
+  const { connection, lost } = connect();
+  connection.setRemoteDescription = () => Promise.reject({ message: "no such codec" });
+  await eventually(() => expect(lost).toHaveBeenCalledWith(says("no such codec"), null));
+});
+
 it("blames no network where the connection has worked", async () => {
   const { connected, connection, lost } = connect();
   await connected;

@@ -125,7 +125,9 @@ export class Peer {
         this.events.refused(refusal.ended);
         return;
       }
-      const why = error instanceof Error ? says(error.message) : ours("link.lost");
+      // By its shape: the peer is another frame's, and so are its errors.
+      const text = (error as Partial<Error> | null)?.message;
+      const why = typeof text === "string" ? says(text) : ours("link.lost");
       this.#lose(refusal?.saying ?? why, refusal?.retryAfterMs ?? null);
     }
   }
