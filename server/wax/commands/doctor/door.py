@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import tempfile
+import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -112,12 +113,13 @@ def _attempt(door: DoorSettings, way: Way) -> Sentence | None:
     except OSError:
         return Sentence("tunnel.key_file", {"file": door.key_file})
     with tempfile.TemporaryDirectory() as folder:
-        words = ["timeout", f"{_TRY_S:g}", *command(door, way, Path(folder), "127.0.0.1:9")]
         try:
-            child = start(words)
+            child = start(command(door, way, Path(folder), "127.0.0.1:9"))
         except FileNotFoundError:
             return Sentence("tunnel.no_ssh")
         assert child.stderr is not None
+        ends = threading.Timer(_TRY_S, child.terminate)
+        ends.start()
         said = []
         try:
             for line in lines_of(child.stderr):
@@ -125,6 +127,7 @@ def _attempt(door: DoorSettings, way: Way) -> Sentence | None:
                 if line.startswith(ssh.OPENED):
                     return None
         finally:
+            ends.cancel()
             child.terminate()
             child.wait()
             child.stderr.close()
