@@ -22,12 +22,13 @@ class TurnedClock:
 
     def __init__(self, time_s: float = 1000.0) -> None:
         self.time_s = time_s
+        self.wall = 0
 
     def now_s(self) -> float:
         return self.time_s
 
     def wall_ms(self) -> int:
-        return 0
+        return self.wall
 
 
 def turn_loop(by_s: float, monkeypatch: pytest.MonkeyPatch) -> None:

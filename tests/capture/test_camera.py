@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import cv2
 import numpy as np
 import pytest
+from tests.turned_clock import TurnedClock
 
 from wax.capture import camera as camera_module
 from wax.capture.camera import OpenCvCamera, open_device
@@ -59,16 +60,8 @@ class FakeDevice:
         self.released.set()
 
 
-class FrozenClock:
-    def now_s(self) -> float:
-        return 77.0
-
-    def wall_ms(self) -> int:
-        return 0
-
-
 def camera(device: FakeDevice, settings: VideoSettings = VGA) -> OpenCvCamera:
-    return OpenCvCamera(settings, FrozenClock(), device=3, open_device=lambda _: device)
+    return OpenCvCamera(settings, TurnedClock(77.0), device=3, open_device=lambda _: device)
 
 
 def test_a_picture_has_its_moment_and_size() -> None:
@@ -116,7 +109,7 @@ def test_controls_are_set_before_the_first_picture() -> None:
         raise SourceError("Camera 3 has no control focus_absolute.")
 
     source = OpenCvCamera(
-        settings, FrozenClock(), device=3, open_device=lambda _: device, set_controls=refuse
+        settings, TurnedClock(77.0), device=3, open_device=lambda _: device, set_controls=refuse
     )
     with pytest.raises(SourceError, match="no control focus_absolute"):
         source.open()

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from structlog.testing import capture_logs
+from tests.turned_clock import TurnedClock
 
 from wax.capture import microphone
 from wax.capture import portaudio as portaudio_module
@@ -18,19 +19,6 @@ from wax.errors import SourceError
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-
-class FakeClock:
-    """Moves when told to."""
-
-    def __init__(self) -> None:
-        self.time_s = 100.0
-
-    def now_s(self) -> float:
-        return self.time_s
-
-    def wall_ms(self) -> int:
-        return 0
 
 
 class PortAudioError(Exception):
@@ -92,7 +80,7 @@ class FakePortAudio:
         )
 
 
-def make(portaudio: FakePortAudio, clock: FakeClock, **more: Any) -> PortAudioMicrophone:
+def make(portaudio: FakePortAudio, clock: TurnedClock, **more: Any) -> PortAudioMicrophone:
     return PortAudioMicrophone(AudioSettings(), clock, load_portaudio=lambda: portaudio, **more)
 
 
@@ -102,7 +90,7 @@ def block(first: int = 1) -> np.ndarray[Any, np.dtype[np.int16]]:
 
 def test_blocks_of_10_ms_at_low_latency() -> None:
     """PortAudio is asked for 10 ms blocks of 48 kHz; what it delivers is read unchanged."""
-    portaudio, clock = FakePortAudio(), FakeClock()
+    portaudio, clock = FakePortAudio(), TurnedClock()
     source = make(portaudio, clock, device="Webcam")
     source.open()
     stream = portaudio.streams[-1]
@@ -117,7 +105,7 @@ def test_a_stream_that_does_not_start_is_closed() -> None:
     """Its device would be taken, and the next attempt refused."""
     portaudio = FakePortAudio()
     portaudio.starts = False
-    source = make(portaudio, FakeClock())
+    source = make(portaudio, TurnedClock())
     with pytest.raises(SourceError, match="Device unavailable"):
         source.open()
     assert [stream.ended for stream in portaudio.streams] == [1] * len(portaudio.streams)
@@ -134,7 +122,7 @@ def test_a_stream_that_does_not_start_is_closed() -> None:
 )
 def test_capture_time(adc_s: float, now_s: float, age_s: float) -> None:
     """The converter's time where it is credible, else the moment of arrival minus the block."""
-    portaudio, clock = FakePortAudio(), FakeClock()
+    portaudio, clock = FakePortAudio(), TurnedClock(100.0)
     source = make(portaudio, clock)
     source.open()
     portaudio.deliver(block(), adc_s=adc_s, now_s=now_s)
@@ -145,7 +133,7 @@ def test_capture_time(adc_s: float, now_s: float, age_s: float) -> None:
 
 def test_a_sound_servers_guess_moves_no_sound() -> None:
     """An age that is wrong for some blocks makes no gap; sound that was lost does, or soon."""
-    portaudio, clock = FakePortAudio(), FakeClock()
+    portaudio, clock = FakePortAudio(), TurnedClock()
     source = make(portaudio, clock)
     source.open()
 
@@ -173,7 +161,7 @@ def test_a_sound_servers_guess_moves_no_sound() -> None:
 @pytest.mark.parametrize(("rate_hz", "channels"), [(44_100, 2), (16_000, 1), (48_000, 2)])
 def test_a_device_of_another_rate_is_converted(rate_hz: int, channels: int) -> None:
     """A device that cannot do 48 kHz is opened as it is; tone, times and channels are kept."""
-    portaudio, clock = FakePortAudio(rate_hz, channels), FakeClock()
+    portaudio, clock = FakePortAudio(rate_hz, channels), TurnedClock()
     source = make(portaudio, clock)
     source.open()
     length = rate_hz // 100
@@ -202,7 +190,7 @@ def test_a_card_can_be_named_by_its_socket(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setattr(portaudio_module, "SOUND_CARDS", tmp_path)
     link = tmp_path / "usb-0:1:1.0"
     fake = FakePortAudio()
-    source = make(fake, FakeClock(), device=str(link))
+    source = make(fake, TurnedClock(), device=str(link))
     for number in (1, 12):
         link.unlink(missing_ok=True)
         link.symlink_to(tmp_path / f"controlC{number}")
@@ -214,7 +202,7 @@ def test_a_card_can_be_named_by_its_socket(tmp_path: Path, monkeypatch: pytest.M
 def test_two_capsules_are_two_channels() -> None:
     """Left and right come as the device has them, and are not mixed up."""
     portaudio = FakePortAudio(channels=2)
-    source = make(portaudio, FakeClock())
+    source = make(portaudio, TurnedClock())
     source.open()
     both = np.column_stack((block(1), block(9000)))
     times = SimpleNamespace(inputBufferAdcTime=0.0, currentTime=0.0)
@@ -226,7 +214,7 @@ def test_two_capsules_are_two_channels() -> None:
 def test_one_channel_is_enough_and_said() -> None:
     """A device with one channel gives mono, and the log says so, once each time it is opened."""
     portaudio = FakePortAudio(channels=1)
-    source = make(portaudio, FakeClock())
+    source = make(portaudio, TurnedClock())
     with capture_logs() as logs:
         source.open()
     assert [log["event"] for log in logs] == ["the microphone has one channel: its sound is mono"]
@@ -239,7 +227,7 @@ def test_a_device_of_two_channels_can_be_mono() -> None:
     """With `channels = 1` a device that has only two is mixed into one, silently."""
     portaudio = FakePortAudio(channels=2)
     settings = AudioSettings(channels=1)
-    source = PortAudioMicrophone(settings, FakeClock(), load_portaudio=lambda: portaudio)
+    source = PortAudioMicrophone(settings, TurnedClock(), load_portaudio=lambda: portaudio)
     with capture_logs() as logs:
         source.open()
     assert (portaudio.streams[-1].channels, logs) == (2, [])
@@ -252,7 +240,7 @@ def test_a_device_of_two_channels_can_be_mono() -> None:
 
 def test_a_slow_reader_loses_the_oldest() -> None:
     """Nobody waits in a queue of more than half a second; what was lost is logged, once in 10 s."""
-    portaudio, clock = FakePortAudio(), FakeClock()
+    portaudio, clock = FakePortAudio(), TurnedClock()
     source = make(portaudio, clock)
     source.open()
     with capture_logs() as logs:
@@ -276,7 +264,7 @@ def test_a_slow_reader_loses_the_oldest() -> None:
 def test_a_silent_device_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     """A microphone that delivers nothing is an error with what to do."""
     monkeypatch.setattr(microphone, "_SILENT_S", 0.01)
-    source = make(FakePortAudio(), FakeClock())
+    source = make(FakePortAudio(), TurnedClock())
     source.open()
     with pytest.raises(SourceError, match=r"^The microphone delivers no sound; check its cable"):
         source.read()
@@ -286,7 +274,7 @@ def test_a_silent_device_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> Non
 def test_a_missing_device_is_looked_for_again() -> None:
     """No device is a sentence; at the next try PortAudio looks for devices anew and finds it."""
     portaudio = FakePortAudio(present=False)
-    source = make(portaudio, FakeClock(), device=2)
+    source = make(portaudio, TurnedClock(), device=2)
     with pytest.raises(SourceError, match=r"^Microphone 2 cannot be opened \(Error querying"):
         source.open()
     assert portaudio.looked == 0
@@ -317,7 +305,7 @@ def test_a_name_that_fits_several_says_which() -> None:
 
     portaudio.query_devices = query_devices  # type: ignore[assignment, method-assign]
     named = PortAudioMicrophone(
-        AudioSettings(), FakeClock(), device="USB", load_portaudio=lambda: portaudio
+        AudioSettings(), TurnedClock(), device="USB", load_portaudio=lambda: portaudio
     )
     with pytest.raises(SourceError, match=r"for 'USB': \[2\] USB Mic, ALSA; \[3\] USB Cam, ALSA"):
         named.open()

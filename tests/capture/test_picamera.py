@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import pytest
+from tests.turned_clock import TurnedClock
 
 from wax.capture.find_sources import _Files, _find_video
 from wax.capture.list_devices import _captures, list_modules
@@ -24,14 +25,6 @@ if TYPE_CHECKING:
 SIZE = VideoSettings(source="picamera", width=160, height=120, fps=25)
 PADDED = 192
 """libcamera pads rows to what the hardware likes."""
-
-
-class FrozenClock:
-    def now_s(self) -> float:
-        return 50.0
-
-    def wall_ms(self) -> int:
-        return 0
 
 
 class Request:
@@ -137,7 +130,7 @@ def _module(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def camera(settings: VideoSettings = SIZE) -> PiCamera:
-    return PiCamera(settings, FrozenClock(), boot_s=lambda: 1000.0)
+    return PiCamera(settings, TurnedClock(50.0), boot_s=lambda: 1000.0)
 
 
 def test_a_picture_has_its_planes_and_the_moment_of_exposure() -> None:

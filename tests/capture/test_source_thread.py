@@ -8,6 +8,7 @@ from time import monotonic
 from typing import TYPE_CHECKING
 
 from structlog.testing import capture_logs
+from tests.turned_clock import TurnedClock
 
 from wax.capture.source_thread import SourceThread
 from wax.errors import SourceError
@@ -18,19 +19,6 @@ if TYPE_CHECKING:
 
 WAIT_S = 5.0
 """How long a test waits for a thread before it fails; never slept away."""
-
-
-class FakeClock:
-    """Moves only when told to."""
-
-    def __init__(self) -> None:
-        self.time_s = 0.0
-
-    def now_s(self) -> float:
-        return self.time_s
-
-    def wall_ms(self) -> int:
-        return 0
 
 
 class Script:
@@ -65,7 +53,7 @@ class Rig:
     """A capture, what it delivers, and a clock that the test turns."""
 
     def __init__(self, sink: Callable[[int], None] | None = None, retry_s: float = 0.001) -> None:
-        self.clock = FakeClock()
+        self.clock = TurnedClock(0.0)
         self.source = Script()
         self.items: queue.Queue[int] = queue.Queue()
         self.capture = SourceThread(

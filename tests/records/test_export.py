@@ -31,17 +31,9 @@ NOV_1_MS = 1_793_491_200_000
 DAY_MS = 86_400_000
 
 
-class Calendar(TurnedClock):
-    """A clock whose date is set, too."""
-
-    wall = NOV_1_MS
-
-    def wall_ms(self) -> int:
-        return self.wall
-
-
 def fill(path: Path, turns: int = 1) -> None:
-    clock = Calendar()
+    clock = TurnedClock()
+    clock.wall = NOV_1_MS
     records = Records(clock, writer=RecordWriter(path, keep_days=30.0, clock=clock))
     records.start()
     visit = records.session_began(ADA, address="192.0.2.7", role="guest")
@@ -206,7 +198,8 @@ def test_wrong_use_is_a_sentence(
 def test_it_is_read_while_it_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """What was told a second ago is there, and the writer is not disturbed."""
     path = tmp_path / "records.db"
-    clock = Calendar()
+    clock = TurnedClock()
+    clock.wall = NOV_1_MS
     records = Records(clock, writer=RecordWriter(path, keep_days=30.0, clock=clock))
     records.start()
     for number in range(50):

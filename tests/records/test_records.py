@@ -32,15 +32,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-class Calendar(TurnedClock):
-    """A clock whose date is set, too."""
-
-    wall = 0
-
-    def wall_ms(self) -> int:
-        return self.wall
-
-
 ADA = RecordedPerson("ada-11111111", "Ada")
 HOST = RecordedPerson("host-1111111", "Hedy")
 DAY_MS = 86_400_000
@@ -175,7 +166,7 @@ def test_what_lasts_is_known_again(path: Path) -> None:
 
 def test_what_is_old_is_dropped(path: Path) -> None:
     """After the configured days, and the oldest of too many."""
-    clock = Calendar()
+    clock = TurnedClock()
     clock.wall = 40 * DAY_MS
     records = Records(clock, writer=RecordWriter(path, keep_days=30.0, clock=clock))
     records.start()

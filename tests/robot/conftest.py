@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from tests.firmware.core import Core
+from tests.turned_clock import TurnedClock
 
 from wax.robot.serial.frames import Decoder, DriveBody, StopBody
 
@@ -22,17 +23,8 @@ if TYPE_CHECKING:
     from wax.robot.serial.frames import Body, Frame
 
 
-class FakeClock:
+class FakeClock(TurnedClock):
     """Stands still until it is turned, or until somebody waits on it."""
-
-    def __init__(self) -> None:
-        self.time_s = 1000.0
-
-    def now_s(self) -> float:
-        return self.time_s
-
-    def wall_ms(self) -> int:
-        return 0
 
     def wait(self, pause_s: float) -> bool:
         """Let so much time pass at once."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 import av
 import numpy as np
 import pytest
+from tests.turned_clock import TurnedClock
 
 from wax.capture.file.media_file import FileAudio, FileVideo, MediaFile
 from wax.capture.source import SAMPLE_RATE_HZ
@@ -30,17 +31,8 @@ FAST = {
 }
 
 
-class FakeClock:
+class FakeClock(TurnedClock):
     """Moves when somebody sleeps on it."""
-
-    def __init__(self) -> None:
-        self.time_s = 500.0
-
-    def now_s(self) -> float:
-        return self.time_s
-
-    def wall_ms(self) -> int:
-        return 0
 
     def sleep(self, duration_s: float) -> None:
         self.time_s += duration_s
@@ -122,7 +114,7 @@ class Player:
         audio: bool = True,
         channels: Literal[1, 2] = 1,
     ) -> None:
-        self.clock = FakeClock()
+        self.clock = FakeClock(500.0)
         file = MediaFile(str(address), self.clock, sleep=self.clock.sleep)
         self.video: FileVideo | None = file.video(SIZE) if video else None
         self.audio: FileAudio | None = (
