@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import re
+from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any
 
 import aiohttp
@@ -32,7 +33,7 @@ from wax.tape.shelf import Shelf
 from wax.web import routes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import AsyncIterator, Callable
     from pathlib import Path
 
 
@@ -69,6 +70,18 @@ def _app(*tables: dict[str, Any], **video: object) -> App:
     return App(settings=Settings.model_validate(tree), clock=SystemClock())
 
 
+@asynccontextmanager
+async def started(app: App) -> AsyncIterator[int]:
+    """Run it at a port, and have it stopped within 5 s after the block."""
+    ports: asyncio.Queue[int] = asyncio.Queue()
+    running = asyncio.create_task(app.run(ports.put_nowait))
+    try:
+        yield await asyncio.wait_for(ports.get(), 10)
+    finally:
+        app.stop()
+        await asyncio.wait_for(running, 5)
+
+
 @pytest.mark.parametrize(
     ("more", "data"),
     [
@@ -87,24 +100,23 @@ async def test_the_page_is_told_what_to_prepare(
 ) -> None:
     """A page that is to watch packets, or may speak, knows it before it connects."""
     (tmp_path / "index.html").write_text('<!doctype html><html lang="en"></html>')
-    tree = {"server": {"host": "127.0.0.1", "port": 0}, "network": {"udp_port": 0}}
-    tree |= NO_DEVICES | more
-    app = App(settings=Settings.model_validate(tree), clock=SystemClock())
-    ports: asyncio.Queue[int] = asyncio.Queue()
-    running = asyncio.create_task(app.run(ports.put_nowait))
-    url = f"http://127.0.0.1:{await ports.get()}/"
-    async with aiohttp.ClientSession() as session, session.get(url) as response:
-        text = await response.text()
+    async with started(_app(NO_DEVICES, more)) as port:
+        text = await _text(port, "/")
     told = set(re.findall(r"data-[a-z]+", text)) - {"data-name"}
     assert told == ({data} if data else set())
-    app.stop()
-    await running
+
+
+async def _text(port: int, path: str) -> str:
+    url = f"http://127.0.0.1:{port}{path}"
+    async with aiohttp.ClientSession() as session, session.get(url) as response:
+        return await response.text()
 
 
 async def _status(
-    url: str, state_folder: Path, tells: Callable[[dict[str, Any]], bool]
+    port: int, state_folder: Path, tells: Callable[[dict[str, Any]], bool]
 ) -> dict[str, Any]:
     """Return what the host is told, once it tells that."""
+    url = f"http://127.0.0.1:{port}"
     jar = aiohttp.CookieJar(unsafe=True)
     async with (
         aiohttp.ClientSession(cookie_jar=jar, raise_for_status=True) as session,
@@ -125,19 +137,14 @@ async def test_it_serves_until_it_is_stopped(
     """The status tells of every part while it runs, and stopping leaves nothing behind."""
     looked = asyncio.Event()
     monkeypatch.setattr(memory, "look", looked.set)
-    app = _app()
-    ports: asyncio.Queue[int] = asyncio.Queue()
-    running = asyncio.create_task(app.run(ports.put_nowait))
-    url = f"http://127.0.0.1:{await asyncio.wait_for(ports.get(), 10)}"
 
     def tells_of_both(status: dict[str, Any]) -> bool:
         video, audio = status["streams"]["video"], status["streams"]["audio"]
         return bool(video["captured_fps"] and audio["captured_hz"])
 
-    status = await _status(url, state_folder, tells_of_both)
-    await asyncio.wait_for(looked.wait(), 5)
-    app.stop()
-    await asyncio.wait_for(running, 5)
+    async with started(_app()) as port:
+        status = await _status(port, state_folder, tells_of_both)
+        await asyncio.wait_for(looked.wait(), 5)
     assert (status["viewers"], status["turn"]["operator"]) == ([], None)
     assert status["robot"]["kind"] == "simulated"
     video = status["streams"]["video"]
@@ -149,21 +156,12 @@ async def test_it_serves_until_it_is_stopped(
 
 async def test_its_opening_hours_are_a_calendar() -> None:
     """As they are configured, in their time zone, for whoever asks."""
-    tree = {
+    tables = {
         "access": {"hours": ["mon-fri 09:00-18:00"], "time_zone": "Europe/Berlin"},
-        "server": {"host": "127.0.0.1", "port": 0},
-        "network": {"udp_port": 0},
         "page": {"name": "Rover"},
     }
-    tree |= NO_DEVICES
-    app = App(settings=Settings.model_validate(tree), clock=SystemClock())
-    ports: asyncio.Queue[int] = asyncio.Queue()
-    running = asyncio.create_task(app.run(ports.put_nowait))
-    url = f"http://127.0.0.1:{await asyncio.wait_for(ports.get(), 10)}/open.ics"
-    async with aiohttp.ClientSession() as session, session.get(url) as response:
-        text = await response.text()
-    app.stop()
-    await running
+    async with started(_app(NO_DEVICES, tables)) as port:
+        text = await _text(port, "/open.ics")
     assert "\r\nSUMMARY:Rover\r\n" in text
     assert "\r\nDTSTART;TZID=Europe/Berlin:" in text
 
@@ -177,16 +175,10 @@ async def test_a_driver_that_raises_takes_nothing_down(
         raise OSError("no bus")
 
     monkeypatch.setattr(SimulatedRobot, "state", fail)
-    app = _app()
-    ports: asyncio.Queue[int] = asyncio.Queue()
-    running = asyncio.create_task(app.run(ports.put_nowait))
-    url = f"http://127.0.0.1:{await asyncio.wait_for(ports.get(), 10)}"
-    status = await _status(
-        url, state_folder, lambda status: status["robot"]["problem"] == str(NO_ANSWER)
-    )
-    assert not running.done()
-    app.stop()
-    await asyncio.wait_for(running, 5)
+    async with started(_app()) as port:
+        status = await _status(
+            port, state_folder, lambda status: status["robot"]["problem"] == str(NO_ANSWER)
+        )
     assert status["robot"] == {
         "kind": "simulated",
         "connected": False,
@@ -241,20 +233,10 @@ async def test_a_part_that_dies_takes_the_server_down(monkeypatch: pytest.Monkey
 
 async def test_a_taken_port_is_a_sentence() -> None:
     """A second server on the same port does not start, and says what to do."""
-    first, ports = _app(), asyncio.Queue[int]()
-    running = asyncio.create_task(first.run(ports.put_nowait))
-    port = await asyncio.wait_for(ports.get(), 10)
-    settings = Settings.model_validate(
-        {
-            "server": {"host": "127.0.0.1", "port": port},
-            **NO_DEVICES,
-        }
-    )
-    second = App(settings=settings, clock=SystemClock())
-    with pytest.raises(StartError, match=f"port {port} is used.*--port"):
-        await second.run(lambda _port: None)
-    first.stop()
-    await asyncio.wait_for(running, 5)
+    async with started(_app()) as port:
+        second = _app(NO_DEVICES, {"server": {"host": "127.0.0.1", "port": port}})
+        with pytest.raises(StartError, match=f"port {port} is used.*--port"):
+            await second.run(lambda _port: None)
 
 
 @pytest.mark.parametrize("is_on", [False, True])
@@ -270,51 +252,30 @@ async def test_the_overlay_is_switched_by_its_key(is_on: bool) -> None:
 
 async def test_a_taken_udp_port_is_a_sentence() -> None:
     """A second server beside the first, on another port of its own, needs another UDP port too."""
-    first, ports = _app(), asyncio.Queue[int]()
-    running = asyncio.create_task(first.run(ports.put_nowait))
-    await asyncio.wait_for(ports.get(), 10)
-    taken = first._network.udp_port
-    settings = Settings.model_validate(
-        {
-            "server": {"host": "127.0.0.1", "port": 0},
-            "network": {"udp_port": taken},
-            **NO_DEVICES,
-        }
-    )
-    second = App(settings=settings, clock=SystemClock())
-    with pytest.raises(StartError, match=f"UDP port {taken}.*used by another.*--udp-port"):
-        await second.run(lambda _port: None)
-    first.stop()
-    await asyncio.wait_for(running, 5)
+    first = _app()
+    async with started(first):
+        taken = first._network.udp_port
+        second = _app(NO_DEVICES, {"network": {"udp_port": taken}})
+        with pytest.raises(StartError, match=f"UDP port {taken}.*used by another.*--udp-port"):
+            await second.run(lambda _port: None)
 
 
 async def test_what_happens_is_recorded_where_it_is_configured(state_folder: Path) -> None:
     """Picture, sound and the robot's state are on the tape, which ends with the server."""
-    tree: dict[str, Any] = {
-        "server": {"host": "127.0.0.1", "port": 0},
-        "network": {"udp_port": 0},
-        "video": {"source": "testcard"},
-        "audio": {"source": "testcard"},
-        "recording": {"enabled": True, "min_free_gb": 0.0},
-    }
-    app = App(settings=Settings.model_validate(tree), clock=SystemClock())
-    ready = asyncio.Event()
-    running = asyncio.create_task(app.run(lambda _: ready.set()))
-    await ready.wait()
+    app = _app({"recording": {"enabled": True, "min_free_gb": 0.0}})
 
     def captures() -> bool:
         streams: Any = app._status()["streams"]
         return bool(streams["video"]["captured_fps"] and streams["audio"]["captured_hz"])
 
-    async with asyncio.timeout(20):
-        while not captures():  # noqa: ASYNC110  # as the page asks
-            await asyncio.sleep(0.05)
-    await asyncio.sleep(2.0)  # of which a second and more is to be on the tape
-    told = app._status()["tape"]
+    async with started(app):
+        async with asyncio.timeout(20):
+            while not captures():  # noqa: ASYNC110  # as the page asks
+                await asyncio.sleep(0.05)
+        await asyncio.sleep(2.0)  # of which a second and more is to be on the tape
+        told = app._status()["tape"]
     assert isinstance(told, dict)
     assert (told["problem"], told["left_out"]) == (None, 0)
-    app.stop()
-    await running
     (part,) = Shelf(state_folder / "tape").parts()
     assert part.media is not None
     assert part.events is not None
@@ -331,26 +292,17 @@ async def test_a_hook_is_told_from_the_beginning_to_the_end(tmp_path: Path) -> N
     """The server's last word is posted, too, and a receiver that is gone holds up nothing."""
     async with receiving() as receiver:
         urls = [receiver.url, "http://127.0.0.1:9/"]
-        tree: dict[str, Any] = {
-            "server": {"host": "127.0.0.1", "port": 0},
-            "network": {"udp_port": 0},
-            **NO_DEVICES,
-            "hook": [{"url": url, "secret_file": secret_file(tmp_path)} for url in urls],
-        }
-        app = App(settings=Settings.model_validate(tree), clock=SystemClock())
-        ready = asyncio.Event()
-        running = asyncio.create_task(app.run(lambda _: ready.set()))
-        await ready.wait()
-        for _ in range(2):
-            await asyncio.wait_for(receiver.arrived.get(), 10)
-        async with asyncio.timeout(10):  # until its answer is read, it would be told again
-            while app._hooks.status()[0]["waiting"]:  # noqa: ASYNC110  # as the page asks
-                await asyncio.sleep(0.01)
-        assert app._status()["hooks"] == app._hooks.status()
-        assert app._hooks.status()[1]["waiting"] == 2
-        assert [one.code for one in app._hooks.problems()] == ["hook.waiting"]
-        app.stop()
-        await asyncio.wait_for(running, 5)
+        hooks = [{"url": url, "secret_file": secret_file(tmp_path)} for url in urls]
+        app = _app(NO_DEVICES, {"hook": hooks})
+        async with started(app):
+            for _ in range(2):
+                await asyncio.wait_for(receiver.arrived.get(), 10)
+            async with asyncio.timeout(10):  # until its answer is read, it would be told again
+                while app._hooks.status()[0]["waiting"]:  # noqa: ASYNC110  # as the page asks
+                    await asyncio.sleep(0.01)
+            assert app._status()["hooks"] == app._hooks.status()
+            assert app._hooks.status()[1]["waiting"] == 2
+            assert [one.code for one in app._hooks.problems()] == ["hook.waiting"]
         types = [json.loads(body)["type"] for *_, body in receiver.asked]
     assert types == ["server.ready", "door.opened", "server.ending"]
 
@@ -390,11 +342,7 @@ def test_what_fails_is_seen_by_its_part(monkeypatch: pytest.MonkeyPatch) -> None
 async def test_nothing_is_recorded_unless_configured(state_folder: Path) -> None:
     """No folder is made, and nothing is encoded that nobody watches."""
     app = _app()
-    ready = asyncio.Event()
-    running = asyncio.create_task(app.run(lambda _: ready.set()))
-    await ready.wait()
-    assert app._video.wanted == []
-    assert app._status()["tape"] is None
-    app.stop()
-    await running
+    async with started(app):
+        assert app._video.wanted == []
+        assert app._status()["tape"] is None
     assert not (state_folder / "tape").exists()
