@@ -207,26 +207,7 @@ async def test_keys_that_are_nobodys_commands_move_nothing(
 
 # --- however a viewer loses the controls, the robot stands at once ---
 
-_SHOWN: Final = """() => {
-    Object.defineProperty(document, "visibilityState", { value: "STATE", configurable: true });
-    Object.defineProperty(document, "hidden", { value: "STATE" === "hidden", configurable: true });
-    document.dispatchEvent(new Event("visibilitychange"));
-}"""
-HIDE: Final = _SHOWN.replace("STATE", "hidden")
-"""What a tab in the background tells its page; headless Chromium keeps every tab in front."""
-SHOW: Final = _SHOWN.replace("STATE", "visible")
-LOSSES: Final = {"blur": "() => window.dispatchEvent(new Event('blur'))", "hidden": HIDE}
 HANG: Final = "() => { const end = Date.now() + 2500; while (Date.now() < end); }"
-
-
-async def test_a_page_out_of_hands_stops(server: Server, driver: Viewer) -> None:
-    """Blurred or hidden it releases a held key, and a new press drives again."""
-    for name, loss in LOSSES.items():
-        await turn_by_key(server, driver)
-        await driver.page.evaluate(loss)
-        assert await stands_still(server), name
-        await driver.page.evaluate(SHOW)
-        await driver.page.keyboard.up("ArrowLeft")
 
 
 @pytest.mark.parametrize("leave", ["another address", "a closed tab", "a script that hangs"])

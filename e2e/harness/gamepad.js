@@ -14,6 +14,5 @@
         },
         push(axis, value) { pads[0].axes[axis] = value; },
         press(button, on) { pads[0].buttons[button] = { pressed: on, value: on ? 1 : 0 }; },
-        unplug() { pads[0] = null; },
     };
 }

@@ -47,7 +47,3 @@ class InjectedGamepad:
         await self.is_seen()
         await self.press(button, on=False)
         await self.is_seen()
-
-    async def unplug(self) -> None:
-        """Take it away, without the browser's event."""
-        await self._window.evaluate("waxPad.unplug()")
