@@ -10,7 +10,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final, cast
 
 import pytest
-from aiortc import RTCPeerConnection, RTCSctpTransport, RTCSessionDescription
+from aiortc import RTCPeerConnection, RTCSctpTransport
 from aiortc.rtcsctptransport import (
     Chunk,
     CookieEchoChunk,
@@ -28,14 +28,11 @@ from aiortc.rtcsctptransport import (
 )
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.rtc.networks import Mode, opened_network, rich_meter
-from tests.rtc.test_peer import Events, Noted, Pictures, Sounds
+from tests.rtc.networks import Mode, opened_network
+from tests.rtc.test_peer import Events, agree, peer_of
 from tests.until import async_until
 
-from wax.clock import SystemClock
-from wax.rtc import private, private_association
-from wax.rtc.peer import Peer
-from wax.streams.interface import Codecs
+from wax.rtc import private_association
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Sequence
@@ -43,6 +40,7 @@ if TYPE_CHECKING:
     from aiortc import RTCDataChannel
 
     from wax.rtc.network import Network
+    from wax.rtc.peer import Peer
 
 FIRST, LAST, UNORDERED = 2, 1, 4
 TEXT: Final = 51
@@ -123,19 +121,8 @@ async def opened(mode: Mode = "full-ice") -> AsyncIterator[Link]:
 
 @asynccontextmanager
 async def _joined(network: Network) -> AsyncIterator[Link]:
-    private.install()
     events = Events()
-    peer = Peer(
-        network=network,
-        meter=rich_meter(),
-        codecs=Codecs(audio="opus", video="vp8"),
-        video=Pictures(),
-        audio=Sounds(),
-        congestion=Noted(),
-        events=events,
-        clock=SystemClock(),
-        round_trip_s=lambda: 0.5,
-    )
+    peer = peer_of(network, events)
     page = RTCPeerConnection()
     page.addTransceiver("audio", direction="recvonly")
     page.addTransceiver("video", direction="recvonly")
@@ -144,9 +131,7 @@ async def _joined(network: Network) -> AsyncIterator[Link]:
     are_open = [asyncio.Event(), asyncio.Event()]
     for channel, is_open in zip((drive, state), are_open, strict=True):
         channel.on("open", is_open.set)
-    await page.setLocalDescription(await page.createOffer())
-    answer = await peer.answer(page.localDescription.sdp)
-    await page.setRemoteDescription(RTCSessionDescription(answer, "answer"))
+    await agree(peer, page)
     await events.wait("ready")
     async with asyncio.timeout(10):
         await asyncio.gather(*(is_open.wait() for is_open in are_open))

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Sequence
 
     from wax.congestion.delivery import Delivery
+    from wax.rtc.network import Network
     from wax.rtc.one_port.lite_agent import Path as LocalPath
 
 ELSEWHERE = "127.0.0.9"
@@ -179,6 +180,29 @@ class Events:
                 await self.news.wait()
 
 
+def peer_of(network: Network, events: Events, **more: Any) -> Peer:
+    """Make one that always has pictures and sound; `more` is what is otherwise with it."""
+    private.install()
+    options: dict[str, Any] = {
+        "meter": rich_meter(),
+        "codecs": Codecs(audio="opus", video="vp8"),
+        "video": Pictures(),
+        "audio": Sounds(),
+        "congestion": Noted(),
+        "clock": SystemClock(),
+        "round_trip_s": lambda: 0.5,
+    }
+    return Peer(network=network, events=events, **options | more)
+
+
+async def agree(peer: Peer, browser: RTCPeerConnection) -> str:
+    """Have the peer answer the browser's offer; return the answer."""
+    await browser.setLocalDescription(await browser.createOffer())
+    answer = await peer.answer(clean_offer(browser.localDescription.sdp))
+    await browser.setRemoteDescription(RTCSessionDescription(answer, "answer"))
+    return answer
+
+
 @dataclass
 class Pair:
     """A peer of ours and the browser's side of it."""
@@ -193,7 +217,6 @@ class Pair:
 
 @pytest.fixture(params=[("vp8", "one-port"), ("h264", "full-ice")], ids="-".join)
 async def pair(request: pytest.FixtureRequest) -> AsyncIterator[Pair]:
-    private.install()
     codec: Literal["vp8", "h264"]
     codec, mode = request.param
     async with opened_network(mode) as opened:
@@ -205,22 +228,11 @@ async def pair(request: pytest.FixtureRequest) -> AsyncIterator[Pair]:
             "drive": browser.createDataChannel("drive", ordered=False, maxRetransmits=0),
             "state": browser.createDataChannel("state"),
         }
-        peer = Peer(
-            network=opened,
-            meter=rich_meter(),
-            codecs=Codecs(audio="opus", video=codec),
-            video=lane,
-            audio=Sounds(),
-            congestion=congestion,
-            events=events,
-            clock=SystemClock(),
-            round_trip_s=lambda: 0.5,
-        )
+        codecs = Codecs(audio="opus", video=codec)
+        peer = peer_of(opened, events, codecs=codecs, video=lane, congestion=congestion)
         made = Pair(events, peer, browser, channels, lane, congestion)
         del peer  # whoever frees it must hold the only one
-        await browser.setLocalDescription(await browser.createOffer())
-        answer = await made.peer.answer(browser.localDescription.sdp)
-        await browser.setRemoteDescription(RTCSessionDescription(answer, "answer"))
+        await agree(made.peer, browser)
         await events.wait("ready")
         await async_until(lambda: all(one.readyState == "open" for one in channels.values()))
         yield made
@@ -523,7 +535,7 @@ async def test_a_close_that_fails_still_ends_the_peer(
 
 async def test_no_outside_host_is_asked() -> None:
     """Without configured ICE servers there are none, not aiortc's public default."""
-    peer = _peer(Events(), CongestionControl())
+    peer = peer_of(network(), Events(), congestion=CongestionControl())
     connection = peer._senders["video"].transport.transport.iceGatherer._connection
     await peer.close()
     assert (connection.stun_server, connection.turn_server) == (None, None)
@@ -539,9 +551,9 @@ async def test_nothing_is_sent_after_the_end(pair: Pair) -> None:
 async def test_a_closed_peer_is_free_at_once(pair: Pair, state: str) -> None:
     """It does not wait for the collector, whose full run stops the event loop."""
     if state != "unanswered":
-        peer, pair.peer, pair.events = pair.peer, _peer(Events(), Noted()), Events()
+        peer, pair.peer, pair.events = pair.peer, peer_of(network(), Events()), Events()
     else:
-        peer = _peer(Events(), Noted())
+        peer = peer_of(network(), Events())
         await peer.answer(clean_offer(_offer("chromium")))
     pc = peer._pc
     parts = [pc, pc.sctp, *pc.getTransceivers(), *pc.getSenders(), *pc.getReceivers()]
@@ -565,21 +577,6 @@ def _offer(browser: str) -> str:
     return (Path(__file__).parent / "offers" / f"{browser}.sdp").read_text(encoding="utf-8")
 
 
-def _peer(events: Events, congestion: CongestionControl) -> Peer:
-    private.install()
-    return Peer(
-        network=network(),
-        meter=rich_meter(),
-        codecs=Codecs(audio="opus", video="vp8"),
-        video=Pictures(),
-        congestion=congestion,
-        audio=Sounds(),
-        events=events,
-        clock=SystemClock(),
-        round_trip_s=lambda: 0.5,
-    )
-
-
 @pytest.mark.parametrize("browser", ["chromium", "firefox", "safari"])
 async def test_what_browsers_offer_is_answered_and_parsed_once(
     browser: str, monkeypatch: pytest.MonkeyPatch
@@ -594,7 +591,7 @@ async def test_what_browsers_offer_is_answered_and_parsed_once(
 
     monkeypatch.setattr(SessionDescription, "parse", noted)
     offer = clean_offer(_offer(browser))
-    peer = _peer(Events(), Noted())
+    peer = peer_of(network(), Events())
     answer = await peer.answer(offer)
     await peer.close()
     assert parsed.count(offer) == 1
@@ -605,7 +602,7 @@ async def test_what_browsers_offer_is_answered_and_parsed_once(
 async def test_garbage_is_refused_with_a_sentence() -> None:
     """An offer that aiortc stumbles over is a refusal, and leaves nothing open."""
     events = Events()
-    peer = _peer(events, CongestionControl())
+    peer = peer_of(network(), events, congestion=CongestionControl())
     sections = [f"m={kind} 9 UDP/TLS/RTP/SAVPF x" for kind in ("audio", "video", "application")]
     with pytest.raises(SignallingError, match="cannot be answered"):
         await peer.answer("\r\n".join(["v=0", *sections]))

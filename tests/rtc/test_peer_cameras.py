@@ -8,21 +8,18 @@ from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Literal
 
 import pytest
-from aiortc import RTCPeerConnection, RTCSessionDescription
+from aiortc import RTCPeerConnection
 from aiortc.rtp import RtcpPsfbPacket
-from tests.rtc.networks import opened_network, rich_meter
-from tests.rtc.test_peer import Events, Noted, Pictures, Sounds
+from tests.rtc.networks import opened_network
+from tests.rtc.test_peer import Events, Pictures, agree, peer_of
 
-from wax.clock import SystemClock
-from wax.rtc import private
-from wax.rtc.peer import Peer
-from wax.rtc.signalling import clean_offer
-from wax.streams.interface import CameraLane, Codecs
+from wax.streams.interface import CameraLane
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
     from wax.encode.encoded import EncodedPicture
+    from wax.rtc.peer import Peer
 
 Mode = Literal["one-port", "full-ice"]
 
@@ -69,7 +66,6 @@ async def joined(
     *, offered: int, cameras: int, mode: Mode = "one-port", driving_view: Pictures | None = None
 ) -> AsyncIterator[Joined]:
     """Join with room for so many pictures at a server with so many cameras."""
-    private.install()
     async with opened_network(mode) as opened:
         lanes = [driving_view or Pictures(), *(Pictures() for _ in range(cameras))]
         events, browser = Noticing(), RTCPeerConnection()
@@ -77,22 +73,10 @@ async def joined(
             browser.addTransceiver(kind, direction="recvonly")
         browser.createDataChannel("drive", ordered=False, maxRetransmits=0)
         browser.createDataChannel("state")
-        peer = Peer(
-            network=opened,
-            meter=rich_meter(),
-            codecs=Codecs(audio="opus", video="vp8"),
-            video=lanes[0],
-            audio=Sounds(),
-            congestion=Noted(),
-            events=events,
-            clock=SystemClock(),
-            round_trip_s=lambda: 0.5,
-            cameras=[CameraLane(lane, "vp8") for lane in lanes[1:]],
-        )
+        beside = [CameraLane(lane, "vp8") for lane in lanes[1:]]
+        peer = peer_of(opened, events, video=lanes[0], cameras=beside)
         try:
-            await browser.setLocalDescription(await browser.createOffer())
-            answer = await peer.answer(clean_offer(browser.localDescription.sdp))
-            await browser.setRemoteDescription(RTCSessionDescription(answer, "answer"))
+            answer = await agree(peer, browser)
             await events.wait("ready")
             yield Joined(peer, lanes, events, answer)
         finally:

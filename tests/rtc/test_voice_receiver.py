@@ -10,22 +10,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from aiortc import RTCPeerConnection, RTCSessionDescription
+from aiortc import RTCPeerConnection
 from aiortc.mediastreams import AudioStreamTrack
-from tests.rtc.networks import opened_network, rich_meter
-from tests.rtc.test_peer import Events, Noted, Pictures, Sounds
+from tests.rtc.networks import opened_network
+from tests.rtc.test_peer import Events, agree, peer_of
 
-from wax.clock import SystemClock
-from wax.rtc import private
-from wax.rtc.peer import Peer
 from wax.speaker.opus_decoder import OpusDecoder
-from wax.streams.interface import Codecs
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
 
     from aiortc import RTCDtlsTransport
 
+    from wax.rtc.peer import Peer
     from wax.voice.packet import VoicePacket
 
 Heard = asyncio.Queue["VoicePacket | None"]
@@ -36,7 +33,6 @@ async def connected(
     direction: str, on_voice: Callable[[VoicePacket | None], None] | None
 ) -> AsyncIterator[tuple[Peer, RTCPeerConnection, str]]:
     """Connect a peer of ours with a browser that sends sound if it may; yield the answer, too."""
-    private.install()
     async with opened_network("one-port") as opened:
         events = Events()
         browser = RTCPeerConnection()
@@ -44,21 +40,8 @@ async def connected(
         browser.addTransceiver("video", direction="recvonly")
         browser.createDataChannel("drive", ordered=False, maxRetransmits=0)
         browser.createDataChannel("state")
-        peer = Peer(
-            network=opened,
-            meter=rich_meter(),
-            codecs=Codecs(audio="opus", video="vp8"),
-            video=Pictures(),
-            audio=Sounds(),
-            congestion=Noted(),
-            events=events,
-            clock=SystemClock(),
-            round_trip_s=lambda: 0.1,
-            on_voice=on_voice,
-        )
-        await browser.setLocalDescription(await browser.createOffer())
-        answer = await peer.answer(browser.localDescription.sdp)
-        await browser.setRemoteDescription(RTCSessionDescription(answer, "answer"))
+        peer = peer_of(opened, events, on_voice=on_voice)
+        answer = await agree(peer, browser)
         await events.wait("ready")
         left, held = weakref.ref(peer), [peer]
         del peer  # whoever frees it must hold the only one
