@@ -3,8 +3,9 @@ import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import type { Drive, RoomState } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
+import { controllerOf } from "../testing/driving";
 import { hello, pressedBy, room } from "../testing/messages";
-import { DriveController } from "./driveController";
+import type { DriveController } from "./driveController";
 
 interface Word {
   held: boolean;
@@ -24,14 +25,8 @@ beforeEach(() => {
   vi.useFakeTimers();
   sent = [];
   state = createState(loadPreferences(null));
-  controller = new DriveController({
-    state,
-    serverMs: () => 5000,
-    beat: () => "x7-_2A",
+  controller = controllerOf(state, {
     seenServerMs: () => 4900,
-    uplink: () => ({ linkBps: 5_000_000, waitingBytes: 0, queuedMs: 0 }),
-    operate: () => {},
-    refused: () => {},
     send: (drive) => sent.push(drive),
   });
   listening = new AbortController();

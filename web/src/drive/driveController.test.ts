@@ -3,9 +3,10 @@ import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import type { Drive } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
+import { controllerOf } from "../testing/driving";
 import { pad, plugIn, push, readings, takeAwayGamepads } from "../testing/gamepads";
 import { hello, pressedBy, room } from "../testing/messages";
-import { DriveController } from "./driveController";
+import type { DriveController } from "./driveController";
 
 const ADA = 1;
 const BOB = 2;
@@ -36,14 +37,7 @@ beforeEach(() => {
   state = createState(loadPreferences(null));
   state.hello.value = hello({ viewer: ADA, command_rate_hz: 50 });
   state.link.value = { is: "connected" };
-  controller = new DriveController({
-    state,
-    serverMs: () => 5000,
-    beat: () => "x7-_2A",
-    seenServerMs: () => null,
-    uplink: () => ({ linkBps: 5_000_000, waitingBytes: 0, queuedMs: 0 }),
-    operate: () => {},
-    refused: () => {},
+  controller = controllerOf(state, {
     send: (drive, urgent) => sent.push({ ...drive, urgent }),
   });
   aborting = new AbortController();
@@ -312,21 +306,13 @@ it("drives by a gamepad that was chosen, and tells of it", () => {
 });
 
 it("is asked for nothing before it listens", () => {
-  const another = new DriveController({
-    state,
-    serverMs: () => 5000,
-    beat: () => "x7-_2A",
-    seenServerMs: () => null,
-    uplink: () => ({ linkBps: null, waitingBytes: 0, queuedMs: 0 }),
-    operate: () => {},
-    refused: () => {},
-    send: () => {},
-  });
+  const uplink = { linkBps: null, waitingBytes: 0, queuedMs: 0 };
+  const another = controllerOf(state, { uplink: () => uplink });
   another.useGamepad(0);
   another.scan("select");
   expect(another.padRestNow()).toBeNull();
   expect(state.pads.value.chosen).toBeNull();
-  expect(another.uplink()).toEqual({ linkBps: null, waitingBytes: 0, queuedMs: 0 });
+  expect(another.uplink()).toEqual(uplink);
 });
 
 /** Presses a key and lets it go. */

@@ -3,9 +3,10 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Drive, Operate } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
+import { controllerOf } from "../testing/driving";
 import { type FakePad, pad, plugIn, push, readings, takeAwayGamepads } from "../testing/gamepads";
 import { control, hello, pressedBy, room } from "../testing/messages";
-import { DriveController } from "./driveController";
+import type { DriveController } from "./driveController";
 import { fingerHolder } from "./inputState";
 import type { Way } from "./ways";
 
@@ -31,14 +32,8 @@ beforeEach(() => {
   state = createState(loadPreferences(null));
   state.hello.value = hello({ viewer: ADA, click_to_move: true, command_rate_hz: 50 });
   state.link.value = { is: "connected" };
-  controller = new DriveController({
-    state,
-    serverMs: () => 5000,
-    beat: () => "x7-_2A",
-    seenServerMs: () => null,
-    uplink: () => ({ linkBps: 5_000_000, waitingBytes: 0, queuedMs: 0 }),
+  controller = controllerOf(state, {
     operate: (operate) => operated.push(operate),
-    refused: () => {},
     send: (drive) => sent.push(drive),
   });
   aborting = new AbortController();

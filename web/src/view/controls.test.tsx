@@ -4,11 +4,12 @@ import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeAll, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Actions } from "../actions";
-import { DriveController } from "../drive/driveController";
+import type { DriveController } from "../drive/driveController";
 import { UNHEARD_MS } from "../drive/keysDown";
 import type { ControlInfo, GaugeInfo, Operate, RobotStatus } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
+import { controllerOf } from "../testing/driving";
 import { aboard, control, hello, pressedBy, room } from "../testing/messages";
 import { testSession } from "../testing/session";
 import { SessionContext } from "./context";
@@ -40,16 +41,7 @@ beforeEach(() => {
   state = createState(loadPreferences(null));
   state.hello.value = hello({ viewer: ADA, controls: CONTROLS });
   state.link.value = { is: "connected" };
-  controller = new DriveController({
-    state,
-    serverMs: () => 5000,
-    beat: () => "x7-_2A",
-    seenServerMs: () => null,
-    uplink: () => ({ linkBps: 5_000_000, waitingBytes: 0, queuedMs: 0 }),
-    send: () => {},
-    operate: (operate) => sent.push(operate),
-    refused: () => {},
-  });
+  controller = controllerOf(state, { operate: (operate) => sent.push(operate) });
   const { operating } = controller;
   const actions = {
     holdControl: (holder: string, name: string) => operating.press(holder, name),
