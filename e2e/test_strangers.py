@@ -20,7 +20,6 @@ from e2e.harness.wait import eventually
 from e2e.measure.ear import SILENT
 from wax.access.admission import BANNED, LOCKED
 from wax.client import Operator
-from wax.control.reasons import Refusal
 from wax.errors import SignallingError
 
 if TYPE_CHECKING:
@@ -52,24 +51,6 @@ async def come(server: Server) -> AsyncIterator[Come]:
             return await leaving.enter_async_context(client)
 
         yield one
-
-
-async def test_what_is_the_hosts_is_refused_to_all_others(server: Server, come: Come) -> None:
-    """Status, proof and the release of a host's stop are nobody's else, whatever they do."""
-    host = await come(cookies=await server.host_cookies())
-    observer, operator = await come(), await come()
-    await operator.join()
-    for path in ("/api/status", "/api/proof"):
-        for guest in (None, observer.cookies, operator.cookies):
-            assert (await server.get(path, guest))[0] == 403
-        assert (await server.get(path, host.cookies))[0] == 200
-    stop = await host.press_stop()
-    assert await operator.until(lambda: operator.stopped == stop, 20)
-    says = str(Refusal.THE_HOSTS_STOP.value)
-    assert says in await refusal(operator.post("/api/release", {"stop": stop}))
-    assert host.stopped == stop
-    host.release(stop)
-    assert await operator.until(lambda: operator.stopped is None, 20)
 
 
 async def test_a_host_blanks_the_picture_bans_a_troll_and_closes(
