@@ -51,7 +51,7 @@ def profile(data: bytes) -> int | None:
 
 
 def units(data: bytes) -> Iterator[bytes]:
-    """Cut at the start codes (H.264, annex B); what is before the first is none."""
+    """Cut at the start codes (H.264, annex B), without zeros that follow or what comes before."""
     at = data.find(_START)
     while at >= 0:
         following = data.find(_START, at + 3)

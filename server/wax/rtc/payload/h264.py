@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
+from wax.encode.parameter_sets import units
 from wax.rtc.payload.split import MIN_PACKET_BYTES, Payload, split_evenly
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-_START_CODE: Final = b"\x00\x00\x01"
 _FORBIDDEN: Final = 0x80
 _IMPORTANCE: Final = 0x60
 _TYPE: Final = 0x1F
@@ -31,7 +28,7 @@ def packets(data: bytes, *, max_bytes: int) -> list[Payload]:
     payloads: list[Payload] = []
     together: list[bytes] = []
     room = 0
-    for unit in _units(data):
+    for unit in units(data):
         needs = 2 + len(unit)
         if needs > room:
             payloads += _joined(together)
@@ -43,17 +40,6 @@ def packets(data: bytes, *, max_bytes: int) -> list[Payload]:
             together.append(unit)
             room -= needs
     return payloads + _joined(together)
-
-
-def _units(data: bytes) -> Iterator[bytes]:
-    """Cut at the start codes, without the zeros that may follow a unit (H.264, annex B)."""
-    at = data.find(_START_CODE)
-    while at >= 0:
-        following = data.find(_START_CODE, at + 3)
-        unit = data[at + 3 : following if following >= 0 else len(data)].rstrip(b"\x00")
-        if unit:
-            yield unit
-        at = following
 
 
 def _joined(units: list[bytes]) -> list[Payload]:
