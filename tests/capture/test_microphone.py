@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from structlog.testing import capture_logs
+from tests.fake_portaudio import OneDevice
 from tests.turned_clock import TurnedClock
 
 from wax.capture import microphone
@@ -21,49 +22,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-class PortAudioError(Exception):
-    pass
+class FakePortAudio(OneDevice):
+    """With one input."""
 
-
-class FakePortAudio:
-    """The part of `sounddevice` that is used, with one device of a given rate and channels."""
-
-    PortAudioError = PortAudioError
-
-    def __init__(self, rate_hz: int = 48_000, channels: int = 1, *, present: bool = True) -> None:
-        self.rate_hz, self.channels, self.present = rate_hz, channels, present
-        self.streams: list[SimpleNamespace] = []
-        self.starts = True
-        self.looked = 0
-
-    def InputStream(self, **wanted: Any) -> SimpleNamespace:  # noqa: N802 - sounddevice's name
-        if not self.present:
-            raise PortAudioError("Error querying device -1")
-        if (wanted["samplerate"], wanted["channels"]) != (self.rate_hz, self.channels):
-            raise PortAudioError("Invalid sample rate")
-        stream = SimpleNamespace(**wanted, ended=0, start=self._start)
-
-        def end(*, ignore_errors: bool) -> None:
-            stream.ended += 1
-
-        stream.abort = stream.close = end
-        self.streams.append(stream)
-        return stream
-
-    def _start(self) -> None:
-        if not self.starts:
-            raise PortAudioError("Device unavailable")
-
-    def query_devices(self, device: object, kind: str) -> dict[str, float]:
-        if not self.present:
-            raise PortAudioError("Error querying device -1\n[PaErrorCode -9996]")
-        return {"default_samplerate": float(self.rate_hz), "max_input_channels": self.channels}
-
-    def _terminate(self) -> None:
-        self.looked += 1
-
-    def _initialize(self) -> None:
-        pass
+    InputStream = OneDevice.stream
 
     def deliver(
         self,

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import wave
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from tests.fake_portaudio import OneDevice
 from tests.speaker.spoken import loudest_hz, tone
 
 from wax.capture import portaudio
@@ -29,45 +29,10 @@ if TYPE_CHECKING:
 CLOCK = SystemClock()
 
 
-class PortAudioError(Exception):
-    pass
+class FakePortAudio(OneDevice):
+    """With one output."""
 
-
-class FakePortAudio:
-    """The part of `sounddevice` that is used, with one output of a given rate and channels."""
-
-    PortAudioError = PortAudioError
-
-    def __init__(self, rate_hz: int = 48_000, channels: int = 1) -> None:
-        self.rate_hz, self.channels, self.present = rate_hz, channels, True
-        self.streams: list[SimpleNamespace] = []
-        self.looked = 0
-
-    def OutputStream(self, **wanted: Any) -> SimpleNamespace:  # noqa: N802 - sounddevice's name
-        if not self.present:
-            raise PortAudioError("Error querying device -1\n[PaErrorCode -9996]")
-        if (wanted["samplerate"], wanted["channels"]) != (self.rate_hz, self.channels):
-            raise PortAudioError("Invalid sample rate")
-        stream = SimpleNamespace(**wanted, active=True, ended=0, start=lambda: None)
-
-        def end(*, ignore_errors: bool) -> None:
-            stream.ended += 1
-            stream.active = False
-
-        stream.abort = stream.close = end
-        self.streams.append(stream)
-        return stream
-
-    def query_devices(self, device: object, kind: str) -> dict[str, float]:
-        if not self.present:
-            raise PortAudioError("Error querying device -1")
-        return {"default_samplerate": float(self.rate_hz), "max_output_channels": self.channels}
-
-    def _terminate(self) -> None:
-        self.looked += 1
-
-    def _initialize(self) -> None:
-        pass
+    OutputStream = OneDevice.stream
 
     def pull(self, frames: int) -> NDArray[np.int16]:
         """Ask for the next sound, as the device would."""
