@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import itertools
 import math
+from contextlib import asynccontextmanager, suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -27,7 +27,7 @@ from wax.driver.interface import STANDSTILL, Aboard, Limits, RobotState, Twist
 from wax.sentence import Sentence, says
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import AsyncIterator, Callable, Sequence
 
     from wax.config.controls import ControlSettings, GaugeSettings
     from wax.control.gate import Setpoint
@@ -1262,22 +1262,31 @@ def test_a_listener_hears_of_all_once_the_robot_has_it() -> None:
     assert heard == [("offered", B, 3, Refusal.NOT_YOUR_TURN)]
 
 
+@asynccontextmanager
+async def running(control: ControlLoop) -> AsyncIterator[asyncio.Task[None]]:
+    """Run it, and cancel it after the block."""
+    task = asyncio.create_task(control.run())
+    try:
+        yield task
+    finally:
+        task.cancel()
+        with suppress(asyncio.CancelledError):
+            await task
+
+
 async def test_runs_until_cancelled_and_stops_the_robot() -> None:
     """Running, the loop beats by itself, moves the robot, and ends with stop."""
     driver = FakeDriver()
     control = live(driver)
-    task = asyncio.create_task(control.run())
-    control.connect(A)
-    control.join(A)
-    for seq in itertools.count():  # as a page does it: a busy machine may ask for neutral again
-        if ("apply", AHEAD, 1) in driver.calls:
-            break
-        control.offer(A, page(seq, seq % 2))
-        driver.called.clear()
-        await driver.called.wait()
-    task.cancel()
-    with contextlib.suppress(asyncio.CancelledError):
-        await task
+    async with running(control):
+        control.connect(A)
+        control.join(A)
+        for seq in itertools.count():  # as a page does it: a busy machine may ask for neutral again
+            if ("apply", AHEAD, 1) in driver.calls:
+                break
+            control.offer(A, page(seq, seq % 2))
+            driver.called.clear()
+            await driver.called.wait()
     assert driver.calls[-1] == ("stop", 1)
 
 
@@ -1287,16 +1296,13 @@ async def test_hurried_change_does_not_wait_for_the_beat() -> None:
     control = live(driver, loop_hz=0.1)  # so slow that the next beat is not in this test
     control.connect(A)
     control.join(A)
-    task = asyncio.create_task(control.run())
-    await heard(driver, "apply", STANDSTILL, 1)
-    control.offer(A, page(1, 0.0))
-    control.offer(A, page(2, 1.0))
-    await heard(driver, "apply", AHEAD, 1)
-    await asyncio.wait([task], timeout=0.03)
-    assert len(driver.applied_s) == 2
-    task.cancel()
-    with contextlib.suppress(asyncio.CancelledError):
-        await task
+    async with running(control) as task:
+        await heard(driver, "apply", STANDSTILL, 1)
+        control.offer(A, page(1, 0.0))
+        control.offer(A, page(2, 1.0))
+        await heard(driver, "apply", AHEAD, 1)
+        await asyncio.wait([task], timeout=0.03)
+        assert len(driver.applied_s) == 2
 
 
 async def test_the_end_of_a_command_does_not_wait_for_the_beat() -> None:
@@ -1307,15 +1313,12 @@ async def test_the_end_of_a_command_does_not_wait_for_the_beat() -> None:
     control.join(A)
     control.step(SystemClock().now_s())
     control.offer(A, page(1, 0.0))
-    task = asyncio.create_task(control.run())
-    await asyncio.sleep(0.01)
-    control.offer(A, page(2, 1.0))
-    await heard(driver, "apply", AHEAD, 1)
-    driver.calls.clear()
-    await heard(driver, "stop", 1)
-    task.cancel()
-    with contextlib.suppress(asyncio.CancelledError):
-        await task
+    async with running(control):
+        await asyncio.sleep(0.01)
+        control.offer(A, page(2, 1.0))
+        await heard(driver, "apply", AHEAD, 1)
+        driver.calls.clear()
+        await heard(driver, "stop", 1)
 
 
 async def test_waiting_for_the_gap_is_no_work() -> None:
@@ -1334,17 +1337,14 @@ async def test_waiting_for_the_gap_is_no_work() -> None:
     bench.step()
     bench.offer()
     bench.offer(1.0)  # too soon, as the clock stands
-    task = asyncio.create_task(bench.loop.run())
-    watched.looks = 0
-    for _ in range(1000):
-        await asyncio.sleep(0)
-    assert watched.looks < 1000
-    assert bench.driver.take() == []
-    watched.time_s += 0.006
-    await heard(bench.driver, "apply", AHEAD, 1)
-    task.cancel()
-    with contextlib.suppress(asyncio.CancelledError):
-        await task
+    async with running(bench.loop):
+        watched.looks = 0
+        for _ in range(1000):
+            await asyncio.sleep(0)
+        assert watched.looks < 1000
+        assert bench.driver.take() == []
+        watched.time_s += 0.006
+        await heard(bench.driver, "apply", AHEAD, 1)
 
 
 async def test_flood_keeps_the_gap() -> None:
@@ -1354,33 +1354,27 @@ async def test_flood_keeps_the_gap() -> None:
     control.connect(A)
     control.join(A)
     control.step(SystemClock().now_s())
-    task = asyncio.create_task(control.run())
-    seq = 0
-    while len(driver.applied_s) < 12:
-        seq += 1
-        control.offer(A, page(seq, seq % 3 / 2))
-        await asyncio.sleep(0)
+    async with running(control):
+        seq = 0
+        while len(driver.applied_s) < 12:
+            seq += 1
+            control.offer(A, page(seq, seq % 3 / 2))
+            await asyncio.sleep(0)
     gaps_s = [b - a for a, b in itertools.pairwise(driver.applied_s)]
     assert min(gaps_s) > 0.0045
-    task.cancel()
-    with contextlib.suppress(asyncio.CancelledError):
-        await task
 
 
 async def test_stopped_loop_stays_quiet() -> None:
     """After stop a running loop says no more to the robot, and waits to be cancelled."""
     driver = FakeDriver()
     control = live(driver)
-    task = asyncio.create_task(control.run())
-    await heard(driver, "apply", STANDSTILL, 0)
-    control.stop()
-    calls = len(driver.calls)
-    done, _ = await asyncio.wait([task], timeout=0.03)
-    assert not done
-    assert len(driver.calls) == calls
-    task.cancel()
-    with contextlib.suppress(asyncio.CancelledError):
-        await task
+    async with running(control) as task:
+        await heard(driver, "apply", STANDSTILL, 0)
+        control.stop()
+        calls = len(driver.calls)
+        done, _ = await asyncio.wait([task], timeout=0.03)
+        assert not done
+        assert len(driver.calls) == calls
 
 
 async def test_defect_stops_the_robot() -> None:
