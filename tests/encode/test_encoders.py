@@ -52,7 +52,7 @@ def _layered(rendition: str) -> list[EncodedPicture]:
     return _encode("vp8", 60, {22}, RENDITIONS[rendition])
 
 
-def _decode(pictures: list[EncodedPicture]) -> dict[float, bytes]:
+def decoded(pictures: list[EncodedPicture]) -> dict[float, bytes]:
     """Return what a VP8 decoder makes of these pictures, by their capture time."""
     decoder = av.CodecContext.create("vp8", "r")
     assert isinstance(decoder, av.VideoCodecContext)
@@ -105,8 +105,8 @@ def test_keyframes_come_when_asked_and_at_no_other_time(codec: Literal["vp8", "h
 def test_upper_layers_can_be_dropped(top: int, rendition: str) -> None:
     """Without its upper layers a VP8 stream decodes to the very same pictures."""
     found = _layered(rendition)
-    whole = _decode(found)
-    lower = _decode([one for one in found if one.layer <= top])
+    whole = decoded(found)
+    lower = decoded([one for one in found if one.layer <= top])
     assert len(lower) == pytest.approx(60 / (4 if top == 0 else 2), abs=2)
     assert all(whole[when] == picture for when, picture in lower.items())
 
@@ -120,7 +120,7 @@ def test_what_is_droppable_is_missed_by_none(seed: int, rendition: str) -> None:
     lost = [one for one, dice in zip(found, luck, strict=True) if one.droppable and dice < 0.5]
     arrived = [one for one in found if one not in lost]
     assert len(lost) > 8
-    whole, seen = _decode(found), _decode(arrived)
+    whole, seen = decoded(found), decoded(arrived)
     assert len(seen) == len(arrived)
     assert all(whole[when] == picture for when, picture in seen.items())
 
@@ -129,11 +129,11 @@ def test_what_is_droppable_is_missed_by_none(seed: int, rendition: str) -> None:
 def test_sync_pictures_need_layer_0_alone(rendition: str) -> None:
     """Without layer 1 those marked as sync decode to the very same, and the others do not."""
     found = _layered(rendition)
-    whole = _decode(found)
+    whole = decoded(found)
     base = [one for one in found if one.layer != 1]
     for with_sync, is_same in ((True, True), (False, False)):
         arrived = [one for one in base if one.layer == 0 or one.sync is with_sync]
-        seen = _decode(arrived)
+        seen = decoded(arrived)
         upper = {one.captured_s for one in arrived if one.layer == 2}
         assert len(upper) >= 13
         assert {seen[when] == whole[when] for when in upper} == {is_same}

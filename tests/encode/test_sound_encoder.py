@@ -72,18 +72,22 @@ def _encoded(encoding: SoundEncoding, what: str) -> list[EncodedSound]:
 STEREO = [SoundEncoding(20, 56_000, 2), SoundEncoding(40, 40_000, 2)]
 
 
-def _heard(encoding: SoundEncoding, both: NDArray[np.int16]) -> tuple[NDArray[np.int16], float]:
+def decoded(sounds: list[EncodedSound], layout: str = "mono") -> NDArray[np.float64]:
+    decoder = av.CodecContext.create("libopus", "r")
+    assert isinstance(decoder, av.AudioCodecContext)
+    decoder.sample_rate, decoder.layout, decoder.format = SAMPLE_RATE_HZ, layout, "s16"
+    frames = [frame for one in sounds for frame in decoder.decode(Packet(one.data))]
+    return np.concatenate([frame.to_ndarray().reshape(-1) for frame in frames]).astype(float)
+
+
+def _heard(encoding: SoundEncoding, both: NDArray[np.int16]) -> tuple[NDArray[np.float64], float]:
     """Encode and decode 3 s of two channels, ``(n, 2)``; return the last second and the rate."""
     encoder, sounds = SoundEncoder(encoding), []
     for begin in range(0, len(both), BLOCK_SAMPLES):
         block = Sound(both[begin : begin + BLOCK_SAMPLES], begin / SAMPLE_RATE_HZ)
         if (one := encoder.encode(block, begin)) is not None:
             sounds.append(one)
-    decoder = av.CodecContext.create("libopus", "r")
-    assert isinstance(decoder, av.AudioCodecContext)
-    decoder.sample_rate, decoder.layout, decoder.format = SAMPLE_RATE_HZ, "stereo", "s16"
-    frames = [frame for one in sounds for frame in decoder.decode(Packet(one.data))]
-    heard = np.concatenate([one.to_ndarray().reshape(-1, 2) for one in frames])[-SAMPLE_RATE_HZ:]
+    heard = decoded(sounds, "stereo").reshape(-1, 2)[-SAMPLE_RATE_HZ:]
     return heard, sum(len(one.data) for one in sounds) * 8 / 3
 
 
@@ -106,7 +110,7 @@ def test_a_sound_is_heard_where_it_is(encoding: SoundEncoding, later: int) -> No
     """The ear that is away from a radio hears it as much later as it did: to 60 µs, or 7°."""
     radio = 8000 * tune()[0][: len(TIME_S)] / np.abs(tune()[0]).max()
     both = np.column_stack((radio, 0.6 * np.roll(radio, later))).astype(np.int16)
-    near, far = _heard(encoding, both)[0].astype(np.float64).T
+    near, far = _heard(encoding, both)[0].T
     alike = [np.dot(near[40:-40], np.roll(far, -n)[40:-40]) for n in range(-40, 41)]
     assert abs(np.argmax(alike) - 40 - later) <= 3
 
@@ -120,17 +124,8 @@ def test_any_sound_fits_any_form(channels: int) -> None:
         block = Sound(mono[begin : begin + BLOCK_SAMPLES], 1.0).with_channels(3 - channels)
         if (one := encoder.encode(block, begin)) is not None:
             sounds.append(one)
-    heard = _decode(sounds)[SAMPLE_RATE_HZ // 4 :]
+    heard = decoded(sounds)[SAMPLE_RATE_HZ // 4 :]
     assert np.std(heard) == pytest.approx(np.std(mono), rel=0.03)
-
-
-def _decode(sounds: list[EncodedSound]) -> NDArray[np.float64]:
-    decoder = av.CodecContext.create("libopus", "r")
-    assert isinstance(decoder, av.AudioCodecContext)
-    decoder.sample_rate = SAMPLE_RATE_HZ
-    decoder.layout = "mono"
-    frames = [frame for one in sounds for frame in decoder.decode(Packet(one.data))]
-    return np.concatenate([frame.to_ndarray().reshape(-1) for frame in frames]).astype(float)
 
 
 def _level_db(samples: NDArray[np.float64]) -> float:
@@ -155,13 +150,13 @@ def test_one_packet_holds_one_media_unit(encoding: SoundEncoding) -> None:
         n * encoding.mu_ms * 48 for n in range(3000 // encoding.mu_ms)
     ]
     assert {one.duration_samples for one in found} == {encoding.mu_ms * 48}
-    assert len(_decode(found)) == len(TIME_S)
+    assert len(decoded(found)) == len(TIME_S)
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS, ids=str)
 def test_a_tone_comes_out_as_loud_and_clean(encoding: SoundEncoding) -> None:
     """A quiet tone of 300 Hz keeps its level within 0.5 dB, 24 dB over what is added to it."""
-    heard = _decode(_encoded(encoding, "tone"))[SAMPLE_RATE_HZ:]
+    heard = decoded(_encoded(encoding, "tone"))[SAMPLE_RATE_HZ:]
     assert _level_db(heard) == pytest.approx(_level_db(TONE), abs=0.5)
     power = np.abs(np.fft.rfft(heard * np.hanning(len(heard)))) ** 2
     tone = np.abs(np.fft.rfftfreq(len(heard), 1 / SAMPLE_RATE_HZ) - 300) < 15
@@ -172,7 +167,7 @@ def test_a_tone_comes_out_as_loud_and_clean(encoding: SoundEncoding) -> None:
 def test_a_voice_keeps_its_colour(encoding: SoundEncoding) -> None:
     """The bands that make speech intelligible come out within 1.5 dB."""
     voice = _voice()
-    heard = _decode(_encoded(encoding, "voice"))
+    heard = decoded(_encoded(encoding, "voice"))
     expected = _bands(voice[SAMPLE_RATE_HZ:])
     assert _bands(heard[SAMPLE_RATE_HZ:]) == pytest.approx(expected, abs=1.5)
 
@@ -195,7 +190,7 @@ def test_what_is_heard_was_captured_when_it_says(encoding: SoundEncoding) -> Non
     click = round(1.2345 * SAMPLE_RATE_HZ)
     samples[click : click + 24] = 20_000
     found = _encode(encoding, samples)
-    heard = int(np.argmax(np.abs(_decode(found)))) / SAMPLE_RATE_HZ
+    heard = int(np.argmax(np.abs(decoded(found)))) / SAMPLE_RATE_HZ
     assert found[0].captured_s + heard == pytest.approx(
         10 + (click + 12) / SAMPLE_RATE_HZ, abs=0.0005
     )

@@ -5,12 +5,11 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING
 
-import av
 import numpy as np
 import pytest
-from av.packet import Packet
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.encode.test_sound_encoder import decoded
 from tests.examples import examples
 from tests.open_boundary import OpenFence
 
@@ -234,12 +233,7 @@ async def test_a_change_of_encoding_is_not_heard() -> None:
         hub.push(Sound(tone[number * 480 : number * 480 + 480], (FIRST + number) / 100))
         await asyncio.sleep(0)
         sounds += _drain(lane)
-    decoder = av.CodecContext.create("libopus", "r")
-    assert isinstance(decoder, av.AudioCodecContext)
-    decoder.sample_rate = 48_000
-    decoder.layout = "mono"
-    frames = [frame for one in sounds for frame in decoder.decode(Packet(one.data))]
-    heard = np.concatenate([frame.to_ndarray().reshape(-1) for frame in frames]).astype(float)
+    heard = decoded(sounds)
     assert len(sounds) > 100
     blocks = heard[4800 : len(heard) // 480 * 480].reshape(-1, 480)
     shares = np.sqrt(np.mean(blocks**2, axis=1)) / (1600 / np.sqrt(2))

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import av
 import numpy as np
 import pytest
-from av.packet import Packet
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.encode.test_encoders import decoded
 from tests.examples import examples
 
 from wax.capture.source import Picture
@@ -33,18 +32,8 @@ def _pictures(count: int, keyframes: set[int]) -> list[EncodedPicture]:
     return found
 
 
-def _decode(pictures: list[EncodedPicture]) -> dict[int, bytes]:
-    decoder = av.CodecContext.create("vp8", "r")
-    assert isinstance(decoder, av.VideoCodecContext)
-    found = {}
-    for picture in pictures:
-        for frame in decoder.decode(Packet(picture.data)):
-            found[picture.pts] = frame.to_ndarray().tobytes()
-    return found
-
-
 STREAM = _pictures(90, keyframes={0, 45})
-WHOLE = _decode(STREAM)
+WHOLE = decoded(STREAM)
 
 
 def _through(
@@ -76,8 +65,8 @@ def test_what_a_slow_viewer_gets_decodes_to_the_same_pictures(
     lane.choose(SMALL.name)
     out = _through(lane, taken, tops)
     assert [p.pts for p in out] == sorted(p.pts for p in out)
-    for pts, decoded in _decode(out).items():
-        assert decoded == WHOLE[pts]
+    for captured_s, seen in decoded(out).items():
+        assert seen == WHOLE[captured_s]
 
 
 @examples(100)
