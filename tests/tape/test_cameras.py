@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from wax.tape.shelf import Shelved
 
 BEGIN_S: Final = 1000.0
-ORIGIN_NS: Final = 10**18
 DOOR, TAIL = CameraFormat("Door", "vp8", SIZE), CameraFormat("Tail", "h264", SIZE)
 LENGTH_S: Final = 24.0
 PART_S: Final = 10.0
@@ -119,17 +118,21 @@ def test_a_camera_that_dies_leaves_the_rest_whole(rig: Rig) -> None:
     assert len(times_s(parts[2].cameras[1], "video")) == 60
 
 
-def test_a_camera_begins_with_its_keyframe_of_the_part(tmp_path: Path) -> None:
-    """Without one nothing could be decoded, and a picture from before the part is none of it."""
-    segment = Segment(
-        Shelf(tmp_path),
+def segment_of(folder: Path, *cameras: CameraFormat) -> Segment:
+    return Segment(
+        Shelf(folder),
         origin_s=BEGIN_S,
-        zero_ns=ORIGIN_NS,
+        zero_ns=10**18,
         codec="vp8",
         size=SIZE,
         has_sound=False,
-        cameras=(DOOR,),
+        cameras=cameras,
     )
+
+
+def test_a_camera_begins_with_its_keyframe_of_the_part(tmp_path: Path) -> None:
+    """Without one nothing could be decoded, and a picture from before the part is none of it."""
+    segment = segment_of(tmp_path, DOOR)
     film = pictures("vp8", begin_s=BEGIN_S - 0.05, seconds=2.0)
     for picture in film[:30]:
         segment.camera(1, picture)
@@ -147,15 +150,7 @@ def test_a_file_that_fails_at_its_end_leaves_the_others_finished(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A disk may be full then; what was written can be sought in all the same."""
-    segment = Segment(
-        Shelf(tmp_path),
-        origin_s=BEGIN_S,
-        zero_ns=ORIGIN_NS,
-        codec="vp8",
-        size=SIZE,
-        has_sound=False,
-        cameras=(DOOR, DOOR),
-    )
+    segment = segment_of(tmp_path, DOOR, DOOR)
     for picture in pictures("vp8", begin_s=BEGIN_S, seconds=1.0):
         segment.picture(picture)
         segment.camera(1, picture)

@@ -74,27 +74,18 @@ def _kill_and_check(folder: Path, codec: Codec) -> None:
     _check(folder, _kill_while_filming(folder, codec, random.uniform(1.5, 6.0)))
 
 
-def _kill(kills: int, folder: Path) -> None:
-    """Kill so many, some at once: each waits most of the time."""
+@pytest.mark.system
+@pytest.mark.parametrize(
+    "kills", [4, pytest.param(50, marks=[pytest.mark.full, pytest.mark.timeout(300)])]
+)
+def test_a_kill_costs_a_second(tmp_path: Path, kills: int) -> None:
+    """At any moment of the recording, by any codec; some at once, since each waits most of it."""
     with ThreadPoolExecutor(_AT_ONCE) as pool:
         killed = [
-            pool.submit(_kill_and_check, folder / str(number), "h264" if number % 4 == 0 else "vp8")
+            pool.submit(
+                _kill_and_check, tmp_path / str(number), "h264" if number % 4 == 0 else "vp8"
+            )
             for number in range(kills)
         ]
         for one in killed:
             one.result()
-
-
-@pytest.mark.system
-@pytest.mark.timeout(60)
-def test_a_kill_costs_a_second(tmp_path: Path) -> None:
-    """At any moment of the recording, by any codec."""
-    _kill(4, tmp_path)
-
-
-@pytest.mark.system
-@pytest.mark.full
-@pytest.mark.timeout(300)
-def test_fifty_kills_cost_a_second_each(tmp_path: Path) -> None:
-    """The same at fifty random moments."""
-    _kill(50, tmp_path)
