@@ -581,7 +581,6 @@ class App:
                 self._take_picture(),
                 name="camera",
                 clock=self._clock,
-                retry_s=self._settings.video.retry_s,
             )
         if sources.audio is not None:
             captures["audio"] = SourceThread(
@@ -589,7 +588,6 @@ class App:
                 self._take_sound,
                 name="microphone",
                 clock=self._clock,
-                retry_s=self._settings.audio.retry_s,
             )
         return captures
 
@@ -629,7 +627,7 @@ def _log_channel_fault(problem: str | None) -> None:
 
 def _speaker_thread(settings: VoiceSettings, clock: Clock, driver: Driver) -> SpeakerThread | None:
     speaker = make_speaker(settings, clock, driver)
-    return None if speaker is None else SpeakerThread(speaker, clock, retry_s=settings.retry_s)
+    return None if speaker is None else SpeakerThread(speaker, clock)
 
 
 def _fitting(settings: Settings) -> ServerSettings:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.sentence import Sentence
 
+RETRY_S: Final = 1.0
 _STOP_S: Final = 1.0
 
 

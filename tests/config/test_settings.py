@@ -270,6 +270,14 @@ def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
             "ice: is gone, since its passwords were shown to every visitor; list STUN servers in "
             "network.stun, and name a TURN server with its static-auth-secret in [relay]",
         ),
+        *[
+            (
+                f"{table}\nretry_s = 2.0",
+                f"{key}.retry_s: is gone; delete it: "
+                "what has failed is opened again after a second",
+            )
+            for table, key in (("[voice]", "voice"), ("[[camera]]\nname = 'Arm'", "camera[0]"))
+        ],
         (
             "[network]\nstun = ['http://x']",
             'network.stun[0]: got "http://x"; allowed is an address as "stun:HOST:PORT"',

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Generic, Protocol, TypeVar
 
-from wax.device_thread import Device, DeviceThread
+from wax.device_thread import RETRY_S, Device, DeviceThread
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class SourceThread(DeviceThread, Generic[ItemT]):
         *,
         name: str,
         clock: Clock,
-        retry_s: float,
+        retry_s: float = RETRY_S,
     ) -> None:
         self._source = source
         self._sink = sink

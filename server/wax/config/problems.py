@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Final
 
@@ -25,6 +26,10 @@ _RENAMED: Final = {
 _REMOVED: Final = {
     "ice": "is gone, since its passwords were shown to every visitor; list STUN servers in"
     " network.stun, and name a TURN server with its static-auth-secret in [relay]",
+    **dict.fromkeys(
+        ("video.retry_s", "camera.retry_s", "audio.retry_s", "voice.retry_s"),
+        "is gone; delete it: what has failed is opened again after a second",
+    ),
 }
 """Keys that are gone, with what to write instead."""
 
@@ -46,8 +51,8 @@ def _sentence(problem: ErrorDetails, schema: allowed.Schema, table: str) -> str:
     key = ".".join(part for part in (table, inner) if part)
     if key in _RENAMED:
         return f"{key}: is now called {_RENAMED[key]}"
-    if key in _REMOVED:
-        return f"{key}: {_REMOVED[key]}"
+    if (removed := _REMOVED.get(re.sub(r"\[\d+\]", "", key))) is not None:
+        return f"{key}: {removed}"
     if known is None:
         return unknown(key, allowed.neighbours(schema, problem["loc"]))
     if problem["type"] == "missing":

@@ -256,7 +256,6 @@ class VideoSettings(_Section):
     )
     keyframe_interval_s: Annotated[float, Field(ge=0.5, le=60)] = 10.0
     timestamp_overlay: bool = False
-    retry_s: Annotated[float, Field(ge=0.1, le=60)] = 1.0
     renditions: Annotated[list[RenditionSettings], Field(min_length=1, max_length=8)] = [
         RenditionSettings(width=640, height=480, fps=30.0, bitrate_bps=1_000_000),
         RenditionSettings(width=640, height=480, fps=30.0, bitrate_bps=600_000),
@@ -422,7 +421,6 @@ class AudioSettings(_Section):
         SoundEncodingSettings(mu_ms=60, bitrate_bps=12_000),
         SoundEncodingSettings(mu_ms=120, bitrate_bps=8_000),
     ]
-    retry_s: Annotated[float, Field(ge=0.1, le=60)] = 1.0
 
     @field_validator("encodings")
     @classmethod
@@ -443,7 +441,6 @@ class VoiceSettings(_Section):
 
     speaker: Annotated[str, Field(min_length=1)] = "none"
     open_microphone: bool = False
-    retry_s: Annotated[float, Field(ge=0.1, le=60)] = 1.0
 
 
 _MOST_LEVELS: Final = 16

@@ -38,11 +38,7 @@ class Camera:
         self._put = put
         self._blank = blank
         self._capture = SourceThread(
-            source,
-            self._take,
-            name=f"camera {settings.name}",
-            clock=clock,
-            retry_s=settings.retry_s,
+            source, self._take, name=f"camera {settings.name}", clock=clock
         )
 
     @property

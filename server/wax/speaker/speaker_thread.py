@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING, Final
 
-from wax.device_thread import DeviceThread
+from wax.device_thread import RETRY_S, DeviceThread
 from wax.sentence import Sentence
 from wax.speaker.voice_playout import VoicePlayout
 
@@ -27,7 +27,7 @@ class SpeakerThread(DeviceThread):
     `push`, `hush` and the properties never wait for the device.
     """
 
-    def __init__(self, speaker: Speaker, clock: Clock, *, retry_s: float) -> None:
+    def __init__(self, speaker: Speaker, clock: Clock, *, retry_s: float = RETRY_S) -> None:
         super().__init__(
             speaker,
             clock,

@@ -43,7 +43,6 @@ _LOG = structlog.get_logger(__name__)
 
 BEAT_S: Final = 0.5
 _END_S: Final = 1.5
-_RETRY_S: Final = 1.0
 
 
 def main() -> int:
@@ -114,7 +113,7 @@ def _outlet(one: OutletSettings, robot: _Robot, clock: Clock) -> SenseOutlet:
     if one.sense == "speaker":
         return SpeakerOutlet(lambda: robot.sense(one), connection)
     if one.sense == "microphone":
-        return MicrophoneOutlet(lambda: robot.sense(one), connection, clock=clock, retry_s=_RETRY_S)
+        return MicrophoneOutlet(lambda: robot.sense(one), connection, clock=clock)
     assert one.memory is not None
     assert one.video is not None
     memory = PictureMemory(one.memory)
@@ -125,7 +124,6 @@ def _outlet(one: OutletSettings, robot: _Robot, clock: Clock) -> SenseOutlet:
         memory,
         name="camera",
         clock=clock,
-        retry_s=float(one.video.get("retry_s", _RETRY_S)),
     )
 
 

@@ -104,13 +104,12 @@ class CameraOutlet(_SourceOutlet):
         *,
         name: str,
         clock: Clock,
-        retry_s: float,
     ) -> None:
         self._slot = NewestSlot[Picture]()
         self._memory = memory
         self._seen = 0
         source = _Made(make, checked_picture)
-        self._source = SourceThread(source, self._slot.put, name=name, clock=clock, retry_s=retry_s)
+        self._source = SourceThread(source, self._slot.put, name=name, clock=clock)
         self._answers = _Answers(connection, self._next, name)
 
     def _next(self, _question: bytes) -> bytes:
@@ -138,7 +137,6 @@ class MicrophoneOutlet(_SourceOutlet):
         connection: Connection,
         *,
         clock: Clock,
-        retry_s: float,
     ) -> None:
         self._news = threading.Condition()
         self._sounds = deque[Sound](maxlen=_KEPT_SOUNDS)
@@ -147,7 +145,6 @@ class MicrophoneOutlet(_SourceOutlet):
             self._put,
             name="microphone",
             clock=clock,
-            retry_s=retry_s,
         )
         self._answers = _Answers(connection, self._next, "microphone")
 
