@@ -196,10 +196,11 @@ class Client:
         for attempt in range(1, _ATTEMPTS + 1):
             async with self._http.post(self._url + path, json=asked) as response:
                 text = await response.text()
-            # Others may be connecting from here at the same moment: then the server says when.
-            if response.headers.get("Retry-After") not in _SOON or attempt == _ATTEMPTS:
+            # Others may be connecting at the same moment: then the server says when.
+            again_s = response.headers.get("Retry-After")
+            if again_s not in _SOON or attempt == _ATTEMPTS:
                 break
-            await asyncio.sleep(random.uniform(*_AGAIN_S))
+            await asyncio.sleep(random.uniform(*_AGAIN_S) * float(again_s))
         if response.status != 200:
             raise SignallingError(f"{self._url}{path}: {response.status} {text[:200]}")
         try:

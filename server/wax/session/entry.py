@@ -34,6 +34,7 @@ _LOG = structlog.get_logger(__name__)
 
 _MOST_EXPECTED: Final = 100
 """Who wait in the queue and watch in a room."""
+_MACHINE_FULL: Final = Sentence("door.machine_full")
 _FIRST_DOZEN: Final = 12
 """Who come in however late the machine is: it may be busy with something else."""
 
@@ -181,7 +182,7 @@ class Entry:
         here = [one for one in others if not one.is_in_room(now_s)]
         lacks = None if asking.is_host or asking.has_been_here else self._lacks_for(len(here))
         if lacks is not None and (asking.is_embed or not embeds):
-            raise NoPlaceError(lacks, retry_after_s=5)
+            raise NoPlaceError(lacks, retry_after_s=3 if lacks == _MACHINE_FULL else 5)
         number = self._viewers.take_number() if viewer is None else viewer.number
         is_full = self._capacity.admit(
             number,
@@ -199,7 +200,7 @@ class Entry:
         if not self._service.has_room:
             return Sentence("door.upload_full")
         if others >= _FIRST_DOZEN and not self._is_on_time():
-            return Sentence("door.machine_full")
+            return _MACHINE_FULL
         return None
 
     def _abandon(self, number: int) -> None:
