@@ -42,8 +42,6 @@ _LOG = structlog.get_logger(__name__)
 _ANSWER_S: Final = 10.0
 _CLOSE_S: Final = 2.0
 _CLOCK_EVERY_S: Final = 10.0
-_MOVES_S: Final = 1.0
-"""Whoever changes address sooner again is no new link each time, which costs a keyframe."""
 _MAX_BUFFERED_BYTES: Final = 262_144
 """A page this far behind will not catch up; its peer is closed, and it reconnects."""
 
@@ -120,7 +118,6 @@ class Peer:
         self._tap = TransportTap(congestion, clock.now_s, events.feedback_refused)
         self._channels: dict[str, RTCDataChannel] = {}
         self._clock_told_s: dict[Kind, float] = {}
-        self._moved_s = float("-inf")
         self._closed = False
         self._closing: asyncio.Task[None] | None = None
         with network.reached(meter, weak_callback(self._moved)):
@@ -293,10 +290,8 @@ class Peer:
             self.abandon()
 
     def _moved(self) -> None:
-        now_s = self._clock.now_s()
-        if self._pc.connectionState != "connected" or now_s - self._moved_s < _MOVES_S:
+        if self._pc.connectionState != "connected":
             return  # while it connects a browser tries one address after another
-        self._moved_s = now_s
         _LOG.info("a viewer goes on from another address")
         self._tap.forget()
         self._events.moved()

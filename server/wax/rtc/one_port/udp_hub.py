@@ -50,7 +50,7 @@ _DTLS_HEADER_BYTES: Final = 13
 _STRAYS_HZ: Final = 100.0
 """So often strangers' bytes are tried with a peer's keys, which takes some 50 µs."""
 _STRAYS_BURST: Final = 200.0
-_STRAY_TRIES: Final = 4
+_STRAY_TRIES: Final = 8
 """Of one datagram; from whoever has moved another comes soon."""
 _TRIES: Final = 5
 """For a port that is free on all addresses, where any will do."""
