@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.sentence import Sentence
 
-RETRY_S: Final = 1.0
+_RETRY_S: Final = 1.0
 _STOP_S: Final = 1.0
 
 
@@ -27,7 +27,7 @@ class Device(Protocol):
 
 
 class DeviceThread(ABC):
-    """Opens a device, uses it until it fails, and opens it again after `retry_s`.
+    """Opens a device, uses it until it fails, and opens it again after a second.
 
     All methods may be called from any thread. Nothing here raises.
     """
@@ -38,7 +38,6 @@ class DeviceThread(ABC):
         clock: Clock,
         *,
         name: str,
-        retry_s: float,
         # The problem before it was opened for the first time.
         problem: Sentence | None,
         # What to say once the device has blocked for so long: a hung one cannot report itself.
@@ -48,7 +47,6 @@ class DeviceThread(ABC):
         self._device = device
         self._clock = clock
         self._name = name
-        self._retry_s = retry_s
         self._problem = self._first_problem = problem
         self._hangs = hangs
         self._hangs_after_s = hangs_after_s
@@ -114,7 +112,7 @@ class DeviceThread(ABC):
                 self._fail(self._failed(reason_of(error)))
             finally:
                 self._close()
-            self._stopping.wait(self._retry_s)
+            self._stopping.wait(_RETRY_S)
 
     def _begins(self) -> None:
         self._busy_since_s = self._clock.now_s()

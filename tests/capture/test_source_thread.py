@@ -7,9 +7,11 @@ import threading
 from time import monotonic
 from typing import TYPE_CHECKING
 
+import pytest
 from structlog.testing import capture_logs
 from tests.turned_clock import TurnedClock
 
+from wax import device_thread
 from wax.capture.source_thread import SourceThread
 from wax.errors import SourceError
 from wax.sentence import Sentence, says
@@ -49,10 +51,15 @@ class Script:
         self.released.set()
 
 
+@pytest.fixture(autouse=True)
+def _soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(device_thread, "_RETRY_S", 0.001)
+
+
 class Rig:
     """A capture, what it delivers, and a clock that the test turns."""
 
-    def __init__(self, sink: Callable[[int], None] | None = None, retry_s: float = 0.001) -> None:
+    def __init__(self, sink: Callable[[int], None] | None = None) -> None:
         self.clock = TurnedClock(0.0)
         self.source = Script()
         self.items: queue.Queue[int] = queue.Queue()
@@ -61,7 +68,6 @@ class Rig:
             sink or self.items.put,
             name="camera",
             clock=self.clock,
-            retry_s=retry_s,
         )
 
     def item(self) -> int:
@@ -186,9 +192,10 @@ def test_stop_is_bounded_and_final() -> None:
     assert rig.items.empty()
 
 
-def test_stop_ends_the_wait_for_a_retry() -> None:
+def test_stop_ends_the_wait_for_a_retry(monkeypatch: pytest.MonkeyPatch) -> None:
     """Stop does not wait for the pause between two tries."""
-    rig = Rig(retry_s=3600)
+    monkeypatch.setattr(device_thread, "_RETRY_S", 3600.0)
+    rig = Rig()
     rig.source.open_error = SourceError("Plug it in.")
     rig.capture.start()
     assert rig.problem() is not None

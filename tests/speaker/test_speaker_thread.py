@@ -10,6 +10,7 @@ from structlog.testing import capture_logs
 from tests.speaker.spoken import packets, tone
 from tests.until import until
 
+from wax import device_thread
 from wax.clock import SystemClock
 from wax.errors import SpeakerError
 from wax.sentence import Sentence, says
@@ -61,8 +62,9 @@ def box() -> Box:
 
 
 @pytest.fixture
-def thread(box: Box) -> Iterator[SpeakerThread]:
-    made = SpeakerThread(box, CLOCK, retry_s=0.01)
+def thread(box: Box, monkeypatch: pytest.MonkeyPatch) -> Iterator[SpeakerThread]:
+    monkeypatch.setattr(device_thread, "_RETRY_S", 0.01)
+    made = SpeakerThread(box, CLOCK)
     made.start()
     yield made
     box.free.set()
@@ -138,10 +140,13 @@ def test_a_device_that_fails_is_opened_again(
     assert box.opened >= 2
 
 
-def test_a_speaker_that_cannot_be_opened_is_a_sentence(box: Box) -> None:
+def test_a_speaker_that_cannot_be_opened_is_a_sentence(
+    box: Box, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """And nothing waits for it at the end."""
     box.fails_to_open = SpeakerError("No speaker.")
-    thread = SpeakerThread(box, CLOCK, retry_s=60)
+    monkeypatch.setattr(device_thread, "_RETRY_S", 60.0)
+    thread = SpeakerThread(box, CLOCK)
     assert thread.problem is not None
     thread.start()
     until(lambda: thread.problem == says("No speaker."))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Generic, Protocol, TypeVar
 
-from wax.device_thread import RETRY_S, Device, DeviceThread
+from wax.device_thread import Device, DeviceThread
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -39,7 +39,6 @@ class SourceThread(DeviceThread, Generic[ItemT]):
         *,
         name: str,
         clock: Clock,
-        retry_s: float = RETRY_S,
     ) -> None:
         self._source = source
         self._sink = sink
@@ -48,7 +47,6 @@ class SourceThread(DeviceThread, Generic[ItemT]):
             source,
             clock,
             name=name,
-            retry_s=retry_s,
             problem=None,
             hangs=Sentence("microphone.silent" if self._hears else "camera.silent"),
             hangs_after_s=_SILENT_S,

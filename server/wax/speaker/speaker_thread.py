@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING, Final
 
-from wax.device_thread import RETRY_S, DeviceThread
+from wax.device_thread import DeviceThread
 from wax.sentence import Sentence
 from wax.speaker.voice_playout import VoicePlayout
 
@@ -27,12 +27,11 @@ class SpeakerThread(DeviceThread):
     `push`, `hush` and the properties never wait for the device.
     """
 
-    def __init__(self, speaker: Speaker, clock: Clock, *, retry_s: float = RETRY_S) -> None:
+    def __init__(self, speaker: Speaker, clock: Clock) -> None:
         super().__init__(
             speaker,
             clock,
             name="speaker",
-            retry_s=retry_s,
             problem=Sentence("speaker.opening"),
             hangs=Sentence("speaker.hangs"),
             hangs_after_s=_HANGS_S,

@@ -16,6 +16,7 @@ import pytest
 from structlog.testing import capture_logs
 from tests.free_port import free_port
 
+from wax import device_thread
 from wax.capture.file.address import Transport, open_container
 from wax.capture.file.media_file import MediaFile
 from wax.capture.source_thread import SourceThread
@@ -158,7 +159,7 @@ def test_it_comes_back_by_itself(locked: RealServer) -> None:
     """While the camera is gone its host is named, without its password, and then it is back."""
     pictures: list[Picture] = []
     media = MediaFile(f"rtsp://me:{SECRET}@127.0.0.1:{locked.port}/cam", CLOCK)
-    thread = SourceThread(media.video(SIZE), pictures.append, name="camera", clock=CLOCK, retry_s=1)
+    thread = SourceThread(media.video(SIZE), pictures.append, name="camera", clock=CLOCK)
     with capture_logs() as logs:
         thread.start()
         try:
@@ -268,13 +269,14 @@ BREAKS = b"RTSP/1.0 500 Internal Server Error\r\nCSeq: NUMBER\r\nContent-Length:
 @pytest.mark.parametrize(
     ("answer", "most"), [(REFUSES, 1), pytest.param(BREAKS, 3, marks=pytest.mark.full)]
 )
-def test_it_is_not_asked_too_often(answer: bytes, most: int) -> None:
+def test_it_is_not_asked_too_often(
+    answer: bytes, most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """In 4 s at most so many connections; meanwhile the page says why there is no picture."""
     with listening(answer) as (host, came):
         media = MediaFile(f"rtsp://me:{SECRET}@{host}/cam", CLOCK)
-        thread = SourceThread(
-            media.video(SIZE), lambda _: None, name="camera", clock=CLOCK, retry_s=0.1
-        )
+        monkeypatch.setattr(device_thread, "_RETRY_S", 0.1)
+        thread = SourceThread(media.video(SIZE), lambda _: None, name="camera", clock=CLOCK)
         thread.start()
         try:
             until(lambda: thread.problem is not None, 20)
