@@ -126,6 +126,7 @@ async def test_all_attacks_by_chance_are_no_worse(watch: Watch, gang: Child) -> 
 async def test_forty_hostile_viewers_delay_no_stop(watch: Watch, gang: Child) -> None:
     """Whoever watches beside them stops the robot in time, by HTTP and by the data channel."""
     seen = await watch.attacked(gang, CROWD, 5, stops=5, stops_s=7.5)
+    assert seen.account["viewers"] >= 9, "the first dozen are always let in"
     assert len(seen.stops_ms) == 5
     assert all(ms is not None and ms <= STOP_MS for ms in seen.stops_ms), seen
 

@@ -149,15 +149,17 @@ def test_a_flood_is_left_before_driving_waits_for_it(
 
 
 def test_nothing_is_read_of_what_is_too_large() -> None:
-    """A broker was asked to send no such thing; paho would take 256 MB of it."""
+    """A broker was asked to send no such thing, nor many at once; paho would take 256 MB of it."""
     accepted, taken = b"\x20\x03\x00\x00\x00", b"\x90\x04\x00\x01\x00\x01"
     publishes = b"\x30\xff\xff\xff\x7f"
     with (
         socket.create_server(("localhost", 0)) as other,
-        _answering(other, accepted, taken + publishes),
+        _answering(other, accepted, taken + publishes) as heard,
     ):
         link = _link(other.getsockname()[1])
         client = link._reach()
+        assert b"\x21\x00\x14" in heard[0]  # Receive Maximum (MQTT 5, 3.1.2.11.3)
+        assert b"\x27\x00\x00\x04\x00" in heard[0]  # Maximum Packet Size
         with pytest.raises(BrokerError, match="The connection has ended: a network protocol error"):
             link._serve(client)
 
@@ -360,16 +362,17 @@ def test_the_doctor_tries_the_broker(tmp_path: Path) -> None:
 
 
 @contextmanager
-def _answering(server: socket.socket, *texts: bytes) -> Iterator[None]:
-    """Answer each of what one connection sends with the next of these."""
+def _answering(server: socket.socket, *texts: bytes) -> Iterator[list[bytes]]:
+    """Answer each of what one connection sends with the next of these; yield what it sends."""
+    heard: list[bytes] = []
 
     def answer() -> None:
         with server.accept()[0] as line:
             for text in texts:
-                line.recv(1000)
+                heard.append(line.recv(1000))
                 line.sendall(text)
 
     thread = threading.Thread(target=answer)
     thread.start()
-    yield
+    yield heard
     thread.join(5)

@@ -512,8 +512,9 @@ async def test_a_busy_machine_says_so_to_newcomers_beyond_a_dozen() -> None:
         for _ in range(20):
             rig.clock.time_s += 0.045
             rig.loop.step(rig.clock.time_s)
-    with pytest.raises(NoPlaceError, match="computer can serve no more"):
+    with pytest.raises(NoPlaceError, match="computer can serve no more") as refused:
         await rig.enter("eve-1111")
+    assert refused.value.retry_after_s == 3, "a rush is soon over"
     await rig.enter("ada-1110")
     await rig.enter("host-111", is_host=True)
     for _ in range(500):

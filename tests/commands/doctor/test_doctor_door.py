@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from tests.door.door_lines import door_line
+from tests.door.test_tunnel import Ssh
 
 from wax.commands.doctor import door
 from wax.commands.doctor.addresses import local_addresses
@@ -16,6 +17,9 @@ from wax.rtc import relay_check
 from wax.sentence import Sentence, says
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
     from tests.commands.doctor.conftest import MakeNetwork
 
     from wax.config.settings import Settings
@@ -46,6 +50,24 @@ def test_the_tunnel_is_tried_by_both_ways(
     ways: dict[Way, Sentence | None] = {"ssh": by_22, "https": by_443}
     told = door.tunnel(DOOR, running=running, attempt=lambda _, way: ways[way])
     assert told.level == level
+
+
+def test_a_tunnel_that_says_nothing_is_ended(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By us: macOS has no command for that."""
+    started: list[Sequence[str]] = []
+
+    def start(command: Sequence[str]) -> Ssh:
+        started.append(command)
+        return Ssh()
+
+    (tmp_path / "key").touch()
+    monkeypatch.setattr(door, "_TRY_S", 0.01)
+    monkeypatch.setattr(door, "start", start)
+    told = door.tunnel(DOOR.model_copy(update={"key_file": str(tmp_path / "key")}), running=False)
+    assert told.level == "bad"
+    assert [command[0] for command in started] == ["ssh", "ssh"]
 
 
 def settings(**relay: object) -> Settings:
