@@ -448,6 +448,17 @@ describe("when the network has changed", () => {
   });
 });
 
+it("gives a peer that goes nowhere the time that its answers take", () => {
+  open();
+  playFor(6);
+  vi.spyOn(link.clock, "slowestMs", "get").mockReturnValue(2000);
+  link.networkChanged();
+  vi.advanceTimersByTime(2100);
+  expect(peers).toHaveLength(1);
+  vi.advanceTimersByTime(100);
+  expect(peers).toHaveLength(2);
+});
+
 it("gives up the first attempt that comes to nothing, after ten seconds", () => {
   vi.advanceTimersByTime(9999);
   expect(peers).toHaveLength(1);

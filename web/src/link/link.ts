@@ -53,7 +53,7 @@ const DOUBT_MS = 150;
 /** The same where it may go on from another address, which the server checks first. */
 const MOVE_MS = 300;
 /** A network that is being left is often slow: no longer than this is allowed for its delay. */
-const MOST_DELAY_MS = 500;
+const MOST_DELAY_MS = 1000;
 
 const now = () => performance.now();
 
@@ -137,8 +137,10 @@ export class Link {
       this.#begin(null);
       return;
     }
-    const slowestMs = Math.min(this.clock.slowestMs ?? 0, MOST_DELAY_MS);
-    const answerMs = mayMove ? MOVE_MS + 2 * slowestMs : DOUBT_MS + slowestMs;
+    const slowestMs = this.clock.slowestMs ?? 0;
+    const answerMs = mayMove
+      ? MOVE_MS + Math.min(2 * slowestMs, MOST_DELAY_MS)
+      : DOUBT_MS + slowestMs;
     const askedMs = now();
     this.#isMoving = mayMove;
     this.#ping();
