@@ -134,12 +134,20 @@ class Viewer:
         await self.page.get_by_role("button", name=LEAVE).click()
 
     async def release_stop(self) -> None:
-        """Hold the button that releases the stop for the time that it requires."""
-        release = self.button("Hold to release")
-        await release.focus()  # a mouse would miss it where the page moves meanwhile
-        await self.page.keyboard.down("Enter")
-        await release.wait_for(state="hidden", timeout=10_000)
-        await self.page.keyboard.up("Enter")
+        """Hold the button that releases the stop; again if a busy machine has it refused."""
+        release, keys = self.button("Hold to release"), self.page.keyboard
+
+        async def is_released() -> bool:
+            if await release.is_hidden():
+                return True
+            await release.focus()  # a mouse would miss it where the page moves meanwhile
+            await keys.down("Enter")
+            is_hidden = await happens(release.is_hidden, within_s=3.0)
+            await keys.up("Enter")
+            return is_hidden
+
+        await release.wait_for()
+        await eventually(is_released, "the stop is released")
 
     async def drives(self, within_s: float = 20) -> None:
         await self.page.get_by_text("You are driving").first.wait_for(
