@@ -91,13 +91,15 @@ describe("whatever comes", () => {
     });
   };
 
-  it.each(Array.from({ length: 40 }, (_, i) => i + 1))("ends up early, in case %i", (seed) => {
+  const seeds = Array.from({ length: 10 }, (_, i) => i + 1);
+
+  it.each(seeds)("ends up early, in case %i", (seed) => {
     const { agesMs } = simulate(anything(seed), { settleMs: 34_000 });
     expect(agesMs.length).toBeGreaterThan(0);
     expect(quantile(agesMs, 0.9)).toBeLessThan(80);
   });
 
-  it.each(Array.from({ length: 40 }, (_, i) => i + 1))("goes only forward, in case %i", (seed) => {
+  it.each(seeds)("goes only forward, in case %i", (seed) => {
     const random = randomOf(seed);
     const player = new SoundPlayer();
     const out = new Float32Array(128);
