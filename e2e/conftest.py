@@ -33,11 +33,11 @@ if TYPE_CHECKING:
 
 load_profiles()
 
-MEASURES = ("delay", "instrument", "link", "load", "peers")
+MEASURES = ("delay", "instrument", "link", "load", "peers", "reach")
 """Folders of what measures or needs another's server, whose tests `make test-all` runs."""
 
 BESIDE = (
-    *("gallery", "reach", "test_aboard.py", "test_bad_input.py", "test_big_screen.py"),
+    *("gallery", "test_aboard.py", "test_bad_input.py", "test_big_screen.py"),
     *("test_branding.py", "test_controls.py", "test_embed.py", "test_first_load.py"),
     *("test_language.py", "test_page.py", "test_prove_stop.py"),
     *("test_queue.py", "test_reconnect.py", "test_records.py", "test_start_stop.py"),

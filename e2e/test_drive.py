@@ -185,6 +185,7 @@ async def test_stop_latches_until_it_is_released(
     await driver.release_stop()
 
 
+@pytest.mark.full
 async def test_keys_that_are_nobodys_commands_move_nothing(
     server: Server, driver: Viewer, open_viewer: OpenViewer
 ) -> None:

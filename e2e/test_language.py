@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+import pytest
 from playwright.async_api import expect
 
 from e2e.harness.viewer import box_of
@@ -24,6 +25,7 @@ RIGHT = re.compile(r"^\W*Ŕî+ĝ")
 """As the trial language writes them."""
 
 
+@pytest.mark.full
 async def test_a_long_language_from_right_to_left_keeps_the_page_usable(
     server: Server, open_viewer: OpenViewer
 ) -> None:

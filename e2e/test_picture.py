@@ -27,7 +27,7 @@ SOUND_MS = 100.0
 MIME_TYPE = {"vp8": "video/VP8", "h264": "video/H264"}
 
 
-@pytest.fixture(scope="module", params=["vp8", pytest.param("h264", marks=pytest.mark.full)])
+@pytest.fixture(scope="module", params=["vp8", "h264"])
 def codec(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
@@ -41,6 +41,7 @@ async def server(
         yield running
 
 
+@pytest.mark.full
 @pytest.mark.timeout(120)
 async def test_every_offered_size_is_fresh_until_it_is_switched_off(
     server: Server, codec: str, open_viewer: OpenViewer

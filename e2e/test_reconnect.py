@@ -53,6 +53,7 @@ async def test_a_reload_keeps_turn_place_and_name(
         await ada.page.keyboard.up("ArrowLeft")
 
 
+@pytest.mark.full
 async def test_a_killed_client_comes_back_as_itself(serve: Serve, tmp_path: Path) -> None:
     """The proof's operator, killed and started again, has the turn that it had."""
     async with serve(tmp_path, PATIENT) as server:

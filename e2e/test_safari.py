@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from playwright.async_api import expect
+from tests.examples import at_length
 
 from e2e.harness import probe
 from e2e.harness.installed import needed
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 
 @pytest.mark.timeout(90)
-@pytest.mark.parametrize(("version", "player"), [(16.4, BROWSER), (26.0, OWN)])
+@pytest.mark.parametrize(("version", "player"), [*at_length((16.4, BROWSER)), (26.0, OWN)])
 async def test_in_a_browser_like_safari_one_watches_hears_drives_and_takes_a_call(
     server: Server, open_viewer: OpenViewer, ear: Ear | None, version: float, player: str
 ) -> None:

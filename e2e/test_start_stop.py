@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from e2e.harness.board import Board
 
 
+@pytest.mark.full
 @pytest.mark.timeout(90)
 async def test_a_paused_standard_error_stops_nothing(
     tmp_path: Path, open_viewer: OpenViewer

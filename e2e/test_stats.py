@@ -22,6 +22,7 @@ PLOTS = 7
 PLOTS_BUTTON = "Plots, and why it is slow"
 
 
+@pytest.mark.full
 @pytest.mark.timeout(90)
 async def test_details_show_what_was_measured_before_they_were_asked_for(
     server: Server, open_viewer: OpenViewer, tmp_path: Path

@@ -94,6 +94,7 @@ async def test_a_host_blanks_the_picture_bans_a_troll_and_closes(
     await closed.wait_for()
 
 
+@pytest.mark.full
 async def test_blanked_there_is_nothing_to_see(
     serve: Serve, tmp_path_factory: pytest.TempPathFactory, open_viewer: OpenViewer
 ) -> None:

@@ -71,6 +71,7 @@ async def loudness(viewer: Viewer) -> float:
     return float(np.std(viewer.sound().astype(np.float64)))
 
 
+@pytest.mark.full
 @pytest.mark.timeout(90)
 async def test_volume_and_mute_are_heard(
     server: Server, open_viewer: OpenViewer, ear: Ear | None

@@ -24,14 +24,10 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.timeout(180)
 
 BRIEFLY: Final[dict[str, tuple[View, ...]]] = {
-    "free": (View(UPRIGHT, "light"),),
-    "waiting": (View(ACROSS, "light"),),
     "driving": (View(ACROSS, "dark"), View(UPRIGHT, "light")),
     "server-gone": (View(DESKTOP, "dark"),),
-    "settings": (View(UPRIGHT, "dark"),),
-    "console": (View(DESKTOP, "light"),),
 }
-"""What between them has most of what the page can show; views of one state are of one device."""
+"""Where one drives, and where all is lost; views of one state are of one device."""
 ZOOMED: Final = ("driving", "free", "settings", "console")
 ZOOM: Final = 2
 """WCAG 1.4.4: text at 200 %, which halves a window's CSS pixels."""
@@ -101,6 +97,7 @@ async def test_at_200_percent_everything_is_there(
         _assert_none(found + await axe.findings(page))
 
 
+@pytest.mark.full
 async def test_at_200_percent_one_joins_drives_and_stops(chromium: Browser) -> None:
     """With text twice as large all that a visitor does can be done by the buttons themselves."""
     async with named("free").reached(chromium, COMPUTER) as scene:
@@ -112,9 +109,8 @@ async def test_at_200_percent_one_joins_drives_and_stops(chromium: Browser) -> N
         await viewer.release_stop()
 
 
-@pytest.mark.parametrize(
-    "key", ["driving", *(pytest.param(key, marks=pytest.mark.full) for key in ("free", "settings"))]
-)
+@pytest.mark.full
+@pytest.mark.parametrize("key", ["driving", "free", "settings"])
 async def test_colours_and_motion_are_the_readers(chromium: Browser, key: str) -> None:
     """Forced colours keep the edges of buttons and of what is chosen; less motion stops motion."""
     async with named(key).reached(chromium, COMPUTER) as scene:

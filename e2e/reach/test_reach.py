@@ -7,7 +7,6 @@ from contextlib import asynccontextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-import pytest
 from playwright.async_api import async_playwright
 
 from e2e.harness.viewer import Viewer
@@ -97,7 +96,6 @@ def by_relay(url: str, *more: str) -> str:
     return "\n".join([BASE, "[relay]", f'urls = ["{url}"]', f'secret = "{SECRET}"', *more])
 
 
-@pytest.mark.full
 async def test_one_forwarded_port_is_enough(tmp_path: Path) -> None:
     """A friend behind another NAT drives, and by the same peer also after their router forgot."""
     friend = replace(FRIEND, symmetric=True)
@@ -121,7 +119,6 @@ async def test_a_relay_helps_where_no_udp_gets_out(tmp_path: Path) -> None:
         await stage.drives()
 
 
-@pytest.mark.full
 async def test_relay_only_uses_nothing_else(tmp_path: Path) -> None:
     """Even where a direct connection is possible."""
     toml = by_relay(f"turn:{TURN.address}:{PORT}", "only = true")
@@ -130,7 +127,6 @@ async def test_relay_only_uses_nothing_else(tmp_path: Path) -> None:
         await stage.drives()
 
 
-@pytest.mark.full
 async def test_without_a_forwarded_port_full_ice_helps(tmp_path: Path) -> None:
     """Both routers are opened from inside, by what a STUN server tells each end."""
     toml = BASE.replace(f"udp_port = {MEDIA}", 'mode = "full-ice"').replace(
