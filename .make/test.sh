@@ -2,7 +2,7 @@
 # Every stage runs, one failure fails, and each says how long it took.
 # usage: test.sh unit | test | all
 #   unit   pure code: no browser, no other process
-#   test   the checks, unit, tests that start processes, one link, the browsers
+#   test   the checks, unit, tests that start processes, the browsers
 #   all    the same at full length, branch coverage, each kind of link, the tests of the suites
 set -eu
 . .make/lib.sh
@@ -89,8 +89,6 @@ if [ "$what" = all ]; then
     stage "the branches" sh .make/suite.sh coverage
     stage "each kind of link, briefly" delay --only instrument "same-machine/*" wireless-1m/operator \
         modem-56k/thesis step-down/operator first-picture/internet-5m input/key mute
-else
-    stage "one link" delay --only wireless-1m/operator
 fi
 [ $status = 0 ] || say "something failed, see above; the tests in browsers follow"
 stage "browsers beside each other" python_tests "not alone$short" e2e -n $at_once --dist worksteal
