@@ -65,22 +65,11 @@ if [ "$what" != unit ]; then
     stage "checks" sh .make/check.sh
 fi
 stage "the unit tests of both languages" unit_tests
-# They take a minute; where they take much longer, what drives a robot beside other tests is late.
-if [ $took_s -le 100 ]; then at_once=2; else at_once=1; fi
 [ "$what" != unit ] || exit $status
 # The files that hold tests so marked: to collect all others takes longer than many of these tests.
 marked() { grep -rl "mark\.$1" tests --include='test_*.py' | sort; }
-# The soak waits more than it computes, so where it can it does that beside the others.
-started() {
-    python_tests "system$short" tests/soak >.cache/soak-tests.log 2>&1 &
-    soak=$!
-    [ $at_once = 2 ] || soaked
-    # shellcheck disable=SC2046  # words
-    python_tests "system and not alone$short" $(marked system | grep -v ^tests/soak/) \
-        -n 4 --dist worksteal || status=1
-    [ $at_once = 1 ] || soaked
-}
-soaked() { wait $soak || { status=1 && cat .cache/soak-tests.log; }; }
+# shellcheck disable=SC2046  # words
+started() { python_tests "system and not alone$short" $(marked system) -n 4 --dist worksteal; }
 # shellcheck disable=SC2046  # words
 deadlines() { python_tests "system and alone$short" $(marked alone); }
 stage "what starts processes" started
@@ -91,6 +80,5 @@ if [ "$what" = all ]; then
         modem-56k/thesis step-down/operator first-picture/internet-5m input/key mute
 fi
 [ $status = 0 ] || say "something failed, see above; the tests in browsers follow"
-stage "browsers beside each other" python_tests "not alone$short" e2e -n $at_once --dist worksteal
-stage "a browser alone" python_tests "alone$short" e2e
+stage "the browsers" python_tests "not system$short" e2e
 exit $status

@@ -36,15 +36,6 @@ load_profiles()
 MEASURES = ("delay", "instrument", "link", "load", "peers", "reach")
 """Folders of what measures or needs another's server, whose tests `make test-all` runs."""
 
-BESIDE = (
-    *("gallery", "test_aboard.py", "test_bad_input.py", "test_big_screen.py"),
-    *("test_branding.py", "test_controls.py", "test_embed.py", "test_first_load.py"),
-    *("test_language.py", "test_page.py", "test_prove_stop.py"),
-    *("test_queue.py", "test_reconnect.py", "test_records.py", "test_start_stop.py"),
-    *("test_stats.py", "test_strangers.py", "test_thesis.py", "test_watching.py"),
-)
-"""Where a wait is long enough for a machine that does other things: another test runs beside it."""
-
 SERVERS = pytest.StashKey[list[Server]]()
 VIEWERS = pytest.StashKey[list[Viewer]]()
 
@@ -63,8 +54,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         part = item.path.relative_to(here).parts[0]
         if part in MEASURES:
             item.add_marker(pytest.mark.full)
-        if part not in BESIDE:
-            item.add_marker(pytest.mark.alone)
         if pytest_asyncio.is_async_test(item):
             item.add_marker(pytest.mark.asyncio(loop_scope="session"), append=False)
 

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 
 @pytest.mark.system
+@pytest.mark.alone
+@pytest.mark.full
 @pytest.mark.timeout(240)
 async def test_half_a_minute_of_coming_and_going_leaves_nothing() -> None:
     """Threads, descriptors and tasks are as many as before, while somebody drove throughout."""
@@ -25,6 +27,7 @@ async def test_half_a_minute_of_coming_and_going_leaves_nothing() -> None:
 
 
 @pytest.mark.system
+@pytest.mark.alone
 @pytest.mark.full
 @pytest.mark.timeout(1800)
 async def test_a_thousand_who_joined_and_left_leave_nothing() -> None:
