@@ -7,10 +7,11 @@ import signal
 import subprocess
 import sys
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from tests.robot.process.conftest import Log, is_alive, settings_for
+from tests.robot.process.parent import process_driver
 from tests.until import until
 
 from wax.clock import SystemClock
@@ -18,7 +19,6 @@ from wax.config.controls import ControlSettings
 from wax.config.settings import LogSettings
 from wax.driver.checks import NO_ANSWER
 from wax.driver.interface import STANDSTILL, Limits, Twist
-from wax.robot.find_driver import make_robot
 from wax.robot.process import driver as driver_module
 from wax.robot.process.child_process import ChildProcess
 from wax.robot.process.driver import ProcessDriver
@@ -42,12 +42,12 @@ AHEAD = Twist(0.5, 0.0)
 
 
 @pytest.fixture
-def made(log: Log) -> Iterator[Callable[[str], Driver]]:
+def made(log: Log) -> Iterator[Callable[..., ProcessDriver]]:
     """Make the robot of this name, opened; it is closed after the test."""
-    robots: list[Driver] = []
+    robots: list[ProcessDriver] = []
 
-    def make(name: str) -> Driver:
-        robots.append(make_robot(settings_for(log, name), SystemClock()))
+    def make(name: str, **more: Any) -> ProcessDriver:
+        robots.append(process_driver(settings_for(log, name), **more))
         robots[-1].open()
         return robots[-1]
 
@@ -57,7 +57,7 @@ def made(log: Log) -> Iterator[Callable[[str], Driver]]:
 
 
 @pytest.fixture
-def robot(made: Callable[[str], Driver]) -> Driver:
+def robot(made: Callable[..., Driver]) -> Driver:
     """Open a robot, which is connected."""
     robot = made("Recorder")
     until(lambda: robot.state().connected)
@@ -83,16 +83,12 @@ def drive_off(robot: Driver, log: Log) -> None:
     until(drives_off)
 
 
-def test_it_tells_what_the_robot_tells(robot: Driver) -> None:
-    """The real driver's state comes through, and what it prints does not get in between."""
+def test_state_and_axes_come_through(robot: Driver, log: Log) -> None:
+    """What the robot tells, without what it prints; and an axis that it has, within its range."""
     state = robot.state()
     assert state.extra["battery_v"] == 7.4
     assert (state.problem, state.epoch, state.moving) == (None, 1, None)
     assert state.extra["driver_garbled"] == 0
-
-
-def test_axes_come_through(robot: Driver, log: Log) -> None:
-    """An axis that is there is moved, within its range; another one is not spoken of."""
 
     def moved() -> set[tuple[float, ...]]:
         robot.apply(STANDSTILL, 1)
@@ -167,7 +163,7 @@ def test_a_frozen_process_is_replaced(robot: Driver, log: Log) -> None:
 
 
 def test_a_process_that_does_not_read_is_ended(
-    made: Callable[[str], Driver], log: Log, monkeypatch: pytest.MonkeyPatch
+    made: Callable[..., Driver], log: Log, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where the pipe is full a stop would not be heard: the robot's own watchdog is called."""
     monkeypatch.setattr(driver_module, "HUNG_S", 60.0)  # it is not ended as one that is frozen
@@ -233,7 +229,7 @@ def test_set_points_come_steadily(robot: Driver, log: Log) -> None:
     until(hears_more)
 
 
-def test_a_driver_that_raises_is_stopped(made: Callable[[str], Driver], log: Log) -> None:
+def test_a_driver_that_raises_is_stopped(made: Callable[..., Driver], log: Log) -> None:
     """Its robot is told to stand, its server that it does not answer, and standstill mends it."""
     robot = made("Fragile")
     until(lambda: robot.state().connected)
@@ -253,7 +249,7 @@ def test_a_driver_that_raises_is_stopped(made: Callable[[str], Driver], log: Log
     drive_off(robot, log)
 
 
-def test_a_driver_that_tells_nonsense_does_not_answer(made: Callable[[str], Driver]) -> None:
+def test_a_driver_that_tells_nonsense_does_not_answer(made: Callable[..., Driver]) -> None:
     """What is no state is not told on; the process lives."""
     robot = made("Liar")
     until(lambda: robot.state().problem == NO_ANSWER)
@@ -262,7 +258,7 @@ def test_a_driver_that_tells_nonsense_does_not_answer(made: Callable[[str], Driv
 
 
 @pytest.mark.alone
-def test_a_driver_that_cannot_be_closed_is_ended(made: Callable[[str], Driver], log: Log) -> None:
+def test_a_driver_that_cannot_be_closed_is_ended(made: Callable[..., Driver], log: Log) -> None:
     """Closing takes a second at most; the robot was stopped first."""
     robot = made("Stuck")
     until(lambda: robot.state().connected)
@@ -274,15 +270,15 @@ def test_a_driver_that_cannot_be_closed_is_ended(made: Callable[[str], Driver], 
     assert not robot.state().connected
 
 
-def test_a_silent_server_lets_go_of_what_it_held(log: Log) -> None:
+def test_a_silent_server_lets_go_of_what_it_held(
+    made: Callable[..., ProcessDriver], log: Log
+) -> None:
     """Through the real pipe: a horn and what moves begin, and end when the server says no more."""
     controls = [
         ControlSettings(name="horn", kind="button"),
         ControlSettings(name="spin", kind="button", moves=True),
     ]
-    robot = make_robot(settings_for(log, "Equipped"), SystemClock(), controls=controls)
-    assert isinstance(robot, ProcessDriver)
-    robot.open()
+    robot = made("Equipped", controls=controls)
     until(lambda: robot.state().connected)
 
     def told(name: str) -> list[tuple[float, ...]]:
@@ -300,10 +296,9 @@ def test_a_silent_server_lets_go_of_what_it_held(log: Log) -> None:
     until(lambda: told("spin")[-1] == told("horn")[-1] == (0.0, 1.0))
     assert told("lamp") == []
     until(lambda: "silent" in str(robot.state().problem))
-    robot.close()
 
 
-def test_it_may_be_closed_while_it_begins(made: Callable[[str], Driver]) -> None:
+def test_it_may_be_closed_while_it_begins(made: Callable[..., Driver]) -> None:
     """A process that is just being started ends as well, and may be opened anew."""
     robot = made("Recorder")
     robot.close()
