@@ -7,10 +7,12 @@ import os
 import signal
 import time
 from itertools import pairwise
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from tests.examples import at_length
+from tests.robot.media import sighted
 from tests.robot.process.conftest import Log, is_alive
 from tests.until import until
 
@@ -25,15 +27,15 @@ from wax.driver.interface import (
     KnowsItsView,
 )
 from wax.errors import SourceError, SpeakerError
-from wax.robot.find_driver import make_robot
-from wax.robot.media.process import STUCK_S
+from wax.robot.known import Known, look
+from wax.robot.media.process import STUCK_S, MediaProcess
+from wax.robot.sensing_driver import SensingDriver
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
     from wax.capture.source import AudioSource, Picture, VideoSource
-    from wax.robot.sensing_driver import SensingDriver
     from wax.speaker.interface import Speaker
 
 pytestmark = pytest.mark.system
@@ -57,7 +59,9 @@ def made(log: Log) -> Iterator[Callable[[str], SensingDriver]]:
             driver=f"tests.robot.media.sighted:{name}",
             serial=SerialSettings(url=str(log._path)),
         )
-        robots.append(cast("SensingDriver", make_robot(settings, SystemClock())))
+        known = Known.of(getattr(sighted, name)(settings, SystemClock()))
+        media = MediaProcess(settings)
+        robots.append(SensingDriver(settings, SystemClock(), known=known, media=media))
         return robots[-1]
 
     yield make
@@ -110,8 +114,13 @@ def problem(source: VideoSource | AudioSource) -> str:
 
 
 def test_pictures_come_whole_new_and_with_their_times(robot: SensingDriver) -> None:
-    """Each is of one colour, later and newer than the one before; it does not change."""
-    source = camera(robot)
+    """Each is of one colour, later and newer than the one before; it does not change.
+
+    A slow reader gets the newest; a view from outside is a camera with settings of its own.
+    """
+    assert isinstance(robot, HasExternalView)
+    above = CameraSettings(name="above", width=32, height=32, fps=60)
+    source, view = camera(robot), robot.external_view(above, SystemClock())
     began_s = SystemClock().now_s()
     kept = first(source)
     number = int(kept.i420[0, 0])
@@ -122,12 +131,8 @@ def test_pictures_come_whole_new_and_with_their_times(robot: SensingDriver) -> N
     assert times == sorted(set(times))
     assert began_s < times[-1] <= SystemClock().now_s()
     assert int(kept.i420[0, 0]) == number
-
-
-def test_a_slow_reader_gets_the_newest(robot: SensingDriver) -> None:
-    """What came meanwhile is left out."""
-    source = camera(robot)
-    before = first(source)
+    assert first(view).i420.shape == (48, 32)
+    before = source.read()
     time.sleep(0.5)
     after = source.read()
     assert (int(after.i420[0, 0]) - int(before.i420[0, 0])) % 250 > 1
@@ -141,24 +146,14 @@ def test_it_has_the_senses_of_the_driver_and_no_other(
     for sense in (HasCamera, HasExternalView, HasMicrophone, HasSpeaker, KnowsItsView):
         assert isinstance(robot, sense)
     assert robot.own_view.width_m == 0.4
+    settings = RobotSettings(driver="tests.robot.media.sighted:Sighted")
+    known = look(settings)  # in a process, as the server does
+    assert known == Known.of(sighted.Sighted(settings, SystemClock()))
     assert not isinstance(made("Recorder"), HasCamera | HasMicrophone | HasSpeaker | KnowsItsView)
 
 
-def test_driver_and_camera_are_in_two_processes(robot: SensingDriver, log: Log) -> None:
-    """Both are none of the server's, and the camera's driver is never opened."""
-    source = camera(robot)
-    first(source)
-    robot.open()
-    until(lambda: robot.state().connected)
-    state = robot.state()
-    assert len({os.getpid(), state.extra["media_pid"], state.extra["driver_pid"]}) == 3
-    assert [entry.values for entry in log.entries() if entry.word == "open"] == [
-        (state.extra["driver_pid"],)
-    ]
-
-
 def test_sound_comes_in_order_on_its_channels(robot: SensingDriver) -> None:
-    """No block is missing or torn, and both ears get their own."""
+    """No block is missing or torn, and both ears get their own; what is old is left out."""
     source = microphone(robot)
     source.open()
     until(lambda: not _fails(source))
@@ -172,16 +167,8 @@ def test_sound_comes_in_order_on_its_channels(robot: SensingDriver) -> None:
         assert step == 1 or (step > 1 and max(pauses_s) > 0.1)
     assert all(np.array_equal(block.samples[:, 0], -block.samples[:, 1]) for block in blocks)
     assert {block.samples.shape for block in blocks} == {(480, 2)}
-
-
-def test_old_sound_is_left_out(robot: SensingDriver) -> None:
-    """A server that was busy hears what is now, not what was."""
-    source = microphone(robot)
-    source.open()
-    until(lambda: not _fails(source))
-    before = source.read()
     time.sleep(1.0)
-    assert source.read().captured_s - before.captured_s > 0.5
+    assert source.read().captured_s - blocks[-1].captured_s > 0.5
 
 
 def _opens(mouth: Speaker) -> bool:
@@ -214,24 +201,18 @@ def test_a_voice_is_said(robot: SensingDriver, log: Log) -> None:
     assert said == [*(f"480 {number}" for number in range(5)), "5760 6"]
 
 
-def test_a_view_from_outside_is_a_camera_of_its_own(robot: SensingDriver) -> None:
-    """With the settings of its own table."""
-    assert isinstance(robot, HasExternalView)
-    view = robot.external_view(
-        CameraSettings(name="above", width=32, height=32, fps=60), SystemClock()
-    )
-    own = camera(robot)
-    assert first(view).i420.shape == (48, 32)
-    assert first(own).i420.shape == (72, 64)
+def test_a_killed_process_is_started_again(robot: SensingDriver, log: Log) -> None:
+    """Meanwhile there is one sentence; the driver, in another process, does not notice.
 
-
-def test_a_killed_process_is_started_again(robot: SensingDriver) -> None:
-    """Meanwhile there is one sentence; the driver does not notice."""
+    Both are none of the server's, and the camera's driver is never opened.
+    """
     source = camera(robot)
     first(source)
     robot.open()
     until(lambda: robot.state().connected)
-    killed = int(robot.state().extra["media_pid"])
+    killed, driver = (int(robot.state().extra[f"{which}_pid"]) for which in ("media", "driver"))
+    assert len({os.getpid(), killed, driver}) == 3
+    assert [entry.values for entry in log.entries() if entry.word == "open"] == [(driver,)]
     os.kill(killed, signal.SIGKILL)
     assert problem(source) == (
         "The process of the robot's camera and sound has ended (signal 9); restarting it."
@@ -272,24 +253,14 @@ def test_the_process_ends_with_the_robot(robot: SensingDriver) -> None:
     ("will", "says"),
     [
         ("raise", "The camera failed: no lens"),
-        pytest.param(
-            "odd",
-            "The camera delivers 64 by 71 bytes; it must be a Picture",
-            marks=pytest.mark.full,
-        ),
-        pytest.param(
-            "large",
-            "The camera delivers 4096 by 4096 pixels; it must be a Picture",
-            marks=pytest.mark.full,
-        ),
-        pytest.param(
-            "none",
-            "The camera delivers a NoneType that is no Picture; it must be",
-            marks=pytest.mark.full,
-        ),
         ("hang", "The camera delivers nothing; check that it is connected."),
         ("exit", "has ended (status 3, see the server's log); restarting it."),
-        ("die", "has ended (signal 9); restarting it."),
+        *at_length(
+            ("odd", "The camera delivers 64 by 71 bytes; it must be a Picture"),
+            ("large", "The camera delivers 4096 by 4096 pixels; it must be a Picture"),
+            ("none", "The camera delivers a NoneType that is no Picture; it must be"),
+            ("die", "has ended (signal 9); restarting it."),
+        ),
     ],
 )
 def test_a_camera_that_fails_is_one_sentence_and_comes_back(
