@@ -8,6 +8,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from tests.examples import at_length
 from tests.robot.ros2.base import Base, own_domain
 from tests.robot.ros2.robots import driven, feed, opened, ros2_settings, standing, told, until
 
@@ -79,6 +80,9 @@ def test_a_second_publisher_stops_the_robot(
         standing(base)
         base.forget()
         feed(driver, AHEAD, for_s=0.5)
+        # Once the robot was told long enough to stand, the topic is the other publisher's.
+        while time.monotonic() - base.told()[-1].at_s < 1.2:
+            time.sleep(0.05)
         assert all(told.twist.is_zero for told in base.told())
     finally:
         other.end()
@@ -89,20 +93,22 @@ def test_a_second_publisher_stops_the_robot(
     assert all(told.twist.is_zero for told in base.told())
 
 
-def test_while_another_speaks_standstill_is_not_repeated_for_ever(
-    make: Callable[..., Driver], base: Base, domain: int
-) -> None:
-    """Once the robot was told long enough to stand, the topic is the other publisher's."""
+def test_a_base_that_is_back_stands(make: Callable[..., Driver], base: Base) -> None:
+    """A stop is heard; and one that has ended and begins again is not moved by a held control."""
     driver = opened_on(base, make())
-    other = Base(domain, topic="/elsewhere").start()
-    try:
-        other.say("geometry_msgs/msg/Twist", "/cmd_vel")
-        until(driver, says("ros2.other_publisher"))
-        standing(base)
-        while time.monotonic() - base.told()[-1].at_s < 1.2:
-            time.sleep(0.05)
-    finally:
-        other.end()
+    driven(base, driver, AHEAD)
+    driver.stop(1)
+    standing(base)
+    base.forget()
+    driven(base, driver, AHEAD)
+    base.end()
+    until(driver, lambda state: not state.connected)
+    base.forget()
+    base.start()
+    until(driver, lambda state: state.connected)
+    feed(driver, AHEAD, for_s=0.3)
+    assert base.told()
+    assert all(told.twist.is_zero for told in base.told())
 
 
 @pytest.mark.full
@@ -128,7 +134,7 @@ def test_another_server_is_named(make: Callable[..., Driver], base: Base) -> Non
     until(second, says("ros2.other_wax"))
 
 
-@pytest.mark.parametrize(("theirs", "ours"), [("stamped", False), ("twist", True)])
+@pytest.mark.parametrize(("theirs", "ours"), [("stamped", False), *at_length(("twist", True))])
 def test_a_wrong_type_is_named(
     make: Callable[..., Driver], domain: int, theirs: str, ours: bool
 ) -> None:
@@ -165,9 +171,13 @@ def test_an_interface_that_is_not_there_is_named(make: Callable[..., Driver]) ->
     assert "10.254.254.1" in str(driver.state().said)
 
 
-def test_the_battery_is_read(make: Callable[..., Driver], base: Base) -> None:
-    """Volts and charge come from the battery's topic."""
-    driver = opened_on(base, make(battery="/battery_state"))
+HAZARDS = "irobot_create_msgs/msg/HazardDetectionVector"
+
+
+def test_what_the_robot_tells_is_read(make: Callable[..., Driver], base: Base) -> None:
+    """Volts and charge; a collision while it lasts; and an ERROR in the robot's own words."""
+    topics = {"battery": "/battery_state", "bumper": "/bumper", "diagnostics": "/diagnostics"}
+    driver = opened_on(base, make(**topics, bumper_type=HAZARDS))
     message = {"voltage": 11.5, "percentage": 0.75, "cell_voltage": [3.5, 4.0], "location": "rear"}
     state = told(
         driver,
@@ -176,35 +186,11 @@ def test_the_battery_is_read(make: Callable[..., Driver], base: Base) -> None:
     )
     assert (state.battery_v, state.battery_fraction) == (11.5, 0.75)
 
+    def bump(kind: int) -> Callable[[], None]:
+        return lambda: base.say(HAZARDS, "/bumper", {"detections": [{"type": kind}]})
 
-@pytest.mark.parametrize(
-    ("type_name", "pressed", "released"),
-    [
-        ("std_msgs/msg/Bool", {"data": True}, {"data": False}),
-        (
-            "kobuki_ros_interfaces/msg/BumperEvent",
-            {"bumper": 1, "state": 1},
-            {"bumper": 1, "state": 0},
-        ),
-        (
-            "irobot_create_msgs/msg/HazardDetectionVector",
-            {"detections": [{"type": 1}]},
-            {"detections": [{"type": 3}]},
-        ),
-    ],
-)
-def test_the_bumper_is_read(
-    make: Callable[..., Driver], base: Base, type_name: str, pressed: Any, released: Any
-) -> None:
-    """A collision is seen while it lasts, in each form that robots have."""
-    driver = opened_on(base, make(bumper="/bumper", bumper_type=type_name))
-    told(driver, lambda: base.say(type_name, "/bumper", pressed), lambda state: state.bumpers > 0)
-    told(driver, lambda: base.say(type_name, "/bumper", released), lambda state: not state.bumpers)
-
-
-def test_a_fault_is_a_problem(make: Callable[..., Driver], base: Base) -> None:
-    """An ERROR in the diagnostics is the robot's problem, in its own words, until it is over."""
-    driver = opened_on(base, make(diagnostics="/diagnostics"))
+    told(driver, bump(1), lambda state: state.bumpers > 0)
+    told(driver, bump(3), lambda state: not state.bumpers)
 
     def tell(level: int) -> Callable[[], None]:
         status = {"level": level, "name": "motors", "message": "too hot", "values": [{"key": "t"}]}
@@ -216,12 +202,31 @@ def test_a_fault_is_a_problem(make: Callable[..., Driver], base: Base) -> None:
     told(driver, tell(1), lambda state: state.problem is None)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
-    "is_fast",
-    [False, pytest.param(True, marks=pytest.mark.full)],
-    ids=["CycloneDDS", "Fast DDS"],
+    ("type_name", "pressed", "released"),
+    [
+        ("std_msgs/msg/Bool", {"data": True}, {"data": False}),
+        (
+            "kobuki_ros_interfaces/msg/BumperEvent",
+            {"bumper": 1, "state": 1},
+            {"bumper": 1, "state": 0},
+        ),
+    ],
 )
-@pytest.mark.parametrize("name", ["cmd_vel_timeout", "velocity_timeout"])
+def test_the_bumper_is_read(
+    make: Callable[..., Driver], base: Base, type_name: str, pressed: Any, released: Any
+) -> None:
+    """A collision is seen while it lasts, in each of the older forms."""
+    driver = opened_on(base, make(bumper="/bumper", bumper_type=type_name))
+    told(driver, lambda: base.say(type_name, "/bumper", pressed), lambda state: state.bumpers > 0)
+    told(driver, lambda: base.say(type_name, "/bumper", released), lambda state: not state.bumpers)
+
+
+@pytest.mark.parametrize(
+    "is_fast", [False, *at_length(True)], ids=["CycloneDDS", "Fast DDS"]
+)
+@pytest.mark.parametrize("name", ["cmd_vel_timeout", *at_length("velocity_timeout")])
 def test_the_robots_time_out_is_asked(
     make: Callable[..., Driver], domain: int, is_fast: bool, name: str
 ) -> None:
@@ -238,7 +243,7 @@ def test_the_robots_time_out_is_asked(
         base.end()
 
 
-@pytest.mark.parametrize("theirs", [0.0, 1.0])
+@pytest.mark.parametrize("theirs", [0.0, *at_length(1.0)])
 def test_a_robot_that_promises_less_is_not_driven(
     make: Callable[..., Driver], base: Base, theirs: float
 ) -> None:
