@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from wax.driver.interface import Driver, Twist
 
 pytest.importorskip("cyclonedds", reason='type: pip install "wax-teleop[ros2]"')
-pytestmark = [pytest.mark.system, pytest.mark.timeout(120)]
+pytestmark = [pytest.mark.system, pytest.mark.full, pytest.mark.timeout(120)]
 
 
 class TestByDds(DriverSafety):
@@ -53,11 +53,9 @@ class TestByDds(DriverSafety):
         assert driver.limits.ttl_s is None
 
 
-@pytest.mark.full
 class TestByDdsInItsProcess(TestByDds):
     make = staticmethod(make_robot)
 
 
-@pytest.mark.full
 class TestByDdsWithoutStandby(TestByDds):
     own: ClassVar[dict[str, Any]] = {"standby": False}

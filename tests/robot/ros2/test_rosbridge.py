@@ -52,6 +52,7 @@ def by_bridge(bridge: Bridge, **own: Any) -> Any:
 
 
 @pytest.mark.system
+@pytest.mark.full
 @pytest.mark.timeout(120)
 class TestByRosbridge(DriverSafety):
     """Seen by what the server was told."""
