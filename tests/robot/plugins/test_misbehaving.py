@@ -142,30 +142,31 @@ SLOW = pytest.mark.full
 """It takes the 20 s that a plug-in may need to load, or does much as another of its kind."""
 
 
+@SLOW
 @pytest.mark.parametrize(
     ("driver", "says"),
     [
-        pytest.param("raises_on_import:Robot", BUILT, id="raises on import"),
-        pytest.param("exits_on_import:Robot", ENDED + "status 3", id="exits on import", marks=SLOW),
-        pytest.param("hangs_on_import:Robot", HANGS, id="hangs on import", marks=SLOW),
-        pytest.param("misbehaving:RaisesInConstructor", BUILT, marks=SLOW),
-        pytest.param("misbehaving:RubbishLimits", BUILT, marks=SLOW),
-        pytest.param("misbehaving:RubbishKind", BUILT, marks=SLOW),
-        pytest.param("misbehaving:RaisesInLimits", BUILT, marks=SLOW),
-        pytest.param("misbehaving:RaisesInOpen", ENDED + "status 1", marks=SLOW),
-        pytest.param("misbehaving:HangsInOpen", HANGS, marks=SLOW),
-        pytest.param("misbehaving:RaisesInApply", NO_ANSWER, marks=SLOW),
-        pytest.param("misbehaving:HangsInApply", HANGS, marks=SLOW),
-        pytest.param("misbehaving:HangsWithInterpreter", HANGS, marks=SLOW),
-        pytest.param("misbehaving:RaisesInState", NO_ANSWER, marks=SLOW),
-        pytest.param("misbehaving:RubbishState", NO_ANSWER, marks=SLOW),
+        ("raises_on_import:Robot", BUILT),
+        ("exits_on_import:Robot", ENDED + "status 3"),
+        ("hangs_on_import:Robot", HANGS),
+        ("misbehaving:RaisesInConstructor", BUILT),
+        ("misbehaving:RubbishLimits", BUILT),
+        ("misbehaving:RubbishKind", BUILT),
+        ("misbehaving:RaisesInLimits", BUILT),
+        ("misbehaving:RaisesInOpen", ENDED + "status 1"),
+        ("misbehaving:HangsInOpen", HANGS),
+        ("misbehaving:RaisesInApply", NO_ANSWER),
+        ("misbehaving:HangsInApply", HANGS),
+        ("misbehaving:HangsWithInterpreter", HANGS),
+        ("misbehaving:RaisesInState", NO_ANSWER),
+        ("misbehaving:RubbishState", NO_ANSWER),
         ("misbehaving:HangsInState", HANGS),
-        pytest.param("misbehaving:HangsInClose", HANGS, marks=SLOW),
-        pytest.param("misbehaving:LeaksThreads", "takes ever more of the machine (", marks=SLOW),
-        pytest.param("misbehaving:LeaksFiles", NO_ANSWER, marks=SLOW),
-        pytest.param("misbehaving:Exits", ENDED + "status 3", marks=SLOW),
-        pytest.param("misbehaving:KillsItself", ENDED + "signal 9", marks=SLOW),
-        pytest.param("misbehaving:TakesSignals", HANGS, marks=SLOW),
+        ("misbehaving:HangsInClose", HANGS),
+        ("misbehaving:LeaksThreads", "takes ever more of the machine ("),
+        ("misbehaving:LeaksFiles", NO_ANSWER),
+        ("misbehaving:Exits", ENDED + "status 3"),
+        ("misbehaving:KillsItself", ENDED + "signal 9"),
+        ("misbehaving:TakesSignals", HANGS),
     ],
 )
 async def test_a_driver_spoils_nothing_but_itself(tmp_path: Path, driver: str, says: str) -> None:
@@ -204,24 +205,17 @@ async def test_a_driver_that_prints_without_end_fills_no_log(tmp_path: Path) -> 
     assert (tmp_path / "server.log").stat().st_size < 300_000
 
 
+@SLOW
 @pytest.mark.parametrize(
     ("driver", "says"),
     [
-        pytest.param("CameraRaises", "The camera failed: no lens", marks=SLOW),
+        ("CameraRaises", "The camera failed: no lens"),
         ("CameraHangs", "The camera delivers nothing; check that it is connected."),
-        pytest.param("CameraIsNone", "The camera failed: ", marks=SLOW),
-        pytest.param(
-            "CameraIsOdd",
-            "The camera delivers something other than a table of bytes; it must be",
-            marks=SLOW,
-        ),
-        pytest.param(
-            "CameraExits",
-            "The process of the robot's camera and sound has ended (status 5",
-            marks=SLOW,
-        ),
-        pytest.param("CameraLocks", "The robot's camera and sound are starting.", marks=SLOW),
-        pytest.param("CameraLeaks", "takes ever more of the machine (", marks=SLOW),
+        ("CameraIsNone", "The camera failed: "),
+        ("CameraIsOdd", "The camera delivers something other than a table of bytes; it must be"),
+        ("CameraExits", "The process of the robot's camera and sound has ended (status 5"),
+        ("CameraLocks", "The robot's camera and sound are starting."),
+        ("CameraLeaks", "takes ever more of the machine ("),
     ],
 )
 async def test_a_robots_camera_spoils_nothing_but_its_picture(
