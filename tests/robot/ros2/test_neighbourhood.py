@@ -223,9 +223,7 @@ def test_the_bumper_is_read(
     told(driver, lambda: base.say(type_name, "/bumper", released), lambda state: not state.bumpers)
 
 
-@pytest.mark.parametrize(
-    "is_fast", [False, *at_length(True)], ids=["CycloneDDS", "Fast DDS"]
-)
+@pytest.mark.parametrize("is_fast", [False, *at_length(True)], ids=["CycloneDDS", "Fast DDS"])
 @pytest.mark.parametrize("name", ["cmd_vel_timeout", *at_length("velocity_timeout")])
 def test_the_robots_time_out_is_asked(
     make: Callable[..., Driver], domain: int, is_fast: bool, name: str
