@@ -15,7 +15,7 @@ from tests.commands.proof.robots import LEFT
 
 from wax.session.proof_runner import NOT_ALL
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(240)]
+pytestmark = [pytest.mark.system, pytest.mark.full, pytest.mark.timeout(240)]
 
 ROOT: Final = Path(__file__).parents[3]
 MEASURED: Final = 6
@@ -43,7 +43,6 @@ def prove(folder: Path, name: str) -> tuple[int, str, str]:
     return process.returncode, said, complaint
 
 
-@pytest.mark.full
 @pytest.mark.alone
 @pytest.mark.parametrize("name", ["Moving", "Posing"])
 def test_what_can_be_cut_is_proved_and_the_rest_is_named(tmp_path: Path, name: str) -> None:
@@ -61,7 +60,6 @@ def test_what_can_be_cut_is_proved_and_the_rest_is_named(tmp_path: Path, name: s
     assert not complaint
 
 
-@pytest.mark.full
 def test_a_robot_that_rolls_on_is_not_proved(tmp_path: Path) -> None:
     """It was told in time, and its own reports tell that it went on."""
     status, said, complaint = prove(tmp_path, "Late")
@@ -80,7 +78,6 @@ def test_a_robot_that_reports_no_motion_is_refused(tmp_path: Path) -> None:
     assert not (tmp_path / "record.html").exists()
 
 
-@pytest.mark.full
 def test_a_robot_that_is_not_there_is_named(tmp_path: Path) -> None:
     """The driver's own sentence says why."""
     status, said, complaint = prove(tmp_path, "Absent")
@@ -88,7 +85,6 @@ def test_a_robot_that_is_not_there_is_named(tmp_path: Path) -> None:
     assert "the robot is not connected. The robot cannot be reached (no route to it)" in complaint
 
 
-@pytest.mark.full
 def test_broken_off_it_leaves_a_robot_that_stands(tmp_path: Path) -> None:
     """A signal in the middle of driving stops the robot, whose driver lets go of it standing."""
     with begin(tmp_path, "Moving") as process:
