@@ -61,6 +61,7 @@ def test_it_holds_the_page_and_no_test(wheel: Path) -> None:
     assert not [name for name in ours if ".sources" in name or "test_" in name]
 
 
+@pytest.mark.full
 async def test_it_serves_where_nothing_else_is(wheel: Path, tmp_path: Path) -> None:
     """In a fresh environment it tells its version and its use, serves its page, and ends well."""
     _run(sys.executable, "-m", "venv", "--without-pip", tmp_path / "fresh")
