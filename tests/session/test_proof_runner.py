@@ -10,6 +10,7 @@ from html import unescape
 from typing import TYPE_CHECKING, cast
 
 import pytest
+from tests.examples import at_length
 
 from wax.commands.proof.verdict import FAULTS
 from wax.control.stop_latch import LatchedStop
@@ -109,7 +110,11 @@ PROOFS = {
 }
 
 
-@pytest.mark.parametrize(("config", "state", "sentence"), PROOFS.values(), ids=PROOFS)
+@pytest.mark.parametrize(
+    ("config", "state", "sentence"),
+    [*at_length(PROOFS["in time"]), PROOFS["in part"], PROOFS["too late"]],
+    ids=PROOFS,
+)
 async def test_the_page_claims_no_more_than_the_record(
     proving: ProofRunner,
     robot: Robot,
