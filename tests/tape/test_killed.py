@@ -76,7 +76,7 @@ def _kill_and_check(folder: Path, codec: Codec) -> None:
 
 @pytest.mark.system
 @pytest.mark.parametrize(
-    "kills", [4, pytest.param(50, marks=[pytest.mark.full, pytest.mark.timeout(300)])]
+    "kills", [2, pytest.param(50, marks=[pytest.mark.full, pytest.mark.timeout(300)])]
 )
 def test_a_kill_costs_a_second(tmp_path: Path, kills: int) -> None:
     """At any moment of the recording, by any codec; some at once, since each waits most of it."""
