@@ -84,6 +84,10 @@ def ahead_after(log: Log, since_s: float) -> list[float]:
     return [e.at_s for e in log.entries(since_s) if e.word == "apply" and e.values[0] > 0.0]
 
 
+def is_replaced(log: Log, old: int) -> Callable[[], bool]:
+    return lambda: log.pid() != old
+
+
 def test_a_person_outranks_a_server_that_drives(
     start: Callable[..., Server], log: Log, person: Person
 ) -> None:
@@ -142,7 +146,7 @@ def test_a_stop_of_theirs_outlives_whatever_dies(
         else:
             server.signal(signal.SIGKILL)
             server = start()
-        until(lambda old=old: log.pid() != old)
+        until(is_replaced(log, old))
         began_s = time.monotonic()
         for _ in range(4):  # for longer than the pause
             server.tell("stand")
