@@ -96,12 +96,19 @@ class HangsWithInterpreter(Good):
         _hang_with_interpreter()
 
 
-class RaisesInStop(Good):
+class Sees(Good):
+    """A camera that works."""
+
+    def camera(self, settings: VideoSettings, clock: Clock) -> VideoSource:
+        return _Eye(settings, clock)
+
+
+class RaisesInStop(Sees):
     def stop(self, turn: int) -> None:
         raise OSError("no bus")
 
 
-class HangsInStop(Good):
+class HangsInStop(Sees):
     def stop(self, turn: int) -> None:
         time.sleep(_FOR_EVER_S)
 
@@ -195,13 +202,6 @@ class _Eye:
         return Picture(np.zeros(self._shape, np.uint8), self._clock.now_s(), within_s=0.0)
 
     def close(self) -> None: ...
-
-
-class Sees(Good):
-    """A camera that works."""
-
-    def camera(self, settings: VideoSettings, clock: Clock) -> VideoSource:
-        return _Eye(settings, clock)
 
 
 class CameraRaises(Good):
