@@ -415,7 +415,7 @@ def _kill_while_it_writes(path: Path, after_s: float) -> None:
 
 @pytest.mark.system
 @pytest.mark.timeout(600)
-@pytest.mark.parametrize("times", [5, pytest.param(100, marks=pytest.mark.full)])
+@pytest.mark.parametrize("times", [2, pytest.param(100, marks=pytest.mark.full)])
 def test_killed_while_it_writes(tmp_path: Path, times: int) -> None:
     """The file opens, and at most the last second is missing, whenever SIGKILL comes."""
     after_s = [1.1 + 0.7 * number / times for number in range(times)]
