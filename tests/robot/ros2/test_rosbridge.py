@@ -82,34 +82,16 @@ class TestOneServer:
         yield driver
         driver.close()
 
-    def test_it_says_who_it_is_and_what_it_wants(self, bridge: Bridge, driver: Driver) -> None:
-        """It advertises its topic and subscribes to what is configured, at most 20 a second."""
+    def test_odometry_is_asked_for_and_read(self, bridge: Bridge, driver: Driver) -> None:
+        """It says who it is and what it wants, at most 20 a second.
+
+        A pose comes from JSON as from DDS; what is no odometry is left aside.
+        """
         opened(driver)
         said = {(one["op"], one.get("topic")): one for one in bridge.heard}
         assert said["advertise", "/cmd_vel"]["type"] == "geometry_msgs/msg/Twist"
         assert said["subscribe", "/odom"]["type"] == "nav_msgs/msg/Odometry"
         assert said["subscribe", "/odom"]["throttle_rate"] == 50
-
-    def test_a_stop_is_said_long_enough(self, bridge: Bridge, driver: Driver) -> None:
-        """After a stop standstill comes by this link as long as by any, and nothing else.
-
-        How often and how long is told by `test_conversation_on_ros2` on a clock turned by hand.
-        """
-        driven(bridge, opened(driver), CURVE)
-        at_s = time.monotonic()
-        driver.stop(1)
-        standing(bridge)
-        bridge.forget()
-        end_s = at_s + 5.0
-        while not any(told.at_s > at_s + 1.4 for told in bridge.told()):
-            assert time.monotonic() < end_s
-            time.sleep(0.05)
-        assert all(told.twist.is_zero and told.others == 0.0 for told in bridge.told())
-        assert len(bridge.told()) > 3
-
-    def test_odometry_is_read(self, bridge: Bridge, driver: Driver) -> None:
-        """A pose comes from JSON as from DDS; what is no odometry is left aside."""
-        opened(driver)
         bridge.say_raw("not JSON")
         bridge.say("/odom", {"pose": 7})
         message = {
@@ -127,6 +109,23 @@ class TestOneServer:
         assert state.pose is not None
         assert (state.pose.x_m, state.pose.y_m, state.moving) == (1.0, 2.0, True)
         assert state.extra["ros2_invalid"] == 1.0
+
+    def test_a_stop_is_said_long_enough(self, bridge: Bridge, driver: Driver) -> None:
+        """After a stop standstill comes by this link as long as by any, and nothing else.
+
+        How often and how long is told by `test_conversation_on_ros2` on a clock turned by hand.
+        """
+        driven(bridge, opened(driver), CURVE)
+        at_s = time.monotonic()
+        driver.stop(1)
+        standing(bridge)
+        bridge.forget()
+        end_s = at_s + 5.0
+        while not any(told.at_s > at_s + 1.4 for told in bridge.told()):
+            assert time.monotonic() < end_s
+            time.sleep(0.05)
+        assert all(told.twist.is_zero and told.others == 0.0 for told in bridge.told())
+        assert len(bridge.told()) > 3
 
     def test_a_second_publisher_stops_the_robot(self, bridge: Bridge, driver: Driver) -> None:
         """Another node that publishes, as rosapi tells, is named, and the robot told to stand."""
