@@ -273,6 +273,21 @@ def test_marks_on_a_few_packets_cost_no_rate() -> None:
     assert estimator.estimate(now_s).rate_bps > 1e6
 
 
+def test_a_lost_feedback_at_the_start_is_no_error() -> None:
+    """A slow train lowers the rate, also where nothing is told of the one after it."""
+    estimator, now_s, told = LinkEstimator(), 1.0, []
+    for picture in range(3):
+        train = estimator.plan_train(4000, now_s)
+        for packet in range(3):
+            estimator.sent(900, now_s)
+            if picture != 1:
+                arrived_s = 7 + picture + packet / 10
+                told.append(Delivery(now_s, arrived_s, 900, "video", train.number))
+            now_s += 0.01
+    estimator.delivered(told, now_s)
+    assert estimator.estimate(now_s).rate_bps < STARTING_RATE_BPS
+
+
 @given(st.integers(1, 200_000), st.floats(0, 100))
 def test_a_picture_never_delays_sound_for_long(size_bytes: int, now_s: float) -> None:
     """If the link carries just the rate, a picture's pace puts it 50 ms behind at most."""

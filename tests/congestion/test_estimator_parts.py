@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wax.congestion.delivery_rate import Arrival, DeliveryRate
-from wax.congestion.dispersion import DispersionEstimator, TrainDispersion
+from wax.congestion.dispersion import DispersionEstimator
 from wax.congestion.jitter import Jitter
 from wax.congestion.send_history import SendHistory
 
@@ -97,19 +97,24 @@ def test_a_link_with_pauses_shows_nothing() -> None:
     assert rate.rate_bps() is None
 
 
+def _train(sent_in_s: float, came_in_s: float) -> list[Arrival]:
+    """Return the first and the last packet of a train of 20 kbit."""
+    return [Arrival(0.0, 0.0, 0), Arrival(sent_in_s, came_in_s, 2500)]
+
+
 @given(st.integers(1, 200), st.floats(2e4, 2e7))
 def test_even_trains_show_the_rate(count: int, rate_bps: float) -> None:
     """Packet trains that all came at the rate bound it from below."""
     dispersion = DispersionEstimator()
     for number in range(count):
-        dispersion.add(TrainDispersion(number / 30, 20_000, 0.001 / 2e7, 20_000 / rate_bps))
+        dispersion.add(_train(0.001 / 2e7, 20_000 / rate_bps), number / 30)
     assert dispersion.min_bps(0.0, startup=False) == pytest.approx(rate_bps, rel=1e-3)
 
 
 def test_noisy_paths_weaken_what_trains_show() -> None:
     """One train over a path that varies by 10 ms shows less than over a smooth one."""
     dispersion = DispersionEstimator()
-    dispersion.add(TrainDispersion(0.0, 20_000, 0.01, 0.02))
+    dispersion.add(_train(0.01, 0.02), 0.0)
     assert dispersion.min_bps(0.01, startup=False) < dispersion.min_bps(0.0, startup=False) / 2
     assert dispersion.min_bps(0.01, startup=True) > dispersion.min_bps(0.01, startup=False)
 
@@ -117,7 +122,7 @@ def test_noisy_paths_weaken_what_trains_show() -> None:
 def test_a_compressed_train_shows_its_pace_at_most() -> None:
     """What comes all at once was held on the way; the link is as fast as it left, no faster."""
     dispersion = DispersionEstimator()
-    dispersion.add(TrainDispersion(0.0, 20_000, 0.02, 0.0))
+    dispersion.add(_train(0.02, 0.0), 0.0)
     assert dispersion.min_bps(0.0, startup=False) == pytest.approx(1e6)
 
 

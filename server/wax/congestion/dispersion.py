@@ -13,10 +13,11 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, NamedTuple
+from operator import add, sub
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from wax.congestion.delivery_rate import Arrival
 
@@ -38,52 +39,32 @@ _MAX_DISPERSION_S: Final = 30.0
 """A train with a longer dispersion is ignored as invalid."""
 
 
-class TrainDispersion(NamedTuple):
-    """One train: its bits after the first packet, and the times from first to last packet."""
-
-    judged_s: float
-    bits: float
-    sent_in_s: float
-    came_in_s: float
-
-
 @dataclass(slots=True)
-class PacketTrain:
-    """A train that leaves faster than the estimated rate."""
-
+class _Train:
     unreported: int
     arrivals: list[Arrival] = field(default_factory=list)
 
-    def dispersion(self, now_s: float) -> TrainDispersion | None:
-        """Return the train's dispersion, None if fewer than two packets arrived."""
-        if len(self.arrivals) < 2:
-            return None
-        first, last = self.arrivals[0], self.arrivals[-1]
-        came_in_s = last.arrived_s - first.arrived_s
-        if not 0 <= came_in_s < _MAX_DISPERSION_S:
-            return None
-        bits = 8 * (last.until_bytes - first.until_bytes)
-        return TrainDispersion(now_s, bits, max(last.sent_s - first.sent_s, 1e-6), came_in_s)
-
 
 class PacketTrains:
-    """The trains in flight, a bounded number."""
+    """The trains in flight that left faster than the estimated rate, a bounded number."""
 
     def __init__(self) -> None:
-        self._trains: dict[int, PacketTrain] = {}
+        self._trains: dict[int, _Train] = {}
 
     def expect(self, number: int, packets: int) -> None:
+        """Take note of a train; numbers rise."""
         if len(self._trains) >= _MAX_TRAINS:
             del self._trains[next(iter(self._trains))]
-        self._trains[number] = PacketTrain(packets)
+        self._trains[number] = _Train(packets)
 
-    def add(self, number: int, arrival: Arrival | None) -> Iterator[PacketTrain]:
+    def add(self, number: int, arrival: Arrival | None) -> Iterator[list[Arrival]]:
         """Count a packet of a train, in the order of sending; None was lost.
 
-        Give the trains that it completes: its own after its last packet, and all before.
+        Give what arrived of the trains that it completes: its own after its last packet, and all
+        before. Whoever takes them may call `clear` meanwhile.
         """
-        for before in [one for one in self._trains if one < number]:
-            yield self._trains.pop(before)
+        while (first := next(iter(self._trains), number)) < number:
+            yield self._trains.pop(first).arrivals
         train = self._trains.get(number)
         if train is None:
             return
@@ -91,55 +72,45 @@ class PacketTrains:
             train.arrivals.append(arrival)
         train.unreported -= 1
         if train.unreported <= 0:
-            yield self._trains.pop(number)
+            yield self._trains.pop(number).arrivals
 
     def clear(self) -> None:
         self._trains.clear()
-
-
-class _Sums(NamedTuple):
-    """Sums over all trains up to and including one; bits in thousands, times in ms."""
-
-    judged_s: float
-    bits: float
-    ms: float
-    bits_2: float
-    bits_ms: float
-    ms_2: float
-
-
-_NONE: Final = _Sums(-math.inf, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class DispersionEstimator:
     """Estimates from trains paced faster than the estimated rate; every query is cheap."""
 
     def __init__(self) -> None:
-        self._sums: deque[_Sums] = deque([_NONE])
+        self.clear()
 
-    def add(self, train: TrainDispersion) -> None:
-        """Count a train; one that was held and released at once shows no more than its pace."""
-        while len(self) and self._sums[1].judged_s < train.judged_s - _MEMORY_S:
-            self._sums.popleft()
-        last = self._sums[-1]
-        bits = train.bits / 1000
-        ms = max(train.came_in_s, train.sent_in_s) * 1000
-        self._sums.append(
-            _Sums(
-                train.judged_s,
-                last.bits + bits,
-                last.ms + ms,
-                last.bits_2 + bits * bits,
-                last.bits_ms + bits * ms,
-                last.ms_2 + ms * ms,
-            )
-        )
+    def clear(self) -> None:
+        # When each train was judged, and over all up to it the sums of bits, ms, bits², bits·ms
+        # and ms²; bits in thousands.
+        self._sums: deque[tuple[float, Sequence[float]]] = deque([(-math.inf, (0.0,) * 5)])
 
     def __len__(self) -> int:
         return len(self._sums) - 1
 
-    def clear(self) -> None:
-        self._sums = deque([_NONE])
+    def add(self, arrivals: Sequence[Arrival], now_s: float) -> float | None:
+        """Count a train; return by how much the link spread it, in s, None if it shows nothing.
+
+        One that was held and released at once shows no more than its pace.
+        """
+        if len(arrivals) < 2:
+            return None
+        first, last = arrivals[0], arrivals[-1]
+        came_in_s = last.arrived_s - first.arrived_s
+        if not 0 <= came_in_s < _MAX_DISPERSION_S:
+            return None
+        while len(self) and self._sums[1][0] < now_s - _MEMORY_S:
+            self._sums.popleft()
+        sent_in_s = max(last.sent_s - first.sent_s, 1e-6)
+        bits = 8 * (last.until_bytes - first.until_bytes) / 1000
+        ms = max(came_in_s, sent_in_s) * 1000
+        more = (bits, ms, bits * bits, bits * ms, ms * ms)
+        self._sums.append((now_s, tuple(map(add, self._sums[-1][1], more))))
+        return came_in_s - sent_in_s
 
     def min_bps(self, noise_s: float, *, startup: bool) -> float:
         """Return a lower bound of the rate: the best that the last 1, 2, 4… trains show."""
@@ -158,16 +129,10 @@ class DispersionEstimator:
 
     def _bound_bps(self, count: int, noise_s: float, errors: float) -> float:
         """Return the rate of the last `count` trains, less `errors` standard errors."""
-        last, first = self._sums[-1], self._sums[-1 - count]
-        bits, ms = last.bits - first.bits, last.ms - first.ms
+        bits, ms, bits_2, bits_ms, ms_2 = map(sub, self._sums[-1][1], self._sums[-1 - count][1])
         ms_per_bit = ms / bits
         # Few trains show little of their variance, so the single packets' variance counts too.
         squares = _PRIOR_TRAINS * 2 * (noise_s * 1000) ** 2
-        squares += max(
-            0.0,
-            (last.ms_2 - first.ms_2)
-            - 2 * ms_per_bit * (last.bits_ms - first.bits_ms)
-            + ms_per_bit**2 * (last.bits_2 - first.bits_2),
-        )
+        squares += max(0.0, ms_2 - 2 * ms_per_bit * bits_ms + ms_per_bit**2 * bits_2)
         ms += errors * math.sqrt(squares / (count + _PRIOR_TRAINS - 1)) * math.sqrt(count)
         return bits / ms * 1e6 if ms > 0 else math.inf

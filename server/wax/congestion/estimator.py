@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax.congestion.delivery import LinkEstimate, Train
 from wax.congestion.delivery_rate import Arrival, DeliveryRate, steady_bps
-from wax.congestion.dispersion import DispersionEstimator, PacketTrain, PacketTrains
+from wax.congestion.dispersion import DispersionEstimator, PacketTrains
 from wax.congestion.feedback_timeout import FeedbackTimeout
 from wax.congestion.jitter import Jitter
 from wax.congestion.loss import LossControl
@@ -292,8 +292,8 @@ class LinkEstimator:
             if self._is_jitter_sample(delivery) and not self._delay.stands:
                 self._jitter.add(arrival.arrived_s - arrival.sent_s, self._now_s)
         if delivery.train is not None:
-            for train in self._trains.add(delivery.train, arrival):
-                self._judge_train(train)
+            for arrivals in self._trains.add(delivery.train, arrival):
+                self._judge_train(arrivals)
 
     def _arrival(self, delivery: Delivery, arrived_s: float) -> Arrival:
         # Unmarked packets that left before it came with it: data channels and RTCP.
@@ -309,21 +309,14 @@ class LinkEstimator:
         self._jitter_train = before if delivery.train is None else delivery.train
         return self._jitter_train != before
 
-    def _judge_train(self, train: PacketTrain) -> None:
-        dispersion = train.dispersion(self._now_s)
-        if dispersion is None:
-            return
-        noise_s = self._delay.noise_s
-        self._dispersion.add(dispersion)
-        if not self._startup or len(self._dispersion) > _STARTUP_TRAINS:
+    def _judge_train(self, arrivals: Sequence[Arrival]) -> None:
+        spread_s = self._dispersion.add(arrivals, self._now_s)
+        if spread_s is None or not self._startup or len(self._dispersion) > _STARTUP_TRAINS:
             return
         # The rate was only assumed, so one train that is clearly slow is enough.
-        spread_s = dispersion.came_in_s - dispersion.sent_in_s
-        if spread_s <= _STARTUP_SLOW_NOISES * noise_s + _STARTUP_SLOW_S:
+        if spread_s <= _STARTUP_SLOW_NOISES * self._delay.noise_s + _STARTUP_SLOW_S:
             self._assumed = False
-            return
-        came_bps = steady_bps(train.arrivals)
-        if came_bps is not None:
+        elif (came_bps := steady_bps(arrivals)) is not None:
             self._assumed = False
             self._decrease(_DECREASE_FACTOR * came_bps)
 
