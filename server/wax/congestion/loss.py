@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from wax.congestion.delivery import Delivery
 
 _BUCKET_S: Final = 0.25
@@ -41,29 +43,13 @@ _BURST_QUANTILE: Final = 0.95
 
 
 @dataclass(slots=True)
-class _Counts:
+class _Bucket:
     """The packets reported from some time on."""
 
     start_s: float
     packets: int = 0
     lost: int = 0
     arrived_bytes: int = 0
-
-    @property
-    def lost_share(self) -> float:
-        return self.lost / self.packets if self.packets else 0.0
-
-    def count(self, packet: Delivery) -> None:
-        self.packets += 1
-        if packet.arrived_s is None:
-            self.lost += 1
-        else:
-            self.arrived_bytes += packet.size_bytes
-
-    def add(self, other: _Counts, sign: int = 1) -> None:
-        self.packets += sign * other.packets
-        self.lost += sign * other.lost
-        self.arrived_bytes += sign * other.arrived_bytes
 
 
 class LossControl:
@@ -73,8 +59,7 @@ class LossControl:
         self.sound_has_feedback = True
         """Without, no sound shows that losses in a row are an outage."""
         self._gap: list[Delivery] = []  # lost since the last arrival; of an outage, its begin
-        self._buckets: deque[_Counts] = deque()
-        self._all = _Counts(-math.inf)
+        self._buckets: deque[_Bucket] = deque()
         self.bursts = Bursts()
         """Of the sound alone where feedback tells of it: its packets are sparser, so its bursts
         shorter."""
@@ -85,7 +70,7 @@ class LossControl:
     @property
     def share(self) -> float:
         """The share of packets lost in the last 10 s."""
-        return self._all.lost_share
+        return _lost_share(self._buckets)
 
     def add(self, packet: Delivery, now_s: float) -> None:
         """Count a packet; a lost one once the next arrival shows that it was no outage."""
@@ -111,22 +96,18 @@ class LossControl:
             return None
         if now_s - self._judged_from_s < _HIGH_LOSS_S:
             return None
-        high = _Counts(max(now_s - _HIGH_LOSS_S, self._judged_from_s))
-        for bucket in reversed(self._buckets):
-            if bucket.start_s < high.start_s:
-                break
-            high.add(bucket)
-        self.congested = high.packets >= _MIN_PACKETS and high.lost_share > _HIGH_LOSS_SHARE
+        recent = [one for one in self._buckets if one.start_s >= now_s - _HIGH_LOSS_S]
+        packets = sum(one.packets for one in recent)
+        self.congested = packets >= _MIN_PACKETS and _lost_share(recent) > _HIGH_LOSS_SHARE
         if not self.congested:
             return None
         self._judged_from_s = now_s
-        came_bps = high.arrived_bytes * 8 / _HIGH_LOSS_S
+        came_bps = sum(one.arrived_bytes for one in recent) * 8 / _HIGH_LOSS_S
         return max(_DECREASE_FACTOR * came_bps, _MAX_DECREASE_FACTOR * rate_bps)
 
     def forget(self, now_s: float) -> None:
         """Reset the counts, but keep the burst lengths."""
         self._buckets.clear()
-        self._all = _Counts(-math.inf)
         self.congested, self._judged_from_s = False, now_s
 
     def _is_outage(self, until_s: float) -> bool:
@@ -134,13 +115,20 @@ class LossControl:
 
     def _count(self, packet: Delivery, now_s: float) -> None:
         if not self._buckets or now_s >= self._buckets[-1].start_s + _BUCKET_S:
-            self._buckets.append(_Counts(now_s))
+            self._buckets.append(_Bucket(now_s))
             while self._buckets[0].start_s < now_s - _MEMORY_S:
-                self._all.add(self._buckets.popleft(), sign=-1)
-        self._buckets[-1].count(packet)
-        self._all.count(packet)
+                self._buckets.popleft()
+        bucket, is_lost = self._buckets[-1], packet.arrived_s is None
+        bucket.packets += 1
+        bucket.lost += is_lost
+        bucket.arrived_bytes += 0 if is_lost else packet.size_bytes
         if packet.kind == "audio" or not self.sound_has_feedback:
-            self.bursts.add(lost=packet.arrived_s is None, now_s=now_s)
+            self.bursts.add(lost=is_lost, now_s=now_s)
+
+
+def _lost_share(buckets: Collection[_Bucket]) -> float:
+    packets = sum(one.packets for one in buckets)
+    return sum(one.lost for one in buckets) / packets if packets else 0.0
 
 
 class Bursts:
