@@ -9,53 +9,39 @@ from __future__ import annotations
 import math
 from typing import Final
 
-_MIN_RATE_BPS: Final = 1_000.0
-"""Prevents division by zero; the estimator never goes below 8 kbit/s."""
 _MAX_DEBT_S: Final = 10.0
 """Maximum debt: after that long, every packet has arrived or is lost."""
 
 
 def gap_s(size_bytes: int, pace_bps: float) -> float:
     """Return the gap between a datagram of `size_bytes` and the next one of its train."""
-    return size_bytes * 8 / max(pace_bps, _MIN_RATE_BPS)
+    return size_bytes * 8 / pace_bps
 
 
 class Pacer:
     """Knows when the link is free again; a `now_s` that falls frees nothing."""
 
     def __init__(self, rate_bps: float) -> None:
-        self._rate_bps = max(rate_bps, _MIN_RATE_BPS)
+        self.rate_bps = rate_bps
+        """How fast the queue empties."""
         self._owed_bits = 0.0
         self._measured_bits = 0.0
         self._now_s = -math.inf
 
-    @property
-    def rate_bps(self) -> float:
-        """How fast the queue empties; at least 1 kbit/s."""
-        return self._rate_bps
-
-    @rate_bps.setter
-    def rate_bps(self, rate_bps: float) -> None:
-        if math.isfinite(rate_bps):
-            self._rate_bps = max(rate_bps, _MIN_RATE_BPS)
-
     def spend(self, size_bytes: int, now_s: float) -> None:
         """Count one datagram, headers included."""
         self._pass(now_s)
-        most_bits = _MAX_DEBT_S * self._rate_bps
-        bits = max(size_bytes, 0) * 8
-        self._owed_bits = min(self._owed_bits + bits, most_bits)
-        self._measured_bits = min(self._measured_bits + bits, most_bits)
+        most_bits = _MAX_DEBT_S * self.rate_bps
+        self._owed_bits = min(self._owed_bits + size_bytes * 8, most_bits)
+        self._measured_bits = min(self._measured_bits + size_bytes * 8, most_bits)
 
     def drain(self, queue_ms: float, now_s: float) -> None:
-        """Replace the measured queue of the link.
+        """Replace the measured queue of the link, 0 to 10 s.
 
         The larger of debt and measured queue counts: the same datagrams are in both.
         """
         self._pass(now_s)
-        if math.isfinite(queue_ms):
-            waiting_s = min(max(queue_ms / 1000, 0.0), _MAX_DEBT_S)
-            self._measured_bits = waiting_s * self._rate_bps
+        self._measured_bits = queue_ms / 1000 * self.rate_bps
 
     def forgive(self) -> None:
         """Forget a debt that no queue confirms: the rate was wrong."""
@@ -64,13 +50,11 @@ class Pacer:
     def free_in_s(self, now_s: float) -> float:
         """Return how long a picture still has to wait; 0 if it may leave."""
         self._pass(now_s)
-        return max(self._owed_bits, self._measured_bits) / self._rate_bps
+        return max(self._owed_bits, self._measured_bits) / self.rate_bps
 
     def _pass(self, now_s: float) -> None:
-        if not now_s > self._now_s or not math.isfinite(now_s):
-            return
-        if self._now_s > -math.inf:
-            paid_bits = (now_s - self._now_s) * self._rate_bps
+        if now_s > self._now_s:
+            paid_bits = (now_s - self._now_s) * self.rate_bps
             self._owed_bits = max(0.0, self._owed_bits - paid_bits)
             self._measured_bits = max(0.0, self._measured_bits - paid_bits)
-        self._now_s = now_s
+            self._now_s = now_s
