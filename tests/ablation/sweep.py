@@ -42,7 +42,6 @@ BOUNDS: Final = {
     "jitter._MAX_MS",
     "jitter._MAX_PACKETS",
     "loss._BURSTS",
-    "loss_based._MAX_RATE_BPS",
     "queuing_delay._MAX_RECENT_PACKETS",
     "send_history._KEPT_PACKETS",
     "upload_budget._REPEAT_SHARE",

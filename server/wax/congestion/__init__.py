@@ -38,6 +38,6 @@ halves and doubles each on 15 links with six seeds; its table is in `e2e/out/abl
 * three recent packets at least (`queuing_delay._RECENT_PACKETS`), no queue is found where 5 Mbit/s
   fall to 100 kbit/s.
 
-`allocator.FIT_SHARE` 0.1 higher changes less than chance; `_KEEP_SHARE` 0.1 higher takes 16 points
-from a cell. A cell waits for the next step more than for its rate.
+`sound_choice.FIT_SHARE` 0.1 higher changes less than chance; `allocator._KEEP_SHARE` 0.1 higher
+takes 16 points from a cell. A cell waits for the next step more than for its rate.
 """

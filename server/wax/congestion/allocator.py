@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax.congestion.allocation import Allocation, area
 from wax.congestion.hysteresis import Since, Trials
-from wax.congestion.sound_choice import SoundChoice
+from wax.congestion.sound_choice import FIT_SHARE, SoundChoice
 from wax.congestion.wire_cost import picture_bps
 from wax.sentence import Sentence
 
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from wax.congestion.allocation import SoundEncoding, Step
     from wax.congestion.delivery import LinkEstimate
 
-FIT_SHARE: Final = 0.85
-"""Share of the rate that a chosen step may take; the rest is for keyframes and jitter."""
 _KEEP_SHARE: Final = 0.95
 """Share that a step may take and keep all its layers: hysteresis."""
 _LAST_SHARE: Final = 1.1
@@ -54,7 +52,7 @@ class Allocator:
             raise ValueError("a ladder needs at least one step and one encoding of the sound")
         self._steps = tuple(sorted(steps, key=lambda step: -step.bitrate_bps))
         self._areas = tuple(area(step.size) for step in self._steps)
-        self._sound = SoundChoice(sounds, FIT_SHARE)
+        self._sound = SoundChoice(sounds)
         self._now_s = -math.inf
         self._at: int | None = None
         self._cut = 0

@@ -12,7 +12,7 @@ from wax.congestion.dispersion import DispersionEstimator, PacketTrains
 from wax.congestion.feedback_timeout import FeedbackTimeout
 from wax.congestion.jitter import Jitter
 from wax.congestion.loss import LossControl
-from wax.congestion.loss_based import LossBasedControl
+from wax.congestion.loss_based import LOW_LOSS_SHARE, LossBasedControl
 from wax.congestion.probing import ENOUGH_BPS, STARTING_RATE_BPS, Prober
 from wax.congestion.queuing_delay import QueuingDelay
 from wax.congestion.send_history import SendHistory
@@ -52,8 +52,6 @@ the link carries it. Later packets may still be in flight."""
 _CARRIED_SHARE: Final = 0.95
 """This much of it is believed. With 0.9 a modem's estimate may stay below its sound after a
 download; with all of it, pictures are tried on 24 kbit/s until the sound waits."""
-_LOW_LOSS_SHARE: Final = 0.02
-"""Less loss does not count as congestion. GCC: 2 % (6)."""
 _JITTER_HINDSIGHT_S: Final = 1.0
 """When a queue is found, delays of the last second are no jitter. Ours: finding one takes two
 feedback packets."""
@@ -332,9 +330,7 @@ class LinkEstimator:
         came_bps = self._delivery_rate.rate_bps()
         if came_bps is not None and _DECREASE_FACTOR * came_bps < self._rate_bps:
             self._decrease(_DECREASE_FACTOR * came_bps)
-        elif (
-            self._delay.level_for_s(self._now_s) > _ROUTE_CHANGE_S and self._lost < _LOW_LOSS_SHARE
-        ):
+        elif self._delay.level_for_s(self._now_s) > _ROUTE_CHANGE_S and self._lost < LOW_LOSS_SHARE:
             # A queue would have grown or shrunk by now, so the route has become longer.
             self._delay.relearn()
             self._set(max(self._rate_bps, self._before_queue_bps))
@@ -352,7 +348,7 @@ class LinkEstimator:
             likely_bps = min(step * self._rate_bps, self._dispersion.likely_bps(noise_s))
             self._set(max(self._rate_bps, likely_bps))
         self._increased_s = now_s
-        if not holds and self._lost < _LOW_LOSS_SHARE:
+        if not holds and self._lost < LOW_LOSS_SHARE:
             carried_bps = self._history.used_bps(now_s - _CARRIED_AFTER_S)
             self._set(max(self._rate_bps, _CARRIED_SHARE * carried_bps))
         if self._rate_bps >= ENOUGH_BPS:

@@ -12,6 +12,8 @@ if TYPE_CHECKING:
 
     from wax.congestion.allocation import SoundEncoding
 
+FIT_SHARE: Final = 0.85
+"""Share of the rate that a chosen step may take; the rest is for keyframes and jitter."""
 _PARTS: Final = 3
 """Sound takes at most one part in this many; its smallest encoding is always sent."""
 _USUAL_MU_MS: Final = 60
@@ -29,9 +31,7 @@ _REDUNDANCY_HOLD_S: Final = 10.0
 class SoundChoice:
     """Chooses one viewer's sound at every decision; `now_s` never falls."""
 
-    def __init__(self, encodings: Sequence[SoundEncoding], fit_share: float) -> None:
-        """`fit_share` of the link's rate is for sound and picture, less what all else takes."""
-        self._fit_share = fit_share
+    def __init__(self, encodings: Sequence[SoundEncoding]) -> None:
         self._rate_bps = self._other_bps = 0.0
         self._encodings = tuple(encodings)
         self._encoding: SoundEncoding | None = None
@@ -66,13 +66,20 @@ class SoundChoice:
         encodings = tuple(one for one in offered if one.channels <= channels) or offered
         self._follow_loss(lost, burst, now_s)
         self._rate_bps, self._other_bps = rate_bps, other_bps
-        budget_bps = self._fit_share * rate_bps - other_bps
+        budget_bps = FIT_SHARE * rate_bps - other_bps
         third_bps = budget_bps / _PARTS if picture_bps else budget_bps
-        usual = _usual(encodings)
+        usual = [one for one in encodings if one.mu_ms <= _USUAL_MU_MS] or encodings
         best = next((one for one in usual if sound_bps(one, 0) <= third_bps), usual[-1])
         if sound_bps(best, 0) > max(third_bps, budget_bps - picture_bps):
             best = encodings[-1]
-        encoding = self._held(encodings, best, quick=quick, now_s=now_s)
+        encoding = self._encoding
+        rises = (
+            encoding in encodings
+            and not quick
+            and encodings.index(best) < encodings.index(encoding)
+        )
+        if encoding is None or not rises or self._better.lasts(rises, _RISE_HOLD_S, now_s):
+            encoding, self._better = best, Since()
         self._encoding = encoding
         self._aim_bps = sound_bps(best, self._affordable(best, third_bps))
         self._limits_bps = list(self._limits(encodings, usual[-1], picture_bps))
@@ -85,10 +92,10 @@ class SoundChoice:
         gets no more than it will keep afterwards.
         """
         left_bps = share * self._rate_bps - self._other_bps - self._aim_bps
-        budget_bps = self._fit_share * self._rate_bps - self._other_bps
+        budget_bps = FIT_SHARE * self._rate_bps - self._other_bps
         for least_bps, takes_bps in self._limits_bps:
             if least_bps > budget_bps:
-                from_bps = (least_bps + self._other_bps) / self._fit_share
+                from_bps = (least_bps + self._other_bps) / FIT_SHARE
                 left_bps = min(left_bps, share * from_bps - self._other_bps - takes_bps)
         return left_bps
 
@@ -108,21 +115,6 @@ class SoundChoice:
                     least_bps = min(least_bps, takes_bps + picture_bps)
                 yield least_bps, takes_bps
 
-    def _held(
-        self,
-        encodings: tuple[SoundEncoding, ...],
-        best: SoundEncoding,
-        *,
-        quick: bool,
-        now_s: float,
-    ) -> SoundEncoding:
-        known = None if self._encoding not in encodings or quick else self._encoding
-        rises = known is not None and encodings.index(best) < encodings.index(known)
-        if known is None or not rises or self._better.lasts(rises, _RISE_HOLD_S, now_s):
-            self._better = Since()
-            return best
-        return known
-
     def _follow_loss(self, lost: float, burst: int, now_s: float) -> None:
         wanted = min(burst, _MAX_REDUNDANCY) if lost >= _REDUNDANCY_LOSS_SHARE else 0
         fewer = wanted < self._redundancy
@@ -132,7 +124,3 @@ class SoundChoice:
     def _affordable(self, encoding: SoundEncoding, third_bps: float) -> int:
         counts = range(self._redundancy, 0, -1)
         return next((count for count in counts if sound_bps(encoding, count) <= third_bps), 0)
-
-
-def _usual(encodings: tuple[SoundEncoding, ...]) -> tuple[SoundEncoding, ...]:
-    return tuple(one for one in encodings if one.mu_ms <= _USUAL_MU_MS) or encodings

@@ -10,8 +10,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from wax.congestion.allocator import FIT_SHARE, Allocator
+from wax.congestion.allocator import Allocator
 from wax.congestion.sender_side import SenderSideControl
+from wax.congestion.sound_choice import FIT_SHARE
 from wax.congestion.upload_budget import UploadBudget
 from wax.streams.camera_feeds import CameraFeeds
 from wax.streams.interface import Codecs, Kind, Lanes, MessageRate, Policy, UnitPattern

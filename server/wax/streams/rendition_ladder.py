@@ -8,7 +8,7 @@ from math import sqrt
 from typing import TYPE_CHECKING, Final, Literal
 
 from wax.congestion.allocation import SoundEncoding, Step, area
-from wax.congestion.allocator import FIT_SHARE
+from wax.congestion.sound_choice import FIT_SHARE
 from wax.congestion.wire_cost import picture_bps, sound_bps
 
 if TYPE_CHECKING:
