@@ -81,9 +81,8 @@ class Allocator:
 
         `size` is the largest picture wanted ("640x480"), None for none; `sound_encodings` are the
         configured ones, None to choose among all, and `sound_channels` is how many there are to
-        hear. `other_bps` is the rate of data channels and
-        acknowledgements. Without `takes_redundancy` no sound is repeated: the browser does not
-        accept it. Raises ValueError if `size` is invalid.
+        hear. `other_bps` is the rate of data channels and acknowledgements. Without
+        `takes_redundancy` no sound is repeated. Raises ValueError if `size` is invalid.
         """
         if self._now_s < now_s < math.inf:
             self._now_s = now_s
@@ -115,12 +114,10 @@ class Allocator:
         reason = self._reason(estimate, allowed)
         if self._at is None:
             return Allocation(None, 0, encoding, redundancy, reason)
-        step = self._steps[self._at]
-        left_bps, kept_bps = self._left(estimate, allowed)
-        tries = self._now_s < self._try_until_s
-        return Allocation(
-            step, step.layers - self._cut, encoding, redundancy, reason, tries, left_bps, kept_bps
-        )
+        step, tries = self._steps[self._at], self._now_s < self._try_until_s
+        top = step.layers - self._cut
+        left = self._left(estimate, allowed)
+        return Allocation(step, top, encoding, redundancy, reason, tries, *left)
 
     def _left(self, estimate: LinkEstimate, allowed: Sequence[int]) -> tuple[float, float]:
         """Return what other cameras may begin with and keep; nothing before this one is whole."""
@@ -176,19 +173,16 @@ class Allocator:
     def _target(self, estimate: LinkEstimate, allowed: Sequence[int]) -> int:
         if estimate.assumed:
             return allowed[-1]  # the assumed rate would overload a modem line
-        left_bps = self._sound.left_bps(FIT_SHARE)
-        fitting = (
-            at for at in allowed if picture_bps(self._steps[at], 0, estimate.rate_bps) <= left_bps
-        )
-        return next(fitting, allowed[-1])
+        left_bps, rate_bps = self._sound.left_bps(FIT_SHARE), estimate.rate_bps
+        fits = (at for at in allowed if picture_bps(self._steps[at], 0, rate_bps) <= left_bps)
+        return next(fits, allowed[-1])
 
     def _needed_cut(self, estimate: LinkEstimate, at: int, *, is_last: bool = False) -> int | None:
         """Return how many layers to drop, None if not even the lowest fits."""
         left_bps = self._sound.left_bps(_LAST_SHARE if is_last else _KEEP_SHARE)
-        step = self._steps[at]
+        step, rate_bps = self._steps[at], estimate.rate_bps
         cuts = range(step.layers + 1)
-        fitting = (cut for cut in cuts if picture_bps(step, cut, estimate.rate_bps) <= left_bps)
-        return next(fitting, None)
+        return next((cut for cut in cuts if picture_bps(step, cut, rate_bps) <= left_bps), None)
 
     def _comes_back(self, estimate: LinkEstimate, last: int, *, calm: bool) -> bool:
         """Return whether the picture that was given up returns, or is tried."""

@@ -141,9 +141,8 @@ class SenderSideControl(CongestionControl):
 
     def may_retransmit(self, size_bytes: int, age_s: float, now_s: float) -> bool:
         known = self._estimate or self.estimate(now_s)
-        if known.state == "blind" or known.queue_ms > _FULL_QUEUE_MS:
-            return False
-        if age_s > _STALE_S + (known.round_trip_ms or 0.0) / 1000:
+        is_stale = age_s > _STALE_S + (known.round_trip_ms or 0.0) / 1000
+        if is_stale or known.state == "blind" or known.queue_ms > _FULL_QUEUE_MS:
             return False
         allowed_bps = _RETRANSMISSION_SHARE * known.rate_bps
         gone_s = max(now_s - self._retransmitted_s, 0.0)
@@ -165,10 +164,9 @@ class SenderSideControl(CongestionControl):
         known = self._estimate
         if known is None:
             return False
-        if unreported_s is None or self._sampling.is_sparse:
-            return known.state == "blind"
-        is_late = unreported_s > _FEEDBACK_S + (known.round_trip_ms or 0.0) / 1000
-        return is_late or known.state == "blind"
+        limit_s = _FEEDBACK_S + (known.round_trip_ms or 0.0) / 1000
+        is_late = unreported_s is not None and unreported_s > limit_s
+        return known.state == "blind" or (is_late and not self._sampling.is_sparse)
 
     def _update(self, now_s: float) -> None:
         self._updated_s = now_s

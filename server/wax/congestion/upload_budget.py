@@ -6,7 +6,6 @@ than another who wants more, and nothing is kept back that somebody wants.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
@@ -22,12 +21,6 @@ _FILL_S: Final = 0.1
 often."""
 
 
-@dataclass(slots=True)
-class _Want:
-    bps: float
-    drives: bool
-
-
 class UploadBudget:
     """`upload_bps` for all; 0 is no limit. `who` is anything by which a viewer is known."""
 
@@ -36,7 +29,7 @@ class UploadBudget:
         self._repeat_bps = _REPEAT_SHARE * upload_bps if upload_bps > 0 else float("inf")
         self._repeated_bits = 0.0
         self._repeated_s = float("-inf")
-        self._wants: dict[Hashable, _Want] = {}
+        self._wants: dict[Hashable, tuple[float, bool]] = {}  # how much, and whether they drive
         self._level_bps = self._all_bps
         self._filled_s = float("-inf")
 
@@ -44,12 +37,11 @@ class UploadBudget:
         """Return how much of what one viewer wants they may be sent from now on."""
         if self._all_bps == float("inf"):
             return wants_bps
-        known = self._wants.get(who)
-        self._wants[who] = _Want(wants_bps, drives)
-        is_new = known is None or known.drives != drives
-        if is_new or not 0 <= now_s - self._filled_s < _FILL_S:
+        _, drove = self._wants.get(who, (0.0, None))
+        self._wants[who] = wants_bps, drives
+        if drove != drives or not 0 <= now_s - self._filled_s < _FILL_S:
             self._filled_s = now_s
-            self._level_bps = _level(self._left_bps(), self._observers())
+            self._level_bps = self._level()
         return min(wants_bps, self._all_bps if drives else self._level_bps)
 
     def may_repeat(self, size_bytes: int, *, drives: bool, now_s: float) -> bool:
@@ -74,22 +66,17 @@ class UploadBudget:
 
     def next_bps(self) -> float:
         """Return what one more observer would get who takes whatever there is."""
-        return _level(self._left_bps(), [*self._observers(), float("inf")])
+        return self._level(float("inf"))
 
-    def _left_bps(self) -> float:
-        driven_bps = sum(one.bps for one in self._wants.values() if one.drives)
-        return max(self._all_bps - driven_bps, 0.0)
-
-    def _observers(self) -> list[float]:
-        return [one.bps for one in self._wants.values() if not one.drives]
-
-
-def _level(left_bps: float, wants_bps: list[float]) -> float:
-    """Return the most that anybody gets, so that all together get `left_bps` or what they want."""
-    waiting = len(wants_bps)
-    for wants in sorted(wants_bps):
-        if wants * waiting >= left_bps:
-            return left_bps / waiting
-        left_bps -= wants
-        waiting -= 1
-    return float("inf")
+    def _level(self, *more_bps: float) -> float:
+        """Return the most that an observer gets, so that all get what is left or what they want."""
+        driven_bps = sum(bps for bps, drives in self._wants.values() if drives)
+        left_bps = max(self._all_bps - driven_bps, 0.0)
+        wants_bps = [*(bps for bps, drives in self._wants.values() if not drives), *more_bps]
+        waiting = len(wants_bps)
+        for bps in sorted(wants_bps):
+            if bps * waiting >= left_bps:
+                return left_bps / waiting
+            left_bps -= bps
+            waiting -= 1
+        return float("inf")
