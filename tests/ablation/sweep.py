@@ -37,7 +37,7 @@ BOUNDS: Final = {
     "dispersion._MAX_TRAINS",
     "estimator._MAX_DELIVERY_AGE_S",
     "estimator._MAX_QUEUE_MS",
-    "feedback_timeout._MAX_ROUND_TRIP_S",
+    "feedback._MAX_ROUND_TRIP_S",
     "hold_back._FARTHEST_MS",
     "jitter._MAX_MS",
     "jitter._MAX_PACKETS",

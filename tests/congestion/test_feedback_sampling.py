@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from wax.congestion.delivery import LinkEstimate
-from wax.congestion.feedback_sampling import FeedbackSampling
+from wax.congestion.feedback import FeedbackSampling
 
 if TYPE_CHECKING:
     from wax.congestion.delivery import LinkState

@@ -12,11 +12,11 @@ It runs at the sender, on transport-wide feedback
   the received rate.
 * Loss lowers it only where it is very high (`loss`); without transport-wide feedback, loss is the
   only signal (`loss_based`, GCC section 6).
-* Without feedback for two round trips, probing stops and pictures pause (`feedback_timeout`).
+* Without feedback for two round trips, probing stops and pictures pause (`feedback`).
 
 Limits: no padding is sent, so pictures that fit one packet probe nothing; a competing flow's queue
 counts as ours, and no mode competes with loss-based flows (GCC's adaptive threshold, SCReAM's
-higher target); a settled link is only sampled (`feedback_sampling`); the base delay expires after
+higher target); a settled link is only sampled (`feedback`); the base delay expires after
 half a minute, without draining the queue.
 
 `sender_side` joins all that with the pacer, behind `control`, the interface to a peer. `allocator`

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from wax.congestion.delivery import LinkEstimate, Train
 from wax.congestion.delivery_rate import Arrival, DeliveryRate, steady_bps
 from wax.congestion.dispersion import DispersionEstimator, PacketTrains
-from wax.congestion.feedback_timeout import FeedbackTimeout
+from wax.congestion.feedback import FeedbackTimeout
 from wax.congestion.jitter import Jitter
 from wax.congestion.loss import LossControl
 from wax.congestion.loss_based import LOW_LOSS_SHARE, LossBasedControl

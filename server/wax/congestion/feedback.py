@@ -1,0 +1,133 @@
+"""Transport-wide feedback: which packets request it, and whether it is overdue. Pure.
+
+A packet without a transport-wide sequence number gets none
+(draft-holmer-rmcat-transport-wide-cc-extensions-01). Each feedback packet costs the browser's
+uplink about 75 bytes, up to twenty times a second (a tenth of a modem line), and the server as much
+as sending four packets; a hundred settled observers need neither, so they are sampled.
+
+Overdue feedback is the RTCP timeout of a circuit breaker (RFC 8083), but sooner.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from wax.congestion.delivery import LinkEstimate
+
+_WINDOW_S: Final = 0.03
+"""Length of a sample: a picture and the sound beside it."""
+_SETTLED_EVERY_S: Final = 0.4
+"""Interval of samples on a settled link: two of them find a queue."""
+_THIN_EVERY_S: Final = 0.5
+"""Interval on a thin link, of which feedback takes a part."""
+_THIN_BPS: Final = 150_000.0
+"""A link below this rate is thin, and only sampled, for full feedback would take 8 % of an equally
+thin uplink."""
+_SETTLED_QUEUE_MS: Final = 30.0
+"""Longest queue of a settled link: the threshold of a standing queue."""
+_SPARE_FACTOR: Final = 1.5
+"""A settled link carries this multiple of the rate in use."""
+_SOUND_EVERY_FACTOR: Final = 2.0
+"""Sound begins a sample only if no picture did for this multiple of the interval."""
+_MIN_TIMEOUT_S: Final = 0.5
+"""Shortest timeout; browsers send feedback every 50 to 100 ms. RFC 8083 waits for three RTCP
+intervals, which takes seconds; a robot drives meanwhile."""
+_FIRST_TIMEOUT_S: Final = 2.0
+"""Timeout of the first feedback: no round trip is known before it."""
+_ROUND_TRIPS: Final = 2.0
+"""Feedback takes one round trip; another one is allowed for a queue."""
+_IDLE_S: Final = 3.0
+"""Nothing is overdue if no packet with feedback was sent for this long: the last packets may have
+been lost, or unmarked."""
+_KEPT_ROUND_TRIPS: Final = 5
+"""The median of this many counts, so that one lengthened by a queue does not."""
+_MAX_ROUND_TRIP_S: Final = 10.0
+"""A longer one counts as this, against invalid measurements."""
+
+
+class FeedbackSampling:
+    """Opens sample windows; a picture that begins in one is marked to its end."""
+
+    def __init__(self) -> None:
+        self._every_s = 0.0
+        self._opened_s = -math.inf
+        self._train: tuple[int, bool] | None = None
+
+    @property
+    def is_sparse(self) -> bool:
+        """Whether only samples are marked, so that feedback may take long."""
+        return self._every_s > 0
+
+    def follow(self, estimate: LinkEstimate, *, full_feedback: bool) -> None:
+        """Choose the interval for this link; with `full_feedback`, only a thin link is sampled."""
+        is_settled = (
+            estimate.queue_ms < _SETTLED_QUEUE_MS
+            and estimate.rate_bps > _SPARE_FACTOR * estimate.used_bps
+        )
+        if estimate.state != "steady":
+            self._every_s = 0.0  # the fate of every packet must be known
+        elif estimate.rate_bps < _THIN_BPS:
+            self._every_s = _THIN_EVERY_S
+        else:
+            self._every_s = _SETTLED_EVERY_S if is_settled and not full_feedback else 0.0
+
+    def requests_feedback(self, train: int | None, now_s: float) -> bool:
+        """Return whether to mark a packet of this picture, or of sound (None)."""
+        if train is not None and self._train is not None and train == self._train[0]:
+            return self._train[1]
+        # Pictures probe the link; sound opens a window only if there are none.
+        every_s = self._every_s if train is not None else _SOUND_EVERY_FACTOR * self._every_s
+        if now_s - self._opened_s >= every_s:
+            self._opened_s = now_s
+        is_open = self._every_s == 0.0 or now_s - self._opened_s < _WINDOW_S
+        if train is not None:
+            self._train = (train, is_open)
+        return is_open
+
+
+class FeedbackTimeout:
+    """Times in seconds that never fall."""
+
+    def __init__(self) -> None:
+        self._round_trips_s: deque[float] = deque(maxlen=_KEPT_ROUND_TRIPS)
+        self._unanswered_s: float | None = None
+        self._sent_s = math.inf
+        self._heard_s: float | None = None
+
+    @property
+    def round_trip_s(self) -> float | None:
+        """The median of the last five, None while none was measured."""
+        if not self._round_trips_s:
+            return None
+        return sorted(self._round_trips_s)[len(self._round_trips_s) // 2]
+
+    def round_trip(self, round_trip_s: float) -> None:
+        if 0 <= round_trip_s < math.inf:
+            self._round_trips_s.append(min(round_trip_s, _MAX_ROUND_TRIP_S))
+
+    def sent(self, now_s: float) -> None:
+        if self._unanswered_s is None or self.is_idle(now_s):
+            self._unanswered_s = now_s
+        self._sent_s = now_s
+
+    def heard(self, now_s: float) -> float:
+        """Note that feedback has come; return how long after the last, 0 for the first."""
+        silent_s = 0.0 if self._heard_s is None else now_s - self._heard_s
+        self._unanswered_s = None
+        self._heard_s = now_s
+        return silent_s
+
+    def is_idle(self, now_s: float) -> bool:
+        """Return whether nothing was sent for so long that no feedback is due."""
+        return now_s - self._sent_s > _IDLE_S
+
+    def is_over(self, now_s: float) -> bool:
+        """Return whether it has been missing for two round trips, and at least half a second."""
+        if self._unanswered_s is None or self.is_idle(now_s):
+            return False
+        longest_s = max(self._round_trips_s, default=0.0)
+        least_s = _FIRST_TIMEOUT_S if self._heard_s is None else _MIN_TIMEOUT_S
+        return now_s - self._unanswered_s > max(least_s, _ROUND_TRIPS * longest_s)
