@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.congestion.loss_based import LossBasedControl
+from wax.congestion.loss import LossBasedControl
 
 
 def test_it_rises_slowly_and_falls_with_what_is_lost() -> None:

@@ -10,8 +10,8 @@ It runs at the sender, on transport-wide feedback
   not its level.
 * It falls to a fraction of the busy link's delivery rate (`delivery_rate`); GCC's falls to 0.85 of
   the received rate.
-* Loss lowers it only where it is very high (`loss`); without transport-wide feedback, loss is the
-  only signal (`loss_based`, GCC section 6).
+* Loss lowers it only where it is very high (`loss`); without transport-wide feedback it is the only
+  signal, as in GCC section 6.
 * Without feedback for two round trips, probing stops and pictures pause (`feedback`).
 
 Limits: no padding is sent, so pictures that fit one packet probe nothing; a competing flow's queue

@@ -11,8 +11,7 @@ from wax.congestion.delivery_rate import Arrival, DeliveryRate, steady_bps
 from wax.congestion.dispersion import DispersionEstimator, PacketTrains
 from wax.congestion.feedback import FeedbackTimeout
 from wax.congestion.jitter import Jitter
-from wax.congestion.loss import LossControl
-from wax.congestion.loss_based import LOW_LOSS_SHARE, LossBasedControl
+from wax.congestion.loss import DECREASE_FACTOR, LOW_LOSS_SHARE, LossBasedControl, LossControl
 from wax.congestion.probing import ENOUGH_BPS, STARTING_RATE_BPS, Prober
 from wax.congestion.queuing_delay import QueuingDelay
 from wax.congestion.send_history import SendHistory
@@ -26,9 +25,6 @@ if TYPE_CHECKING:
 
 _MIN_RATE_BPS: Final = 8_000.0
 """Lowest rate; the smallest encoding of the sound takes 13 kbit/s."""
-_DECREASE_FACTOR: Final = 0.9
-"""Share of a full link's measured rate that is used, so that the queue drains. GCC's beta is 0.85
-(5.5)."""
 _STARTUP_S: Final = 3.0
 """Startup ends this long after the first feedback. Ours; BBR's ends when the rate stays level."""
 _PROBE_PACKETS: Final = 4
@@ -316,7 +312,7 @@ class LinkEstimator:
             self._assumed = False
         elif (came_bps := steady_bps(arrivals)) is not None:
             self._assumed = False
-            self._decrease(_DECREASE_FACTOR * came_bps)
+            self._decrease(DECREASE_FACTOR * came_bps)
 
     def _judge_queue(self) -> None:
         stood = self._delay.stands
@@ -328,8 +324,8 @@ class LinkEstimator:
             limit_s = self._delay.base_s + self._delay.limit_s(self._rate_bps)
             self._jitter.forget_since(self._now_s - _JITTER_HINDSIGHT_S, limit_s)
         came_bps = self._delivery_rate.rate_bps()
-        if came_bps is not None and _DECREASE_FACTOR * came_bps < self._rate_bps:
-            self._decrease(_DECREASE_FACTOR * came_bps)
+        if came_bps is not None and DECREASE_FACTOR * came_bps < self._rate_bps:
+            self._decrease(DECREASE_FACTOR * came_bps)
         elif self._delay.level_for_s(self._now_s) > _ROUTE_CHANGE_S and self._lost < LOW_LOSS_SHARE:
             # A queue would have grown or shrunk by now, so the route has become longer.
             self._delay.relearn()

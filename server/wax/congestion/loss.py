@@ -1,7 +1,8 @@
-"""Loss-based control beside the delay-based one (GCC, section 6), and the length of loss bursts.
+"""Loss-based control as GCC's (section 6), and the length of loss bursts.
 
-Loss alone lowers the rate only if it is very high, beyond GCC's 10 %: a radio that always loses
-16 % is not congested, and what fills a queue shows in its delay.
+Beside the delay-based control, loss lowers the rate only if it is very high, beyond GCC's 10 %: a
+radio that always loses 16 % is not congested, and what fills a queue shows in its delay. Without
+transport-wide feedback it is the only signal.
 """
 
 from __future__ import annotations
@@ -10,6 +11,8 @@ import math
 from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
+
+from wax.congestion.probing import ENOUGH_BPS
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -29,9 +32,8 @@ _HIGH_LOSS_S: Final = 2.0
 """High loss is judged over this time, and the rate stays for as long after a fall."""
 _MIN_PACKETS: Final = 40
 """Minimum packets to judge by: the standard error of 40 % of 40 is 8 %."""
-_DECREASE_FACTOR: Final = 0.9
-"""Share of the arriving rate that is used after a fall, so that the queue drains. GCC's beta is
-0.85."""
+DECREASE_FACTOR: Final = 0.9
+"""Share of what comes over a full link that is used, so that the queue drains. GCC's beta: 0.85."""
 _MAX_DECREASE_FACTOR: Final = 0.5
 """A fall leaves at least this share of the rate, as GCC's 1 - 0.5 p does if everything is lost."""
 _BURSTS: Final = 200
@@ -40,6 +42,21 @@ _BURSTS_S: Final = 30.0
 """How long they are kept."""
 _BURST_QUANTILE: Final = 0.95
 """Share of the bursts that redundancy must repair (RFC 2198)."""
+
+_STARTING_RATE_BPS: Final = 5_000_000.0
+"""Rate before the first report. Ours: no delay would show that it is too high."""
+_MIN_RATE_BPS: Final = 30_000.0
+"""Lowest rate: sound, and the smallest picture now and then."""
+LOW_LOSS_SHARE: Final = 0.02
+"""Less loss is no congestion. GCC: 2 %."""
+_REPORTED_LOSS_SHARE: Final = 0.10
+"""Above this share it falls. GCC: 10 %."""
+_INCREASE_PER_S: Final = 0.08
+"""Increase per second. GCC: 5 % a report."""
+_MAX_REPORT_S: Final = 2.0
+"""One report counts for at most this long. Ours: twice a browser's interval."""
+_DECREASE_SHARE: Final = 0.5
+"""The rate falls by this fraction of the lost share. GCC: 1 - 0.5 p."""
 
 
 @dataclass(slots=True)
@@ -103,7 +120,7 @@ class LossControl:
             return None
         self._judged_from_s = now_s
         came_bps = sum(one.arrived_bytes for one in recent) * 8 / _HIGH_LOSS_S
-        return max(_DECREASE_FACTOR * came_bps, _MAX_DECREASE_FACTOR * rate_bps)
+        return max(DECREASE_FACTOR * came_bps, _MAX_DECREASE_FACTOR * rate_bps)
 
     def forget(self, now_s: float) -> None:
         """Reset the counts, but keep the burst lengths."""
@@ -153,3 +170,29 @@ class Bursts:
         if not lengths:
             return self._length
         return lengths[min(int(_BURST_QUANTILE * len(lengths)), len(lengths) - 1)]
+
+
+class LossBasedControl:
+    """Follows the lost share in each receiver report (RFC 3550, 6.4.1); `now_s` never falls.
+
+    It notices a full link only when its queue overflows.
+    """
+
+    def __init__(self, rate_bps: float = _STARTING_RATE_BPS, max_bps: float = ENOUGH_BPS) -> None:
+        """Start with a known rate and bound, or with those of an unknown link."""
+        self._max_bps = max_bps
+        self.rate_bps = rate_bps
+        self._reported_s: float | None = None
+
+    def reported(self, lost: float, now_s: float, came_bps: float = math.inf) -> None:
+        """Handle a share from 0 to 1; after a high one, no more than `came_bps` got through."""
+        before_s = now_s if self._reported_s is None else self._reported_s
+        self._reported_s = now_s
+        if lost > _REPORTED_LOSS_SHARE:
+            self._set(min(self.rate_bps * (1 - _DECREASE_SHARE * lost), came_bps))
+        elif lost < LOW_LOSS_SHARE:
+            elapsed_s = min(now_s - before_s, _MAX_REPORT_S)
+            self._set(self.rate_bps * (1 + _INCREASE_PER_S * elapsed_s))
+
+    def _set(self, rate_bps: float) -> None:
+        self.rate_bps = min(max(rate_bps, _MIN_RATE_BPS), self._max_bps)
