@@ -5,7 +5,7 @@ from __future__ import annotations
 from tests.ablation.constants import Constant, constants
 from tests.ablation.sweep import BOUNDS, ELSEWHERE, FACTS, Result, effect, means, tuned
 
-from wax.congestion import estimator, probing
+from wax.congestion import estimator, pacer
 
 ALL = constants()
 
@@ -29,10 +29,10 @@ def test_what_is_left_out_exists() -> None:
 
 def test_a_constant_is_changed_wherever_it_is_known_and_put_back() -> None:
     """One that another module has imported changes there, too, and only meanwhile."""
-    constant = _named("probing.STARTING_RATE_BPS")
+    constant = _named("pacer.STARTING_RATE_BPS")
     with constant.set(constant.scaled(2.0)):
-        assert [vars(one)[constant.name] for one in (probing, estimator)] == [600_000, 600_000]
-    assert [vars(one)[constant.name] for one in (probing, estimator)] == [300_000, 300_000]
+        assert [vars(one)[constant.name] for one in (pacer, estimator)] == [600_000, 600_000]
+    assert [vars(one)[constant.name] for one in (pacer, estimator)] == [300_000, 300_000]
 
 
 def test_whole_numbers_stay_whole() -> None:

@@ -13,7 +13,7 @@ from tests.examples import examples
 
 from wax.congestion.delivery import Delivery, LinkEstimate
 from wax.congestion.estimator import LinkEstimator
-from wax.congestion.probing import STARTING_RATE_BPS
+from wax.congestion.pacer import STARTING_RATE_BPS
 
 if TYPE_CHECKING:
     from collections.abc import Callable

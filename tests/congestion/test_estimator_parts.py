@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from wax.congestion.delivery_rate import Arrival, DeliveryRate
 from wax.congestion.dispersion import DispersionEstimator
-from wax.congestion.jitter import Jitter
+from wax.congestion.queuing_delay import Jitter
 from wax.congestion.send_history import SendHistory
 
 steps = st.lists(st.tuples(st.floats(0.001, 0.5), st.integers(1, 1500)), min_size=1, max_size=40)

@@ -4,7 +4,7 @@ It runs at the sender, on transport-wide feedback
 (draft-holmer-rmcat-transport-wide-cc-extensions-01), as GCC does (draft-ietf-rmcat-gcc-02), but:
 
 * The rate rises by packet-train dispersion (`dispersion`): pictures leave faster than the estimated
-  rate (`probing`), and the bottleneck spreads them, which bounds its rate. GCC raises it by 8 % a
+  rate (`pacer`), and the bottleneck spreads them, which bounds its rate. GCC raises it by 8 % a
   second, BBR by a higher pacing gain; both then watch the delay.
 * A standing queue as in CoDel lowers it (`queuing_delay`). GCC follows the gradient of the delay,
   not its level.

@@ -10,10 +10,9 @@ from wax.congestion.delivery import LinkEstimate, Train
 from wax.congestion.delivery_rate import Arrival, DeliveryRate, steady_bps
 from wax.congestion.dispersion import DispersionEstimator, PacketTrains
 from wax.congestion.feedback import FeedbackTimeout
-from wax.congestion.jitter import Jitter
 from wax.congestion.loss import DECREASE_FACTOR, LOW_LOSS_SHARE, LossBasedControl, LossControl
-from wax.congestion.probing import ENOUGH_BPS, STARTING_RATE_BPS, Prober
-from wax.congestion.queuing_delay import QueuingDelay
+from wax.congestion.pacer import ENOUGH_BPS, STARTING_RATE_BPS, Prober
+from wax.congestion.queuing_delay import Jitter, QueuingDelay
 from wax.congestion.send_history import SendHistory
 from wax.congestion.wire_cost import payload_bytes
 

@@ -12,7 +12,7 @@ from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from wax.congestion.probing import ENOUGH_BPS
+from wax.congestion.pacer import ENOUGH_BPS
 
 if TYPE_CHECKING:
     from collections.abc import Collection

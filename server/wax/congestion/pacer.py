@@ -1,7 +1,7 @@
-"""The pacer: a leaky bucket that makes pictures wait until the link has drained.
+"""When each picture leaves, and how fast, so that it probes the link and hardly delays sound.
 
-Sound is counted but never waits, so pictures give way. It counts bits, so that the debt takes
-longer to drain when the rate falls.
+Pictures are the probes, where GCC's implementation sends padding; the queue that a probe may build
+limits its cost.
 """
 
 from __future__ import annotations
@@ -11,6 +11,26 @@ from typing import Final
 
 _MAX_DEBT_S: Final = 10.0
 """Maximum debt: after that long, every packet has arrived or is lost."""
+STARTING_RATE_BPS: Final = 300_000.0
+"""Assumed rate before any feedback. As libwebrtc."""
+ENOUGH_BPS: Final = 20_000_000.0
+"""Highest rate: ten times the largest rendition's."""
+_STARTUP_GAIN: Final = 4.0
+"""Pacing gain of a probe at startup. libwebrtc: 3 and 6; BBR's Startup: 2.77."""
+_PROBE_GAIN: Final = 2.0
+"""Pacing gain of a probe afterwards. libwebrtc: 2; BBR's ProbeBW_UP: 1.25."""
+_MAX_QUEUE_S: Final = 0.050
+"""The queue that a probe may build if the link carries no more. NADA's QTH (RFC 8698) is the same;
+a jitter buffer bridges it unheard."""
+_CLIMB_S: Final = 1.0
+"""For this long after a rise, every picture is a probe."""
+_FIRST_PAUSE_S: Final = 1.0
+"""Pause between the first two fruitless probes."""
+_MAX_PAUSE_S: Final = 30.0
+"""Longest pause between fruitless probes. libwebrtc probes every 5 s if the application limits the
+rate, BBR every 2 to 3 s; ours delay sound."""
+_BACKOFF_FACTOR: Final = 2.0
+"""Each fruitless probe multiplies the pause by this: binary exponential backoff."""
 
 
 def gap_s(size_bytes: int, pace_bps: float) -> float:
@@ -19,7 +39,11 @@ def gap_s(size_bytes: int, pace_bps: float) -> float:
 
 
 class Pacer:
-    """Knows when the link is free again; a `now_s` that falls frees nothing."""
+    """A leaky bucket: knows when the link is free again; a `now_s` that falls frees nothing.
+
+    Sound is counted but never waits, so pictures give way. It counts bits, so that the debt takes
+    longer to drain when the rate falls.
+    """
 
     def __init__(self, rate_bps: float) -> None:
         self.rate_bps = rate_bps
@@ -58,3 +82,43 @@ class Pacer:
             self._owed_bits = max(0.0, self._owed_bits - paid_bits)
             self._measured_bits = max(0.0, self._measured_bits - paid_bits)
             self._now_s = now_s
+
+
+class Prober:
+    """Paces each picture; `now_s` never falls.
+
+    If the link carries no more than the estimate, a picture sent faster delays the sound behind it,
+    by up to 50 ms: a rare one, rarer after each fruitless probe, or every one while the rate is
+    rising.
+    """
+
+    def __init__(self) -> None:
+        self._climbs_until_s = 0.0
+        self._next_s = 0.0
+        self._pause_s = _FIRST_PAUSE_S
+
+    def pace_bps(self, size_bytes: int, rate_bps: float, *, startup: bool, now_s: float) -> float:
+        """Return the pace of a picture of this size; it probes if that exceeds `rate_bps`."""
+        climbing = startup or now_s < self._climbs_until_s
+        if rate_bps >= ENOUGH_BPS or size_bytes <= 0 or not (climbing or now_s >= self._next_s):
+            return rate_bps
+        pace_bps = (_STARTUP_GAIN if startup else _PROBE_GAIN) * rate_bps
+        bits = size_bytes * 8
+        leaves_in_s = bits / rate_bps - _MAX_QUEUE_S
+        if leaves_in_s > 0:  # on a link of exactly this rate
+            pace_bps = min(pace_bps, bits / leaves_in_s)
+        if not climbing:
+            self._next_s = now_s + self._pause_s
+            self._pause_s = min(_BACKOFF_FACTOR * self._pause_s, _MAX_PAUSE_S)
+        return min(pace_bps, ENOUGH_BPS)
+
+    def risen(self, now_s: float) -> None:
+        """Keep probing: the rate has risen."""
+        self._climbs_until_s = self._next_s = now_s + _CLIMB_S
+        self._pause_s = _FIRST_PAUSE_S
+
+    def fallen(self, now_s: float) -> None:
+        """Probe again soon, but not at once: the rate has fallen."""
+        self._climbs_until_s = now_s
+        self._next_s = now_s + _FIRST_PAUSE_S
+        self._pause_s = _FIRST_PAUSE_S

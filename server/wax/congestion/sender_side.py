@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Final
 from wax.congestion.control import CongestionControl
 from wax.congestion.estimator import LinkEstimator
 from wax.congestion.feedback import FeedbackSampling
-from wax.congestion.pacer import Pacer
-from wax.congestion.probing import STARTING_RATE_BPS
+from wax.congestion.pacer import STARTING_RATE_BPS, Pacer
 from wax.congestion.upload_budget import UploadBudget
 from wax.congestion.wire_cost import payload_bytes
 
