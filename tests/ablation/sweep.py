@@ -23,7 +23,7 @@ Result = dict[str, dict[str, float | None]]
 
 FACTORS: Final = {"half": 0.5, "double": 2.0}
 FACTS: Final = {
-    "delivery.UDP_IP_BYTES",
+    "wire_cost.UDP_IP_BYTES",
     "estimator._MAX_CLOCK_S",
     "estimator._MAX_DATAGRAM_BYTES",
     "wire_cost._BLOCK_BYTES",

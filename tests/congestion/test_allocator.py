@@ -14,7 +14,7 @@ from tests.sync.link_model import default_sounds, default_steps
 
 from wax.congestion.allocation import Allocation, SoundEncoding, Step
 from wax.congestion.allocator import Allocator
-from wax.congestion.delivery import LinkEstimate, LinkState
+from wax.congestion.control import LinkEstimate, LinkState
 from wax.congestion.wire_cost import picture_bps, sound_bps
 from wax.sentence import Sentence
 

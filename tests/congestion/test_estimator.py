@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.examples import examples
 
-from wax.congestion.delivery import Delivery, LinkEstimate
+from wax.congestion.control import Delivery, LinkEstimate
 from wax.congestion.estimator import LinkEstimator
 from wax.congestion.pacer import STARTING_RATE_BPS
 

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from wax.congestion.delivery import LinkEstimate
+from wax.congestion.control import LinkEstimate
 from wax.congestion.feedback import FeedbackSampling
 
 if TYPE_CHECKING:
-    from wax.congestion.delivery import LinkState
+    from wax.congestion.control import LinkState
 
 
 def _estimate(

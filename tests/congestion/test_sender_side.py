@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from wax.congestion.delivery import Delivery
+from wax.congestion.control import Delivery
 from wax.congestion.sender_side import SenderSideControl
 from wax.congestion.upload_budget import UploadBudget
 

@@ -15,7 +15,7 @@ from tests.link.profile import Change, Jitter, Profile, load
 from wax.config.settings import Settings
 from wax.congestion.allocation import SoundEncoding, Step
 from wax.congestion.allocator import Allocator
-from wax.congestion.delivery import Delivery
+from wax.congestion.control import Delivery
 from wax.congestion.pacer import gap_s
 from wax.congestion.sender_side import SenderSideControl
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from wax.congestion.allocation import Allocation
-    from wax.congestion.delivery import LinkEstimate
+    from wax.congestion.control import LinkEstimate
 
 HEADERS_BYTES = 60
 BACK_S = 0.03

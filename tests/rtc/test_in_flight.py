@@ -20,7 +20,7 @@ from wax.rtc.in_flight import InFlight
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from wax.congestion.delivery import Delivery
+    from wax.congestion.control import Delivery
 
 
 def send(transmissions: InFlight, now_s: float, count: int = 1) -> list[int]:

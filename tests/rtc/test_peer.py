@@ -41,7 +41,7 @@ from wax.streams.interface import Codecs
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Sequence
 
-    from wax.congestion.delivery import Delivery
+    from wax.congestion.control import Delivery
     from wax.rtc.network import Network
     from wax.rtc.one_port.lite_agent import Path as LocalPath
 

@@ -13,7 +13,7 @@ from tests.turned_clock import TurnedClock
 
 from wax.capture.source import BLOCK_SAMPLES, Sound
 from wax.config.settings import AudioSettings, SyncSettings, VideoSettings
-from wax.congestion.delivery import Delivery
+from wax.congestion.control import Delivery
 from wax.encode.encoded import EncodedPicture
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
@@ -29,8 +29,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from wax.congestion.allocation import Allocation
-    from wax.congestion.control import CongestionControl
-    from wax.congestion.delivery import LinkEstimate, Train
+    from wax.congestion.control import CongestionControl, LinkEstimate, Train
     from wax.error_boundary import ErrorBoundary
     from wax.fanout.camera import Camera
 

@@ -22,7 +22,7 @@ from tests.sync.browser_model import Browser
 from wax.config.settings import Settings, SyncSettings
 from wax.congestion.allocation import Allocation, SoundEncoding, Step
 from wax.congestion.allocator import Allocator
-from wax.congestion.delivery import Delivery, LinkEstimate
+from wax.congestion.control import Delivery, LinkEstimate
 from wax.congestion.pacer import gap_s
 from wax.congestion.sender_side import SenderSideControl
 from wax.rtc.picture_sender import ASK_AGAIN_S

@@ -10,7 +10,7 @@ from tests.examples import examples
 
 from wax.config.settings import SyncSettings
 from wax.congestion.allocation import Allocation, SoundEncoding, Step
-from wax.congestion.delivery import LinkEstimate
+from wax.congestion.control import LinkEstimate
 from wax.sync.audio_master import AudioMaster
 from wax.sync.playout import PlayoutReport, StreamPlayout
 from wax.sync.policies import make_policy

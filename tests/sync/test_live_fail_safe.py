@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from wax.config.settings import SyncSettings
 from wax.congestion.allocation import Allocation, SoundEncoding, Step
-from wax.congestion.delivery import LinkEstimate, LinkState
+from wax.congestion.control import LinkEstimate, LinkState
 from wax.sentence import says
 from wax.sync.fail_safe import FailSafe
 from wax.sync.playout import PlayoutReport, PlayoutTargets, StreamPlayout

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from wax.congestion.allocation import SoundEncoding, Step
-    from wax.congestion.delivery import LinkEstimate
+    from wax.congestion.control import LinkEstimate
 
 _KEEP_SHARE: Final = 0.95
 """Share that a step may take and keep all its layers: hysteresis."""

@@ -6,7 +6,7 @@ import math
 from collections import deque
 from typing import TYPE_CHECKING, Final
 
-from wax.congestion.delivery import LinkEstimate, Train
+from wax.congestion.control import LinkEstimate, Train
 from wax.congestion.delivery_rate import Arrival, DeliveryRate, steady_bps
 from wax.congestion.dispersion import DispersionEstimator, PacketTrains
 from wax.congestion.feedback import FeedbackTimeout
@@ -19,8 +19,7 @@ from wax.congestion.wire_cost import payload_bytes
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from wax.congestion.control import Kind
-    from wax.congestion.delivery import Delivery, LinkState
+    from wax.congestion.control import Delivery, Kind, LinkState
 
 _MIN_RATE_BPS: Final = 8_000.0
 """Lowest rate; the smallest encoding of the sound takes 13 kbit/s."""

@@ -15,7 +15,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from wax.congestion.delivery import LinkEstimate
+    from wax.congestion.control import LinkEstimate
 
 _WINDOW_S: Final = 0.03
 """Length of a sample: a picture and the sound beside it."""

@@ -17,7 +17,7 @@ from wax.congestion.pacer import ENOUGH_BPS
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-    from wax.congestion.delivery import Delivery
+    from wax.congestion.control import Delivery
 
 _BUCKET_S: Final = 0.25
 """Packets are counted in intervals of this length."""

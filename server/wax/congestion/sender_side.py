@@ -14,8 +14,7 @@ from wax.congestion.wire_cost import payload_bytes
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from wax.congestion.control import Kind
-    from wax.congestion.delivery import Delivery, LinkEstimate, Train
+    from wax.congestion.control import Delivery, Kind, LinkEstimate, Train
 
 _UPDATE_S: Final = 0.1
 """Interval of updates without feedback. Ours: about that of feedback."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from wax.congestion.delivery import UDP_IP_BYTES
-
 if TYPE_CHECKING:
     from wax.congestion.allocation import SoundEncoding, Step
 
+UDP_IP_BYTES: Final = 28
+"""IPv4 and UDP headers; every datagram costs them (RFC 791, RFC 768)."""
 _HEADER_BYTES: Final = UDP_IP_BYTES + 32
 """Added to the payload: IP, UDP, 12 of RTP, about 10 of its extensions, 10 of the SRTP tag."""
 _MAX_SERIALIZATION_S: Final = 0.030

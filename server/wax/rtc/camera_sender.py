@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from wax.congestion.delivery import Train
+from wax.congestion.control import Train
 from wax.rtc.picture_sender import ASK_AGAIN_S, TICK_S, PictureSender, UnderWay
 
 if TYPE_CHECKING:

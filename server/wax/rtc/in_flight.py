@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from typing import TYPE_CHECKING, Final, Literal
 
-from wax.congestion.delivery import Delivery
+from wax.congestion.control import Delivery
 from wax.rtc.feedback import PERIOD_S
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from wax.rtc.sender import UINT16, UINT32, Sender, SenderContext, wire_bytes
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from wax.congestion.delivery import Train
+    from wax.congestion.control import Train
     from wax.rtc.lane import LanePicture, PictureLane
     from wax.rtc.payload.split import Payload
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, ClassVar, Final, Literal
 import structlog
 
 from wax.clock import UNIX_ZERO_S
-from wax.congestion.delivery import UDP_IP_BYTES
+from wax.congestion.wire_cost import UDP_IP_BYTES
 from wax.rtc import private, rtp
 from wax.rtc.egress import Egress
 from wax.rtc.receiver_reports import SenderReportTimes

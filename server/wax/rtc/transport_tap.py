@@ -7,7 +7,7 @@ from weakref import WeakSet
 
 import structlog
 
-from wax.congestion.delivery import UDP_IP_BYTES
+from wax.congestion.wire_cost import UDP_IP_BYTES
 from wax.errors import ProtocolError
 from wax.rtc import feedback, private, rtcp
 from wax.rtc.in_flight import MOST_TOLD, InFlight

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from wax.congestion.allocation import Allocation, Step
-    from wax.congestion.delivery import LinkEstimate
+    from wax.congestion.control import LinkEstimate
     from wax.error_boundary import ErrorBoundary
     from wax.fanout.camera import Camera
     from wax.fanout.video_hub import VideoHub

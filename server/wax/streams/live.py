@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.config.settings import AudioSettings, SyncSettings, VideoSettings
     from wax.congestion.allocation import Allocation, SoundEncoding, Step
-    from wax.congestion.delivery import LinkEstimate
+    from wax.congestion.control import LinkEstimate
     from wax.fanout.camera import Camera
     from wax.fanout.sound_hub import SoundHub
     from wax.fanout.sound_lane import BoundedSoundLane

@@ -10,7 +10,7 @@ from wax.sync.policies import make_policy
 if TYPE_CHECKING:
     from wax.config.settings import SyncSettings
     from wax.congestion.allocation import Allocation
-    from wax.congestion.delivery import LinkEstimate
+    from wax.congestion.control import LinkEstimate
     from wax.streams.interface import Page
     from wax.sync.playout import PlayoutReport, PlayoutTargets
 

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from wax.congestion.allocation import Allocation
-    from wax.congestion.delivery import LinkEstimate
+    from wax.congestion.control import LinkEstimate
     from wax.streams.interface import Page
 
 _EVERY_S: Final = 1.0

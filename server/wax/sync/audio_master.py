@@ -18,7 +18,7 @@ from wax.sync.playout_state import PlayoutState
 if TYPE_CHECKING:
     from wax.config.settings import SyncSettings
     from wax.congestion.allocation import Allocation
-    from wax.congestion.delivery import LinkEstimate
+    from wax.congestion.control import LinkEstimate
     from wax.sync.playout import PlayoutReport, StreamPlayout
 
 _AUTO_PREROLL_MS: Final = 40.0

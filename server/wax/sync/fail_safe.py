@@ -13,7 +13,7 @@ from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from wax.congestion.allocation import Allocation
-    from wax.congestion.delivery import LinkEstimate
+    from wax.congestion.control import LinkEstimate
     from wax.sync.sound_delay import SoundDelay
 
 _ENTER_S: Final = 1.0

@@ -12,7 +12,7 @@ from wax.sync.sound_delay import SoundDelay
 if TYPE_CHECKING:
     from wax.config.settings import SyncSettings
     from wax.congestion.allocation import Allocation
-    from wax.congestion.delivery import LinkEstimate
+    from wax.congestion.control import LinkEstimate
     from wax.sentence import Sentence
     from wax.sync.playout import PlayoutReport
 

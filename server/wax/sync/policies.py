@@ -10,7 +10,7 @@ from wax.sync.video_first import VideoFirst
 if TYPE_CHECKING:
     from wax.config.settings import SyncSettings
     from wax.congestion.allocation import Allocation
-    from wax.congestion.delivery import LinkEstimate
+    from wax.congestion.control import LinkEstimate
     from wax.sync.playout import PlayoutReport, PlayoutTargets
     from wax.sync.playout_state import PlayoutState
 
