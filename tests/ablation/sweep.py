@@ -33,8 +33,8 @@ FACTS: Final = {
 """Fixed by the wire, the codec or floats, and so not ours to choose."""
 BOUNDS: Final = {
     "delivery_rate._MAX_PACKETS",
-    "dispersion._MAX_DISPERSION_S",
-    "dispersion._MAX_TRAINS",
+    "delivery_rate._MAX_DISPERSION_S",
+    "delivery_rate._MAX_TRAINS",
     "estimator._MAX_DELIVERY_AGE_S",
     "estimator._MAX_QUEUE_MS",
     "feedback._MAX_ROUND_TRIP_S",

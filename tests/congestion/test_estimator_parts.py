@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.congestion.delivery_rate import Arrival, DeliveryRate
-from wax.congestion.dispersion import DispersionEstimator
+from wax.congestion.delivery_rate import Arrival, DeliveryRate, DispersionEstimator
 from wax.congestion.queuing_delay import Jitter
 from wax.congestion.send_history import SendHistory
 

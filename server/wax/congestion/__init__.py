@@ -3,12 +3,12 @@
 It runs at the sender, on transport-wide feedback
 (draft-holmer-rmcat-transport-wide-cc-extensions-01), as GCC does (draft-ietf-rmcat-gcc-02), but:
 
-* The rate rises by packet-train dispersion (`dispersion`): pictures leave faster than the estimated
-  rate (`pacer`), and the bottleneck spreads them, which bounds its rate. GCC raises it by 8 % a
-  second, BBR by a higher pacing gain; both then watch the delay.
+* The rate rises by packet-train dispersion (`delivery_rate`): pictures leave faster than the rate
+  (`pacer`), and the bottleneck spreads them, which bounds its own. GCC raises it by 8 % a second,
+  BBR by a higher pacing gain; both then watch the delay.
 * A standing queue as in CoDel lowers it (`queuing_delay`). GCC follows the gradient of the delay,
   not its level.
-* It falls to a fraction of the busy link's delivery rate (`delivery_rate`); GCC's falls to 0.85 of
+* It falls to a fraction of the busy link's delivery rate; GCC's falls to 0.85 of
   the received rate.
 * Loss lowers it only where it is very high (`loss`); without transport-wide feedback it is the only
   signal, as in GCC section 6.

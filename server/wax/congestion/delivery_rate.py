@@ -1,17 +1,26 @@
-"""The delivery rate of a busy link: a queue that never empties drains at the link's capacity.
+"""The rate of the bottleneck, from what arrived of its queue and of packet trains.
 
-The delivery rate sample of draft-cheng-iccrg-delivery-rate-estimation, taken over busy periods
-only, so that the application never limits it.
+A busy link's delivery rate (draft-cheng-iccrg-delivery-rate-estimation): a queue that never empties
+drains at the link's capacity, and the application does not limit it.
+
+Packet-train dispersion: the bottleneck spreads a train that left faster to its own rate (Keshav's
+packet pair, SIGCOMM 1991; trains: Dovrolis, Ramanathan, Moore, INFOCOM 2001). With cross traffic
+the result is the asymptotic dispersion rate, between available bandwidth and capacity. Jitter hides
+most of what one train shows, so several are summed, times and bits, with a confidence interval in
+standard errors. A train is a picture, sent as a probe.
 """
 
 from __future__ import annotations
 
+import math
 from collections import deque
+from dataclasses import dataclass, field
 from itertools import pairwise
+from operator import add, sub
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator, Sequence
 
 _WINDOW_S: Final = 0.8
 """Measured over at most this much of a busy period. GCC: 0.5 to 1 s (T in 5.6)."""
@@ -22,6 +31,22 @@ _MAX_PACKETS: Final = 512
 _BACK_TO_BACK_S: Final = 0.005
 """How much later than this packet would have come alone the one before must arrive, for both to
 count as queued. As GCC's burst_time (5.6)."""
+_MEMORY_S: Final = 10.0
+"""Older trains do not count. BBR's bandwidth filter is about as long (10 round trips)."""
+_ERRORS: Final = 2.0
+"""Standard errors of a safe bound: 95 % of a normal distribution lie within."""
+_STARTUP_ERRORS: Final = 0.7
+"""Standard errors at startup, when speed matters more than certainty."""
+_LIKELY_ERRORS: Final = 1.5
+"""Standard errors above the mean to which the rate may be raised step by step."""
+_LIKELY_MIN_TRAINS: Final = 16
+"""Minimum trains for a likely rate."""
+_PRIOR_TRAINS: Final = 3
+"""Weight, in trains, of the single packets' jitter as a prior of the trains' variance."""
+_MAX_TRAINS: Final = 64
+"""Trains in flight at most: 2 s of pictures. Bounds the memory."""
+_MAX_DISPERSION_S: Final = 30.0
+"""A train with a longer dispersion is ignored as invalid."""
 
 
 class Arrival(NamedTuple):
@@ -71,3 +96,102 @@ class DeliveryRate:
 
     def clear(self) -> None:
         self._busy.clear()
+
+
+@dataclass(slots=True)
+class _Train:
+    unreported: int
+    arrivals: list[Arrival] = field(default_factory=list)
+
+
+class PacketTrains:
+    """The trains in flight that left faster than the estimated rate, a bounded number."""
+
+    def __init__(self) -> None:
+        self._trains: dict[int, _Train] = {}
+
+    def expect(self, number: int, packets: int) -> None:
+        """Take note of a train; numbers rise."""
+        if len(self._trains) >= _MAX_TRAINS:
+            del self._trains[next(iter(self._trains))]
+        self._trains[number] = _Train(packets)
+
+    def add(self, number: int, arrival: Arrival | None) -> Iterator[list[Arrival]]:
+        """Count a packet of a train, in the order of sending; None was lost.
+
+        Give what arrived of the trains that it completes: its own after its last packet, and all
+        before. Whoever takes them may call `clear` meanwhile.
+        """
+        while (first := next(iter(self._trains), number)) < number:
+            yield self._trains.pop(first).arrivals
+        train = self._trains.get(number)
+        if train is None:
+            return
+        if arrival is not None:
+            train.arrivals.append(arrival)
+        train.unreported -= 1
+        if train.unreported <= 0:
+            yield self._trains.pop(number).arrivals
+
+    def clear(self) -> None:
+        self._trains.clear()
+
+
+class DispersionEstimator:
+    """Estimates from trains paced faster than the estimated rate; every query is cheap."""
+
+    def __init__(self) -> None:
+        self.clear()
+
+    def clear(self) -> None:
+        # When each train was judged, and over all up to it the sums of bits, ms, bits², bits·ms
+        # and ms²; bits in thousands.
+        self._sums: deque[tuple[float, Sequence[float]]] = deque([(-math.inf, (0.0,) * 5)])
+
+    def __len__(self) -> int:
+        return len(self._sums) - 1
+
+    def add(self, arrivals: Sequence[Arrival], now_s: float) -> float | None:
+        """Count a train; return by how much the link spread it, in s, None if it shows nothing.
+
+        One that was held and released at once shows no more than its pace.
+        """
+        if len(arrivals) < 2:
+            return None
+        first, last = arrivals[0], arrivals[-1]
+        came_in_s = last.arrived_s - first.arrived_s
+        if not 0 <= came_in_s < _MAX_DISPERSION_S:
+            return None
+        while len(self) and self._sums[1][0] < now_s - _MEMORY_S:
+            self._sums.popleft()
+        sent_in_s = max(last.sent_s - first.sent_s, 1e-6)
+        bits = 8 * (last.until_bytes - first.until_bytes) / 1000
+        ms = max(came_in_s, sent_in_s) * 1000
+        more = (bits, ms, bits * bits, bits * ms, ms * ms)
+        self._sums.append((now_s, tuple(map(add, self._sums[-1][1], more))))
+        return came_in_s - sent_in_s
+
+    def min_bps(self, noise_s: float, *, startup: bool) -> float:
+        """Return a lower bound of the rate: the best that the last 1, 2, 4… trains show."""
+        errors = _STARTUP_ERRORS if startup else _ERRORS
+        min_bps, count = 0.0, 1
+        while len(self) and count < 2 * len(self):
+            min_bps = max(min_bps, self._bound_bps(min(count, len(self)), noise_s, errors))
+            count *= 2
+        return min_bps
+
+    def likely_bps(self, noise_s: float) -> float:
+        """Return the rate that the link probably carries; 0 if there are too few trains."""
+        if len(self) < _LIKELY_MIN_TRAINS:
+            return 0.0
+        return self._bound_bps(len(self), noise_s, -_LIKELY_ERRORS)
+
+    def _bound_bps(self, count: int, noise_s: float, errors: float) -> float:
+        """Return the rate of the last `count` trains, less `errors` standard errors."""
+        bits, ms, bits_2, bits_ms, ms_2 = map(sub, self._sums[-1][1], self._sums[-1 - count][1])
+        ms_per_bit = ms / bits
+        # Few trains show little of their variance, so the single packets' variance counts too.
+        squares = _PRIOR_TRAINS * 2 * (noise_s * 1000) ** 2
+        squares += max(0.0, ms_2 - 2 * ms_per_bit * bits_ms + ms_per_bit**2 * bits_2)
+        ms += errors * math.sqrt(squares / (count + _PRIOR_TRAINS - 1)) * math.sqrt(count)
+        return bits / ms * 1e6 if ms > 0 else math.inf

@@ -7,8 +7,13 @@ from collections import deque
 from typing import TYPE_CHECKING, Final
 
 from wax.congestion.control import LinkEstimate, Train
-from wax.congestion.delivery_rate import Arrival, DeliveryRate, steady_bps
-from wax.congestion.dispersion import DispersionEstimator, PacketTrains
+from wax.congestion.delivery_rate import (
+    Arrival,
+    DeliveryRate,
+    DispersionEstimator,
+    PacketTrains,
+    steady_bps,
+)
 from wax.congestion.feedback import FeedbackTimeout
 from wax.congestion.loss import DECREASE_FACTOR, LOW_LOSS_SHARE, LossBasedControl, LossControl
 from wax.congestion.pacer import ENOUGH_BPS, STARTING_RATE_BPS, Prober
