@@ -8,8 +8,7 @@ It runs at the sender, on transport-wide feedback
   BBR by a higher pacing gain; both then watch the delay.
 * A standing queue as in CoDel lowers it (`queuing_delay`). GCC follows the gradient of the delay,
   not its level.
-* It falls to a fraction of the busy link's delivery rate; GCC's falls to 0.85 of
-  the received rate.
+* It falls to a fraction of the busy link's delivery rate; GCC's, to 0.85 of the received rate.
 * Loss lowers it only where it is very high (`loss`); without transport-wide feedback it is the only
   signal, as in GCC section 6.
 * Without feedback for two round trips, probing stops and pictures pause (`feedback`).

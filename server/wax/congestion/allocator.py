@@ -86,7 +86,6 @@ class Allocator:
         """
         if self._now_s < now_s < math.inf:
             self._now_s = now_s
-        quick = estimate.state == "starting"
         allowed = [] if size is None else self._allowed(size)
         encoding, redundancy = None, 0
         if sound:
@@ -95,14 +94,12 @@ class Allocator:
                 least = self._steps[allowed[-1]]
                 least_bps = picture_bps(least, least.layers, estimate.rate_bps)
             encoding, redundancy = self._sound.choose(
-                estimate.rate_bps,
+                estimate,
                 other_bps,
                 sound_encodings,
                 channels=sound_channels,
                 picture_bps=least_bps,
-                lost=estimate.lost,
-                burst=estimate.burst if takes_redundancy else 0,
-                quick=quick,
+                takes_redundancy=takes_redundancy,
                 now_s=self._now_s,
             )
         else:
@@ -110,7 +107,7 @@ class Allocator:
         if not allowed:
             self._at, self._gone_s = None, None
             return Allocation(None, 0, encoding, redundancy, Sentence("sent.no_picture"))
-        self._follow(estimate, allowed, quick=quick)
+        self._follow(estimate, allowed)
         reason = self._reason(estimate, allowed)
         if self._at is None:
             return Allocation(None, 0, encoding, redundancy, reason)
@@ -133,9 +130,10 @@ class Allocator:
         left_bps = self._sound.left_bps(FIT_SHARE) - next_bps
         return max(left_bps, 0.0), max(kept_bps, 0.0)
 
-    def _follow(self, estimate: LinkEstimate, allowed: Sequence[int], *, quick: bool) -> None:
+    def _follow(self, estimate: LinkEstimate, allowed: Sequence[int]) -> None:
         now_s, last = self._now_s, allowed[-1]
-        calm = estimate.state in ("starting", "steady")
+        quick = estimate.state == "starting"
+        calm = quick or estimate.state == "steady"
         target = self._target(estimate, allowed)
         if self._gone_s is not None and not self._comes_back(estimate, last, calm=calm):
             return

@@ -94,9 +94,6 @@ class DeliveryRate:
         """Return the rate of the current busy period; None if it is too short."""
         return steady_bps(self._busy, _MIN_BUSY_S)
 
-    def clear(self) -> None:
-        self._busy.clear()
-
 
 @dataclass(slots=True)
 class _Train:

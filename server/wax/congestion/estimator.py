@@ -244,9 +244,9 @@ class LinkEstimator:
     def _burst(self) -> int:
         """How many packets are lost in a row, 0 without loss."""
         if not self._reported:
-            return self._loss.bursts.longest()
+            return self._loss.burst
         # Reports do not give burst lengths, but the pictures' packets crossed the same link.
-        return max(self._loss.bursts.longest(), 1) if self._lost > 0 else 0
+        return max(self._loss.burst, 1) if self._lost > 0 else 0
 
     def _state(self, now_s: float) -> LinkState:
         if self._timeout.is_over(now_s):
@@ -329,7 +329,9 @@ class LinkEstimator:
         came_bps = self._delivery_rate.rate_bps()
         if came_bps is not None and DECREASE_FACTOR * came_bps < self._rate_bps:
             self._decrease(DECREASE_FACTOR * came_bps)
-        elif self._delay.level_for_s(self._now_s) > _ROUTE_CHANGE_S and self._lost < LOW_LOSS_SHARE:
+        elif (
+            self._now_s - self._delay.level_from_s > _ROUTE_CHANGE_S and self._lost < LOW_LOSS_SHARE
+        ):
             # A queue would have grown or shrunk by now, so the route has become longer.
             self._delay.relearn()
             self._set(max(self._rate_bps, self._before_queue_bps))
@@ -368,7 +370,7 @@ class LinkEstimator:
         self._set(min(self._rate_bps, STARTING_RATE_BPS))
         self._startup_until_s = math.inf
         self._delay.relearn()
-        self._delivery_rate.clear()
+        self._delivery_rate = DeliveryRate()
         self._dispersion.clear()
         self._trains.clear()
         self._loss.forget(self._now_s)

@@ -1,7 +1,4 @@
-"""What keeps choices from flapping: how long more must fit, and longer after each failed trial.
-
-Shared by the driving view's choice (`allocator`), the other cameras' and the sound's.
-"""
+"""What keeps choices from flapping: how long more must fit, and longer after each failed trial."""
 
 from __future__ import annotations
 

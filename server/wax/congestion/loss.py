@@ -77,9 +77,8 @@ class LossControl:
         """Without, no sound shows that losses in a row are an outage."""
         self._gap: list[Delivery] = []  # lost since the last arrival; of an outage, its begin
         self._buckets: deque[_Bucket] = deque()
-        self.bursts = Bursts()
-        """Of the sound alone where feedback tells of it: its packets are sparser, so its bursts
-        shorter."""
+        self._bursts: deque[tuple[float, int]] = deque(maxlen=_BURSTS)  # when each ended, length
+        self._in_a_row = 0
         self._judged_from_s = -math.inf
         self.congested = False
         """Whether loss has lowered the rate, and nothing yet shows that it fell far enough."""
@@ -88,6 +87,16 @@ class LossControl:
     def share(self) -> float:
         """The share of packets lost in the last 10 s."""
         return _lost_share(self._buckets)
+
+    @property
+    def burst(self) -> int:
+        """The number of packets lost in a row (95th percentile), 0 without loss.
+
+        Of the sound where feedback tells of it: its packets are sparser, so its bursts shorter.
+        """
+        lengths = sorted(length for _, length in self._bursts)
+        at = min(int(_BURST_QUANTILE * len(lengths)), len(lengths) - 1)
+        return lengths[at] if lengths else self._in_a_row
 
     def add(self, packet: Delivery, now_s: float) -> None:
         """Count a packet; a lost one once the next arrival shows that it was no outage."""
@@ -140,36 +149,18 @@ class LossControl:
         bucket.lost += is_lost
         bucket.arrived_bytes += 0 if is_lost else packet.size_bytes
         if packet.kind == "audio" or not self.sound_has_feedback:
-            self.bursts.add(lost=is_lost, now_s=now_s)
+            if is_lost:
+                self._in_a_row += 1
+            elif self._in_a_row:
+                self._bursts.append((now_s, self._in_a_row))
+                self._in_a_row = 0
+            while self._bursts and self._bursts[0][0] < now_s - _BURSTS_S:
+                self._bursts.popleft()
 
 
 def _lost_share(buckets: Collection[_Bucket]) -> float:
     packets = sum(one.packets for one in buckets)
     return sum(one.lost for one in buckets) / packets if packets else 0.0
-
-
-class Bursts:
-    """Lengths of bursts of lost packets."""
-
-    def __init__(self) -> None:
-        self._ended: deque[tuple[float, int]] = deque(maxlen=_BURSTS)
-        self._length = 0
-
-    def add(self, *, lost: bool, now_s: float) -> None:
-        if lost:
-            self._length += 1
-        elif self._length:
-            self._ended.append((now_s, self._length))
-            self._length = 0
-        while self._ended and self._ended[0][0] < now_s - _BURSTS_S:
-            self._ended.popleft()
-
-    def longest(self) -> int:
-        """Return the number of packets lost in a row (95th percentile), 0 without loss."""
-        lengths = sorted(length for _, length in self._ended)
-        if not lengths:
-            return self._length
-        return lengths[min(int(_BURST_QUANTILE * len(lengths)), len(lengths) - 1)]
 
 
 class LossBasedControl:

@@ -77,7 +77,8 @@ class QueuingDelay:
         self._noise_squared = _FIRST_NOISE_S**2
         self._seen = 0
         self._level_s = 0.0
-        self._level_from_s = 0.0
+        self.level_from_s = 0.0
+        """Since when the delay has been level; a queue's delay grows or shrinks."""
 
     @property
     def stands(self) -> bool:
@@ -120,7 +121,7 @@ class QueuingDelay:
         """
         standing_s = min((queued_s for _, queued_s in self._recent), default=0.0)
         if abs(standing_s - self._level_s) > _LEVEL_S:
-            self._level_s, self._level_from_s = standing_s, now_s
+            self._level_s, self.level_from_s = standing_s, now_s
         if standing_s <= self.limit_s(rate_bps):
             self._seen = 0
         elif self._recent[-1][0] - self._recent[0][0] >= _MIN_SPAN_S:
@@ -131,10 +132,6 @@ class QueuingDelay:
         packets_s = _TARGET_PACKETS * _PACKET_BITS / rate_bps
         noise_s = min(_NOISE_FACTOR * self.noise_s, _MAX_NOISE_S)
         return max(_TARGET_S, packets_s, noise_s)
-
-    def level_for_s(self, now_s: float) -> float:
-        """Return how long the delay has been level; a queue's delay grows or shrinks."""
-        return now_s - self._level_from_s
 
     def relearn(self) -> None:
         """Forget the base delay: the route has become longer."""

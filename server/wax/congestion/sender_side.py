@@ -90,8 +90,6 @@ class SenderSideControl(CongestionControl):
         self._pacer.rate_bps = self.estimate(now_s).rate_bps
         self._pacer.forgive()
 
-    # --- CongestionControl -----------------------------------------------------------------
-
     def negotiated(self, *, has_feedback: bool, kind: Kind = "video") -> None:
         self._has_feedback[kind] = has_feedback or self._has_feedback.get(kind, False)
         self._estimator.negotiated(has_feedback=has_feedback, kind=kind)

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from wax.congestion.allocation import SoundEncoding
+    from wax.congestion.control import LinkEstimate
 
 FIT_SHARE: Final = 0.85
 """Share of the rate that a chosen step may take; the rest is for keyframes and jitter."""
@@ -44,29 +45,28 @@ class SoundChoice:
 
     def choose(
         self,
-        rate_bps: float,
+        estimate: LinkEstimate,
         other_bps: float,
         fixed: Sequence[SoundEncoding] | None,
         *,
         channels: int,
         picture_bps: float,
-        lost: float,
-        burst: int,
-        quick: bool,
+        takes_redundancy: bool,
         now_s: float,
     ) -> tuple[SoundEncoding, int]:
         """Return the encoding, and the number of earlier units in each packet.
 
-        Down is immediate; up only if `quick`, otherwise after the better encoding has fitted for
+        Down is immediate; up only at the start, otherwise after the better encoding has fitted for
         5 s. `picture_bps` is the least that a picture takes beside it; with none, the sound may
         take everything. `channels` is how many the sound has; no encoding of more is chosen unless
         there is no other.
         """
         offered = self._encodings if fixed is None else tuple(fixed)
         encodings = tuple(one for one in offered if one.channels <= channels) or offered
-        self._follow_loss(lost, burst, now_s)
-        self._rate_bps, self._other_bps = rate_bps, other_bps
-        budget_bps = FIT_SHARE * rate_bps - other_bps
+        burst = estimate.burst if takes_redundancy else 0
+        self._follow_loss(estimate.lost, burst, now_s)
+        self._rate_bps, self._other_bps = estimate.rate_bps, other_bps
+        budget_bps = FIT_SHARE * estimate.rate_bps - other_bps
         third_bps = budget_bps / _PARTS if picture_bps else budget_bps
         usual = [one for one in encodings if one.mu_ms <= _USUAL_MU_MS] or encodings
         best = next((one for one in usual if sound_bps(one, 0) <= third_bps), usual[-1])
@@ -75,7 +75,7 @@ class SoundChoice:
         encoding = self._encoding
         rises = (
             encoding in encodings
-            and not quick
+            and estimate.state != "starting"
             and encodings.index(best) < encodings.index(encoding)
         )
         if encoding is None or not rises or self._better.lasts(rises, _RISE_HOLD_S, now_s):

@@ -26,10 +26,7 @@ _BLOCK_BYTES: Final = 4
 
 
 def payload_bytes(rate_bps: float, most_bytes: int = MAX_PAYLOAD_BYTES) -> int:
-    """Return the largest payload that takes at most 30 ms, within 200…1180 and `most_bytes`.
-
-    The lower bound counts: no payload has less than 200 bytes.
-    """
+    """Return the largest payload up to `most_bytes` that takes 30 ms, but 200 bytes at least."""
     fitting_bytes = int(rate_bps * _MAX_SERIALIZATION_S / 8) - _HEADER_BYTES
     return max(min(fitting_bytes, most_bytes, MAX_PAYLOAD_BYTES), _MIN_PAYLOAD_BYTES)
 
