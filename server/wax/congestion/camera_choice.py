@@ -52,8 +52,7 @@ class CameraChoice:
         if [list(one) for one in wishes] != self._wished:
             # Who looks at something else need not wait, unless more has just been too much.
             self._wished = [list(one) for one in wishes]
-            doubtful = self._trials.is_doubtful
-            most_bps = _cost(self._chosen, rate_bps) if doubtful else left_bps
+            most_bps = _cost(self._chosen, rate_bps) if self._trials.is_doubtful else left_bps
             self._chosen = _filled(wishes, most_bps, rate_bps)
         if _cost(self._chosen, rate_bps) > max(kept_bps, 0.0):
             self._trials.fell(self._now_s)

@@ -17,7 +17,7 @@ from wax.congestion.delivery_rate import (
 from wax.congestion.feedback import FeedbackTimeout
 from wax.congestion.loss import DECREASE_FACTOR, LOW_LOSS_SHARE, LossBasedControl, LossControl
 from wax.congestion.pacer import ENOUGH_BPS, STARTING_RATE_BPS, Prober
-from wax.congestion.queuing_delay import Jitter, QueuingDelay
+from wax.congestion.queuing_delay import MAX_MS, Jitter, QueuingDelay
 from wax.congestion.send_history import SendHistory
 from wax.congestion.wire_cost import payload_bytes
 
@@ -62,8 +62,6 @@ _RESTART_AFTER_S: Final = 3.0
 _REPORTS: Final = 2
 """Loss is averaged over this many reports: about 10 s, as with transport-wide feedback. libwebrtc
 sends one every 5 s. With one, 5 % loss is measured as 2.6 to 8.2 %, with two as 3.3 to 7.0."""
-_MAX_QUEUE_MS: Final = 10_000.0
-"""A longer queue counts as this, against invalid feedback."""
 _MAX_DELIVERY_AGE_S: Final = 60.0
 """Feedback about older packets is ignored as invalid."""
 _MAX_CLOCK_S: Final = 1e11
@@ -260,7 +258,7 @@ class LinkEstimator:
             return 0.0
         sent_s, queued_s = self._newest
         queue_s = self._history.queue_s(queued_s, sent_s, now_s, self._rate_bps)
-        return min(queue_s * 1000, _MAX_QUEUE_MS)
+        return min(queue_s * 1000, MAX_MS)
 
     def _pass(self, now_s: float) -> float:
         if self._now_s < now_s < math.inf:
@@ -280,7 +278,11 @@ class LinkEstimator:
         if delivery.arrived_s is None:
             self._lost_bytes += delivery.size_bytes
         else:
-            arrival = self._arrival(delivery, delivery.arrived_s)
+            # Unmarked packets that left before it came with it: data channels and RTCP.
+            came_bytes = self._history.between(self._counted_s, delivery.sent_s) - self._lost_bytes
+            self._came_bytes += max(came_bytes, delivery.size_bytes)
+            self._counted_s, self._lost_bytes = max(self._counted_s, delivery.sent_s), 0
+            arrival = Arrival(delivery.sent_s, delivery.arrived_s, self._came_bytes)
             queued_s = self._delay.add(
                 delivery.sent_s, arrival.arrived_s, delivery.size_bytes, self._rate_bps
             )
@@ -291,13 +293,6 @@ class LinkEstimator:
         if delivery.train is not None:
             for arrivals in self._trains.add(delivery.train, arrival):
                 self._judge_train(arrivals)
-
-    def _arrival(self, delivery: Delivery, arrived_s: float) -> Arrival:
-        # Unmarked packets that left before it came with it: data channels and RTCP.
-        came_bytes = self._history.between(self._counted_s, delivery.sent_s) - self._lost_bytes
-        self._came_bytes += max(came_bytes, delivery.size_bytes)
-        self._counted_s, self._lost_bytes = max(self._counted_s, delivery.sent_s), 0
-        return Arrival(delivery.sent_s, arrived_s, self._came_bytes)
 
     def _is_jitter_sample(self, delivery: Delivery) -> bool:
         if self._loss.sound_has_feedback:

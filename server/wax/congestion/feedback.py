@@ -63,15 +63,13 @@ class FeedbackSampling:
 
     def follow(self, estimate: LinkEstimate, *, full_feedback: bool) -> None:
         """Choose the interval for this link; with `full_feedback`, only a thin link is sampled."""
-        is_settled = (
-            estimate.queue_ms < _SETTLED_QUEUE_MS
-            and estimate.rate_bps > _SPARE_FACTOR * estimate.used_bps
-        )
+        has_room = estimate.rate_bps > _SPARE_FACTOR * estimate.used_bps
         if estimate.state != "steady":
             self._every_s = 0.0  # the fate of every packet must be known
         elif estimate.rate_bps < _THIN_BPS:
             self._every_s = _THIN_EVERY_S
         else:
+            is_settled = has_room and estimate.queue_ms < _SETTLED_QUEUE_MS
             self._every_s = _SETTLED_EVERY_S if is_settled and not full_feedback else 0.0
 
     def requests_feedback(self, train: int | None, now_s: float) -> bool:

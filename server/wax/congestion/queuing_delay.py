@@ -63,8 +63,8 @@ _MAX_JITTER_PACKETS: Final = 4000
 """Packets kept at most; 8 s of sound are 800. Bounds the memory."""
 _QUANTILE: Final = 0.99
 """Share of the sound that must arrive in time. Ours; NetEq follows 95 to 97 %."""
-_MAX_MS: Final = 10_000.0
-"""Highest value returned, against invalid feedback."""
+MAX_MS: Final = 10_000.0
+"""Longest jitter and queue, against invalid feedback."""
 
 
 class QueuingDelay:
@@ -170,7 +170,7 @@ class Jitter:
         if not self._ordered:
             return 0.0
         at = int(_QUANTILE * (len(self._ordered) - 1) + 0.5)
-        return min((self._ordered[at] - self._ordered[0]) * 1000, _MAX_MS)
+        return min((self._ordered[at] - self._ordered[0]) * 1000, MAX_MS)
 
     def add(self, delay_s: float, now_s: float) -> None:
         """Count a packet that took `delay_s` between two clocks whose offset is unknown."""

@@ -105,7 +105,10 @@ class SenderSideControl(CongestionControl):
         if is_media:
             self._earned_bits += _RETRANSMISSION_SHARE * 8 * size_bytes
         else:
-            self._count_other(size_bytes, now_s)
+            # A decaying average: each datagram adds its share of the window.
+            elapsed_s, self._other_s = max(now_s - self._other_s, 0.0), now_s
+            self.other_bps *= max(1.0 - elapsed_s / _OTHER_S, 0.0)
+            self.other_bps += 8 * size_bytes / _OTHER_S
         if now_s - self._updated_s >= self._update_every_s:
             self._update(now_s)
 
@@ -172,10 +175,3 @@ class SenderSideControl(CongestionControl):
         self._sampling.follow(estimate, full_feedback=self.full_feedback)
         self._update_every_s = _SETTLED_UPDATE_S if self._sampling.is_sparse else _UPDATE_S
         self._on_news(estimate, now_s)
-
-    def _count_other(self, size_bytes: int, now_s: float) -> None:
-        elapsed_s = max(now_s - self._other_s, 0.0)
-        self._other_s = now_s
-        # A decaying average: each datagram adds its share of the window.
-        self.other_bps *= max(1.0 - elapsed_s / _OTHER_S, 0.0)
-        self.other_bps += 8 * size_bytes / _OTHER_S

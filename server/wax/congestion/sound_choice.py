@@ -63,8 +63,11 @@ class SoundChoice:
         """
         offered = self._encodings if fixed is None else tuple(fixed)
         encodings = tuple(one for one in offered if one.channels <= channels) or offered
-        burst = estimate.burst if takes_redundancy else 0
-        self._follow_loss(estimate.lost, burst, now_s)
+        repairs = takes_redundancy and estimate.lost >= _REDUNDANCY_LOSS_SHARE
+        wanted = min(estimate.burst, _MAX_REDUNDANCY) if repairs else 0
+        fewer = wanted < self._redundancy
+        if self._fewer.lasts(fewer, _REDUNDANCY_HOLD_S, now_s) or not fewer:
+            self._redundancy, self._fewer = wanted, Since()
         self._rate_bps, self._other_bps = estimate.rate_bps, other_bps
         budget_bps = FIT_SHARE * estimate.rate_bps - other_bps
         third_bps = budget_bps / _PARTS if picture_bps else budget_bps
@@ -114,12 +117,6 @@ class SoundChoice:
                 if encoding == least and not redundancy:
                     least_bps = min(least_bps, takes_bps + picture_bps)
                 yield least_bps, takes_bps
-
-    def _follow_loss(self, lost: float, burst: int, now_s: float) -> None:
-        wanted = min(burst, _MAX_REDUNDANCY) if lost >= _REDUNDANCY_LOSS_SHARE else 0
-        fewer = wanted < self._redundancy
-        if self._fewer.lasts(fewer, _REDUNDANCY_HOLD_S, now_s) or not fewer:
-            self._redundancy, self._fewer = wanted, Since()
 
     def _affordable(self, encoding: SoundEncoding, third_bps: float) -> int:
         counts = range(self._redundancy, 0, -1)

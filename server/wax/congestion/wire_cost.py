@@ -35,9 +35,8 @@ def sound_bps(encoding: SoundEncoding, redundancy: int) -> float:
     """Return the rate of an encoding with this many earlier units in each packet."""
     again_bytes = _BLOCK_BYTES * redundancy + 1 if redundancy else 0
     packets_per_s = 1000 / encoding.mu_ms
-    return (
-        encoding.bitrate_bps * (1 + redundancy) + packets_per_s * (_HEADER_BYTES + again_bytes) * 8
-    )
+    headers_bps = packets_per_s * (_HEADER_BYTES + again_bytes) * 8
+    return encoding.bitrate_bps * (1 + redundancy) + headers_bps
 
 
 def picture_bps(step: Step, cut: int, rate_bps: float) -> float:
