@@ -15,8 +15,7 @@ It runs at the sender, on transport-wide feedback
 
 Limits: no padding is sent, so pictures that fit one packet probe nothing; a competing flow's queue
 counts as ours, and no mode competes with loss-based flows (GCC's adaptive threshold, SCReAM's
-higher target); a settled link is only sampled (`feedback`); the base delay expires after
-half a minute, without draining the queue.
+higher target); a settled link is only sampled (`feedback`); the base delay expires in 30 s.
 
 `sender_side` joins all that with the pacer, behind `control`, the interface to a peer. `allocator`
 chooses the step of the rendition ladder; `sound_choice`, the sound's encoding and redundancy.
@@ -36,7 +35,4 @@ halves and doubles each on 15 links with six seeds; its table is in `e2e/out/abl
   is 7 ms older;
 * three recent packets at least (`queuing_delay._RECENT_PACKETS`), no queue is found where 5 Mbit/s
   fall to 100 kbit/s.
-
-`sound_choice.FIT_SHARE` 0.1 higher changes less than chance; `allocator._KEEP_SHARE` 0.1 higher
-takes 16 points from a cell. A cell waits for the next step more than for its rate.
 """
