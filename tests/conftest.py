@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterator
 
 load_profiles()
+os.environ["OPENBLAS_NUM_THREADS"] = "1"  # read with NumPy; the cores run tests, not one product
 gc.disable()  # until the tests are collected, of which nothing is garbage
 
 # As the server logs: to colour a traceback takes longer than most tests.
