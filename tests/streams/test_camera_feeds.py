@@ -35,7 +35,7 @@ async def test_nothing_is_encoded_before_a_page_shows_it() -> None:
     """A page that never says what it shows is sent the driving view alone."""
     rig = _rig()
     rig.begin()
-    await rig.run(5.0)
+    await rig.run(2.0)
     assert rig.streams.status()["rendition"] == TOP
     assert _wanted(rig) == [[], []]
 
@@ -45,7 +45,7 @@ async def test_one_is_large_and_the_rest_small_and_the_page_is_told() -> None:
     rig = _rig()
     rig.begin()
     rig.streams.look(large=1, small=True)
-    await rig.run(6.0)
+    await rig.run(3.0)
     assert _wanted(rig) == [[SMALL], [LARGE]]
     assert rig.all(messages.Served)[-1].cameras == [SMALL, LARGE]
     rig.streams.look(large=None, small=True)
@@ -65,7 +65,7 @@ async def test_who_wants_no_picture_is_sent_none() -> None:
     rig = _rig()
     rig.begin()
     rig.streams.look(large=0, small=True)
-    await rig.run(6.0)
+    await rig.run(3.0)
     rig.streams.want(sound=True, picture=False, size="640x480", policy=None)
     await rig.run(1.0)
     assert _wanted(rig) == [[], []]
@@ -86,9 +86,9 @@ async def test_the_driving_view_is_what_it_is_without_them(rate_bps: float) -> N
         rig = _rig(rate_bps, cameras)
         rig.begin()
         rig.streams.look(large=0 if cameras else None, small=True)
-        await rig.run(10.0)
-        rig.sizes.clear()
         await rig.run(6.0)
+        rig.sizes.clear()
+        await rig.run(3.0)
         seen.append(list(dict.fromkeys(rig.sizes)))
     alone, beside = seen
     assert beside == alone
@@ -99,7 +99,7 @@ async def test_a_modem_carries_no_other_camera() -> None:
     rig = _rig(50e3)
     rig.begin()
     rig.streams.look(large=0, small=True)
-    await rig.run(12.0)
+    await rig.run(6.0)
     assert rig.streams.status()["cameras"] == [None, None]
 
 
@@ -108,7 +108,7 @@ async def test_a_link_that_narrows_loses_them_first() -> None:
     rig = _rig(8e6)
     rig.begin()
     rig.streams.look(large=0, small=True)
-    await rig.run(8.0)
+    await rig.run(6.0)
     assert rig.streams.status()["cameras"] == [LARGE, SMALL]
     rig.rate_bps = 300e3
     await rig.run(1.0)
@@ -121,7 +121,7 @@ async def test_a_short_upload_goes_to_driving_views() -> None:
     rig = _rig(upload_bps=2_000_000)
     rig.begin()
     rig.streams.look(large=0, small=True)
-    await rig.run(12.0)
+    await rig.run(6.0)
     assert rig.streams.status()["cameras"] != [None, None]
     assert rig.streams.status()["rendition"] == TOP
 
@@ -131,7 +131,7 @@ async def test_a_lane_that_lost_its_thread_is_helped() -> None:
     rig = _rig()
     rig.begin()
     rig.streams.look(large=0, small=True)
-    await rig.run(6.0)
+    await rig.run(3.0)
     lane: Any = rig.camera_lanes[0]
     lane._shed()
     lane._cut_layer = 0

@@ -89,7 +89,7 @@ async def test_lies_about_one_link_move_nobody_elses_rendition(seed: int) -> Non
     """Another viewer keeps the best picture, and a keyframe a second at most is forced on them."""
     rig = Rig()
     rig.begin()
-    await rig.run(8.0)
+    await rig.run(3.0)
     best = SIZES.renditions[0].name
     assert rig.lane.rendition == best
     liar = Liar(rig, seed)
