@@ -15,19 +15,19 @@ LADDER = [*default_steps(), None]
 
 def test_two_downloads_fill_a_bottleneck_and_share_it() -> None:
     """The model of TCP fills the link alone, and leaves a second one no less than a third."""
-    link = network("shared", rate_bps=5_000_000, queue_ms=100.0, delay_ms=20.0)
+    link = network("shared", rate_bps=2_000_000, queue_ms=100.0, delay_ms=20.0)
     pipe = bottleneck(link, seed=1, start_s=100.0)
     first = TcpDownload(Port(pipe), back_s=0.02, begin_s=100.0)
     second = TcpDownload(Port(pipe), back_s=0.02, begin_s=105.0)
     run([first, second], 125.0)
-    assert first.rate_bps(101, 105) >= 0.95 * 5e6
+    assert first.rate_bps(101, 105) >= 0.95 * 2e6
     shares = [one.rate_bps(110, 125) for one in (first, second)]
-    assert sum(shares) >= 0.95 * 5e6
+    assert sum(shares) >= 0.95 * 2e6
     assert min(shares) >= sum(shares) / 3
 
 
 @pytest.mark.parametrize("seed", [1, *at_length(*range(2, 7))])
-@pytest.mark.parametrize("link_bps", [400_000, 2_000_000, *at_length(800_000)])
+@pytest.mark.parametrize("link_bps", [400_000, *at_length(800_000, 2_000_000)])
 def test_two_viewers_are_at_most_a_step_apart(link_bps: int, seed: int) -> None:
     """Whoever comes later ends at the same step of the ladder or the next, and neither starves.
 
@@ -45,7 +45,7 @@ def test_two_viewers_are_at_most_a_step_apart(link_bps: int, seed: int) -> None:
     assert second.record.sound_ms(10.0, 30.0, 0.95) <= 120
 
 
-@pytest.mark.parametrize("link_bps", [1_000_000, 3_000_000])
+@pytest.mark.parametrize("link_bps", [1_000_000, *at_length(3_000_000)])
 def test_a_download_never_silences_a_viewer(link_bps: int) -> None:
     """Beside a download that fills the queue the sound comes, no later than the queue is long."""
     loop, download = beside_download(1, rate_bps=link_bps, begin_s=6.0, end_s=20.0, run_s=20.0)
@@ -67,7 +67,7 @@ def test_a_picture_returns_after_a_download_on_a_modem_line(seed: int) -> None:
     assert starved_s(loop, 30.0, 60.0) == 0
 
 
-@pytest.mark.parametrize("link_bps", [24_000, 28_000])
+@pytest.mark.parametrize("link_bps", [24_000, *at_length(28_000)])
 def test_tries_delay_no_sound_for_long(link_bps: int) -> None:
     """Where the link carries the sound and no more, a picture is tried, seldom and briefly."""
     link = network("thin", rate_bps=link_bps, queue_ms=1500.0, delay_ms=60.0)

@@ -38,32 +38,32 @@ def test_on_one_machine_the_top_is_reached_at_once(feedback_s: float, seed: int)
 def test_a_modem_line_is_not_filled(feedback_s: float, seed: int) -> None:
     """After 8 s no queue is above 150 ms, no sound is 100 ms late, and 5 pictures/s come."""
     network = profile("modem-56k")
-    record = Loop(network, feedback_s=feedback_s, seed=seed).run(60)
+    record = Loop(network, feedback_s=feedback_s, seed=seed).run(30)
     assert all(estimate.queue_ms <= 150 for at_s, estimate in record.estimates if at_s > 8)
     own_ms = 60 + 24  # the way, and the length of a packet of sound
-    assert record.sound_ms(8, 60, 1.0) <= own_ms + 100
-    assert record.picture_ms(8, 60, 0.95) <= 300
-    assert record.fps(8, 60) >= 5
+    assert record.sound_ms(8, 30, 1.0) <= own_ms + 100
+    assert record.picture_ms(8, 30, 0.95) <= 300
+    assert record.fps(8, 30) >= 5
     assert record.lost_sounds == 0
 
 
 @cases
 def test_stalls_are_no_congestion(feedback_s: float, seed: int) -> None:
     """On 5 Mbit/s with a stall in every 2.5 s the best is reached soon and then kept."""
-    record = Loop(profile("internet-5m"), feedback_s=feedback_s, seed=seed).run(30)
+    record = Loop(profile("internet-5m"), feedback_s=feedback_s, seed=seed).run(15)
     assert record.changes(5.0) == [(record.changes(5.0)[0][0], TOP)]
     assert all(estimate.rate_bps > 1.5e6 for at_s, estimate in record.estimates if at_s > 8)
-    assert record.sound_ms(5, 30, 0.95) <= 100
-    assert record.picture_ms(5, 30, 0.95) <= 100
+    assert record.sound_ms(5, 15, 0.95) <= 100
+    assert record.picture_ms(5, 15, 0.95) <= 100
 
 
 @cases
 def test_a_wireless_megabit_settles(feedback_s: float, seed: int) -> None:
     """1 Mbit/s with jitter and stalls settles on 640×480 at 600 kbit/s and stays there."""
-    record = Loop(profile("wireless-1m"), feedback_s=feedback_s, seed=seed).run(40)
+    record = Loop(profile("wireless-1m"), feedback_s=feedback_s, seed=seed).run(25)
     assert [step for _, step in record.changes(10.0)] == [MIDDLE]
-    assert record.fps(10, 40) >= 25
-    assert record.picture_ms(10, 40, 0.95) <= 100
+    assert record.fps(10, 25) >= 25
+    assert record.picture_ms(10, 25, 0.95) <= 100
 
 
 @cases
@@ -128,7 +128,7 @@ def test_what_an_outage_loses_is_no_congestion(seed: int) -> None:
     assert record.at(24.0).step == record.at(19.0).step
 
 
-@pytest.mark.parametrize("queue_ms", [60, 150])
+@pytest.mark.parametrize("queue_ms", [60, *at_length(150)])
 def test_a_short_queue_is_not_overrun(queue_ms: float) -> None:
     """Where the queue is shorter than a stall, trains and losses tell the rate all the same."""
     record = Loop(profile("wireless-2m", rate_bps=400_000, queue_ms=queue_ms)).run(25)
@@ -139,14 +139,13 @@ def test_a_short_queue_is_not_overrun(queue_ms: float) -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        "lte-edge",
         "isdn-64k",
-        *at_length("lte-good", "wireless-2m", "campus"),
+        *at_length("lte-edge", "lte-good", "wireless-2m", "campus"),
     ],
 )
 def test_no_flapping(name: str) -> None:
     """On any steady link, once found out, at most one step changes in 5 s."""
-    record = Loop(profile(name)).run(40)
+    record = Loop(profile(name)).run(30)
     changes = [at_s for at_s, _ in record.changes(10.0)]
     assert all(later - earlier >= 5.0 for earlier, later in pairwise(changes))
 
@@ -155,5 +154,5 @@ def test_the_clocks_do_not_matter() -> None:
     """A browser's clock of any origin that drifts by 200 ppm leads to the same picture."""
     network = profile("internet-5m")
     for origin_s, drift in ((-1e9, 200e-6), (3e8, -200e-6)):
-        record = Loop(network, origin_s=origin_s, drift=drift).run(15)
+        record = Loop(network, origin_s=origin_s, drift=drift).run(8)
         assert [step for _, step in record.changes(5.0)] == [TOP]

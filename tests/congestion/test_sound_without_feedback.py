@@ -191,7 +191,7 @@ def test_the_rate_is_that_of_a_browser_that_tells_all(rate_bps: int) -> None:
     found = []
     for sound_has_feedback in (True, False):
         viewer = Viewer(network(rate_bps), sound_has_feedback=sound_has_feedback)
-        viewer.run(25)
+        viewer.run(15)
         late_ms = sorted(age_ms for at_s, age_ms in viewer.sound_ages_ms if at_s > 8)
         found.append((viewer.width, late_ms[int(0.95 * len(late_ms))]))
         assert viewer.estimate.rate_bps <= 1.1 * rate_bps
@@ -212,7 +212,7 @@ def test_lost_sound_is_told_by_reports() -> None:
     """Of sound that is lost the share is known, and that it is one in a row at least."""
     loss = load("wifi-bad").down.loss
     viewer = Viewer(network(8_000_000, loss=loss), sound_has_feedback=False)
-    viewer.run(40)
+    viewer.run(20)
     assert viewer.estimate.lost == pytest.approx(0.05, abs=0.03)
     assert viewer.estimate.burst >= 1
     assert viewer.estimate.rate_bps > 1_500_000
@@ -222,7 +222,7 @@ def test_jitter_is_known_from_the_pictures() -> None:
     """Where packets vary by up to 30 ms the first ones of pictures show it."""
     jitter = Jitter(distribution="uniform", ms=15)
     viewer = Viewer(network(8_000_000, jitter=jitter), sound_has_feedback=False)
-    viewer.run(30)
+    viewer.run(12)
     assert 20 <= viewer.estimate.jitter_ms <= 45
 
 
