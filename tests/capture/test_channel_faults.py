@@ -90,11 +90,11 @@ def test_a_quiet_room_says_nothing_about_a_capsule() -> None:
     """While nothing sounds no channel fails, whatever it delivers, and none comes back."""
     listening = Listening()
     listening.hears(1.0, good, good)
-    listening.hears(10.0, quiet, lambda: constant(0))
+    listening.hears(4.0, quiet, lambda: constant(0))
     assert listening.told == []
     listening.hears(3.0, good, lambda: constant(0))
     assert len(listening.told) == 1
-    listening.hears(10.0, quiet, quiet)
+    listening.hears(4.0, quiet, quiet)
     assert len(listening.told) == 1
 
 
@@ -113,7 +113,7 @@ def test_a_sound_on_one_side_is_no_fault(share: float, first: bool) -> None:
     listening = Listening()
     soft = [lambda: noise(3000.0), lambda: noise(3000.0 * share)]
     left, right = soft if first else reversed(soft)
-    assert listening.hears(4.0, left, right).channels == 2
+    assert listening.hears(2.5, left, right).channels == 2
     assert listening.told == []
 
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 TIME_S = np.arange(SAMPLE_RATE_HZ * 3) / SAMPLE_RATE_HZ
 TONE = 0.05 * 32767 * np.sin(2 * np.pi * 300 * TIME_S)
+RADIO = 8000 * tune()[0][: len(TIME_S)] / np.abs(tune()[0]).max()
 ENCODINGS = [
     SoundEncoding(10, 64_000),
     SoundEncoding(20, 32_000),
@@ -36,6 +37,7 @@ ENCODINGS = [
 ]
 
 
+@cache
 def _voice() -> NDArray[np.float64]:
     """Make pulses of 120 Hz with formants, louder and softer as syllables are, over some hiss."""
     frequency_hz = np.fft.rfftfreq(len(TIME_S), 1 / SAMPLE_RATE_HZ)
@@ -108,8 +110,7 @@ def test_two_channels_stay_apart(encoding: SoundEncoding) -> None:
 @pytest.mark.parametrize("later", [-24, 8])
 def test_a_sound_is_heard_where_it_is(encoding: SoundEncoding, later: int) -> None:
     """The ear that is away from a radio hears it as much later as it did: to 60 µs, or 7°."""
-    radio = 8000 * tune()[0][: len(TIME_S)] / np.abs(tune()[0]).max()
-    both = np.column_stack((radio, 0.6 * np.roll(radio, later))).astype(np.int16)
+    both = np.column_stack((RADIO, 0.6 * np.roll(RADIO, later))).astype(np.int16)
     near, far = _heard(encoding, both)[0].T
     alike = [np.dot(near[40:-40], np.roll(far, -n)[40:-40]) for n in range(-40, 41)]
     assert abs(np.argmax(alike) - 40 - later) <= 3
@@ -196,12 +197,12 @@ def test_what_is_heard_was_captured_when_it_says(encoding: SoundEncoding) -> Non
     )
 
 
-@given(first=st.integers(0, 10**9), lost=st.lists(st.integers(0, 199), max_size=5))
+@given(first=st.integers(0, 10**9), lost=st.lists(st.integers(0, 59), max_size=5))
 def test_units_stay_on_the_grid_whatever_is_missing(first: int, lost: list[int]) -> None:
     """Every unit begins at a whole multiple of its length and holds sound without a gap."""
     encoder = SoundEncoder(SoundEncoding(40, 24_000))
     silence = np.zeros(BLOCK_SAMPLES, np.int16)
-    numbers = [first + n for n in range(200) if n not in lost]
+    numbers = [first + n for n in range(60) if n not in lost]
     found = [
         one
         for number in numbers
@@ -226,13 +227,13 @@ def test_jitter_and_drift_of_the_capture_leave_no_seam(
     assert pts[0] == pytest.approx((start_s + jitter_s[0]) * 48_000, abs=BLOCK_SAMPLES / 2 + 1)
 
 
-def test_an_hour_of_drift_is_no_gap() -> None:
-    """A sound card that is 300 ppm slow is a second off after an hour, and nothing jumps."""
+def test_six_minutes_of_drift_are_no_gap() -> None:
+    """A sound card that is 300 ppm slow is 0.1 s off after six minutes, and nothing jumps."""
     clock = SampleClock()
     first = clock.stamp(0.0)
-    for number in range(1, 360_000):
+    for number in range(1, 36_000):
         clock.stamp(number * 0.01 * 1.0003)
-    assert clock.next_pts - first == 360_000 * BLOCK_SAMPLES
+    assert clock.next_pts - first == 36_000 * BLOCK_SAMPLES
 
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=2))

@@ -130,13 +130,15 @@ def test_every_room_can_be_reached() -> None:
     """From the start there is a way for the robot's circle into each room through its door."""
     grid_m = 0.1
     seen = {(round(WORLD.start.x_m / grid_m), round(WORLD.start.y_m / grid_m))}
-    frontier = list(seen)
+    frontier, reached = list(seen), set()
     while frontier:
         x, y = frontier.pop()
         for place in ((x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1)):
-            free = WORLD.nearest_surface(place[0] * grid_m, place[1] * grid_m)[0] > RADIUS_M + 0.02
-            if free and place not in seen:
-                seen.add(place)
+            if place in seen:
+                continue
+            seen.add(place)
+            x_m, y_m = place[0] * grid_m, place[1] * grid_m
+            if WORLD.nearest_surface(x_m, y_m)[0] > RADIUS_M + 0.02:
+                reached.add(WORLD.room_at(x_m, y_m))
                 frontier.append(place)
-    reached = {WORLD.room_at(x * grid_m, y * grid_m) for x, y in seen}
     assert reached == set(WORLD.rooms)
