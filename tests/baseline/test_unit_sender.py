@@ -170,7 +170,7 @@ audio_mus = st.sampled_from([100, 200, 300, 400, 500])
 
 
 def _run(link: Link, audio_mu_ms: int, phase_s: float) -> Run:
-    return Run(link, ThesisSettings(audio_mu_ms=audio_mu_ms), phase_s).go(20.0)
+    return Run(link, ThesisSettings(audio_mu_ms=audio_mu_ms), phase_s).go(12.0)
 
 
 # --- what holds on every link ----------------------------------------------------------------

@@ -202,13 +202,13 @@ def test_it_is_read_while_it_is_written(tmp_path: Path, capsys: pytest.CaptureFi
     clock.wall = NOV_1_MS
     records = Records(clock, writer=RecordWriter(path, keep_days=30.0, clock=clock))
     records.start()
-    for number in range(50):
+    for number in range(12):
         records.turn_began(number, ADA)
         if path.exists():
             main(["records", "turns", "--json", "--file", str(path)])
     records.stop(10.0)
     assert records.dropped == 0
-    assert len(json.loads(shown(capsys, path, "turns", "--json"))) == 50
+    assert len(json.loads(shown(capsys, path, "turns", "--json"))) == 12
 
 
 def test_impossible_times_are_none() -> None:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final, cast
 import pytest
 from aiohttp import CookieJar
 from aiohttp.test_utils import TestClient, TestServer
+from tests.examples import at_length
 from tests.turned_clock import TurnedClock
 from tests.visitors import make_access
 from tests.web.test_preview_picture import encoded
@@ -415,7 +416,7 @@ async def test_an_offer_may_be_packed(client: Client, room: FakeRoom) -> None:
     [
         pytest.param(lambda: gzip.compress(json.dumps(GOOD).encode())[:-9], 400, id="cut off"),
         pytest.param(lambda: json.dumps(GOOD).encode(), 400, id="no gzip"),
-        pytest.param(lambda: gzip.compress(b" " * 60_000_000), 413, id="vast"),
+        pytest.param(lambda: gzip.compress(b" " * 6_000_000), 413, id="vast"),
     ],
 )
 async def test_an_offer_that_does_not_unpack_gets_a_sentence(
@@ -466,8 +467,8 @@ async def test_who_finds_no_place_gets_a_seat_elsewhere(client: Client, room: Fa
     ("path", "body", "what"),
     [
         ("/api/seat", {}, "seat of {}"),
-        ("/api/queue", {"wants": "stay"}, "stay of {}"),
         ("/api/queue", {"wants": "join", "name": "Eve"}, "join of {}Eve"),
+        *at_length(("/api/queue", {"wants": "stay"}, "stay of {}")),
     ],
 )
 async def test_who_watches_in_a_room_asks_by_http(
