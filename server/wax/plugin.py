@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import importlib
 import re
+import sys
 from dataclasses import dataclass
+from functools import cache
 from importlib import metadata
 from typing import TYPE_CHECKING, Any, Final
 
@@ -70,6 +72,12 @@ class PluginOffer:
 
 def offers(group: str) -> list[PluginOffer]:
     """Return what the installed packages offer, ours first, by name."""
+    return list(_offers(group, tuple(sys.path)))
+
+
+@cache
+def _offers(group: str, _path: tuple[str, ...]) -> list[PluginOffer]:
+    """Read the files of every package on the path, which takes longer than a configuration."""
     found = {_offer(point) for point in metadata.entry_points(group=group)}
     return sorted(found, key=lambda offer: (not offer.is_ours, offer.name, offer.package))
 
