@@ -72,6 +72,7 @@ def lost(loss: Loss, count: int = 200_000) -> list[bool]:
     return [chain.loses(loss) for _ in range(count)]
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", names())
 def test_each_profile_loses_what_it_states(name: str) -> None:
     """Over 200 000 packets the share lost is within 5 % of the profile's; none where it is 0."""
@@ -109,10 +110,10 @@ STALLS = Stalls(every_s=2, at_least_ms=100, at_most_ms=300)
 
 
 def windows() -> list[tuple[float, float]]:
-    """Return stalls of 2000 s as first held time and release, seen at each ms."""
+    """Return stalls of 500 s as first held time and release, seen at each ms."""
     clock = StallClock(Random(1), 0.0)
     found: dict[float, float] = {}
-    for tick in range(2_000_000):
+    for tick in range(500_000):
         time_s = tick / 1000
         released_s = clock.release_s(STALLS, time_s)
         if released_s > time_s:
