@@ -215,7 +215,11 @@ class Pair:
     congestion: Noted
 
 
-@pytest.fixture(params=[("vp8", "one-port"), ("h264", "full-ice")], ids="-".join)
+MODES = [("vp8", "one-port"), ("h264", "full-ice")]
+in_both_modes = pytest.mark.parametrize("pair", MODES, ids="-".join, indirect=True)
+
+
+@pytest.fixture(params=[MODES[0], pytest.param(MODES[1], marks=pytest.mark.full)], ids="-".join)
 async def pair(request: pytest.FixtureRequest) -> AsyncIterator[Pair]:
     codec: Literal["vp8", "h264"]
     codec, mode = request.param
@@ -240,6 +244,7 @@ async def pair(request: pytest.FixtureRequest) -> AsyncIterator[Pair]:
         await browser.close()
 
 
+@in_both_modes
 async def test_messages_go_both_ways(pair: Pair) -> None:
     """Text on either channel arrives under that channel's name, and answers come back."""
     got: asyncio.Queue[str] = asyncio.Queue()
@@ -252,6 +257,7 @@ async def test_messages_go_both_ways(pair: Pair) -> None:
     assert await asyncio.wait_for(got.get(), 5) == "hello"
 
 
+@in_both_modes
 async def test_the_rtp_clock_is_the_one_on_the_wire(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -314,6 +320,7 @@ async def _asked_ten_times(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> list[
     return copies
 
 
+@in_both_modes
 async def test_a_lost_packet_is_sent_again_once_a_round_trip(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -329,7 +336,7 @@ async def test_a_full_link_gets_no_retransmissions(
     assert await _asked_ten_times(pair, monkeypatch) == []
 
 
-@pytest.mark.parametrize("pair", [("vp8", "one-port")], ids="-".join, indirect=True)
+@pytest.mark.parametrize("pair", MODES[:1], ids="-".join, indirect=True)
 async def test_a_browser_that_has_another_address_goes_on(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -379,6 +386,7 @@ async def test_a_closed_link_holds_pictures_but_not_sound(pair: Pair) -> None:
     await async_until(lambda: pair.lane.number > pictures)
 
 
+@in_both_modes
 async def test_every_datagram_is_counted(pair: Pair) -> None:
     """Sound, pictures, reports and messages all spend the viewer's budget, headers and all."""
     pair.congestion.sent_bytes.clear()
@@ -463,6 +471,7 @@ async def test_a_report_tells_the_time_of_capture(
     assert 1.0 <= elapsed_s <= 1.0 + monotonic() - set_s
 
 
+@in_both_modes
 async def test_feedback_reaches_congestion_control(pair: Pair) -> None:
     """What the browser tells of packets is matched with what was sent."""
     tap = pair.peer._tap
@@ -508,6 +517,7 @@ async def test_a_lost_picture_asks_for_a_keyframe(pair: Pair) -> None:
     await pair.events.wait("keyframe")
 
 
+@in_both_modes
 async def test_a_page_that_closes_is_noticed_at_once(pair: Pair) -> None:
     """When the page closes its peer, ours is closed too and says so once."""
     await pair.browser.close()
@@ -546,6 +556,7 @@ async def test_nothing_is_sent_after_the_end(pair: Pair) -> None:
     pair.peer.send("state", "late")
 
 
+@in_both_modes
 @pytest.mark.parametrize("state", ["unanswered", "connected", "unsent"])
 async def test_a_closed_peer_is_free_at_once(pair: Pair, state: str) -> None:
     """It does not wait for the collector, whose full run stops the event loop."""
