@@ -162,7 +162,7 @@ def test_no_click_and_no_clipping() -> None:
             bump_mps=0.6,
         )
 
-    sound = hear(map(wild, range(400)))
+    sound = hear(map(wild, range(250)))
     assert np.abs(sound).max() < 0.98
     bend = np.abs(np.diff(sound, 2))
     places = np.arange(len(bend)) % BLOCK_SAMPLES

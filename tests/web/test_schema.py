@@ -5,10 +5,13 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from functools import cache
 from typing import Any, get_args
 
 from wax.protocol import messages, room_change, tape_events
-from wax.web.schema import schema
+from wax.web import schema as described
+
+schema = cache(described.schema)
 
 
 def members(union: Any) -> set[str]:
