@@ -252,17 +252,6 @@ def test_memory_is_bounded_and_nothing_vanishes(
     assert len(done) == len(set(done))
 
 
-@examples(30)
-@given(links(), audio_mus)
-def test_the_same_happens_the_same_way(link: Link, audio_mu_ms: int) -> None:
-    """The sender holds no clock and no chance: the same run twice sends the same."""
-    again = Link(rates=link.rates, delay_s=link.delay_s)
-    one, other = _run(link, audio_mu_ms, 0.03), _run(again, audio_mu_ms, 0.03)
-    assert [(sent.mu, sent.left_s) for sent in one.sent] == [
-        (sent.mu, sent.left_s) for sent in other.sent
-    ]
-
-
 @examples(200)
 @given(links(), audio_mus)
 def test_the_sound_goes_first(link: Link, audio_mu_ms: int) -> None:

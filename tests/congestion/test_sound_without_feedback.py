@@ -191,7 +191,7 @@ def test_the_rate_is_that_of_a_browser_that_tells_all(rate_bps: int) -> None:
     found = []
     for sound_has_feedback in (True, False):
         viewer = Viewer(network(rate_bps), sound_has_feedback=sound_has_feedback)
-        viewer.run(15)
+        viewer.run(12)
         late_ms = sorted(age_ms for at_s, age_ms in viewer.sound_ages_ms if at_s > 8)
         found.append((viewer.width, late_ms[int(0.95 * len(late_ms))]))
         assert viewer.estimate.rate_bps <= 1.1 * rate_bps

@@ -101,6 +101,7 @@ class Bench:
     def __init__(
         self,
         *,
+        turn_s: float = 60.0,
         grace_s: float = 3.0,
         ready_s: float = 0.0,
         limits: Limits = FakeDriver.limits,
@@ -114,7 +115,7 @@ class Bench:
         self.clock: Turnable = clock or TurnedClock()
         self.driver = driver or FakeDriver()
         self.driver.limits = limits
-        self.turns = Turns(TurnSettings(turn_s=60.0, grace_s=grace_s, ready_s=ready_s))
+        self.turns = Turns(TurnSettings(turn_s=turn_s, grace_s=grace_s, ready_s=ready_s))
         self.delays_s: dict[int, float] = {A: 0.1, B: 0.1}
         self.events: list[TurnEvent] = []
         self.calls_before_event: list[tuple[object, ...]] = []
@@ -477,8 +478,11 @@ def test_robot_stops_at_every_change_of_operator(bench: Bench) -> None:
     assert isinstance(bench.events[-1], TurnStarted)
 
 
-def test_hand_over_without_lateness(bench: Bench) -> None:
+def test_hand_over_without_lateness() -> None:
     """When a turn ends in the steady beat its operator drives no more, and the next does."""
+    bench = Bench(turn_s=10.0)
+    bench.enter(A, B)
+    bench.step()
     bench.drive()
     while bench.turns.operator == A:
         bench.offer(1.0)
@@ -502,7 +506,7 @@ def test_leaving_stops_the_robot(bench: Bench) -> None:
 
 def test_renewal_does_not_stop() -> None:
     """A lone operator's turn renews while the robot moves, and nothing stops it."""
-    bench = Bench()
+    bench = Bench(turn_s=10.0)
     bench.enter(A)
     bench.step()
     bench.drive()

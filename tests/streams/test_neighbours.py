@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 PACKETS: Final = 8
 """Sent to the liar between two of their reports."""
 STEP_S: Final = 0.05
-LIES_S: Final = 8
+LIES_S: Final = 5
 
 
 class Liar:

@@ -41,14 +41,6 @@ on_each_connection = pytest.mark.parametrize(
     ],
     ids=lambda scene: scene.name,
 )
-on_one_connection = pytest.mark.parametrize(
-    "scene",
-    [
-        SCENES[2],
-        *at_length(*SCENES[:2], *SCENES[3:]),
-    ],
-    ids=lambda scene: scene.name,
-)
 mu_lengths = st.sampled_from(MU_LENGTHS_MS)
 
 
@@ -98,7 +90,8 @@ def test_fragments_differ_by_how_long_an_mu_is_valid_and_by_nothing_else(scene: 
             assert ours == theirs
 
 
-@on_one_connection
+@pytest.mark.full
+@on_each_connection
 def test_our_sender_has_pauses_where_the_thesis_has_them(scene: Scene) -> None:
     """Also with fragments it is clean in the same cells as the model."""
     for mu_ms in MU_LENGTHS_MS:
@@ -106,7 +99,8 @@ def test_our_sender_has_pauses_where_the_thesis_has_them(scene: Scene) -> None:
         assert is_clean(ours) == is_clean(hear(scene, mu_ms)), mu_ms
 
 
-@on_one_connection
+@pytest.mark.full
+@on_each_connection
 def test_the_page_loses_nothing_that_only_the_client_lost(scene: Scene) -> None:
     """On delivery, and in one piece, every connection of chapter 5.2 is clean at every length."""
     paged = replace(scene, client=PAGE)
