@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from itertools import product
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import given
@@ -47,27 +48,38 @@ class Word:
     stop: bool = False
 
 
+def each(**choices: list[Any]) -> st.SearchStrategy[dict[str, Any]]:
+    """Draw one of every list at once: the same chances in a fraction of the time."""
+    every = product(*choices.values())
+    return st.sampled_from([dict(zip(choices, one, strict=True)) for one in every])
+
+
 shares = st.sampled_from([0.0] * 8 + [0.2, 0.21, 1.0, -1.0, 1.01, math.nan])
+sticks = st.one_of(shares, st.floats(-1.0, 1.0))
 words = st.builds(
-    Word,
-    what=st.sampled_from(["say"] * 12 + ["wait", "lose", "disarm"]),
-    times=st.sampled_from([1, 2, 30]),
-    gap_s=st.sampled_from([0.02] * 6 + [0.0, 0.124, 0.126]),
-    late_s=st.sampled_from([0.0] * 6 + [0.01, 0.124, 0.126, 1.0, -0.01]),
-    linear=st.one_of(shares, st.floats(-1.0, 1.0)),
-    angular=st.one_of(shares, st.floats(-1.0, 1.0)),
-    is_held=st.sampled_from([False] * 7 + [True]),
-    stop=st.sampled_from([False] * 9 + [True]),
-    ask=st.sampled_from([None, None, None, "go_on", "go_on", "left"]),
-    is_operator_heard=st.sampled_from([True, True, False]),
+    lambda when, how, who, linear, angular: Word(
+        **when, **how, **who, linear=linear, angular=angular
+    ),
+    each(
+        what=["say"] * 12 + ["wait", "lose", "disarm"],
+        times=[1, 2, 30],
+        gap_s=[0.02] * 6 + [0.0, 0.124, 0.126],
+    ),
+    each(
+        late_s=[0.0] * 6 + [0.01, 0.124, 0.126, 1.0, -0.01],
+        is_held=[False] * 7 + [True],
+        stop=[False] * 9 + [True],
+    ),
+    each(ask=[None, None, None, "go_on", "go_on", "left"], is_operator_heard=[True, True, False]),
+    sticks,
+    sticks,
 )
-calm = st.builds(
-    Word,
-    times=st.sampled_from([2, 30]),
-    linear=st.sampled_from([0.0, 0.0, 0.0, 0.5, 1.0]),
-    ask=st.sampled_from([None, None, "go_on"]),
-    is_operator_heard=st.booleans(),
-)
+calm = each(
+    times=[2, 30],
+    linear=[0.0, 0.0, 0.0, 0.5, 1.0],
+    ask=[None, None, "go_on"],
+    is_operator_heard=[False, True],
+).map(lambda one: Word(**one))
 """Without it hardly a trace would come to anybody's driving."""
 traces = st.lists(st.one_of(calm, words), max_size=25)
 
