@@ -102,7 +102,7 @@ def test_everybody_knows_in_the_end(steps: list[tuple[messages.RoomState, float]
     assert known[0] == steps[-1][0].model_dump()
 
 
-def _bytes_a_second(change: Any, seconds: int = 20) -> float:
+def _bytes_a_second(change: Any, seconds: int = 10) -> float:
     """Sum what everybody is sent while `change(n)` is the room in round n, without the first."""
     updates = RoomUpdates(0.0)
     updates.next(change(0), 0.0)
