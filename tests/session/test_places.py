@@ -57,7 +57,7 @@ async def test_strangers_drive_nowhere_that_is_by_invitation(join: str) -> None:
 async def test_an_invitation_that_ends_takes_place_turn_and_sound() -> None:
     """At once, and says why; whoever watches on hears no more where strangers may not."""
     rig = make(GUESTS_ONLY)
-    token, _ = rig.access.invite("queue", uses=2, valid_s=60)
+    token, _ = rig.access.invite("queue", uses=2, valid_s=20)
     friends = []
     for name in ("ada-1111", "bob-1111"):
         rig.access.enter(token, name)
@@ -69,7 +69,7 @@ async def test_an_invitation_that_ends_takes_place_turn_and_sound() -> None:
     rig.wait(0.3, *friends)
     assert [line["place"] for line in friends[0].last("room")["viewers"]] == [0, 1]
     assert [one.streams.status()["sound_mu_ms"] is None for one in rig.viewers] == [False, False]
-    rig.wait(61.0, *friends)
+    rig.wait(21.0, *friends)
     assert [line["place"] for line in friends[0].last("room")["viewers"]] == [None, None]
     for friend in friends:
         assert friend.last("notice")["text"] == {"code": "queue.not_invited"}

@@ -164,7 +164,7 @@ def test_an_operator_with_nothing_to_wait_for_waits_for_nothing(
         noise_ms=noise_ms,
         seed=seed,
     )
-    browser.play(60.0)
+    browser.play(20.0)
     assert set(browser.held) == {0.0}
 
 
