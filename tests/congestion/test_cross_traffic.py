@@ -33,16 +33,16 @@ def test_two_viewers_are_at_most_a_step_apart(link_bps: int, seed: int) -> None:
 
     Of a thin bottleneck a step less is half the share, and stays so where no whole step more fits.
     """
-    first, second = beside_viewer(seed, rate_bps=link_bps, begin_s=8.0, run_s=30.0)
+    first, second = beside_viewer(seed, rate_bps=link_bps, begin_s=10.0, run_s=40.0)
     steps = [LADDER.index(one.record.changes()[-1][1]) for one in (first, second)]
     assert abs(steps[0] - steps[1]) <= 1
     if link_bps < 1_000_000:
-        shares = [rate_bps(first, 16.0, 30.0), rate_bps(second, 8.0, 22.0)]
+        shares = [rate_bps(first, 20.0, 40.0), rate_bps(second, 10.0, 30.0)]
         assert min(shares) >= 0.5 * max(shares)
-    assert starved_s(first, 16.0, 30.0) == 0
-    assert starved_s(second, 8.0, 22.0) == 0
-    assert first.record.sound_ms(16.0, 30.0, 0.95) <= 120
-    assert second.record.sound_ms(8.0, 22.0, 0.95) <= 120
+    assert starved_s(first, 20.0, 40.0) == 0
+    assert starved_s(second, 10.0, 30.0) == 0
+    assert first.record.sound_ms(20.0, 40.0, 0.95) <= 120
+    assert second.record.sound_ms(10.0, 30.0, 0.95) <= 120
 
 
 @pytest.mark.parametrize("link_bps", [1_000_000, *at_length(3_000_000)])

@@ -14,11 +14,7 @@ from wax.sentence import Sentence
 TOP, MIDDLE, *_, LEAST = default_steps()
 
 cases = pytest.mark.parametrize(
-    ("feedback_s", "seed"),
-    [
-        (0.1, 2),
-        *at_length((0.05, 1), (0.25, 3), (0.1, 4)),
-    ],
+    ("feedback_s", "seed"), [(0.1, 2), *at_length((0.05, 1), (0.25, 3), (0.1, 4))]
 )
 
 
@@ -137,11 +133,7 @@ def test_a_short_queue_is_not_overrun(queue_ms: float) -> None:
 
 
 @pytest.mark.parametrize(
-    "name",
-    [
-        "isdn-64k",
-        *at_length("lte-edge", "lte-good", "wireless-2m", "campus"),
-    ],
+    "name", ["isdn-64k", *at_length("lte-edge", "lte-good", "wireless-2m", "campus")]
 )
 def test_no_flapping(name: str) -> None:
     """On any steady link, once found out, at most one step changes in 5 s."""

@@ -34,11 +34,7 @@ if TYPE_CHECKING:
 
 on_each_connection = pytest.mark.parametrize(
     "scene",
-    [
-        SCENES[2],
-        SCENES[-1],
-        *at_length(*SCENES[:2], *SCENES[3:-1]),
-    ],
+    [SCENES[2], SCENES[-1], *at_length(*SCENES[:2], *SCENES[3:-1])],
     ids=lambda scene: scene.name,
 )
 mu_lengths = st.sampled_from(MU_LENGTHS_MS)
