@@ -320,7 +320,6 @@ async def _asked_ten_times(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> list[
     return copies
 
 
-@in_both_modes
 async def test_a_lost_packet_is_sent_again_once_a_round_trip(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -471,7 +470,6 @@ async def test_a_report_tells_the_time_of_capture(
     assert 1.0 <= elapsed_s <= 1.0 + monotonic() - set_s
 
 
-@in_both_modes
 async def test_feedback_reaches_congestion_control(pair: Pair) -> None:
     """What the browser tells of packets is matched with what was sent."""
     tap = pair.peer._tap
