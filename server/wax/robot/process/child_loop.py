@@ -42,7 +42,7 @@ _LOG = structlog.get_logger(__name__)
 
 BEAT_S: Final = 0.02
 TELL_S: Final = 0.05
-HUNG_S: Final = 2.0
+CALL_HANGS_S: Final = 2.0
 OPEN_S: Final = 20.0
 END_S: Final = 1.0
 STILL_DRIVEN: Final = Sentence("aboard.still_drives")
@@ -53,8 +53,8 @@ class ChildLoop:
     """Makes the watchdog's calls to the driver, at least 50 a second, until the pipe ends.
 
     `reader` and `writer` are the pipes' descriptors, both non-blocking. A driver whose call takes
-    longer than `HUNG_S`, or whose `close` takes longer than `END_S`, ends the process: then the
-    robot's own watchdog stops it.
+    longer than `CALL_HANGS_S`, or whose `close` takes longer than `END_S`, ends the process: then
+    the robot's own watchdog stops it.
 
     With a `passenger` their hand control comes before all messages, and where the pipe ends without
     a goodbye, they drive on until another process claims the robot. While another server on this
@@ -128,7 +128,7 @@ class ChildLoop:
     def _waits(self, until: Callable[[], bool], problem: Sentence) -> bool:
         """Wait, while the server is told why; False if the pipe ends before."""
         while not until():
-            signal.setitimer(signal.ITIMER_REAL, HUNG_S)
+            signal.setitimer(signal.ITIMER_REAL, CALL_HANGS_S)
             self._state = RobotState(connected=False, problem=problem)
             readable, _, _ = select.select([self._reader], [], [], BEAT_S)
             if (readable and not os.read(self._reader, READ_BYTES)) or not self._tell():
@@ -137,7 +137,7 @@ class ChildLoop:
 
     def _step(self) -> bool:
         """Wait for news, the next tick or silence, and act; False when it is time to end."""
-        signal.setitimer(signal.ITIMER_REAL, HUNG_S)
+        signal.setitimer(signal.ITIMER_REAL, CALL_HANGS_S)
         readable = self._wait()
         self._feel()
         # Silence first: messages that waited in the pipe while this process slept do not undo it.
