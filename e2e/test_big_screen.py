@@ -19,6 +19,7 @@ NAME = "http://robot.example"
 """By this the page is opened here, as by visitors; its requests go to the server's own address."""
 
 
+@pytest.mark.full
 @pytest.mark.timeout(90)
 async def test_a_screen_shows_who_drives_and_takes_no_place(
     server: Server, open_viewer: OpenViewer

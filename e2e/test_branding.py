@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
+import pytest
 import pytest_asyncio
 import tomlkit
 
@@ -13,8 +14,6 @@ from wax.web import colours
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
-
-    import pytest
 
     from e2e.conftest import OpenViewer, Serve
     from e2e.harness.server import Server
@@ -54,6 +53,7 @@ async def said_by(viewer: Viewer, name: str) -> str | None:
     return await found.get_attribute("content")
 
 
+@pytest.mark.full
 async def test_the_page_is_the_hosts_and_what_they_write_cannot_hurt(
     server: Server, open_viewer: OpenViewer
 ) -> None:

@@ -46,6 +46,7 @@ async def shows(viewer: Viewer, at: int, width: int) -> None:
     await eventually(is_so, f"picture {at} is {width} wide", within_s=30)
 
 
+@pytest.mark.full
 @pytest.mark.timeout(120)
 async def test_one_is_large_and_the_others_are_small(
     server: Server, open_viewer: OpenViewer

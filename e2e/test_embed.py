@@ -31,7 +31,7 @@ NO_COOKIE: Final = {"network.cookie.cookieBehavior": 1}
 """Of third parties, in Firefox."""
 TRIES: Final = "(document.cookie = 'tried=1; SameSite=None; Secure', document.cookie)"
 
-pytestmark = pytest.mark.timeout(120)
+pytestmark = [pytest.mark.full, pytest.mark.timeout(120)]
 
 
 @asynccontextmanager
@@ -116,7 +116,6 @@ async def refused(viewer: Viewer) -> bool:
     return any("frame-ancestors" in one for one in viewer.console)
 
 
-@pytest.mark.full
 async def test_firefox_shows_the_frame_without_a_cookie(serve: Serve, tmp_path: Path) -> None:
     """The picture plays and its words are there, where third parties can store nothing."""
     museum = free_port()

@@ -6,6 +6,8 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+import pytest
+
 from e2e.harness import toml
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import until
@@ -74,6 +76,7 @@ async def test_everything_loaded_is_the_servers_own_and_within_its_policy(
     assert len([url for url in ahead if "orker" in url]) == 1, ahead
 
 
+@pytest.mark.full
 async def test_it_works_below_a_path(chromium: Browser, serve: Serve, tmp_path: Path) -> None:
     """A proxy that takes a path away changes nothing: the page connects, shows the robot, stops."""
     below, asked = "http://robot.example/robot", list[str]()

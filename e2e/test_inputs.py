@@ -158,6 +158,7 @@ async def test_a_gamepad_drives_and_stops(server: Server, open_viewer: OpenViewe
 # --- ways ----------------------------------------------------------------------------------------
 
 
+@pytest.mark.full
 async def test_keys_and_ways_are_the_operators_choice(
     server: Server, open_viewer: OpenViewer
 ) -> None:
@@ -196,8 +197,9 @@ async def test_keys_and_ways_are_the_operators_choice(
     assert await undisturbed(server, clicks)
 
 
+@pytest.mark.full
 @pytest.mark.timeout(90)
-@pytest.mark.parametrize("switches", [pytest.param(1, marks=pytest.mark.full), 2])
+@pytest.mark.parametrize("switches", [1, 2])
 async def test_switches_drive_and_stop(
     server: Server, open_viewer: OpenViewer, switches: int
 ) -> None:

@@ -78,6 +78,7 @@ def ends_with(octet: bytes, received: bytearray) -> Callable[[], Awaitable[bool]
     return so
 
 
+@pytest.mark.full
 @pytest.mark.timeout(90)
 async def test_a_key_becomes_one_byte_and_its_release_another(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer

@@ -50,6 +50,7 @@ async def _at_a_terminal(folder: Path, *arguments: str) -> tuple[int, str]:
         os.close(ours)
 
 
+@pytest.mark.full
 async def test_what_init_writes_drives_a_board(serve: Serve, tmp_path: Path, board: Board) -> None:
     """With --yes and a board plugged in, the file that is written starts a server that has it.
 

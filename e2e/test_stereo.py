@@ -38,6 +38,7 @@ def sides(viewer: Viewer) -> NDArray[np.float64]:
     return np.asarray(whole.std(axis=1))
 
 
+@pytest.mark.full
 @pytest.mark.timeout(120)
 async def test_left_and_right_arrive_apart(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer

@@ -58,6 +58,7 @@ async def reads_it_on_each_screen(viewer: Viewer) -> None:
         await viewer.page.set_viewport_size(as_it_was)
 
 
+@pytest.mark.full
 @pytest.mark.timeout(120)
 async def test_what_was_driven_is_replayed(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer, chromium: Browser
