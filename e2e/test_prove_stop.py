@@ -112,7 +112,6 @@ async def test_a_stop_is_proved_where_it_is_in_time(
     assert status == 1
 
 
-@pytest.mark.full
 @pytest.mark.timeout(120)
 async def test_broken_off_it_leaves_a_robot_that_stands(tmp_path: Path, board: Board) -> None:
     """Its parent's end makes the robot stand in the middle, and it says that it proved nothing."""

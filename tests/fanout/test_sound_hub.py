@@ -63,6 +63,15 @@ async def _heard(hub: SoundHub, encoding: SoundEncoding, preroll_ms: float) -> l
     return _numbers(_drain(lane))
 
 
+async def test_as_many_channels_as_are_captured() -> None:
+    """A microphone that comes back with one has one."""
+    hub = _hub()
+    hub.push(Sound(np.zeros((BLOCK_SAMPLES, 2), np.int16), 12.0))
+    assert hub.channels == 2
+    _speak(hub, 1, 1)
+    assert hub.channels == 1
+
+
 @pytest.mark.parametrize("others", [0, 1])
 @pytest.mark.parametrize("preroll_ms", [0, 100, 500])
 async def test_who_joins_hears_the_past_at_once(others: int, preroll_ms: float) -> None:

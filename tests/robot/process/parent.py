@@ -29,7 +29,7 @@ TWISTS: Final = {
 
 
 def process_driver(settings: RobotSettings, **more: Any) -> ProcessDriver:
-    """Build it as `make_robot` does, without a process that looks at somebody's own driver."""
+    """Build what `make_robot` drives by, without a process that looks at somebody's own driver."""
     known = getattr(recorder, settings.driver.partition(":")[2])
     return ProcessDriver(settings, SystemClock(), kind=known.kind, limits=known.limits, **more)
 

@@ -111,13 +111,14 @@ def test_a_person_outranks_a_server_that_drives(
     assert server.process.wait(5.0) == 0
 
 
+@pytest.mark.parametrize("how", [signal.SIGSTOP, signal.SIGKILL])
 def test_the_person_drives_and_stops_without_the_server(
-    start: Callable[..., Server], log: Log, person: Person
+    start: Callable[..., Server], log: Log, person: Person, how: signal.Signals
 ) -> None:
-    """Frozen, it takes nothing from them: they take over, drive and stop."""
+    """Frozen or dead, it takes nothing from them: they take over, drive and stop."""
     server = start()
     server.drive()
-    gone_s = server.signal(signal.SIGSTOP)
+    gone_s = server.signal(how)
     log.stopped_s(gone_s)
     touched_s = person.does("-1 0 -")
     until(lambda: backward(log, touched_s))

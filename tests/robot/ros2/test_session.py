@@ -206,10 +206,22 @@ def test_a_promise_of_one_of_two_is_not_the_robots(driver: Driver, link: FakeLin
 
 
 def test_a_standby_speaks_last(driver: Driver, link: FakeLink, standby: FakeStandby) -> None:
-    """Its word overtakes no motion that the link has not sent yet."""
+    """Its word overtakes no motion that the link has not sent yet, and standstill is its last."""
     moved(driver, link)
     driver.close()
     assert standby.found_closed == [True]
+    assert link.told[-1] == STANDSTILL
+    driver.apply(AHEAD, 1)
+    assert link.told[-1] == STANDSTILL
+
+
+def test_a_driver_that_hears_nothing_stands(driver: Driver, link: FakeLink) -> None:
+    """A set-point counts for its time to live; a stop, whoever says it, at once."""
+    moved(driver, link)
+    until(driver, lambda _: link.told[-1] == STANDSTILL)
+    moved(driver, link)
+    driver.stop(1)
+    until(driver, lambda _: link.told[-1] == STANDSTILL)
 
 
 def test_a_standby_is_told_of_a_motion_first(
