@@ -89,7 +89,7 @@ def test_what_takes_its_time_in_c_is_found(monkeypatch: pytest.MonkeyPatch) -> N
 @pytest.mark.timeout(300)  # it computes all the time
 @pytest.mark.parametrize("name", TARGETS)
 def test_any_bytes_are_a_value_or_a_refusal(name: str) -> None:
-    """Thousands of inputs near valid ones, others each time, in CI the same."""
+    """Inputs near valid ones, others each time, in CI the same."""
     target = TARGETS[name]
     seed = 1 if os.environ.get("CI") else SystemRandom().getrandbits(32)
     mutator = Mutator(Random(seed), target.seeds, target.words, target.max_bytes)

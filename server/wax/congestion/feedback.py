@@ -87,7 +87,7 @@ class FeedbackSampling:
 
 
 class FeedbackTimeout:
-    """Times in seconds that never fall."""
+    """Tells when feedback is overdue; times in seconds that never fall."""
 
     def __init__(self) -> None:
         self._round_trips_s: deque[float] = deque(maxlen=_KEPT_ROUND_TRIPS)

@@ -1,4 +1,4 @@
-"""Queuing delay from one-way delays between two unsynchronised clocks, and whether it stands.
+"""Queuing delay of one-way delays by two unsynchronised clocks, whether it stands, and jitter.
 
 As in LEDBAT (RFC 6817), NADA (RFC 8698) and SCReAM (RFC 8298): arrival minus sending time includes
 the clocks' unknown offset; the excess over the base delay, the minimum of the last half minute, is
