@@ -30,12 +30,17 @@ _FIRST: Final = 100
 
 async def _mix(ground: Ground) -> None:
     """Attack as chance will have it, three at once."""
-    several = [name for name in ATTACKS if name not in (MIX, "feedback-40", "slow")]
+    let_in = len(ground.intruders)
+    several = [
+        name
+        for name, one in ATTACKS.items()
+        if name not in (MIX, "feedback-40", "slow") and one.viewers <= let_in
+    ]
 
     async def row(own: random.Random) -> None:  # nobody else draws from it: a seed says all of it
         while not ground.is_over:
             name, lasts_s = own.choice(several), own.uniform(0.3, 3.0)
-            some = own.sample(range(len(ground.intruders)), own.randint(1, 4))
+            some = own.sample(range(let_in), min(own.randint(1, 4), let_in))
             ground.account[name] += 1
             until_s = min(ground.until_s, time.monotonic() + lasts_s)
             there = [ground.intruders[number] for number in some]

@@ -339,6 +339,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
 def _serve(settings: Settings, config_path: Path | None) -> int:
     # Imported here so that `wax devices` or a wrong option need not wait for the media libraries.
     from wax.app import App
+    from wax.edge.bounded_selector import bounded_loop
     from wax.web.page_urls import page_urls
 
     configure_logs(settings.log)
@@ -364,10 +365,10 @@ def _serve(settings: Settings, config_path: Path | None) -> int:
             print("\n  Nobody can become the host: set [server] state_dir, and start again.")
         print("\n  Ctrl-C stops the robot and the server.\n", flush=True)
 
-    async def run() -> None:
-        await app.run(ready)
-
-    asyncio.run(run())
+    # That of Windows has no selector.
+    loop_factory = None if sys.platform == "win32" else bounded_loop
+    with asyncio.Runner(loop_factory=loop_factory) as runner:
+        runner.run(app.run(ready))
     return 0
 
 
