@@ -106,7 +106,7 @@ class RobotState:
     """Whether the robot reports that a wheel turns, None if it does not report."""
     pose: Pose | None = None
     bumpers: int = 0
-    """A bit for each pressed bumper."""
+    """A bit for each pressed bumper: shown to people; it is the robot that refuses to go on."""
     battery_v: float | None = None
     battery_fraction: float | None = None
     """0 to 1."""

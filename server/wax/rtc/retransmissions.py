@@ -2,6 +2,7 @@
 
 Chromium requests a lost packet every 100 ms, up to ten times (RFC 4585 leaves that open), and
 aiortc answers each time. On a link with a queue of a second that fills the queue with copies.
+`wax.congestion.sender_side` says which packets are too old to help.
 """
 
 from __future__ import annotations
