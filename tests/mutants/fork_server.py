@@ -165,7 +165,9 @@ def _run(
         tempfile.tempdir = os.environ["TMPDIR"] = str(tree)
         sys.path[:0] = [str(tree), str(tree / "server")]
         prepare()
-        code = int(pytest.main([*_OPTIONS, *tests]))
+        # One of its own: pytest's search among the others' fails if they go meanwhile.
+        own = f"--basetemp={tree / f'tmp-{os.getpid()}'}"
+        code = int(pytest.main([*_OPTIONS, own, *tests]))
     except NothingToTestError:
         code = NOTHING_TO_TEST
     except BaseException:

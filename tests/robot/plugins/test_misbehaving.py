@@ -225,7 +225,9 @@ async def test_a_robots_camera_spoils_nothing_but_its_picture(
     async with serving(tmp_path, f"misbehaving:{driver}", "robot") as server:
         await server.sentence(says, "camera")
         await goes_on(server, picture=False)
-        robot = (await server.status())["robot"]
-        assert (robot["connected"], robot["problem"]) == (True, None)
+        async with asyncio.timeout(_PATIENCE_S):  # a camera says that it starts before that
+            while not (robot := (await server.status())["robot"])["connected"]:  # noqa: ASYNC110
+                await asyncio.sleep(0.05)
+        assert robot["problem"] is None
         assert robot["driver_restarts"] == 0
         assert await server.end() == 0
