@@ -11,6 +11,7 @@ import logging
 import os
 import sys
 import threading
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NoReturn
 
@@ -341,6 +342,7 @@ def _serve(settings: Settings, config_path: Path | None) -> int:
     from wax.app import App
     from wax.edge.bounded_selector import bounded_loop
     from wax.web.page_urls import page_urls
+    from wax.web.senders import limited
 
     configure_logs(settings.log)
 
@@ -366,7 +368,7 @@ def _serve(settings: Settings, config_path: Path | None) -> int:
         print("\n  Ctrl-C stops the robot and the server.\n", flush=True)
 
     # That of Windows has no selector.
-    loop_factory = None if sys.platform == "win32" else bounded_loop
+    loop_factory = None if sys.platform == "win32" else partial(bounded_loop, limited)
     with asyncio.Runner(loop_factory=loop_factory) as runner:
         runner.run(app.run(ready))
     return 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import selectors
 import socket
 from contextlib import ExitStack
@@ -9,12 +10,16 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from wax.edge.binding import listen
 from wax.edge.bounded_selector import CONNECTIONS_IN_A_PASS, BoundedSelector, bounded_loop
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-MANY = 3 * CONNECTIONS_IN_A_PASS
+    from _typeshed import FileDescriptorLike
+
+MANY = 5 * CONNECTIONS_IN_A_PASS
+ATTACKERS = [f"127.0.0.{number}" for number in range(2, 4)]
 
 
 @pytest.fixture
@@ -24,81 +29,133 @@ def held() -> Iterator[ExitStack]:
 
 
 @pytest.fixture
-def selector(held: ExitStack) -> BoundedSelector:
-    return held.enter_context(BoundedSelector())
+def listening(held: ExitStack) -> socket.socket:
+    (made,) = listen("127.0.0.1", 0)
+    return held.enter_context(made)
 
 
 @pytest.fixture
-def listening(held: ExitStack, selector: BoundedSelector) -> socket.socket:
-    made = held.enter_context(socket.create_server(("127.0.0.1", 0), backlog=MANY))
-    selector.register(made, selectors.EVENT_READ)
+def selector(held: ExitStack, listening: socket.socket) -> BoundedSelector:
+    made = held.enter_context(BoundedSelector(lambda address: address))
+    made.register(listening, selectors.EVENT_READ)
     return made
 
 
-def came_and_ended(held: ExitStack, listening: socket.socket) -> socket.socket:
-    with socket.create_connection(listening.getsockname()):
+def came_and_ended(
+    held: ExitStack, listening: socket.socket, address: str = "127.0.0.1"
+) -> socket.socket:
+    made = socket.create_connection(listening.getsockname(), source_address=(address, 0))
+    with made:
         return held.enter_context(listening.accept()[0])
 
 
-def served(selector: BoundedSelector) -> list[object]:
+def crowd(
+    held: ExitStack, listening: socket.socket, selector: BoundedSelector, address: str = "127.0.0.1"
+) -> list[socket.socket]:
+    """Return many that stay ready."""
+    ended = [came_and_ended(held, listening, address) for _ in range(MANY)]
+    for one in ended:
+        selector.register(one, selectors.EVENT_READ)
+    return ended
+
+
+def served(selector: BoundedSelector) -> list[FileDescriptorLike]:
     return [key.fileobj for key, _ in selector.select(0)]
 
 
 def test_connections_that_end_at_once_are_served_in_turns(
     held: ExitStack, listening: socket.socket, selector: BoundedSelector
 ) -> None:
-    ended = [came_and_ended(held, listening) for _ in range(MANY)]
-    for one in ended:
-        selector.register(one, selectors.EVENT_READ)
-    passes = [served(selector) for _ in range(2 * MANY // CONNECTIONS_IN_A_PASS)]
+    ended = crowd(held, listening, selector)
+    passes = [served(selector) for _ in range(10)]
     assert {len(one) for one in passes} == {CONNECTIONS_IN_A_PASS}
-    for half in passes[:3], passes[3:]:  # although each stays ready
+    for half in passes[:5], passes[5:]:
         assert {id(one) for found in half for one in found} == {id(one) for one in ended}
 
 
-def test_a_newcomer_is_served_before_those_that_only_end(
+def test_a_connection_read_again_is_not_served_before_its_turn(
     held: ExitStack, listening: socket.socket, selector: BoundedSelector
 ) -> None:
-    for _ in range(MANY):
-        selector.register(came_and_ended(held, listening), selectors.EVENT_READ)
-    for _ in range(MANY // CONNECTIONS_IN_A_PASS):
+    """Whoever pauses and resumes reading gains nothing."""
+    first = crowd(held, listening, selector)[0]
+    waited: list[int] = []
+    for number in range(20):
+        if first in served(selector):
+            waited.append(number)
+        selector.unregister(first)
+        selector.register(first, selectors.EVENT_READ)
+    assert len(waited) <= 20 * CONNECTIONS_IN_A_PASS / MANY
+
+
+@pytest.mark.parametrize("is_new", [True, False])
+def test_senders_take_turns(
+    held: ExitStack, listening: socket.socket, selector: BoundedSelector, *, is_new: bool
+) -> None:
+    """A Stop, also on a connection that is kept, waits behind one of each other sender's."""
+    kept = came_and_ended(held, listening)
+    if not is_new:
+        selector.register(kept, selectors.EVENT_READ)
+    for attacker in ATTACKERS:
+        crowd(held, listening, selector, attacker)
+    for _ in range(2):
         selector.select(0)
-    newcomer = came_and_ended(held, listening)
-    selector.register(newcomer, selectors.EVENT_READ)
-    assert newcomer in served(selector)
-    assert newcomer not in served(selector)
+    if is_new:
+        selector.register(kept, selectors.EVENT_READ)
+    else:
+        selector.modify(kept, selectors.EVENT_READ | selectors.EVENT_WRITE)
+    assert kept in served(selector)
 
 
 def test_sockets_of_our_own_do_not_wait(
     held: ExitStack, listening: socket.socket, selector: BoundedSelector
 ) -> None:
     """Media's, the driver's, a broker's, and that where the next connection comes in."""
-    for _ in range(MANY):
-        selector.register(came_and_ended(held, listening), selectors.EVENT_READ)
+    crowd(held, listening, selector)
     broker = held.enter_context(socket.create_server(("127.0.0.1", 0)))
     outgoing = held.enter_context(socket.create_connection(broker.getsockname()))
     broker.accept()[0].close()
     datagrams = held.enter_context(socket.socket(type=socket.SOCK_DGRAM))
-    datagrams.bind(("127.0.0.1", 0))
+    datagrams.bind(listening.getsockname())  # the same number
     datagrams.sendto(b"x", datagrams.getsockname())
     ours, theirs = map(held.enter_context, socket.socketpair())
     theirs.send(b"x")
-    waiting = held.enter_context(socket.create_connection(listening.getsockname()))
-    own = [outgoing, datagrams, ours, listening]
-    for one in own[:-1]:
+    reading, writing = os.pipe()
+    held.callback(os.close, reading)
+    os.close(writing)
+    other = held.enter_context(listen("127.0.0.1", 0)[0])
+    held.enter_context(socket.create_connection(other.getsockname()))
+    held.enter_context(socket.create_connection(listening.getsockname()))
+    own: list[FileDescriptorLike] = [outgoing, datagrams, ours, reading, other]
+    for one in own:
         selector.register(one, selectors.EVENT_READ)
     for _ in range(MANY):
         found = served(selector)
-        assert all(one in found for one in own)
-        assert len(found) == CONNECTIONS_IN_A_PASS + len(own)
-    assert waiting.fileno() not in selector.get_map()
+        assert all(one in found for one in [*own, listening])
+        assert len(found) == CONNECTIONS_IN_A_PASS + len(own) + 1
 
 
-def test_timers_run_between_the_connections_of_a_crowd(
+def test_a_descriptor_is_what_it_is_now(
+    held: ExitStack, listening: socket.socket, selector: BoundedSelector
+) -> None:
+    """That of a connection which was closed may be a socket of ours, and the other way round."""
+    crowd(held, listening, selector)
+    gone = came_and_ended(held, listening)
+    selector.register(gone, selectors.EVENT_READ)
+    number = gone.fileno()
+    selector.unregister(gone)
+    ours, theirs = map(held.enter_context, socket.socketpair())
+    os.dup2(ours.fileno(), number)
+    theirs.send(b"x")
+    selector.register(number, selectors.EVENT_READ)
+    assert number in served(selector)
+    assert number in served(selector)
+
+
+def test_the_event_loop_has_passes_between_the_connections_of_a_crowd(
     held: ExitStack, listening: socket.socket
 ) -> None:
     """As asyncio knows them, by their descriptors."""
-    loop = bounded_loop()
+    loop = bounded_loop(lambda address: address)
     held.callback(loop.close)
     loop.add_reader(listening, lambda: None)
     in_passes = [0]

@@ -8,6 +8,8 @@ from typing import Any, Final
 
 BACKLOG: Final = 512
 """So many wait in the kernel: a class opens the page at once."""
+LISTENING: Final[dict[int, int]] = {}
+"""The port of each descriptor that has listened in this process."""
 NOT_HERE: Final = frozenset({errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT})
 """A name may have an address of a family that this machine does not use: ``::1 localhost`` stays in
 `/etc/hosts` where IPv6 is off, as in most containers."""
@@ -51,6 +53,7 @@ def listen(host: str, port: int) -> list[socket.socket]:
             made.append(one)
         if missing is not None and not made:
             raise missing
+        LISTENING.update({one.fileno(): one.getsockname()[1] for one in made})
     except OSError:
         for one in made:
             one.close()

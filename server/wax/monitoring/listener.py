@@ -38,7 +38,8 @@ class MetricsListener:
         await self._runner.setup()
         try:
             for one in listen(host, port):
-                await web.SockSite(self._runner, one).start()
+                # asyncio accepts as many in one pass of the event loop.
+                await web.SockSite(self._runner, one, backlog=4).start()
         except OSError as error:
             raise StartError(
                 f"cannot listen on {host}:{port} for metrics: {reason_of(error)};"

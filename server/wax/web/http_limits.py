@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import asyncio
+from collections import deque
+from typing import TYPE_CHECKING, Final
 
 import structlog
 
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
     from wax.config.settings import ServerSettings
     from wax.edge.turnstile import Turnstile
     from wax.web.connection_limits import TrackedConnection
+
+_END_IN_A_PASS: Final = 4
 
 _LOG = structlog.get_logger(__name__)
 
@@ -42,6 +46,7 @@ class HttpLimits:
             most=settings.max_connections, most_per_address=settings.max_connections_per_address
         )
         self.log = SparseLog(_LOG, clock)
+        self._ending: deque[Callable[[], None]] = deque()
         self._cut = 0
 
     def status(self) -> dict[str, int]:
@@ -62,6 +67,18 @@ class HttpLimits:
         """Count a connection for the address that asks through it; False if it has no room."""
         is_limited = not self.proxies.trusts(address)
         return self.connections.is_for(tracked, address, now_s, limited=is_limited)
+
+    def end(self, abort: Callable[[], None]) -> None:
+        """End a connection soon: many whose time is over together do so a few in a pass."""
+        self._ending.append(abort)
+        if len(self._ending) == 1:
+            asyncio.get_running_loop().call_soon(self._end_some)
+
+    def _end_some(self) -> None:
+        for _ in range(min(_END_IN_A_PASS, len(self._ending))):
+            self._ending.popleft()()
+        if self._ending:
+            asyncio.get_running_loop().call_soon(self._end_some)
 
     def cut(self, why: str) -> None:
         """Count a connection that was closed because of what its client did, or did not."""

@@ -126,4 +126,4 @@ class ConnectionWatch:
         if self._state != "idle":
             self._limits.cut(f"too slow while {self._state}")
         # Not `close`, which waits until everything is sent, and this client need not read.
-        self._transport.abort()
+        self._limits.end(self._transport.abort)
