@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 pytestmark = [pytest.mark.full, pytest.mark.timeout(120)]
 
 LAYOUT: Final = (Path(__file__).parent / "gallery/layout.js").read_text(encoding="utf-8")
-WORDS: Final = ROOT / "web/src/words/en/first.json"
+WORDS: Final = ROOT / "web/src/words/en/later.json"
 SIDEWAYS: Final = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
 SILENT_PEER: Final = """
 class Never extends EventTarget {

@@ -40,9 +40,10 @@ ACCOUNT_WITHIN_S = 2.0
 def free_port() -> int:
     """Return a TCP port of the loopback interface that nobody listens on.
 
-    It lies below those that a system gives to outgoing connections, which take one at any moment.
+    It lies below those that a system gives to outgoing connections, which take one at any moment,
+    and above 10080, which browsers refuse.
     """
-    for port in random.SystemRandom().sample(range(10_000, 30_000), 100):
+    for port in random.SystemRandom().sample(range(11_000, 30_000), 100):
         with socket.socket() as probe, suppress(OSError):
             probe.bind(("127.0.0.1", port))
             return port

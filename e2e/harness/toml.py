@@ -62,11 +62,11 @@ def for_one_machine(text: str) -> str:
 
 
 def merged(*trees: Mapping[str, Any]) -> dict[str, Any]:
-    """Merge tables key by key; later ones win, and lists are replaced."""
+    """Merge tables key by key, without changing any; later ones win, and lists are replaced."""
     result: dict[str, Any] = {}
     for tree in trees:
         for key, value in tree.items():
             before = result.get(key)
-            both = isinstance(before, dict) and isinstance(value, dict)
-            result[key] = merged(before or {}, value) if both else value
+            below = before if isinstance(before, dict) else {}
+            result[key] = merged(below, value) if isinstance(value, dict) else value
     return result

@@ -78,8 +78,11 @@ class Viewers:
                 # What gets through a modem is up to the server.
                 for arrived in () if is_slow else viewer.media.arrived.values():
                     await arrived.wait()
-        except BaseException:
+        except BaseException as error:
             await viewer.close()
+            if isinstance(error, TimeoutError):
+                wanted = f"viewer {index + 1} sees or hears nothing in {CONNECT_TIMEOUT_S:g} s"
+                raise TimeoutError(wanted) from error
             raise
         return viewer
 
