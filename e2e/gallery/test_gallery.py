@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+import pytest
 import pytest_asyncio
 
 from e2e.gallery import axe, layout
@@ -12,6 +13,8 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
     from playwright.async_api import Browser, Page
+
+pytestmark = pytest.mark.full
 
 
 @pytest_asyncio.fixture(loop_scope="session")

@@ -53,6 +53,7 @@ def test_pieces_of_any_size_are_the_same_blocks(bytes_at_once: int) -> None:
     assert tap.take() == []
 
 
+@pytest.mark.full
 async def test_what_is_played_is_heard() -> None:
     """A tone that another program plays on the device is heard, and its silence."""
     async with open_ear() as ear:
