@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import io
 import os
 import sys
@@ -11,6 +12,7 @@ import pytest
 
 from wax import __version__
 from wax.__main__ import main
+from wax.edge.bounded_selector import BoundedSelector
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -22,6 +24,24 @@ def test_devices_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     listed = capsys.readouterr().out.lower()
     for what in ("camera", "microphone", "serial"):
         assert what in listed
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="its event loop has no selector")
+def test_the_server_serves_few_connections_in_a_pass(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its event loop is the one that strangers' connections cannot fill."""
+    selectors: list[object] = []
+
+    class App:
+        def __init__(self, **_: object) -> None:
+            pass
+
+        async def run(self, _: object) -> None:
+            selectors.append(vars(asyncio.get_running_loop())["_selector"])
+
+    monkeypatch.setattr("wax.app.App", App)
+    monkeypatch.setattr("wax.__main__.configure_logs", lambda _: None)
+    assert main([]) == 0
+    assert [type(one) for one in selectors] == [BoundedSelector]
 
 
 def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:

@@ -75,10 +75,11 @@ class HttpLimits:
             asyncio.get_running_loop().call_soon(self._end_some)
 
     def _end_some(self) -> None:
-        for _ in range(min(_END_IN_A_PASS, len(self._ending))):
-            self._ending.popleft()()
+        some = [self._ending.popleft() for _ in range(min(_END_IN_A_PASS, len(self._ending)))]
         if self._ending:
             asyncio.get_running_loop().call_soon(self._end_some)
+        for abort in some:
+            abort()
 
     def cut(self, why: str) -> None:
         """Count a connection that was closed because of what its client did, or did not."""

@@ -223,11 +223,12 @@ async def test_a_robots_camera_spoils_nothing_but_its_picture(
 ) -> None:
     """The page says in one sentence what is wrong with it; the robot stays connected."""
     async with serving(tmp_path, f"misbehaving:{driver}", "robot") as server:
+        async with asyncio.timeout(_PATIENCE_S):  # a camera may say that it starts before that
+            while not (await server.status())["robot"]["connected"]:  # noqa: ASYNC110
+                await asyncio.sleep(0.05)
         await server.sentence(says, "camera")
         await goes_on(server, picture=False)
-        async with asyncio.timeout(_PATIENCE_S):  # a camera says that it starts before that
-            while not (robot := (await server.status())["robot"])["connected"]:  # noqa: ASYNC110
-                await asyncio.sleep(0.05)
-        assert robot["problem"] is None
+        robot = (await server.status())["robot"]
+        assert (robot["connected"], robot["problem"]) == (True, None)
         assert robot["driver_restarts"] == 0
         assert await server.end() == 0
