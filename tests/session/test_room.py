@@ -524,8 +524,9 @@ async def test_a_busy_machine_says_so_to_newcomers_beyond_a_dozen() -> None:
 
 
 @pytest.mark.usefixtures("rig")
-async def test_who_watches_in_a_room_is_not_of_the_dozen() -> None:
-    """They cost this machine next to nothing."""
+@pytest.mark.parametrize("in_room_until_s", [math.inf, -math.inf])
+async def test_whoever_has_no_peer_here_is_not_of_the_dozen(in_room_until_s: float) -> None:
+    """Who watches in a room, or has lost their connection, costs this machine next to nothing."""
     rig = Rig({})
     for number in range(10, 22):
         await rig.enter(f"ada-11{number}")
@@ -534,7 +535,7 @@ async def test_who_watches_in_a_room_is_not_of_the_dozen() -> None:
     with pytest.raises(NoPlaceError):
         await rig.enter("eve-1111")
     elsewhere = next(iter(rig.room._viewers))
-    elsewhere.peer, elsewhere.in_room_until_s = None, math.inf
+    elsewhere.peer, elsewhere.in_room_until_s = None, in_room_until_s
     await rig.enter("eve-1111")
 
 

@@ -180,7 +180,8 @@ class Entry:
         asking = self._asking(visitor, viewer)
         embeds = [one for one in others if one.visitor.is_embed]
         here = [one for one in others if not one.is_in_room(now_s)]
-        lacks = None if asking.is_host or asking.has_been_here else self._lacks_for(len(here))
+        served = sum(one.peer is not None for one in others)  # a place that is kept costs nothing
+        lacks = None if asking.is_host or asking.has_been_here else self._lacks_for(served)
         if lacks is not None and (asking.is_embed or not embeds):
             raise NoPlaceError(lacks, retry_after_s=3 if lacks == _MACHINE_FULL else 5)
         number = self._viewers.take_number() if viewer is None else viewer.number
@@ -195,11 +196,11 @@ class Entry:
             self._send_away(embeds[0], EMBEDS_FULL)
         return number
 
-    def _lacks_for(self, others: int) -> Sentence | None:
-        """Return what there is too little of for one more newcomer."""
+    def _lacks_for(self, served: int) -> Sentence | None:
+        """Return what there is too little of for one newcomer more than are served."""
         if not self._service.has_room:
             return Sentence("door.upload_full")
-        if others >= _FIRST_DOZEN and not self._is_on_time():
+        if served >= _FIRST_DOZEN and not self._is_on_time():
             return _MACHINE_FULL
         return None
 
