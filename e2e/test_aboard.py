@@ -19,10 +19,10 @@ SERVER_SETTINGS = """
 [local]
 source = "robot"
 pause_s = 0.5
-script_s = 8.0
+script_s = 5.0
 script = [
-    { at_s = 1.0, for_s = 0.3, press = "wait" },
-    { at_s = 3.0, for_s = 2.0, linear = -0.6 },
+    { at_s = 0.5, for_s = 0.3, press = "wait" },
+    { at_s = 2.0, for_s = 1.0, linear = -0.6 },
 ]
 """
 """Somebody who asks the operator to wait, and then drives back by themselves, again and again."""

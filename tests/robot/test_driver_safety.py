@@ -156,6 +156,7 @@ class TestSerialText(TestSerialFrames):
         return [twist for twist in twists if twist is not None]
 
 
+@pytest.mark.full
 class TestSerialFramesInItsProcess(TestSerialFrames):
     """The same robot in a process of its own, as the server has it."""
 

@@ -112,6 +112,7 @@ class SlowToWake(threading.Condition):
         return there
 
 
+@pytest.mark.full
 def test_sound_is_not_read_ahead_and_lost_while_the_picture_is_slow_to_wake(
     make_clip: MakeClip, open_player: type[Player], monkeypatch: pytest.MonkeyPatch
 ) -> None:
