@@ -21,7 +21,7 @@ from e2e.harness.robot import holding_moves, moves
 from e2e.harness.scripts import press, reads
 from e2e.harness.wait import eventually
 from e2e.measure.ear import open_ear
-from e2e.test_voice import SPOKEN_S, are_played
+from e2e.test_voice import SPOKEN_S, are_words
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Mapping
@@ -105,10 +105,10 @@ async def test_firefox_shows_sounds_and_drives(
 @pytest.mark.full
 async def test_firefox_speaks_to_the_robot(serve: Serve, tmp_path: Path) -> None:
     """The words that Firefox's microphone hears are those of the robot's speaker."""
-    words, played = speech.voice(SPOKEN_S), tmp_path / "said.wav"
+    played = tmp_path / "said.wav"
     async with AsyncExitStack() as leaving:
         own_ear = await leaving.enter_async_context(open_ear())
-        await leaving.enter_async_context(hearing(own_ear, words))
+        await leaving.enter_async_context(hearing(own_ear, speech.voice(SPOKEN_S)))
         settings = toml.card_with(voice=f'speaker = "{played}"')
         server = await leaving.enter_async_context(serve(tmp_path, settings))
         window = await leaving.enter_async_context(opened(server, tmp_path, own_ear))
@@ -116,7 +116,7 @@ async def test_firefox_speaks_to_the_robot(serve: Serve, tmp_path: Path) -> None
         await reads(window, "You are driving")
         await window.key("keyDown", "t")
         await reads(window, "You are heard.")
-        await are_played(played, words)
+        await are_words(lambda: speech.read(played))
 
 
 async def presses(window: Firefox, name: str) -> None:

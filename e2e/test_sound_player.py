@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from e2e.harness import probe
+from e2e.harness import probe, toml
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from e2e.conftest import OpenViewer
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
+
+SERVER_SETTINGS = toml.FEW_PICTURES
 
 OWN, BROWSER = "WAX's own", "the browser's"
 FALLS_BACK_WITHIN_MS = 300.0

@@ -106,7 +106,7 @@ async def test_timing_is_switched_while_watching(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
     """Timing and role change policy and hold-back at once: no new peer, black picture or gap."""
-    settings = toml.card_with(sync__observer="audio_delay_ms = 200.0")
+    settings = f"{toml.FEW_PICTURES}[sync.observer]\naudio_delay_ms = 200.0"
     async with serve(tmp_path, settings) as server:
         viewer = await open_viewer(server)
         await viewer.listen()

@@ -70,3 +70,7 @@ def merged(*trees: Mapping[str, Any]) -> dict[str, Any]:
             below = before if isinstance(before, dict) else {}
             result[key] = merged(below, value) if isinstance(value, dict) else value
     return result
+
+
+FEW_PICTURES = tomlkit.dumps(merged(MEDIA, {"video": {"fps": 10.0}}))
+"""The same where the sound is judged: drawing pictures leaves a small machine no time for it."""
