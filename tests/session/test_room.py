@@ -524,9 +524,9 @@ async def test_a_busy_machine_says_so_to_newcomers_beyond_a_dozen() -> None:
 
 
 @pytest.mark.usefixtures("rig")
-@pytest.mark.parametrize("in_room_until_s", [math.inf, -math.inf])
-async def test_whoever_has_no_peer_here_is_not_of_the_dozen(in_room_until_s: float) -> None:
-    """Who watches in a room, or has lost their connection, costs this machine next to nothing."""
+@pytest.mark.parametrize("who", ["in a room", "lost", "silent"])
+async def test_whoever_is_not_served_is_not_of_the_dozen(who: str) -> None:
+    """Watching in a room, gone or not connected yet, they cost this machine next to nothing."""
     rig = Rig({})
     for number in range(10, 22):
         await rig.enter(f"ada-11{number}")
@@ -534,8 +534,16 @@ async def test_whoever_has_no_peer_here_is_not_of_the_dozen(in_room_until_s: flo
         rig.loop.step(rig.clock.time_s)  # late
     with pytest.raises(NoPlaceError):
         await rig.enter("eve-1111")
-    elsewhere = next(iter(rig.room._viewers))
-    elsewhere.peer, elsewhere.in_room_until_s = None, in_room_until_s
+    one = next(iter(rig.room._viewers))
+    assert one.peer is not None
+    match who:
+        case "in a room":
+            one.in_room_until_s = math.inf
+            rig.room.viewer_closed(one, one.peer)
+        case "lost":
+            rig.room.viewer_closed(one, one.peer)
+        case _:
+            one.is_ready = one.was_ready = False
     await rig.enter("eve-1111")
 
 

@@ -180,7 +180,7 @@ class Entry:
         asking = self._asking(visitor, viewer)
         embeds = [one for one in others if one.visitor.is_embed]
         here = [one for one in others if not one.is_in_room(now_s)]
-        served = sum(one.peer is not None for one in others)  # a place that is kept costs nothing
+        served = sum(one.is_ready for one in others)  # others cost next to nothing
         lacks = None if asking.is_host or asking.has_been_here else self._lacks_for(served)
         if lacks is not None and (asking.is_embed or not embeds):
             raise NoPlaceError(lacks, retry_after_s=3 if lacks == _MACHINE_FULL else 5)
