@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import os
 import random
 import time
@@ -11,6 +12,7 @@ import tomllib
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import cycle, islice, pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self
 
 import aiohttp
@@ -114,6 +116,7 @@ class Watch:
         self.observer = observer
         self._changed_s: list[float] = []
         self._unserved_s: list[float] = []
+        self._waits: list[tuple[float, float]] = []
         self._meter = ProcessMeter(stage.server.pid)
         self._peak_mib = 0.0
         self._tasks: list[asyncio.Task[None]] = []
@@ -163,7 +166,9 @@ class Watch:
     def stands(self, since_s: float, until_s: float) -> int:
         """Count how often the robot stopped: it was told to, or by its own watchdog.
 
-        What the operator's own silence explains does not count: their process shares this machine.
+        What the operator's own silence explains does not count, nor that server and driver were
+        given no processor: they share this machine with the attackers, whose sessions Linux
+        (sched(7), autogroup) may let go first whatever the driver's priority.
         """
         record = self.stage.record
         record.read()
@@ -172,6 +177,7 @@ class Watch:
         stopped_s += [at_s for at_s in record.expiries_s if since_s < at_s <= until_s]
         sent_s = [one.at_s for one in self.operator.sent_before]
         silences = [(a, b) for a, b in pairwise(sent_s) if b - a > _SILENT_S]
+        silences += self._waits
         return sum(not any(a < at_s < b + _SILENT_S for a, b in silences) for at_s in stopped_s)
 
     def socket_of(self, viewer: RawOperator) -> tuple[Any, tuple[str, int]]:
@@ -274,9 +280,21 @@ class Watch:
             await asyncio.sleep(_NEWCOMER_S)
 
     async def _remember(self) -> None:
+        pids, waited_s = (self.stage.server.pid, self.stage.driver_pid), math.inf
         while True:
             self._peak_mib = max(self._peak_mib, self._meter.rss_mib())
+            before_s, waited_s = waited_s, sum(map(_waited_s, pids))
+            if (wait_s := waited_s - before_s) > _LOOK_S:
+                now_s = time.monotonic()
+                self._waits.append((now_s - _LOOK_S - wait_s, now_s))
             await asyncio.sleep(_LOOK_S)
+
+
+def _waited_s(pid: int) -> float:
+    """Return how long a process has waited for a processor, in all; 0 for one that has ended."""
+    with suppress(OSError):
+        return int(Path(f"/proc/{pid}/schedstat").read_text(encoding="ascii").split()[1]) / 1e9
+    return 0.0
 
 
 async def hostile(
