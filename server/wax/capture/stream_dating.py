@@ -132,10 +132,9 @@ class Dating:
         """Absorb a jump: back to where it was, or by as much as another track of the same clock.
 
         Else it is as late as before; where jump follows jump, less each time, for a jam passes.
-        A jam lasts no longer than there was nothing: what is later still has not come back.
+        What would be later than anything lately has not come back: that is another jump.
         """
-        offset_s = track.offset_s
-        most_s = track.lates_s[-1] + min(arrived_s - track.arrived_s, _JUMP_S)
+        offset_s, most_s = track.offset_s, max(track.lates_s)
         for known_s in (track.before_s, *(other.offset_s for other in self._tracks.values())):
             late_s = arrived_s - (shown_s - known_s) - self._zero_s
             if abs(known_s - offset_s) > _JUMP_S and -_JUMP_S < late_s <= most_s:
