@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from tests.examples import examples
 
@@ -59,6 +59,7 @@ def test_made_up_stamps_are_not_believed(fps: float) -> None:
         max_size=5,
     ),
 )
+@example(5.0, 1.0, [0.0], [("jump", 1, 1.5), ("back", 1, 2.0)])
 def test_stamps_that_misbehave_cost_no_age(
     fps: float, clock: float, jitter_s: list[float], faults: list[tuple[str, int, float]]
 ) -> None:
