@@ -10,8 +10,8 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from wax.congestion.allocation import Allocation, area
-from wax.congestion.hysteresis import Since, Trials
 from wax.congestion.sound_choice import FIT_SHARE, SoundChoice
+from wax.congestion.upgrade_backoff import Since, Trials
 from wax.congestion.wire_cost import picture_bps
 from wax.sentence import Sentence
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from wax.congestion.hysteresis import Since, Trials
+from wax.congestion.upgrade_backoff import Since, Trials
 from wax.congestion.wire_cost import picture_bps
 
 if TYPE_CHECKING:

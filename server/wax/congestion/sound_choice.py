@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from wax.congestion.hysteresis import Since
+from wax.congestion.upgrade_backoff import Since
 from wax.congestion.wire_cost import sound_bps
 
 if TYPE_CHECKING:

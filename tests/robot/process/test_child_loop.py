@@ -15,9 +15,9 @@ from wax.config.settings import LocalSettings, RobotSettings
 from wax.driver.hand import HandReading
 from wax.driver.interface import Limits, RobotState, Twist
 from wax.robot.process.child_loop import ChildLoop
-from wax.robot.process.claim import Claim
 from wax.robot.process.driver_watchdog import DriverWatchdog
 from wax.robot.process.passenger import Passenger, hand_watchdog
+from wax.robot.process.passenger_claim import Claim
 from wax.robot.process.pipe_messages import Bye, Control, Move, encode
 
 if TYPE_CHECKING:

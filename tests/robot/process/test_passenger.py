@@ -14,7 +14,7 @@ from tests.robot.process.conftest import Log, Server, is_alive, settings_for
 from tests.until import until
 
 from wax.config.settings import LocalSettings
-from wax.robot.process.claim import Claim
+from wax.robot.process.passenger_claim import Claim
 from wax.robot.process.stop_mark import StopMark
 
 if TYPE_CHECKING:

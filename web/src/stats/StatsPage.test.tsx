@@ -98,11 +98,11 @@ it("goes on by itself, and holds still when asked to", () => {
   act(() => void vi.advanceTimersByTime(1000));
   expect(row("picture")).toEqual(["50", "70", "90", "90"]);
   expect(charts[0]?.data[1]).toEqual([50, 90]);
-  act(() => getByRole(body, "button", { name: "Hold still" }).click());
+  act(() => getByRole(body, "button", { name: "Pause" }).click());
   measure({ pictureMs: 10 });
   act(() => void vi.advanceTimersByTime(3000));
   expect(row("picture")).toEqual(["50", "70", "90", "90"]);
-  act(() => getByRole(body, "button", { name: "Go on" }).click());
+  act(() => getByRole(body, "button", { name: "Resume" }).click());
   act(() => void vi.advanceTimersByTime(1000));
   expect(row("picture")).toEqual(["10", "50", "90", "10"]);
 });
@@ -113,7 +113,7 @@ it("stands still from the start for who wants less motion", () => {
     addEventListener: () => {},
   }));
   open();
-  expect(getByRole(body, "button", { name: "Go on" })).toBeTruthy();
+  expect(getByRole(body, "button", { name: "Resume" })).toBeTruthy();
 });
 
 it("lists what happened, newest first", () => {

@@ -273,7 +273,7 @@ describe("gauges", () => {
     expect(chips()).toEqual(["Motors61.0 °C"]);
     expect(body.querySelector(".gauge.is-warn")?.textContent).toContain("unusual");
     tells({ gauges: {}, beyond: { heat: "stop" } });
-    expect(chips()).toEqual(["Motorsnot told"]);
+    expect(chips()).toEqual(["Motorsunknown"]);
     expect(body.querySelector(".gauge.is-stop")?.textContent).toContain("stops the robot");
   });
 

@@ -102,7 +102,7 @@ describe("the host's panel", () => {
     act(() => within("Ignore Stop from there…").click());
     act(() => within("Ignore").click());
     act(() => tells({ pressers: [{ ...presser, muted: true }] }));
-    act(() => within("Heed Stop from there again").click());
+    act(() => within("Allow Stop from there again").click());
     asked(
       { type: "mute_address", presser: 3, muted: true },
       { type: "mute_address", presser: 3, muted: false },

@@ -313,7 +313,9 @@ describe("what is said of a gamepad", () => {
       { kind: "axis", at: 1 },
       { kind: "button", at: 1 },
     ] as const;
-    expect(shown("unknown", { held })).toContain("Held: axis 2, button 2. If nobody touches it");
+    expect(shown("unknown", { held })).toContain(
+      "Held: axis 2, button 2. If nobody is touching it",
+    );
     expect(shown("standard", { held })).toContain("Held: Left stick, B. ");
     expect(shown("standard", { isReady: true })).toContain("B stops, A changes");
     expect(shown("unknown", { isReady: true })).toContain("button 2 stops, button 1 changes");
@@ -442,7 +444,7 @@ describe("the keys", () => {
     expect(state.preferences.value.keys.forward).toEqual(["ArrowUp"]);
     act(() => getByRole(body, "button", { name: "Take Space away from “Stop”" }).click());
     expect(told()).toContain("Space always stops the robot");
-    act(() => getByRole(body, "button", { name: "Keys as they were" }).click());
+    act(() => getByRole(body, "button", { name: "Reset keys" }).click());
     expect(state.preferences.value.keys).toEqual(DEFAULT_KEYS);
   });
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 from wax.control.local_hand import HandRules
 from wax.robot.hand.source import make_hand
-from wax.robot.process.claim import Claim
 from wax.robot.process.hand_watchdog import HandWatchdog
+from wax.robot.process.passenger_claim import Claim
 from wax.robot.process.stop_mark import StopMark
 
 if TYPE_CHECKING:

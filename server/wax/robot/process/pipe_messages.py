@@ -33,7 +33,7 @@ class Begin(_PipeMessage):
 
     `controls` says which of the robot's controls move, and which last only while they are held.
 
-    `claim` is the file by which one process takes the robot over from another (`process.claim`).
+    `claim` is the file by which one process takes the robot over from another (`passenger_claim`).
     """
 
     say: Literal["begin"] = "begin"
