@@ -60,6 +60,7 @@ class ProofRunner:
         self._task: asyncio.Task[None] | None = None
         self._process: asyncio.subprocess.Process | None = None
         self._is_ending = False
+        self._is_asked = False  # the process to end
 
     def progress(self) -> dict[str, object]:
         """Return the progress, and where the newest record is."""
@@ -87,7 +88,8 @@ class ProofRunner:
     def break_off(self) -> None:
         """Stop the robot of a running proof, at once and for good; safe to call twice."""
         self._is_ending = True
-        if self._process is not None and self._process.returncode is None:
+        if self._process is not None and self._process.returncode is None and not self._is_asked:
+            self._is_asked = True
             self._process.terminate()
 
     async def stop(self) -> None:
@@ -124,14 +126,14 @@ class ProofRunner:
                 stdout=asyncio.subprocess.PIPE,
                 stderr=asyncio.subprocess.PIPE,
             )
-            self._process = process
+            self._process, self._is_asked = process, False
             stopping = asyncio.create_task(self._obey_stop(process))
             try:
                 said, complaint = await self._follow(process)
                 code = await process.wait()
             finally:
                 stopping.cancel()
-                await _end(process)
+                await self._end(process)
             self._record = record.read_text(encoding="utf-8") if record.is_file() else None
         if self._control.latched is not None:
             self._state, self._line = "failed", STOPPED
@@ -144,7 +146,11 @@ class ProofRunner:
         """Abort the proof, which stops the robot, when anybody presses Stop."""
         while self._control.latched is None:  # noqa: ASYNC110  # the latch has no event
             await asyncio.sleep(_LOOK_S)
-        await _end(process)
+        await self._end(process)
+
+    async def _end(self, process: asyncio.subprocess.Process) -> None:
+        is_asked, self._is_asked = self._is_asked, True
+        await _end(process, is_asked=is_asked)
 
     def _command(self, record: Path) -> list[str]:
         config = [] if self._config_path is None else ["--config", str(self._config_path)]
@@ -169,11 +175,16 @@ class ProofRunner:
         return said, says(complaint.rpartition("\n")[2]) if complaint else None
 
 
-async def _end(process: asyncio.subprocess.Process) -> None:
-    """Ask the proof to stop its robot and end; kill it if it does not in time."""
+async def _end(process: asyncio.subprocess.Process, *, is_asked: bool = False) -> None:
+    """Ask the proof to stop its robot and end; kill it if it does not in time.
+
+    Once: `terminate` looks whether the process has ended, and takes its exit code from asyncio's
+    watcher.
+    """
     if process.returncode is not None:
         return
-    process.terminate()
+    if not is_asked:
+        process.terminate()
     try:
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(process.wait(), _END_S)
