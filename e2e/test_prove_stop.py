@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import html
 import json
+import os
 import re
 from typing import TYPE_CHECKING, Any
 
@@ -42,6 +43,7 @@ async def start_proof(folder: Path, board: Board, tree: dict[str, Any] | None = 
     return await asyncio.create_subprocess_exec(
         str(COMMAND),
         *arguments,
+        env=os.environ | {"XDG_STATE_HOME": str(folder)},
         stdin=asyncio.subprocess.PIPE,
         stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.PIPE,

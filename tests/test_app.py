@@ -194,6 +194,18 @@ async def test_a_driver_that_raises_takes_nothing_down(
     }
 
 
+async def test_a_stop_outlives_the_server(state_folder: Path) -> None:
+    """Nobody drives after a restart, until whoever may releases it."""
+    jar = aiohttp.CookieJar(unsafe=True)
+    async with started(_app(NO_DEVICES)) as port, aiohttp.ClientSession(cookie_jar=jar) as session:
+        await become_host(session, url := f"http://127.0.0.1:{port}", state_folder)
+        async with session.post(f"{url}/api/stop", json={}) as response:
+            assert response.ok
+    async with started(_app(NO_DEVICES)) as port:
+        status = await _status(port, state_folder, lambda found: bool(found["stop"]))
+    assert status["stop"] == {"number": 1, "by": "the host"}
+
+
 async def test_no_driver_hides_the_status(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a driver tells beyond the fields is shown, and replaces none of them."""
     extra = {"connected": 0.0, "kind": 7.0, "bumpers": 9.0, "wheel_slip": 0.5}

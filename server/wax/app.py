@@ -60,6 +60,7 @@ from wax.session.announcements import Announcements
 from wax.session.changes import Fault, Seen, faults
 from wax.session.host_decisions import HostDecisions
 from wax.session.house_states import house_states
+from wax.session.kept_state import KeptFile
 from wax.session.news import News
 from wax.session.proof_runner import ProofRunner
 from wax.session.record_keeper import RecordKeeper, each, refused
@@ -130,7 +131,7 @@ class App:
             claim=_claim(settings),
             controls=settings.controls,
         )
-        self._decisions = HostDecisions()
+        self._decisions, self._kept = HostDecisions(), KeptFile(settings.server.state_dir)
         self._blanking = Blanking(lambda: self._decisions.is_blanked)
         encoders = _encoders(settings)
         self._cameras = [
@@ -277,6 +278,7 @@ class App:
                 cameras=self._cameras,
                 has_way_in=lambda: self._tunnel.problem is None,
                 problems=lambda: [
+                    *self._kept.problems(),
                     *self._tunnel.problems(),
                     *self._hooks.problems(),
                     *self._house.problems(),
@@ -284,6 +286,7 @@ class App:
             ),
             access=self._access,
             decisions=self._decisions,
+            kept=self._kept,
             records=self._records,
             keeper=self._keeper,
             network=self._network,
@@ -411,6 +414,8 @@ class App:
             await self._metrics.open()
         self._records.start()
         self._driver.open()
+        self._room.resume()
+        self._kept.start()
         self._video.start()
         self._audio.start()
         for capture in (*self._captures.values(), *self._cameras):
@@ -453,6 +458,7 @@ class App:
                 if self._metrics is not None:
                     await self._metrics.close()
                 await self._entrance.close()
+                await asyncio.to_thread(self._kept.close)
         except TimeoutError:
             _LOG.warning("not everything ended in time; exiting anyway")
         finally:

@@ -43,6 +43,7 @@ from wax.session import entry as entry_module
 from wax.session import room as room_module
 from wax.session.announcements import Announcements
 from wax.session.host_decisions import HostDecisions
+from wax.session.kept_state import KeptFile
 from wax.session.record_keeper import RecordKeeper
 from wax.session.room import Room
 from wax.session.viewers import Viewers
@@ -177,7 +178,7 @@ class Rig:
         settings = Settings.model_validate(tree)
         self.clock = TurnedClock()
         self.robot = Robot()
-        turns = Turns(settings.turns)
+        turns = self.turns = Turns(settings.turns)
         self.camera = Camera()
         self.counters = Counters()
         service = LiveService(
@@ -221,6 +222,7 @@ class Rig:
             gauges=settings.gauges,
         )
         self.has_way_in = True
+        self.kept = KeptFile(settings.server.state_dir)
         self.room = Room(
             settings=settings,
             clock=self.clock,
@@ -242,6 +244,7 @@ class Rig:
             ),
             access=self.access,
             decisions=self.decisions,
+            kept=self.kept,
             records=self.records,
             keeper=self.keeper,
             network=network(),

@@ -90,6 +90,7 @@ def stops(
             refused=dict,
             news=(heard or Heard(clock)).news,
         ),
+        keep=lambda: None,
         watch=lambda address: since_s or {} if address == BOB.visitor.address else {},
     )
 

@@ -72,7 +72,7 @@ class Admission:
         self._bans = list(bans)
         self.is_locked = False
         self.is_closed = False
-        self._closed_until_s: float | None = None
+        self.closed_until_s: float | None = None
 
     def ban(self, visitor: Visitor, now_s: float) -> Ban:
         """Keep out a browser for a day, and its address.
@@ -88,11 +88,11 @@ class Admission:
         """Close to guests until it opens by its hours the next time, or open again."""
         self.is_closed = is_closed
         opens = self._hours.opens_next(_at(now_s)) if is_closed else None
-        self._closed_until_s = None if opens is None else opens.timestamp()
+        self.closed_until_s = None if opens is None else opens.timestamp()
 
     def is_open(self, now_s: float) -> bool:
         """Whether guests are let in now."""
-        if self.is_closed and self._closed_until_s is not None and now_s >= self._closed_until_s:
+        if self.is_closed and self.closed_until_s is not None and now_s >= self.closed_until_s:
             self.is_closed = False
         return not self.is_closed and self._hours.is_open(_at(now_s))
 
@@ -101,7 +101,7 @@ class Admission:
         if self.is_open(now_s):
             return None
         if self.is_closed:
-            return self._closed_until_s
+            return self.closed_until_s
         opens = self._hours.opens_next(_at(now_s))
         return None if opens is None else opens.timestamp()
 

@@ -1,4 +1,4 @@
-"""The stop that anybody can press and that lasts, across turns, until it is released.
+"""The stop that anybody can press and that lasts until it is released.
 
 Each stop has a rising number, and a release names the stop that it is for. A release for an earlier
 stop, one that took too long to arrive, or one sent before somebody pressed again has no effect. A

@@ -1,4 +1,7 @@
-"""What the host has decided for everybody, until they decide otherwise or the server ends."""
+"""What the host has decided for everybody, until they decide otherwise.
+
+Message and muted people end with the server; the rest is kept (`kept_state`).
+"""
 
 from __future__ import annotations
 

@@ -18,6 +18,7 @@ from wax.session import names
 from wax.session.diagnosis import for_guests
 from wax.session.entry import Entry
 from wax.session.host_acts import SIGNED_OUT, HostActs
+from wax.session.kept_state import KeptState
 from wax.session.room_updates import RoomUpdates
 from wax.session.rooms import Rooms
 from wax.session.stop_presses import StopPresses
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from wax.rtc.peer import Peer
     from wax.session.announcements import Announcements
     from wax.session.host_decisions import HostDecisions
+    from wax.session.kept_state import KeptFile
     from wax.session.record_keeper import RecordKeeper
     from wax.session.tape_keeper import TapeKeeper
     from wax.session.viewer import Request, Viewer
@@ -89,6 +91,7 @@ class Room:
         network: Network,
         access: Access,
         decisions: HostDecisions,
+        kept: KeptFile,
         records: Records,
         cluster: Cluster,
         voices: Voices | None = None,
@@ -105,6 +108,8 @@ class Room:
         self._announcements = announcements
         self._control = control
         self._access = access
+        self._decisions = decisions
+        self._kept = kept
         self._stops = StopPresses(
             settings=settings.stop,
             clock=clock,
@@ -112,6 +117,7 @@ class Room:
             turns=turns,
             control=control,
             keeper=keeper,
+            keep=self._keep,
             watch=self._watches_from,
         )
         self._host_acts = HostActs(
@@ -165,6 +171,42 @@ class Room:
         self._looked_s = 0.0
         self._told_problem: Sentence | None = None
         self._checked_s = 0.0
+        self._take_over(kept.before)
+
+    # --- over a restart --------------------------------------------------------------------
+
+    def resume(self) -> None:
+        """Latch the stop that was in force when the last server ended, once there is a driver."""
+        before = self._kept.before
+        if in_force := before.model_dump(exclude_defaults=True):
+            _LOG.info("in force since before the restart", **in_force)
+        if before.stop is not None:
+            self._stops.press_again(before.stop)
+
+    def _take_over(self, kept: KeptState) -> None:
+        self._decisions.is_blanked = kept.is_blanked
+        self._decisions.are_voices_muted = kept.are_voices_muted
+        self._decisions.max_fraction = kept.max_fraction
+        self._access.admission.is_locked = kept.is_locked
+        self._access.admission.is_closed = kept.is_closed
+        self._access.admission.closed_until_s = kept.closed_until_s
+        if kept.is_held:
+            self._control.hold_queue(is_held=True)
+
+    def _keep(self) -> None:
+        admission, decisions = self._access.admission, self._decisions
+        self._kept.keep(
+            KeptState(
+                stop=self._stops.in_force,
+                is_held=self._turns.is_held,
+                is_blanked=decisions.is_blanked,
+                are_voices_muted=decisions.are_voices_muted,
+                max_fraction=decisions.max_fraction,
+                is_locked=admission.is_locked,
+                is_closed=admission.is_closed,
+                closed_until_s=admission.closed_until_s,
+            )
+        )
 
     # --- admission -------------------------------------------------------------------------
 
@@ -252,7 +294,10 @@ class Room:
         viewer.send(messages.Notice(text=self._tape.keep(self.viewer_role(viewer))))
 
     def viewer_acts(self, viewer: Viewer, act: messages.HostIn) -> None:
-        self._host_acts.handle(viewer, act)
+        try:
+            self._host_acts.handle(viewer, act)
+        finally:
+            self._keep()
 
     def viewer_stops(self, viewer: Viewer) -> None:
         with self._refusing(viewer):
@@ -316,7 +361,10 @@ class Room:
                 age_s = (self._clock.wall_ms() - act.wall_ms) / 1000
                 self._stops.release_from_house(self._clock.now_s() - age_s)
             case _:
-                self._host_acts.handle_from_house(act)
+                try:
+                    self._host_acts.handle_from_house(act)
+                finally:
+                    self._keep()
         self._viewers.changed()
 
     def _watches_from(self, address: str) -> dict[str, float]:

@@ -39,6 +39,7 @@ ONLY_THE_OPERATOR_STOPS: Final = Sentence("stop.only_operator")
 MUTED: Final = Sentence("stop.muted")
 HOST: Final = Sentence("by.host")
 FROM_ROOM: Final = Sentence("by.in_room")
+BEFORE: Final = Sentence("by.before")
 HOUSE: Final = Sentence("by.house")
 TOO_OFTEN: Final = Sentence("stop.too_often")
 
@@ -64,7 +65,8 @@ class PressingAddress:
 class StopPresses:
     """Checks requests to the stop latch.
 
-    `watch` returns who watches from an address, by identity, and since when.
+    `keep` hears of each change of the latch. `watch` returns who watches from an address, by
+    identity, and since when.
     """
 
     def __init__(
@@ -76,6 +78,7 @@ class StopPresses:
         turns: Turns,
         control: ControlLoop,
         keeper: RecordKeeper,
+        keep: Callable[[], None],
         watch: Callable[[str], Mapping[str, float]],
     ) -> None:
         self._settings = settings
@@ -84,6 +87,7 @@ class StopPresses:
         self._turns = turns
         self._control = control
         self._keeper = keeper
+        self._keep = keep
         self._watch = watch
         address = settings.max_per_minute_per_address
         self._most_known = max(1, min(MOST_KNOWN, address // 2))
@@ -91,6 +95,12 @@ class StopPresses:
         self._addresses = MinuteLimits(each=max(1, address - self._most_known), most=_MOST)
         self._pressers: dict[str, PressingAddress] = {}  # the newest last
         self._numbers = 0
+        self._in_force: StopRole | None = None
+
+    @property
+    def in_force(self) -> StopRole | None:
+        """The role of who pressed the stop in force; the host's, once they have pressed, too."""
+        return self._in_force
 
     def press(self, viewer: Viewer | None, *, is_host: bool) -> int:
         """Latch the stop before anything else; returns its number. Raises `ForbiddenError`.
@@ -101,38 +111,32 @@ class StopPresses:
         by = HOST if viewer is None else _named(viewer)
         if not (drives or is_host):
             self._check(None if viewer is None else viewer.visitor, by)
-        return self._press(viewer, by, is_host=is_host)
+        return self._press(viewer, by, self._role(viewer, is_host))
 
     def press_from_room(self, visitor: Visitor) -> int:
         """Do the same for somebody who watches in a room of the cluster."""
         self._check(visitor, FROM_ROOM)
-        return self._press(None, FROM_ROOM, is_host=False)
+        return self._press(None, FROM_ROOM, "observer")
 
     def press_from_house(self) -> int:
         """Do the same for the host's home automation, which says nothing of who presses there."""
-        number = self._control.press_stop(HOUSE, viewer=None, by_host=False)
-        self._keeper.stop_pressed(None, str(HOUSE), number, "house")
-        return number
+        return self._press(None, HOUSE, "house")
+
+    def press_again(self, role: StopRole) -> None:
+        """Latch the stop that was in force when the last server ended."""
+        self._press(None, {"host": HOST, "house": HOUSE}.get(role, BEFORE), role)
 
     def release(
         self, viewer: Viewer | None, stop: int, sent_s: float | None, *, is_host: bool
     ) -> None:
         """Release the stop with this number; raises `ForbiddenError` with the reason."""
         by: Releaser = "host" if is_host else None if viewer is None else viewer.number
-        refusal = self._control.release_stop(by, stop, sent_s)
-        if refusal is not None:
-            raise ForbiddenError(refusal.value)
-        name, role = str(HOST) if viewer is None else viewer.name, self._role(viewer, is_host)
-        self._keeper.stop_released(viewer, name, stop, role)
+        self._release(viewer, by, stop, sent_s, self._role(viewer, is_host))
 
     def release_from_house(self, sent_s: float) -> None:
         """Release the stop in force, as of when that was wanted; raises `ForbiddenError`."""
         stop = self._control.latched
-        number = 0 if stop is None else stop.number
-        refusal = self._control.release_stop("house", number, sent_s)
-        if refusal is not None:
-            raise ForbiddenError(refusal.value)
-        self._keeper.stop_released(None, str(HOUSE), number, "house")
+        self._release(None, "house", 0 if stop is None else stop.number, sent_s, "house")
 
     def pressers(self) -> list[PressingAddress]:
         """Return the addresses of the last ten minutes, and those that are ignored; newest first.
@@ -153,12 +157,25 @@ class StopPresses:
                 else:
                     self._decisions.muted_addresses.discard(one.address)
 
-    def _press(self, viewer: Viewer | None, by: Sentence, *, is_host: bool) -> int:
+    def _press(self, viewer: Viewer | None, by: Sentence, role: StopRole) -> int:
         number = self._control.press_stop(
-            by, viewer=None if viewer is None else viewer.number, by_host=is_host
+            by, viewer=None if viewer is None else viewer.number, by_host=role == "host"
         )
-        self._keeper.stop_pressed(viewer, str(by), number, self._role(viewer, is_host))
+        self._in_force = "host" if role == "host" else self._in_force or role
+        self._keep()
+        self._keeper.stop_pressed(viewer, str(by), number, role)
         return number
+
+    def _release(
+        self, viewer: Viewer | None, by: Releaser, stop: int, sent_s: float | None, role: StopRole
+    ) -> None:
+        refusal = self._control.release_stop(by, stop, sent_s)
+        if refusal is not None:
+            raise ForbiddenError(refusal.value)
+        self._in_force = None
+        self._keep()
+        name = str(HOUSE if by == "house" else HOST) if viewer is None else viewer.name
+        self._keeper.stop_released(viewer, name, stop, role)
 
     def _role(self, viewer: Viewer | None, is_host: bool) -> StopRole:
         if is_host:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import tomllib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from tests.commands.proof.robots import WheelSettings
 
-from wax.commands.proof.config_file import check, observed, tapped, write
+from wax.commands.proof.config_file import check, check_stop, observed, tapped, write
 from wax.commands.proof.observed import ObservedSettings
 from wax.config.settings import RobotSettings, Settings, parse
 from wax.errors import ConfigError
+from wax.session.kept_state import FILE, KeptState
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 HOSTS: dict[str, Any] = {
     "server": {"host": "0.0.0.0", "port": 80},
@@ -90,6 +94,13 @@ def test_a_robot_with_somebody_aboard_is_not_driven_for_a_proof() -> None:
     """It would drive them without their control; the host reads how to prove it all the same."""
     with pytest.raises(ConfigError, match="prove the stop of the empty robot"):
         check(parse(HOSTS | {"local": {"source": "serial"}}, "the host"))
+
+
+def test_a_robot_whose_stop_is_in_force_is_not_driven_for_a_proof(tmp_path: Path) -> None:
+    """Though no server runs."""
+    (tmp_path / FILE).write_text(KeptState(stop="host").model_dump_json())
+    with pytest.raises(ConfigError, match="release the Stop"):
+        check_stop(parse(HOSTS | {"server": {"state_dir": str(tmp_path)}}, "the host"))
 
 
 @pytest.mark.parametrize("driver", ["serial", "mine.robots:Robot"])

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax import __version__
 from wax.commands.proof import record
-from wax.commands.proof.config_file import check
+from wax.commands.proof.config_file import check, check_stop
 from wax.commands.proof.proof import Progress, Proof
 from wax.errors import ConfigError, StartError, reason_of
 from wax.sentence import Sentence
@@ -52,6 +52,8 @@ def prove_stop(
     if not 1 <= repeats <= MAX_REPEATS:
         raise ConfigError(f"--repeats: got {repeats}; allowed is a number from 1 to {MAX_REPEATS}")
     check(settings)
+    if not has_parent:  # which knows
+        check_stop(settings)
     if not confirm():
         raise ConfigError("nothing was moved: lift the wheels off the floor first")
     begun = datetime.now().astimezone()

@@ -6,6 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any, Final
 
 from wax.errors import ConfigError
+from wax.session.kept_state import KeptFile
 
 if TYPE_CHECKING:
     from wax.config.settings import Settings
@@ -28,6 +29,14 @@ def check(settings: Settings) -> None:
             "the robot is simulated, so there is nothing to prove;"
             " name the configuration of a real robot with --config FILE"
         )
+
+
+def check_stop(settings: Settings) -> None:
+    """Raise `ConfigError` where a Stop is in force, though no server runs."""
+    kept = KeptFile(settings.server.state_dir)
+    if kept.before.stop is not None:
+        why = " ".join(str(one) for one in kept.problems()) or "somebody has pressed Stop"
+        raise ConfigError(f"{why}; start wax and release the Stop on its page first")
 
 
 def tapped(settings: Settings, port: str, state: str) -> str:

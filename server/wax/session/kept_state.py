@@ -1,0 +1,160 @@
+"""What is in force when the server ends and must be when it is started again: a file.
+
+The Stop, and what the host has shut, blanked or limited. A restart after a fault asks nobody, so it
+must not release what somebody has ordered.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from typing import TYPE_CHECKING, Annotated, Final
+
+import structlog
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from wax import state_dir
+from wax.errors import StateError, reason_of
+from wax.named_file import read_bytes
+from wax.protocol.events import StopRole
+from wax.sentence import Sentence
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+_LOG = structlog.get_logger(__name__)
+
+FILE: Final = "in-force.json"
+_AGAIN_S: Final = 10.0
+"""What could not be written is tried again after this."""
+_CLOSE_S: Final = 0.5
+"""How long the end waits for a slow disk."""
+
+
+class KeptState(BaseModel):
+    """`stop` is the role of who pressed the Stop in force; the host's, once they have pressed, too.
+
+    `closed_until_s` is in seconds since 1970.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    stop: StopRole | None = None
+    is_held: bool = False
+    is_blanked: bool = False
+    are_voices_muted: bool = False
+    max_fraction: Annotated[float, Field(ge=0, le=1)] = 1.0
+    is_locked: bool = False
+    is_closed: bool = False
+    closed_until_s: float | None = None
+
+
+_DOUBT: Final = KeptState(stop="host", is_blanked=True, are_voices_muted=True)
+"""What counts as kept where a file says nothing: nobody drives, sees, hears or speaks."""
+
+
+class KeptFile:
+    """Keeps the newest state, in a thread: a disk may take longer than a Stop may.
+
+    `state_folder` as configured; `before` is what the last server kept.
+    """
+
+    def __init__(self, state_folder: str) -> None:
+        self._path: Path | None = None
+        self._unread = self._unwritten = ""
+        try:
+            self._path = state_dir.find(state_folder) / FILE
+        except StateError as error:
+            self._fail(error)
+        self.before = self._read()
+        self._kept: KeptState | None = None if self.before is _DOUBT else self.before
+        self._wanted = self.before
+        self._changed = threading.Event()
+        self._is_closing = False
+        self._thread = threading.Thread(target=self._run, name="kept state", daemon=True)
+
+    def problems(self) -> list[Sentence]:
+        """Return what the host is to know."""
+        told = []
+        if self._unread:
+            told.append(Sentence("kept.unread", {"why": self._unread}))
+        if self._unwritten:
+            told.append(Sentence("kept.unwritten", {"why": self._unwritten}))
+        return told
+
+    def start(self) -> None:
+        """Write from now on, what was wanted before, too."""
+        self._thread.start()
+
+    def keep(self, state: KeptState) -> None:
+        """Keep this from now on; returns at once."""
+        if state != self._wanted:
+            self._wanted = state
+            self._changed.set()
+
+    def close(self) -> None:
+        """Return when all is written, or the disk is too slow; safe to call twice."""
+        self._is_closing = True
+        self._changed.set()
+        if self._thread.is_alive():
+            self._thread.join(_CLOSE_S)
+
+    def _run(self) -> None:
+        while True:
+            self._changed.clear()  # first, so that what comes meanwhile is seen the next time
+            is_last, wanted = self._is_closing, self._wanted
+            if wanted != self._kept:
+                self._write(wanted)
+            if is_last:
+                return
+            self._changed.wait(_AGAIN_S if self._unwritten else None)
+
+    def _read(self) -> KeptState:
+        if self._path is None:
+            return KeptState()
+        try:
+            return KeptState.model_validate_json(read_bytes(self._path))
+        except (FileNotFoundError, NotADirectoryError):
+            return KeptState()
+        except (OSError, ValidationError) as error:
+            self._unread = f"{self._path}: {_reason_of(error)}"
+            _LOG.warning("a Stop counts as in force", error=self._unread)
+            return _DOUBT
+
+    def _write(self, state: KeptState) -> None:
+        """Replace the file at once and for good: who presses Stop may cut the power next."""
+        if self._path is None:
+            return
+        new = self._path.with_suffix(".new")
+        try:
+            state_dir.prepare(self._path.parent)
+            new.unlink(missing_ok=True)
+            with os.fdopen(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+                file.write(state.model_dump_json())
+                file.flush()
+                os.fsync(file.fileno())
+            new.replace(self._path)
+            _sync(self._path.parent)
+        except (OSError, StateError) as error:
+            self._kept = None  # it may have been replaced all the same
+            self._fail(error)
+        else:
+            self._kept, self._unwritten = state, ""
+
+    def _fail(self, error: OSError | StateError) -> None:
+        why = _reason_of(error)
+        if why != self._unwritten:
+            _LOG.warning("a Stop in force may end with the server", error=why)
+        self._unwritten = why
+
+
+def _reason_of(error: Exception) -> str:
+    return "it is damaged" if isinstance(error, ValidationError) else reason_of(error)
+
+
+def _sync(folder: Path) -> None:
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

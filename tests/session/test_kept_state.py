@@ -1,0 +1,161 @@
+"""What outlives the server, in real rooms that follow each other."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from structlog.testing import capture_logs
+from tests.session.test_room import FakePeer, Rig
+from tests.until import until
+
+from wax.control.stop_latch import LatchedStop
+from wax.protocol import messages
+from wax.session import entry as entry_module
+from wax.session import kept_state
+from wax.session.kept_state import FILE, KeptFile, KeptState
+from wax.session.stop_presses import BEFORE, HOST, HOUSE
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from wax.protocol.events import StopRole
+    from wax.sentence import Sentence
+
+
+@pytest.fixture(autouse=True)
+def _fake_peers(monkeypatch: pytest.MonkeyPatch) -> None:
+    FakePeer.made = []
+    monkeypatch.setattr(entry_module, "Peer", FakePeer)
+
+
+def started(folder: Path) -> Rig:
+    rig = Rig({"server": {"state_dir": str(folder)}})
+    rig.kept.start()
+    rig.room.resume()
+    return rig
+
+
+@pytest.mark.parametrize(
+    ("who", "by", "role"),
+    [
+        ({"house"}, HOUSE, "house"),
+        ({"guest"}, BEFORE, "observer"),
+        ({"guest", "host"}, HOST, "host"),
+    ],
+)
+async def test_a_stop_is_in_force_after_a_restart(
+    tmp_path: Path, who: set[str], by: Sentence, role: StopRole
+) -> None:
+    """As often as the server is started, for whoever may release it, and told to programs."""
+    rig = started(tmp_path)
+    assert rig.loop.latched is None
+    if "house" in who:
+        rig.room.house_acts(messages.Stop(type="stop"))
+    if "guest" in who:
+        (await rig.enter("bob-1111")).says(type="stop")
+    if "host" in who:
+        (await rig.enter("hedy-111", is_host=True)).says(type="stop")
+    for _ in range(2):
+        rig.kept.close()
+        rig = started(tmp_path)
+        assert rig.robot.told[-1] == "stop"
+        assert rig.loop.latched == LatchedStop(1, by, by_host=role == "host")
+        told = {"type": "stop.pressed", "stop": 1, "role": role, "name": None}
+        assert rig.heard.take() == [told]
+    host = await rig.enter("hedy-111", is_host=True)
+    host.says(type="release", stop=1, sent_server_ms=rig.clock.time_s * 1000, beat=host.beat)
+    rig.kept.close()
+    after = started(tmp_path)
+    after.kept.close()
+    assert after.loop.latched is None
+
+
+@pytest.mark.parametrize(
+    ("act", "is_so"),
+    [
+        ({"type": "blank", "blanked": True}, lambda rig: rig.decisions.is_blanked),
+        ({"type": "mute_voices", "muted": True}, lambda rig: rig.decisions.are_voices_muted),
+        ({"type": "limit_speed", "fraction": 0.25}, lambda rig: rig.decisions.max_fraction == 0.25),
+        ({"type": "hold_queue", "held": True}, lambda rig: rig.turns.is_held),
+        ({"type": "lock", "locked": True}, lambda rig: rig.access.admission.is_locked),
+        ({"type": "close", "closed": True}, lambda rig: not rig.access.is_open),
+    ],
+    ids=lambda act: act["type"] if isinstance(act, dict) else "",
+)
+async def test_so_is_what_the_host_has_shut_or_limited(
+    tmp_path: Path, act: dict[str, Any], is_so: Callable[[Rig], bool]
+) -> None:
+    """Nobody is there to do it again."""
+    rig = started(tmp_path)
+    assert not is_so(rig)
+    (await rig.enter("hedy-111", is_host=True)).says(**act)
+    rig.kept.close()
+    after = started(tmp_path)
+    after.kept.close()
+    assert is_so(after)
+
+
+def kept(folder: Path) -> KeptFile:
+    file = KeptFile(str(folder))
+    file.start()
+    return file
+
+
+def test_it_is_written_at_once(tmp_path: Path) -> None:
+    """A server that is killed closes nothing."""
+    file = kept(tmp_path / "new")
+    file.keep(KeptState(stop="host"))
+    until(lambda: KeptFile(str(tmp_path / "new")).before.stop == "host")
+    file.close()
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b'{"stop": "somebody"}', b'{"max_fraction": 9}'])
+def test_a_file_that_says_nothing_counts_as_a_stop(tmp_path: Path, content: bytes) -> None:
+    """The host's, and nobody sees anything, until it is mended by what is wanted next."""
+    (tmp_path / FILE).write_bytes(content)
+    with capture_logs() as logs:
+        file = kept(tmp_path)
+    assert [line["log_level"] for line in logs] == ["warning"]
+    doubt = KeptState(stop="host", is_blanked=True, are_voices_muted=True)
+    assert file.before == doubt
+    assert [one.code for one in file.problems()] == ["kept.unread"]
+    until(lambda: not KeptFile(str(tmp_path)).problems())
+    assert KeptFile(str(tmp_path)).before == doubt
+    file.keep(KeptState())
+    file.close()
+    assert KeptFile(str(tmp_path)).before == KeptState()
+
+
+def test_what_cannot_be_written_is_told_of_and_tried_again(tmp_path: Path) -> None:
+    """Once; a folder that cannot be made held nothing."""
+    (tmp_path / "file").write_text("")
+    with capture_logs() as logs:
+        file = kept(tmp_path / "file" / "wax")
+        assert file.before == KeptState()
+        file.keep(KeptState(stop="observer"))
+        until(lambda: [one.code for one in file.problems()] == ["kept.unwritten"])
+        file.keep(KeptState(stop="host"))
+        (tmp_path / "file").unlink()
+        file.close()
+    assert ([line["log_level"] for line in logs], file.problems()) == (["warning"], [])
+    assert KeptFile(str(tmp_path / "file" / "wax")).before.stop == "host"
+
+
+def test_what_may_have_been_written_is_written_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Back to what the file said before a write that failed at its very end."""
+    file = kept(tmp_path)
+    monkeypatch.setattr(kept_state, "_sync", _fail)
+    file.keep(KeptState(stop="host"))
+    until(file.problems)
+    monkeypatch.undo()
+    file.keep(KeptState())
+    file.close()
+    assert KeptFile(str(tmp_path)).before == KeptState()
+
+
+def _fail(_: Path) -> None:
+    raise OSError(5, "Input/output error")
