@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import av
 import pytest
+import tomlkit
 
 from e2e.harness import toml
 from e2e.harness.commands import replayed
@@ -30,7 +31,9 @@ FRAME_MS: Final = 40.0
 """A picture stands for that long where none is left out."""
 ROUNDED_MS: Final = 2.0
 """A picture's stamp and its time in WebM are whole milliseconds."""
-RECORDING: Final = toml.card_with(recording="enabled = true\nmin_free_gb = 0.0\nnames = true")
+RECORDING: Final = tomlkit.dumps(
+    toml.merged(toml.MEDIA, {"recording": {"enabled": True, "min_free_gb": 0.0, "names": True}})
+)
 
 
 def times_ms(media: Path) -> list[float]:
