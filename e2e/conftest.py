@@ -189,7 +189,6 @@ async def open_viewer(
             await viewer.sees_picture()
             if drives:
                 await viewer.takes_the_wheel()
-            leaving.push_async_callback(viewer.leaves_the_wheel)  # the next test need not wait
             return viewer
 
         yield open_one

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
 
-SERVER_SETTINGS = toml.CARD
+SERVER_SETTINGS = toml.FEW_PICTURES
 
 OWN, BROWSER = "WAX's own", "the browser's"
 FALLS_BACK_WITHIN_MS = 300.0

@@ -8,7 +8,6 @@ from statistics import median
 from typing import TYPE_CHECKING
 
 import pytest
-import tomlkit
 
 from e2e.delay.readings import Sound
 from e2e.harness import probe, toml
@@ -65,9 +64,9 @@ async def test_a_chosen_delay_is_followed_by_both_streams(
 ) -> None:
     """Sound and picture wait as long as `audio_delay_ms` says, ± 40 ms, and stay in step."""
     # The device's own delay is on top of it: as shipped, 500 ms is as long as a picture waits.
-    chosen = {"player": "browser", "audio_delay_ms": float(delay_ms), "max_holdback_ms": 700.0}
-    settings = toml.merged(toml.MEDIA, {"sync": {"observer": chosen}})
-    async with serve(tmp_path, tomlkit.dumps(settings)) as server:
+    chosen = f'player = "browser"\naudio_delay_ms = {delay_ms}.0\nmax_holdback_ms = 700.0'
+    settings = toml.card_with(sync__observer=chosen)
+    async with serve(tmp_path, settings) as server:
         viewer = await open_viewer(server)
         await viewer.listen()
         measured = ""
@@ -107,7 +106,7 @@ async def test_timing_is_switched_while_watching(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
     """Timing and role change policy and hold-back at once: no new peer, black picture or gap."""
-    settings = toml.card_with(sync__observer="audio_delay_ms = 200.0")
+    settings = f"{toml.FEW_PICTURES}[sync.observer]\naudio_delay_ms = 200.0"
     async with serve(tmp_path, settings) as server:
         viewer = await open_viewer(server)
         await viewer.listen()

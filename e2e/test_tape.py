@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import av
 import pytest
-import tomlkit
 
 from e2e.harness import toml
 from e2e.harness.commands import replayed
@@ -31,9 +30,7 @@ FRAME_MS: Final = 40.0
 """A picture stands for that long where none is left out."""
 ROUNDED_MS: Final = 2.0
 """A picture's stamp and its time in WebM are whole milliseconds."""
-RECORDING: Final = tomlkit.dumps(
-    toml.merged(toml.MEDIA, {"recording": {"enabled": True, "min_free_gb": 0.0, "names": True}})
-)
+RECORDING: Final = toml.card_with(recording="enabled = true\nmin_free_gb = 0.0\nnames = true")
 
 
 def times_ms(media: Path) -> list[float]:

@@ -34,10 +34,11 @@ def as_shipped() -> dict[str, Any]:
 
 
 MEDIA: dict[str, Any] = {"video": {"source": "testcard"}, "audio": {"source": "testcard"}}
+CARD = tomlkit.dumps(MEDIA)
 """Picture and sound that can be read back; everything else as shipped."""
 
-BRIEF_GRACE = "grace_s = 3.0"
-"""A viewer who closes their page is forgotten soon, yet one whom a busy machine stalls keeps it."""
+BRIEF_GRACE = "grace_s = 0.5"
+"""A viewer who closes their page is forgotten soon, so the next test need not wait their turn."""
 
 
 def card_with(**sections: str) -> str:
@@ -71,5 +72,5 @@ def merged(*trees: Mapping[str, Any]) -> dict[str, Any]:
     return result
 
 
-CARD = tomlkit.dumps(merged(MEDIA, {"video": {"fps": 10.0}}))
-"""The same where no pictures are counted: drawing 30 a second leaves a small machine no time."""
+FEW_PICTURES = tomlkit.dumps(merged(MEDIA, {"video": {"fps": 10.0}}))
+"""The same where the sound is judged: drawing pictures leaves a small machine no time for it."""

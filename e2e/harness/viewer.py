@@ -158,13 +158,6 @@ class Viewer:
         await self.join()
         await self.drives(within_s)
 
-    async def leaves_the_wheel(self) -> None:
-        """Leave queue or turn, if the page is still there and has such a button."""
-        leave = self.page.get_by_role("button", name=LEAVE)
-        with suppress(Error):
-            if await leave.is_visible():
-                await leave.click(timeout=1000)
-
     async def says_connected(self) -> bool:
         """Return the page's status of the connection."""
         text = await self.page.get_by_role("status").first.inner_text()
