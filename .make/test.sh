@@ -75,10 +75,8 @@ stage "what starts processes" started
 stage "the deadlines of processes and lines" deadlines
 if [ "$what" = all ]; then
     stage "the branches" sh .make/suite.sh coverage
-    # Five viewers, not 41: a slow machine rightly serves no more than it can.
-    stage "each kind of link, briefly" delay --long --only instrument "same-machine/*[!s]" same-machine/thesis \
-        crowds/same-machine/operator/5-viewers wireless-1m/operator modem-56k/thesis step-down/operator \
-        first-picture/internet-5m input/key mute
+    stage "each kind of link, briefly" delay --only instrument "same-machine/*" wireless-1m/operator \
+        modem-56k/thesis step-down/operator first-picture/internet-5m input/key mute
 fi
 [ $status = 0 ] || say "something failed, see above; the tests in browsers follow"
 stage "the browsers" python_tests "not system$short" e2e

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 RATE_HZ: Final = 10_000.0
 """What is offered; the viewer's budget holds back the rest."""
-LEAST_HZ: Final = 250.0
-"""What must really have been sent: five times what a page sends, which any machine takes."""
+LEAST_HZ: Final = 500.0
+"""What must really have been sent, ten times what a page sends."""
 WAYS: Final = ("operator, channel", "operator, HTTP", "observer, channel", "observer, HTTP")
 _TICK_S: Final = 0.005
 _MAX_WAITING_BYTES: Final = 256

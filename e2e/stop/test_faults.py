@@ -92,7 +92,7 @@ def _trials(fault: Fault) -> int:
 @pytest.mark.parametrize("key", ["stop-in-flood", "stop-in-flood: own"])
 async def test_stop_is_heard_in_a_flood(key: str) -> None:
     """The flood is one that a shared machine can carry; in another the flooder's own waits."""
-    weak = replace(BY_KEY[key], prop=partial(flooded, rate_hz=300.0))
+    weak = replace(BY_KEY[key], prop=partial(flooded, rate_hz=3000.0))
     assert_met(await measure(weak, 4, load=LIGHT))
 
 
