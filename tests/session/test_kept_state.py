@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+    from wax.house.commands import HouseAct
     from wax.protocol.events import StopRole
     from wax.sentence import Sentence
 
@@ -30,8 +31,8 @@ def _fake_peers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(entry_module, "Peer", FakePeer)
 
 
-def started(folder: Path) -> Rig:
-    rig = Rig({"server": {"state_dir": str(folder)}})
+def started(folder: Path, **tables: Any) -> Rig:
+    rig = Rig({"server": {"state_dir": str(folder)}, **tables})
     rig.kept.start()
     rig.room.resume()
     return rig
@@ -95,6 +96,35 @@ async def test_so_is_what_the_host_has_shut_or_limited(
     after = started(tmp_path)
     after.kept.close()
     assert is_so(after)
+
+
+@pytest.mark.parametrize(
+    "act",
+    [
+        messages.Close(type="close", closed=True),
+        messages.HoldQueue(type="hold_queue", held=True),
+        messages.Blank(type="blank", blanked=True),
+    ],
+)
+async def test_so_is_what_the_home_automation_has(tmp_path: Path, act: HouseAct) -> None:
+    """As if the host had."""
+    rig = started(tmp_path)
+    rig.room.house_acts(act)
+    rig.kept.close()
+    is_kept = KeptFile(str(tmp_path)).before
+    assert is_kept.is_closed or is_kept.is_held or is_kept.is_blanked
+
+
+async def test_closed_for_the_day_it_opens_when_it_would_have(tmp_path: Path) -> None:
+    """By its hours."""
+    hours = {"hours": ["mon-sun 10:00-11:00"]}
+    rig = started(tmp_path, access=hours)
+    (await rig.enter("hedy-111", is_host=True)).says(type="close", closed=True)
+    opens_s = rig.access.admission.closed_until_s
+    rig.kept.close()
+    after = started(tmp_path, access=hours)
+    after.kept.close()
+    assert after.access.admission.closed_until_s == opens_s is not None
 
 
 def kept(folder: Path) -> KeptFile:
