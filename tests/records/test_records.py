@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import signal
 import sqlite3
@@ -18,6 +19,7 @@ import pytest
 import structlog
 from tests.turned_clock import TurnedClock
 
+from wax import state_dir
 from wax.clock import SystemClock
 from wax.config.settings import RecordSettings
 from wax.records import schema, writer
@@ -162,6 +164,21 @@ def test_what_lasts_is_known_again(path: Path) -> None:
     assert tuple(sorted(lasting.bans, key=lambda ban: ban.identity)) == bans
     assert lasting.invited == (Invited("i1", "ada", "queue", until_s),)
     assert lasting.host_cookies == (HostCookie("h1", until_s),)
+
+
+def test_bans_hold_where_nothing_can_be_written(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As where the file belongs to another user, who ran the server once."""
+    ban = Ban("troll", "192.0.2.7", time.time_ns() // 1_000_000_000 + 3600.0)
+    with writing(path) as records:
+        records.keep_ban(ban)
+
+    def refuse(_: Path) -> None:
+        raise PermissionError(errno.EPERM, "Operation not permitted")
+
+    monkeypatch.setattr(state_dir, "make_private", refuse)
+    assert load_lasting(path, SystemClock()).bans == (ban,)
 
 
 def test_what_is_old_is_dropped(path: Path) -> None:
@@ -321,6 +338,7 @@ def test_what_is_on_its_way_is_counted(path: Path, monkeypatch: pytest.MonkeyPat
 
 _FULL = """
 import resource, sys, time
+from wax import state_dir
 from wax.clock import SystemClock
 from wax.config.settings import RecordSettings
 from wax.records import writer
@@ -367,6 +385,7 @@ def test_a_full_disk_costs_nothing_that_fits_in_memory(path: Path) -> None:
 _ENDLESS = """
 import sys, time
 from pathlib import Path
+from wax import state_dir
 from wax.clock import SystemClock
 from wax.records.entries import RecordedPerson
 from wax.records.opening import load_lasting

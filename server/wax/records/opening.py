@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sqlite3
-from contextlib import closing
 from typing import TYPE_CHECKING, Final
 
 import structlog
@@ -66,13 +65,11 @@ def load_lasting(path: Path, clock: Clock) -> Lasting:
 
 def _load(path: Path, clock: Clock) -> Lasting:
     try:
-        with closing(record_file.open_for_writing(path)):
-            rows = record_file.read_lasting(path)
-    except sqlite3.Error as error:
-        if not record_file.is_damage(error):
-            raise
-        record_file.move_aside(path, clock.wall_ms())
-        rows = record_file.read_lasting(path)
+        record_file.open_for_writing(path).close()
+    except (sqlite3.Error, OSError) as error:
+        if record_file.is_damage(error):
+            record_file.move_aside(path, clock.wall_ms())
+    rows = record_file.read_lasting(path)  # bans hold where nothing can be written, too
     return Lasting(
         bans=tuple(Ban(who, where, ms / 1000) for who, where, ms in rows["bans"]),
         invited=tuple(Invited(one, who, why, ms / 1000) for one, who, why, ms in rows["invited"]),
