@@ -525,6 +525,8 @@ class Room:
                     viewer.peer.abandon()
                     continue
             if viewer.is_ready and silence_s > self._lost_after_s(viewer):
+                if not self._turns.is_lost(viewer.number):
+                    _LOG.info("viewer silent", viewer=viewer.number, for_s=round(silence_s, 1))
                 self._control.lost(viewer.number)
             elif viewer.is_ready and self._turns.is_lost(viewer.number):
                 self._control.returned(viewer.number)

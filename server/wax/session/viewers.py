@@ -87,7 +87,9 @@ class Viewers:
     def turn_events(self, events: tuple[TurnEvent, ...]) -> None:
         """Follow the turns: change policies with the roles, and inform everybody."""
         for event in events:
-            _LOG.info("turn", what=type(event).__name__, number=getattr(event, "number", None))
+            why = event.why.value if isinstance(event, TurnEnded) else None
+            number = getattr(event, "number", None)
+            _LOG.info("turn", what=type(event).__name__, number=number, why=why)
             if isinstance(event, TurnEnded) and event.why in _TOLD:
                 self._tell(event.operator, _TOLD[event.why])
             elif isinstance(event, PlaceLost) and event.why is not None:
