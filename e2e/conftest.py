@@ -128,8 +128,7 @@ def serve(pytestconfig: pytest.Config) -> Serve:
 async def card_server(
     serve: Serve, tmp_path_factory: pytest.TempPathFactory
 ) -> AsyncIterator[Server]:
-    settings = toml.card_with(turns=toml.BRIEF_GRACE)
-    async with serve(tmp_path_factory.mktemp("card"), settings) as running:
+    async with serve(tmp_path_factory.mktemp("card"), toml.CARD) as running:
         yield running
 
 
@@ -189,6 +188,7 @@ async def open_viewer(
             await viewer.sees_picture()
             if drives:
                 await viewer.takes_the_wheel()
+            leaving.push_async_callback(viewer.leaves)  # the next test need not wait their turn
             return viewer
 
         yield open_one

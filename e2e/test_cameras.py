@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from e2e.harness.viewer import Viewer
 
 SERVER_SETTINGS = f"""{toml.CARD}
-[turns]
-{toml.BRIEF_GRACE}
 [[camera]]
 name = "Door"
 source = "testcard"

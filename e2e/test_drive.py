@@ -211,7 +211,7 @@ async def test_keys_that_are_nobodys_commands_move_nothing(
 HANG: Final = "() => { const end = Date.now() + 2500; while (Date.now() < end); }"
 
 
-@pytest.mark.parametrize("leave", ["another address", "a closed tab", "a script that hangs"])
+@pytest.mark.parametrize("leave", ["another address", "a script that hangs", "a closed tab"])
 async def test_who_leaves_the_page_stops(server: Server, driver: Viewer, leave: str) -> None:
     """A link, a closed tab or a page that hangs while a key is held: the robot stands."""
     await turn_by_key(server, driver)
@@ -224,3 +224,7 @@ async def test_who_leaves_the_page_stops(server: Server, driver: Viewer, leave: 
         assert await stands_still(server)
         await leaving
     assert await stands_still(server)
+    if leave == "another address":
+        await driver.page.go_back()
+        await driver.drives()  # but the robot still stands
+        assert not await moves(server, within_s=0.5)

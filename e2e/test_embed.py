@@ -57,7 +57,7 @@ async def sites(*ports: int) -> AsyncIterator[dict[str, str]]:
 
 def allowing(port: int) -> str:
     """Return the configuration of a robot that this port's site may show."""
-    return toml.card_with(page=f'embed_on = ["http://localhost:{port}"]', turns=toml.BRIEF_GRACE)
+    return toml.card_with(page=f'embed_on = ["http://localhost:{port}"]')
 
 
 async def line(server: Server) -> str:

@@ -44,7 +44,7 @@ BY_ITSELF_S = 3.0
 """A page's own timer ends a step and a click; how soon is asked of a clock that is turned."""
 
 
-SERVER_SETTINGS = toml.card_with(turns=toml.BRIEF_GRACE, drive="click_to_move = true")
+SERVER_SETTINGS = toml.card_with(drive="click_to_move = true")
 
 
 async def travel_px(viewer: Viewer) -> float:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
 
-SERVER_SETTINGS = toml.card_with(turns=f"turn_s = 3.0\n{toml.BRIEF_GRACE}")
+SERVER_SETTINGS = toml.card_with(turns="turn_s = 3.0")
 
 
 async def person(open_viewer: OpenViewer, server: Server, name: str) -> Viewer:

@@ -37,7 +37,7 @@ TROLLS: Final = "192.0.2.66"
 """Addresses for documentation (RFC 5737)."""
 
 SERVER_SETTINGS: Final = toml.card_with(
-    server='trusted_proxies = ["127.0.0.1"]', turns=toml.BRIEF_GRACE, log='level = "debug"'
+    server='trusted_proxies = ["127.0.0.1"]', log='level = "debug"'
 )
 
 

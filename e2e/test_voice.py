@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from e2e.harness.server import Server
     from e2e.measure.ear import Ear
 
-ROBOT = f"""
+ROBOT = """
 [video]
 source = "testcard"
 fps = 10.0
@@ -37,8 +37,6 @@ fps = 10.0
 source = "robot"
 [voice]
 speaker = "robot"
-[turns]
-{toml.BRIEF_GRACE}
 """
 """The simulated robot, whose microphone hears its speaker; few pictures, since sound is judged."""
 SPOKEN_S = 12.0
@@ -71,7 +69,7 @@ async def talking(
 @pytest_asyncio.fixture(loop_scope="session")
 async def server(serve: Serve, tmp_path: Path) -> AsyncIterator[Server]:
     speaker = f'speaker = "{tmp_path / "said.wav"}"'
-    async with serve(tmp_path, toml.card_with(voice=speaker, turns=toml.BRIEF_GRACE)) as running:
+    async with serve(tmp_path, toml.card_with(voice=speaker)) as running:
         yield running
 
 

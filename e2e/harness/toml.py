@@ -37,9 +37,6 @@ MEDIA: dict[str, Any] = {"video": {"source": "testcard"}, "audio": {"source": "t
 CARD = tomlkit.dumps(MEDIA)
 """Picture and sound that can be read back; everything else as shipped."""
 
-BRIEF_GRACE = "grace_s = 0.5"
-"""A viewer who closes their page is forgotten soon, so the next test need not wait their turn."""
-
 
 def card_with(**sections: str) -> str:
     """Add tables to the test card, as ``turns="turn_s = 3.0"``; ``__`` in a name is a dot."""

@@ -158,6 +158,13 @@ class Viewer:
         await self.join()
         await self.drives(within_s)
 
+    async def leaves(self) -> None:
+        """Leave turn or queue, if the page is still there and has such a button."""
+        leave = self.page.get_by_role("button", name=LEAVE)
+        with suppress(Error):
+            if await leave.is_visible():
+                await leave.click(timeout=1000)
+
     async def says_connected(self) -> bool:
         """Return the page's status of the connection."""
         text = await self.page.get_by_role("status").first.inner_text()
