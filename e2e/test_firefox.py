@@ -63,11 +63,16 @@ async def test_firefox_shows_sounds_and_drives(
         serve(tmp_path, toml.CARD) as server,
         opened(server, tmp_path, needed(ear)) as window,
     ):
-        cards = await window.evaluate("waxProbe.cards(40)")
-        valid = [card for card in cards if card["valid"]]
-        assert len(valid) >= 36
-        assert valid[-1]["stamp_ms"] - valid[0]["stamp_ms"] > 1000
-        assert median(card["age_ms"] for card in valid) < LIVE_MS
+
+        async def is_live() -> bool:
+            cards = await window.evaluate("waxProbe.cards(40)")
+            valid = [card for card in cards if card["valid"]]
+            assert len(valid) >= 36
+            assert valid[-1]["stamp_ms"] - valid[0]["stamp_ms"] > 1000
+            return median(card["age_ms"] for card in valid) < LIVE_MS
+
+        # After a start on a busy machine Firefox holds pictures back for some seconds.
+        await eventually(is_live, "the picture is live")
 
         # Where the picture has it the server begins with little and goes by what it is told; the
         # sound has it too since some version after 140.
