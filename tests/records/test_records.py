@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import json
+import os
 import signal
 import sqlite3
 import subprocess
@@ -23,7 +24,7 @@ from wax import state_dir
 from wax.clock import SystemClock
 from wax.config.settings import RecordSettings
 from wax.records import schema, writer
-from wax.records.entries import Ban, HostCookie, Invited, LinkSummary, RecordedPerson
+from wax.records.entries import Ban, HostCookie, Invited, Lasting, LinkSummary, RecordedPerson
 from wax.records.file import open_for_reading
 from wax.records.opening import load_lasting, open_records
 from wax.records.records import Records
@@ -166,19 +167,23 @@ def test_what_lasts_is_known_again(path: Path) -> None:
     assert lasting.host_cookies == (HostCookie("h1", until_s),)
 
 
+@pytest.mark.parametrize("is_folder_ours", [True, False])
 def test_bans_hold_where_nothing_can_be_written(
-    path: Path, monkeypatch: pytest.MonkeyPatch
+    path: Path, monkeypatch: pytest.MonkeyPatch, *, is_folder_ours: bool
 ) -> None:
-    """As where the file belongs to another user, who ran the server once."""
+    """In a file that belongs to another user, and on a disk that has become read-only."""
     ban = Ban("troll", "192.0.2.7", time.time_ns() // 1_000_000_000 + 3600.0)
     with writing(path) as records:
         records.keep_ban(ban)
+    files = sorted(path.parent.iterdir())
 
     def refuse(_: Path) -> None:
         raise PermissionError(errno.EPERM, "Operation not permitted")
 
     monkeypatch.setattr(state_dir, "make_private", refuse)
-    assert load_lasting(path, SystemClock()).bans == (ban,)
+    monkeypatch.setattr("os.access", lambda *_: is_folder_ours)
+    assert opened(path).lasting.bans == (ban,)
+    assert sorted(path.parent.iterdir()) == files
 
 
 def test_what_is_old_is_dropped(path: Path) -> None:
@@ -230,7 +235,13 @@ def test_a_damaged_file_is_set_aside(path: Path) -> None:
     assert [line["file"] for line in logs if "set aside" in line["event"]] == [str(aside)]
 
 
-def test_damage_while_it_runs_keeps_the_bans(path: Path) -> None:
+def test_a_pipe_keeps_no_server_from_starting(path: Path) -> None:
+    os.mkfifo(path)
+    assert load_lasting(path, SystemClock()) == Lasting()
+
+
+@pytest.mark.parametrize("table", ["acts", "host_cookies"])
+def test_damage_to_a_table_keeps_the_bans(path: Path, table: str) -> None:
     """What must last goes over into the new file, as far as it can be read."""
     until_s = time.time_ns() // 1_000_000_000 + 3600.0
     ban = Ban("troll", "192.0.2.7", until_s)
@@ -239,7 +250,8 @@ def test_damage_while_it_runs_keeps_the_bans(path: Path) -> None:
         for number in range(200):
             records.host_act(HOST, "announce", detail=str(number).ljust(150, "."))
     with closing(sqlite3.connect(path)) as file:
-        (page,) = file.execute("SELECT rootpage FROM sqlite_master WHERE name = 'acts'").fetchone()
+        asked = "SELECT rootpage FROM sqlite_master WHERE name = ?"
+        (page,) = file.execute(asked, (table,)).fetchone()
         (size,) = file.execute("PRAGMA page_size").fetchone()
     with path.open("r+b") as raw:
         raw.seek((page - 1) * size)
@@ -338,7 +350,6 @@ def test_what_is_on_its_way_is_counted(path: Path, monkeypatch: pytest.MonkeyPat
 
 _FULL = """
 import resource, sys, time
-from wax import state_dir
 from wax.clock import SystemClock
 from wax.config.settings import RecordSettings
 from wax.records import writer
@@ -385,7 +396,6 @@ def test_a_full_disk_costs_nothing_that_fits_in_memory(path: Path) -> None:
 _ENDLESS = """
 import sys, time
 from pathlib import Path
-from wax import state_dir
 from wax.clock import SystemClock
 from wax.records.entries import RecordedPerson
 from wax.records.opening import load_lasting

@@ -47,9 +47,13 @@ def open_for_writing(path: Path) -> sqlite3.Connection:
     return file
 
 
-def open_for_reading(path: Path) -> sqlite3.Connection:
-    """Open a file that may be written meanwhile; raises `sqlite3.Error`."""
-    return sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=BUSY_S)
+def open_for_reading(path: Path, *, is_ours: bool = True) -> sqlite3.Connection:
+    """Open a file that may be written meanwhile; raises `sqlite3.Error`.
+
+    Where it is not ours to write, without the log and the locks, which would need files beside it.
+    """
+    how = "mode=ro" if is_ours else "mode=ro&immutable=1"
+    return sqlite3.connect(f"{path.resolve().as_uri()}?{how}", uri=True, timeout=BUSY_S)
 
 
 def is_damage(error: Exception) -> bool:
@@ -78,9 +82,13 @@ def move_aside(path: Path, now_ms: int) -> None:
                 file.execute(f"INSERT OR REPLACE INTO {table} VALUES ({marks})", row)
 
 
-def read_lasting(path: Path) -> Rows:
-    """Return the rows that must last; raises `sqlite3.Error`."""
-    with closing(open_for_reading(path)) as file:
+def read_lasting(path: Path, *, is_ours: bool = True) -> Rows:
+    """Return the rows that must last; raises `sqlite3.Error` or `schema.NotOursError`.
+
+    Where the file is not ours to write, without those that its log alone has.
+    """
+    with closing(open_for_reading(path, is_ours=is_ours)) as file:
+        schema.check(file)
         return {
             table: file.execute(f"SELECT * FROM {table}").fetchall() for table in schema.LASTING
         }

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import sqlite3
+from contextlib import closing
 from typing import TYPE_CHECKING, Final
 
 import structlog
 
 from wax import state_dir
 from wax.errors import StateError
+from wax.named_file import check
 from wax.records import file as record_file
 from wax.records import schema
 from wax.records.entries import Ban, HostCookie, Invited, Lasting
@@ -27,18 +29,19 @@ FILE: Final = "records.db"
 
 
 def open_records(settings: RecordSettings, state: str, clock: Clock) -> Records:
-    """Open the records; if that fails, with a warning, none.
+    """Open the records; where they cannot be kept, with a warning, with what is in force alone.
 
     `state` is the configured folder for what outlives the server.
     """
     if not settings.enabled:
         return Records(clock)
+    path = None
     try:
         path = where(settings, state)
         state_dir.prepare(path.parent)
     except StateError as error:
         _LOG.warning("nothing is recorded", error=str(error))
-        return Records(clock)
+        return Records(clock, Lasting() if path is None else load_lasting(path, clock))
     writer = RecordWriter(path, keep_days=settings.keep_days, clock=clock)
     return Records(clock, load_lasting(path, clock), writer)
 
@@ -65,11 +68,14 @@ def load_lasting(path: Path, clock: Clock) -> Lasting:
 
 def _load(path: Path, clock: Clock) -> Lasting:
     try:
-        record_file.open_for_writing(path).close()
+        with closing(record_file.open_for_writing(path)):
+            rows = record_file.read_lasting(path)
     except (sqlite3.Error, OSError) as error:
-        if record_file.is_damage(error):
+        is_damaged = record_file.is_damage(error)
+        if is_damaged:
             record_file.move_aside(path, clock.wall_ms())
-    rows = record_file.read_lasting(path)  # bans hold where nothing can be written, too
+        check(path)
+        rows = record_file.read_lasting(path, is_ours=is_damaged)
     return Lasting(
         bans=tuple(Ban(who, where, ms / 1000) for who, where, ms in rows["bans"]),
         invited=tuple(Invited(one, who, why, ms / 1000) for one, who, why, ms in rows["invited"]),

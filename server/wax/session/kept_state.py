@@ -7,7 +7,6 @@ must not release what somebody has ordered.
 from __future__ import annotations
 
 import os
-import sys
 import threading
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -19,9 +18,6 @@ from wax.errors import StateError, reason_of
 from wax.named_file import read_bytes
 from wax.protocol.events import StopRole
 from wax.sentence import Sentence
-
-if sys.platform != "win32":
-    import fcntl
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -71,9 +67,8 @@ class KeptFile:
         except StateError as error:
             self._fail(error)
         self.before = self._read()
-        self._kept: KeptState | None = None
+        self._kept: KeptState | None = None if self.before is _DOUBT else self.before
         self._wanted = self.before
-        self._folder: int | None = None
         self._changed = threading.Event()
         self._is_closing = False
         self._thread = threading.Thread(target=self._run, name="kept state", daemon=True)
@@ -88,7 +83,7 @@ class KeptFile:
         return told
 
     def start(self) -> None:
-        """Write from now on, at once what is in force now: what keeps the disk from it is told."""
+        """Write from now on, what was wanted before, too."""
         self._thread.start()
 
     def keep(self, state: KeptState) -> None:
@@ -111,7 +106,6 @@ class KeptFile:
             if wanted != self._kept:
                 self._write(wanted)
             if is_last:
-                self._let_go()
                 return
             self._changed.wait(_AGAIN_S if self._unwritten else None)
 
@@ -133,26 +127,19 @@ class KeptFile:
             return
         new = self._path.with_suffix(".new")
         try:
-            if self._folder is None:
-                self._folder = _locked(state_dir.prepare(self._path.parent))
+            state_dir.prepare(self._path.parent)
             new.unlink(missing_ok=True)
             with os.fdopen(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
                 file.write(state.model_dump_json())
                 file.flush()
                 os.fsync(file.fileno())
             new.replace(self._path)
-            os.fsync(self._folder)
+            _sync(self._path.parent)
         except (OSError, StateError) as error:
             self._kept = None  # it may have been replaced all the same
-            self._let_go()
             self._fail(error)
         else:
             self._kept, self._unwritten = state, ""
-
-    def _let_go(self) -> None:
-        if self._folder is not None:
-            os.close(self._folder)
-        self._folder = None
 
     def _fail(self, error: OSError | StateError) -> None:
         why = _reason_of(error)
@@ -165,15 +152,9 @@ def _reason_of(error: Exception) -> str:
     return "it is damaged" if isinstance(error, ValidationError) else reason_of(error)
 
 
-def _locked(folder: Path) -> int:
-    """Return the folder's descriptor; two servers would undo each other's Stop in it."""
+def _sync(folder: Path) -> None:
     descriptor = os.open(folder, os.O_RDONLY)
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError as error:
+        os.fsync(descriptor)
+    finally:
         os.close(descriptor)
-        why = "another server keeps its state there; give each its own [server] state_dir"
-        raise StateError(f"{folder}: {why}") from error
-    except OSError as error:  # not every file system has locks
-        _LOG.debug("the state folder is not locked", error=str(error))
-    return descriptor
