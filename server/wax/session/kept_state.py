@@ -7,6 +7,7 @@ must not release what somebody has ordered.
 from __future__ import annotations
 
 import os
+import sys
 import threading
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -19,12 +20,17 @@ from wax.named_file import read_bytes
 from wax.protocol.events import StopRole
 from wax.sentence import Sentence
 
+if sys.platform != "win32":
+    import fcntl
+
 if TYPE_CHECKING:
     from pathlib import Path
+    from typing import TextIO
 
 _LOG = structlog.get_logger(__name__)
 
 FILE: Final = "in-force.json"
+_LOCK: Final = "in-force.lock"
 _AGAIN_S: Final = 10.0
 """What could not be written is tried again after this."""
 _CLOSE_S: Final = 0.5
@@ -69,6 +75,7 @@ class KeptFile:
         self.before = self._read()
         self._kept: KeptState | None = None if self.before is _DOUBT else self.before
         self._wanted = self.before
+        self._lock: TextIO | None = None
         self._changed = threading.Event()
         self._is_closing = False
         self._thread = threading.Thread(target=self._run, name="kept state", daemon=True)
@@ -83,7 +90,18 @@ class KeptFile:
         return told
 
     def start(self) -> None:
-        """Write from now on, what was wanted before, too."""
+        """Write from now on; one that finds another server in the folder does not, and is told.
+
+        Each would undo the other's Stop.
+        """
+        try:
+            if self._path is not None:
+                self._lock = _locked(state_dir.prepare(self._path.parent) / _LOCK)
+        except BlockingIOError:
+            self._path = None
+            self._fail(StateError("another server has the same [server] state_dir"))
+        except (OSError, StateError) as error:
+            self._fail(error)
         self._thread.start()
 
     def keep(self, state: KeptState) -> None:
@@ -103,9 +121,11 @@ class KeptFile:
         while True:
             self._changed.clear()  # first, so that what comes meanwhile is seen the next time
             is_last, wanted = self._is_closing, self._wanted
-            if wanted != self._kept:
+            if wanted != self._kept or self._unwritten:
                 self._write(wanted)
             if is_last:
+                if self._lock is not None:
+                    self._lock.close()
                 return
             self._changed.wait(_AGAIN_S if self._unwritten else None)
 
@@ -158,3 +178,16 @@ def _sync(folder: Path) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+def _locked(path: Path) -> TextIO:
+    """Return a file that is this process's until it is closed; raises `OSError`."""
+    file = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT, 0o600), "r+")
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        file.close()
+        raise
+    except OSError as error:  # not every file system has locks
+        _LOG.debug("the state folder is not locked", error=str(error))
+    return file

@@ -526,7 +526,7 @@ class Room:
                     continue
             if viewer.is_ready and silence_s > self._lost_after_s(viewer):
                 if not self._turns.is_lost(viewer.number):
-                    _LOG.info("viewer silent", viewer=viewer.number, for_s=round(silence_s, 1))
+                    _LOG.info("viewer silent", viewer=viewer.number)
                 self._control.lost(viewer.number)
             elif viewer.is_ready and self._turns.is_lost(viewer.number):
                 self._control.returned(viewer.number)
