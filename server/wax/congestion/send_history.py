@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from array import array
 from bisect import bisect_right
-from itertools import chain
 from operator import sub
 from typing import Final
 
@@ -20,17 +20,16 @@ class SendHistory:
 
     def __init__(self) -> None:
         # Arrays: 16 bytes a datagram, where lists of numbers take four times that for each viewer.
-        self._times_s = array("d")
-        self._sums = array("Q")
-        self._sum = self._before = 0
+        # The first entry stands for all that left before those that are kept.
+        self._times_s = array("d", [-math.inf])
+        self._sums = array("Q", [0])
 
     def add(self, size_bytes: int, now_s: float) -> None:
-        if len(self._times_s) >= 2 * _KEPT_PACKETS:
-            self._before = self._sums[_KEPT_PACKETS - 1]
+        if len(self._times_s) > 2 * _KEPT_PACKETS:
             del self._times_s[:_KEPT_PACKETS], self._sums[:_KEPT_PACKETS]
-        self._sum += size_bytes
+            self._times_s[0] = -math.inf
         self._times_s.append(now_s)
-        self._sums.append(self._sum)
+        self._sums.append(self._sums[-1] + size_bytes)
 
     def between(self, after_s: float, until_s: float) -> int:
         """Return the bytes that left later than `after_s` and not later than `until_s`."""
@@ -45,18 +44,16 @@ class SendHistory:
 
         It was `queued_s` when the packet sent at `sent_s` joined it; all later packets joined too.
         """
-        first = bisect_right(self._times_s, sent_s)
-        before = self._sums[first - 1] if first else self._before
+        first, most = bisect_right(self._times_s, sent_s), self._sums[-1]
         took_s = 8 / rate_bps
-        queued_s += (self._sum - before) * took_s - (now_s - sent_s)
+        queued_s += (most - self._sums[first - 1]) * took_s - (now_s - sent_s)
         if first < len(self._times_s):
             # Lindley's recursion, solved: whoever found no queue began the one that there is. All
             # of it runs in C, for there are thousands where a page is silent.
-            starts = chain((before,), self._sums[first:])
-            began_s = max(map(sub, self._times_s[first:], map(took_s.__mul__, starts)))
-            queued_s = max(queued_s, self._sum * took_s - (now_s - began_s))
+            starts_s = map(took_s.__mul__, self._sums[first - 1 : -1])
+            began_s = max(map(sub, self._times_s[first:], starts_s))
+            queued_s = max(queued_s, most * took_s - (now_s - began_s))
         return max(0.0, queued_s)
 
     def _until(self, time_s: float) -> int:
-        index = bisect_right(self._times_s, time_s)
-        return self._sums[index - 1] if index else self._before
+        return self._sums[bisect_right(self._times_s, time_s) - 1]

@@ -19,15 +19,11 @@ class Since:
     """How long a condition has held without a break."""
 
     def __init__(self) -> None:
-        self._from_s: float | None = None
+        self._from_s = math.inf
 
     def lasts(self, so: bool, seconds: float, now_s: float) -> bool:
         """Take one observation; return whether the condition has held for `seconds`."""
-        if not so:
-            self._from_s = None
-            return False
-        if self._from_s is None:
-            self._from_s = now_s
+        self._from_s = min(self._from_s, now_s) if so else math.inf
         return now_s - self._from_s >= seconds
 
 
