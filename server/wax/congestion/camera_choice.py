@@ -40,15 +40,13 @@ class CameraChoice:
     ) -> list[Step | None]:
         """Return the step of each camera, None for nothing.
 
-        `wishes` has for each the steps that are welcome, the best first; none for a camera that
-        nobody looks at. The more important camera has more of them. New steps begin if all fit in
+        `wishes` has the welcome steps of each camera, always of all, the best first; none if nobody
+        looks at it. The more important camera has more of them. New steps begin if all fit in
         `left_bps`, and go on while all fit in `kept_bps`; the wire's rate is `rate_bps`.
         """
         if self._now_s < now_s < math.inf:
             self._now_s = now_s
         best = _filled(wishes, left_bps, rate_bps)
-        if len(wishes) != len(self._chosen):
-            self._chosen = [None] * len(wishes)
         if [list(one) for one in wishes] != self._wished:
             # Who looks at something else need not wait, unless more has just been too much.
             self._wished = [list(one) for one in wishes]

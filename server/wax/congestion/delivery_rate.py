@@ -138,9 +138,6 @@ class DispersionEstimator:
     """Estimates from trains paced faster than the estimated rate; every query is cheap."""
 
     def __init__(self) -> None:
-        self.clear()
-
-    def clear(self) -> None:
         # When each train was judged, and over all up to it the sums of bits, ms, bits², bits·ms
         # and ms²; bits in thousands.
         self._sums: deque[tuple[float, Sequence[float]]] = deque([(-math.inf, (0.0,) * 5)])
@@ -172,7 +169,7 @@ class DispersionEstimator:
         """Return a lower bound of the rate: the best that the last 1, 2, 4… trains show."""
         errors = _STARTUP_ERRORS if startup else _ERRORS
         min_bps, count = 0.0, 1
-        while len(self) and count < 2 * len(self):
+        while count < 2 * len(self):
             min_bps = max(min_bps, self._bound_bps(min(count, len(self)), noise_s, errors))
             count *= 2
         return min_bps

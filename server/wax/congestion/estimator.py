@@ -164,8 +164,7 @@ class LinkEstimator:
         now_s = self._pass(now_s)
         self._number += 1
         pace_bps, payload = self._rate_bps, payload_bytes(self._rate_bps)
-        may_probe = self._has_feedback is not False and not self._congested
-        if may_probe and not self._timeout.is_over(now_s):
+        if self._has_feedback is not False and self._state in ("starting", "steady"):
             pace_bps = self._prober.pace_bps(
                 size_bytes, self._rate_bps, startup=self._startup, now_s=now_s
             )
@@ -208,16 +207,15 @@ class LinkEstimator:
     def estimate(self, now_s: float) -> LinkEstimate:
         """Return the current estimate."""
         now_s = self._pass(now_s)
-        round_trip_s = self._timeout.round_trip_s
         return LinkEstimate(
-            state=self._state(now_s),
+            state=self._state,
             rate_bps=self._rate_bps,
             used_bps=self._history.used_bps(now_s),
             queue_ms=self._queue_ms(now_s),
             jitter_ms=self._jitter.ms,
             lost=self._lost,
             burst=self._burst,
-            round_trip_ms=None if round_trip_s is None else round_trip_s * 1000,
+            round_trip_ms=self._timeout.round_trip_ms,
             assumed=self._assumed and self._startup,
         )
 
@@ -246,8 +244,9 @@ class LinkEstimator:
         # Reports do not give burst lengths, but the pictures' packets crossed the same link.
         return max(self._loss.burst, 1) if self._lost > 0 else 0
 
-    def _state(self, now_s: float) -> LinkState:
-        if self._timeout.is_over(now_s):
+    @property
+    def _state(self) -> LinkState:
+        if self._timeout.is_over(self._now_s):
             return "blind"
         if self._congested:
             return "congested"
@@ -356,7 +355,7 @@ class LinkEstimator:
         self._set(rate_bps)
         self._fell_s = self._now_s
         self._startup_until_s = min(self._startup_until_s, self._now_s)
-        self._dispersion.clear()
+        self._dispersion = DispersionEstimator()
         self._trains.clear()
         self._prober.fallen(self._now_s)
 
@@ -366,7 +365,7 @@ class LinkEstimator:
         self._startup_until_s = math.inf
         self._delay.relearn()
         self._delivery_rate = DeliveryRate()
-        self._dispersion.clear()
+        self._dispersion = DispersionEstimator()
         self._trains.clear()
         self._loss.forget(self._now_s)
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from statistics import median_high
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
@@ -63,12 +64,12 @@ class FeedbackSampling:
 
     def follow(self, estimate: LinkEstimate, *, full_feedback: bool) -> None:
         """Choose the interval for this link; with `full_feedback`, only a thin link is sampled."""
-        has_room = estimate.rate_bps > _SPARE_FACTOR * estimate.used_bps
         if estimate.state != "steady":
             self._every_s = 0.0  # the fate of every packet must be known
         elif estimate.rate_bps < _THIN_BPS:
             self._every_s = _THIN_EVERY_S
         else:
+            has_room = estimate.rate_bps > _SPARE_FACTOR * estimate.used_bps
             is_settled = has_room and estimate.queue_ms < _SETTLED_QUEUE_MS
             self._every_s = _SETTLED_EVERY_S if is_settled and not full_feedback else 0.0
 
@@ -96,11 +97,9 @@ class FeedbackTimeout:
         self._heard_s: float | None = None
 
     @property
-    def round_trip_s(self) -> float | None:
+    def round_trip_ms(self) -> float | None:
         """The median of the last five, None while none was measured."""
-        if not self._round_trips_s:
-            return None
-        return sorted(self._round_trips_s)[len(self._round_trips_s) // 2]
+        return median_high(self._round_trips_s) * 1000 if self._round_trips_s else None
 
     def round_trip(self, round_trip_s: float) -> None:
         if 0 <= round_trip_s < math.inf:

@@ -34,8 +34,6 @@ _MIN_PACKETS: Final = 40
 """Minimum packets to judge by: the standard error of 40 % of 40 is 8 %."""
 DECREASE_FACTOR: Final = 0.9
 """Share of what comes over a full link that is used, so that the queue drains. GCC's beta: 0.85."""
-_MAX_DECREASE_FACTOR: Final = 0.5
-"""A fall leaves at least this share of the rate, as GCC's 1 - 0.5 p does if everything is lost."""
 _BURSTS: Final = 200
 """Loss bursts kept at most. Bounds the memory."""
 _BURSTS_S: Final = 30.0
@@ -56,7 +54,7 @@ _INCREASE_PER_S: Final = 0.08
 _MAX_REPORT_S: Final = 2.0
 """One report counts for at most this long. Ours: twice a browser's interval."""
 _DECREASE_SHARE: Final = 0.5
-"""The rate falls by this fraction of the lost share. GCC: 1 - 0.5 p."""
+"""The rate falls by this fraction of the lost share, so at most by this. GCC: 1 - 0.5 p."""
 
 
 @dataclass(slots=True)
@@ -129,7 +127,7 @@ class LossControl:
             return None
         self._judged_from_s = now_s
         came_bps = sum(one.arrived_bytes for one in recent) * 8 / _HIGH_LOSS_S
-        return max(DECREASE_FACTOR * came_bps, _MAX_DECREASE_FACTOR * rate_bps)
+        return max(DECREASE_FACTOR * came_bps, (1 - _DECREASE_SHARE) * rate_bps)
 
     def forget(self, now_s: float) -> None:
         """Reset the counts, but keep the burst lengths."""

@@ -27,10 +27,8 @@ _CLIMB_S: Final = 1.0
 _FIRST_PAUSE_S: Final = 1.0
 """Pause between the first two fruitless probes."""
 _MAX_PAUSE_S: Final = 30.0
-"""Longest pause between fruitless probes. libwebrtc probes every 5 s if the application limits the
-rate, BBR every 2 to 3 s; ours delay sound."""
-_BACKOFF_FACTOR: Final = 2.0
-"""Each fruitless probe multiplies the pause by this: binary exponential backoff."""
+"""Longest pause between fruitless probes, each of which doubles it. libwebrtc probes every 5 s if
+the application limits the rate, BBR every 2 to 3 s; ours delay sound."""
 
 
 def gap_s(size_bytes: int, pace_bps: float) -> float:
@@ -109,7 +107,7 @@ class Prober:
             pace_bps = min(pace_bps, bits / leaves_in_s)
         if not climbing:
             self._next_s = now_s + self._pause_s
-            self._pause_s = min(_BACKOFF_FACTOR * self._pause_s, _MAX_PAUSE_S)
+            self._pause_s = min(2 * self._pause_s, _MAX_PAUSE_S)
         return min(pace_bps, ENOUGH_BPS)
 
     def risen(self, now_s: float) -> None:

@@ -67,7 +67,6 @@ class SenderSideControl(CongestionControl):
         self._estimator = LinkEstimator()
         self._pacer = Pacer(STARTING_RATE_BPS)
         self._updated_s = float("-inf")
-        self._update_every_s = _UPDATE_S
         self.other_bps = 0.0
         """The rate of everything but sound and picture: data channels and acknowledgements."""
         self._other_s = float("-inf")
@@ -109,7 +108,8 @@ class SenderSideControl(CongestionControl):
             elapsed_s, self._other_s = max(now_s - self._other_s, 0.0), now_s
             self.other_bps *= max(1.0 - elapsed_s / _OTHER_S, 0.0)
             self.other_bps += 8 * size_bytes / _OTHER_S
-        if now_s - self._updated_s >= self._update_every_s:
+        every_s = _SETTLED_UPDATE_S if self._sampling.is_sparse else _UPDATE_S
+        if now_s - self._updated_s >= every_s:
             self._update(now_s)
 
     def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None:
@@ -173,5 +173,4 @@ class SenderSideControl(CongestionControl):
         self._pacer.rate_bps = estimate.rate_bps
         self._pacer.drain(estimate.queue_ms, now_s)
         self._sampling.follow(estimate, full_feedback=self.full_feedback)
-        self._update_every_s = _SETTLED_UPDATE_S if self._sampling.is_sparse else _UPDATE_S
         self._on_news(estimate, now_s)
