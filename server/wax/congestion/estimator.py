@@ -109,7 +109,7 @@ class LinkEstimator:
         self._counted_s = -math.inf
         self._lost_bytes = 0
         self._came_bytes = 0
-        self._newest: tuple[float, float] | None = None  # time sent, time queued
+        self._newest: tuple[float, float] | None = None  # time queued, time sent
 
     def sent(self, size_bytes: int, now_s: float, *, has_feedback: bool = True) -> None:
         """Count a datagram that leaves, headers included; `now_s` is its `Delivery.sent_s`.
@@ -205,16 +205,21 @@ class LinkEstimator:
             self._increase()
 
     def estimate(self, now_s: float) -> LinkEstimate:
-        """Return the current estimate."""
         now_s = self._pass(now_s)
+        queue_s, lost, burst = 0.0, self._lost, self._loss.burst
+        if self._newest is not None:
+            queue_s = self._history.queue_s(*self._newest, now_s, self._rate_bps)
+        if self._reported:
+            # Reports give no burst lengths, but the pictures' packets crossed the same link.
+            burst = max(burst, 1) if lost > 0 else 0
         return LinkEstimate(
             state=self._state,
             rate_bps=self._rate_bps,
             used_bps=self._history.used_bps(now_s),
-            queue_ms=self._queue_ms(now_s),
+            queue_ms=min(queue_s * 1000, MAX_MS),
             jitter_ms=self._jitter.ms,
-            lost=self._lost,
-            burst=self._burst,
+            lost=lost,
+            burst=burst,
             round_trip_ms=self._timeout.round_trip_ms,
             assumed=self._assumed and self._startup,
         )
@@ -231,18 +236,9 @@ class LinkEstimator:
 
     @property
     def _lost(self) -> float:
-        """The share lost lately, of the sound alone where that is reported."""
         if self._reported:
             return sum(self._reported) / len(self._reported)
         return self._loss.share
-
-    @property
-    def _burst(self) -> int:
-        """How many packets are lost in a row, 0 without loss."""
-        if not self._reported:
-            return self._loss.burst
-        # Reports do not give burst lengths, but the pictures' packets crossed the same link.
-        return max(self._loss.burst, 1) if self._lost > 0 else 0
 
     @property
     def _state(self) -> LinkState:
@@ -251,13 +247,6 @@ class LinkEstimator:
         if self._congested:
             return "congested"
         return "starting" if self._startup else "steady"
-
-    def _queue_ms(self, now_s: float) -> float:
-        if self._newest is None:
-            return 0.0
-        sent_s, queued_s = self._newest
-        queue_s = self._history.queue_s(queued_s, sent_s, now_s, self._rate_bps)
-        return min(queue_s * 1000, MAX_MS)
 
     def _pass(self, now_s: float) -> float:
         if self._now_s < now_s < math.inf:
@@ -285,7 +274,7 @@ class LinkEstimator:
             queued_s = self._delay.add(
                 delivery.sent_s, arrival.arrived_s, delivery.size_bytes, self._rate_bps
             )
-            self._newest = (delivery.sent_s, queued_s)
+            self._newest = (queued_s, delivery.sent_s)
             self._delivery_rate.add(arrival, self._delay.base_s)
             if self._is_jitter_sample(delivery) and not self._delay.stands:
                 self._jitter.add(arrival.arrived_s - arrival.sent_s, self._now_s)

@@ -143,12 +143,10 @@ class QueuingDelay:
     def _follow(self, sent_s: float, delay_s: float) -> None:
         while self._base and self._base[0][0] < sent_s - _BASE_MEMORY_S:
             self._base.popleft()
-        if (
-            self._base
-            and delay_s >= self._base[-1][1]
-            and sent_s < self._base[-1][0] + _BASE_BUCKET_S
-        ):
-            return
+        if self._base:
+            began_s, least_s = self._base[-1]
+            if delay_s >= least_s and sent_s < began_s + _BASE_BUCKET_S:
+                return
         while self._base and self._base[-1][1] >= delay_s:
             self._base.pop()
         self._base.append((sent_s, delay_s))
