@@ -1,8 +1,4 @@
-"""Chooses the best rendition that one viewer's link carries, and changes it seldom.
-
-Adaptive streaming calls it the choice of a step of the bitrate ladder; the hysteresis and the
-backoff of failed rises are ours.
-"""
+"""Chooses the step of the bitrate ladder that one viewer's link carries, and changes it seldom."""
 
 from __future__ import annotations
 
@@ -87,23 +83,20 @@ class Allocator:
         if self._now_s < now_s < math.inf:
             self._now_s = now_s
         allowed = [] if size is None else self._allowed(size)
-        encoding, redundancy = None, 0
-        if sound:
-            least_bps = 0.0
-            if allowed:
-                least = self._steps[allowed[-1]]
-                least_bps = picture_bps(least, least.layers, estimate.rate_bps)
-            encoding, redundancy = self._sound.choose(
-                estimate,
-                other_bps,
-                sound_encodings,
-                channels=sound_channels,
-                picture_bps=least_bps,
-                takes_redundancy=takes_redundancy,
-                now_s=self._now_s,
-            )
-        else:
-            self._sound.none(estimate.rate_bps, other_bps)
+        least_bps = 0.0
+        if allowed:
+            least = self._steps[allowed[-1]]
+            least_bps = picture_bps(least, least.layers, estimate.rate_bps)
+        encoding, redundancy = self._sound.choose(
+            estimate,
+            other_bps,
+            sound_encodings,
+            wanted=sound,
+            channels=sound_channels,
+            picture_bps=least_bps,
+            takes_redundancy=takes_redundancy,
+            now_s=self._now_s,
+        )
         if not allowed:
             self._at, self._gone_s = None, None
             return Allocation(None, 0, encoding, redundancy, Sentence("sent.no_picture"))

@@ -49,26 +49,30 @@ class SoundChoice:
         other_bps: float,
         fixed: Sequence[SoundEncoding] | None,
         *,
+        wanted: bool,
         channels: int,
         picture_bps: float,
         takes_redundancy: bool,
         now_s: float,
-    ) -> tuple[SoundEncoding, int]:
-        """Return the encoding, and the number of earlier units in each packet.
+    ) -> tuple[SoundEncoding | None, int]:
+        """Return the encoding, None if none is wanted, and how many earlier units a packet repeats.
 
         Down is immediate; up only at the start, otherwise after the better encoding has fitted for
         5 s. `picture_bps` is the least that a picture takes beside it; with none, the sound may
         take everything. `channels` is how many the sound has; no encoding of more is chosen unless
         there is no other.
         """
+        self._rate_bps, self._other_bps = estimate.rate_bps, other_bps
+        if not wanted:
+            self._encoding, self._aim_bps, self._limits_bps = None, 0.0, []
+            return None, 0
         offered = self._encodings if fixed is None else tuple(fixed)
         encodings = tuple(one for one in offered if one.channels <= channels) or offered
         repairs = takes_redundancy and estimate.lost >= _REDUNDANCY_LOSS_SHARE
-        wanted = min(estimate.burst, _MAX_REDUNDANCY) if repairs else 0
-        fewer = wanted < self._redundancy
+        useful = min(estimate.burst, _MAX_REDUNDANCY) if repairs else 0
+        fewer = useful < self._redundancy
         if self._fewer.lasts(fewer, _REDUNDANCY_HOLD_S, now_s) or not fewer:
-            self._redundancy, self._fewer = wanted, Since()
-        self._rate_bps, self._other_bps = estimate.rate_bps, other_bps
+            self._redundancy, self._fewer = useful, Since()
         budget_bps = FIT_SHARE * estimate.rate_bps - other_bps
         third_bps = budget_bps / _PARTS if picture_bps else budget_bps
         usual = [one for one in encodings if one.mu_ms <= _USUAL_MU_MS] or encodings
@@ -89,7 +93,7 @@ class SoundChoice:
         return encoding, self._affordable(encoding, third_bps)
 
     def left_bps(self, share: float) -> float:
-        """Return what a `share` of the rate leaves to the picture, after `choose` or `none`.
+        """Return what a `share` of the rate leaves to the picture, after `choose`.
 
         A faster link never leaves less: shortly before the next better sound fits, the picture
         gets no more than it will keep afterwards.
@@ -101,11 +105,6 @@ class SoundChoice:
                 from_bps = (least_bps + self._other_bps) / FIT_SHARE
                 left_bps = min(left_bps, share * from_bps - self._other_bps - takes_bps)
         return left_bps
-
-    def none(self, rate_bps: float, other_bps: float) -> None:
-        """Choose no sound."""
-        self._rate_bps, self._other_bps = rate_bps, other_bps
-        self._encoding, self._aim_bps, self._limits_bps = None, 0.0, []
 
     def _limits(
         self, encodings: tuple[SoundEncoding, ...], least: SoundEncoding, picture_bps: float
