@@ -77,14 +77,15 @@ class Allocator:
 
         `size` is the largest picture wanted ("640x480"), None for none; `sound_encodings` are the
         configured ones, None to choose among all, and `sound_channels` is how many there are to
-        hear. `other_bps` is the rate of data channels and acknowledgements. Without
-        `takes_redundancy` no sound is repeated. Raises ValueError if `size` is invalid.
+        hear. Without `takes_redundancy` no sound is repeated. ValueError if `size` is invalid.
         """
         if self._now_s < now_s < math.inf:
             self._now_s = now_s
-        allowed = [] if size is None else self._allowed(size)
+        allowed: list[int] = []
         least_bps = 0.0
-        if allowed:
+        if size is not None:
+            most = max(area(size), min(self._areas))
+            allowed = [at for at, other in enumerate(self._areas) if other <= most]
             least = self._steps[allowed[-1]]
             least_bps = picture_bps(least, least.layers, estimate.rate_bps)
         encoding, redundancy = self._sound.choose(
@@ -137,7 +138,6 @@ class Allocator:
         if cut is None and self._at != last:
             self._trials.fell(now_s)
             if estimate.queue_ms > _FULL_QUEUE_MS:
-                # A keyframe would be old before it could leave; a later one is newer.
                 self._cut = self._steps[self._at].layers
                 return
             self._move(max(target, self._at + 1))
@@ -196,10 +196,6 @@ class Allocator:
             self._changed_s = self._now_s
             self._cut = 0
         self._at = at
-
-    def _allowed(self, size: str) -> list[int]:
-        most = max(area(size), min(self._areas))
-        return [at for at, other in enumerate(self._areas) if other <= most]
 
     def _reason(self, estimate: LinkEstimate, allowed: Sequence[int]) -> Sentence:
         rate = _rate(estimate.rate_bps)

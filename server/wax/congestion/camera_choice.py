@@ -74,13 +74,11 @@ def _filled(
             chosen[at] = wishes[at][-1]
             left_bps -= cost
     for at in order:
-        least = chosen[at]
-        if least is None:
-            continue
-        more_bps = left_bps + picture_bps(least, 0, rate_bps)
-        step = next(one for one in wishes[at] if picture_bps(one, 0, rate_bps) <= more_bps)
-        left_bps = more_bps - picture_bps(step, 0, rate_bps)
-        chosen[at] = step
+        if (least := chosen[at]) is not None:
+            more_bps = left_bps + picture_bps(least, 0, rate_bps)
+            step = next(one for one in wishes[at] if picture_bps(one, 0, rate_bps) <= more_bps)
+            left_bps = more_bps - picture_bps(step, 0, rate_bps)
+            chosen[at] = step
     return chosen
 
 

@@ -43,8 +43,7 @@ _INCREASE_PER_S: Final = 0.15
 _TRIAL_FACTOR: Final = 1.5
 """Multiple of the rate in use that is assumed for a picture that is tried. As GCC's bound (5.5)."""
 _HOLD_S: Final = 1.0
-"""For this long after a fall only a train can raise the rate. Ours; GCC holds until the queue has
-drained (5.5)."""
+"""Only a train raises the rate so soon after a fall. GCC holds until the queue is empty (5.5)."""
 _CARRIED_AFTER_S: Final = 1.0
 """Without a standing queue, whatever left within a second before this long ago has come through, so
 the link carries it. Later packets may still be in flight."""
@@ -52,11 +51,10 @@ _CARRIED_SHARE: Final = 0.95
 """This much of it is believed. With 0.9 a modem's estimate may stay below its sound after a
 download; with all of it, pictures are tried on 24 kbit/s until the sound waits."""
 _JITTER_HINDSIGHT_S: Final = 1.0
-"""When a queue is found, delays of the last second are no jitter. Ours: finding one takes two
-feedback packets."""
+"""Delays this long before a queue is found are no jitter: finding it takes two feedback packets."""
 _ROUTE_CHANGE_S: Final = 3.0
-"""A standing delay that stays level for this long is a longer route. Ours; LEDBAT waits until its
-base delay expires, BBR drains the queue to check (ProbeRTT)."""
+"""A standing delay that stays level for this long is a longer route: a queue grows or shrinks.
+LEDBAT waits until its base delay expires, BBR drains the queue to check (ProbeRTT)."""
 _RESTART_AFTER_S: Final = 3.0
 """After this long without feedback the estimate starts over."""
 _REPORTS: Final = 2
@@ -71,13 +69,9 @@ _MAX_DATAGRAM_BYTES: Final = 65_535
 
 
 class LinkEstimator:
-    """Follows the rate by packet trains, and the queue by one-way delays.
+    """Estimates from what `CongestionControl` is told; time that runs back is ignored.
 
-    It falls at once, to the rate at which a full queue drains, and rises by pictures that leave
-    faster than the rate. Loss alone counts only if it is very high. Whatever is reported,
-    the rate stays between 8 kbit/s and 20 Mbit/s, and nothing raises; time that runs back is
-    ignored.
-
+    Whatever is reported, the rate stays between 8 kbit/s and 20 Mbit/s, and nothing raises.
     Some browsers, such as Firefox 140, send no feedback on the sound's packets. Then sound is a
     known load between the pictures, receiver reports give its loss, and the first packet of each
     picture, which queues behind no other, gives its jitter.
@@ -86,8 +80,7 @@ class LinkEstimator:
     def __init__(self) -> None:
         self._has_feedback: bool | None = None  # transport-wide, of any stream
         self._reported: deque[float] = deque(maxlen=_REPORTS)
-        self._loss_based: LossBasedControl | None = None
-        """Controls the rate while loss is reported and there is no other feedback."""
+        self._loss_based: LossBasedControl | None = None  # while nothing but loss is reported
         self._jitter_train: int | None = None
         self._now_s = 0.0
         self._rate_bps = STARTING_RATE_BPS
@@ -112,10 +105,7 @@ class LinkEstimator:
         self._newest: tuple[float, float] | None = None  # time queued, time sent
 
     def sent(self, size_bytes: int, now_s: float, *, has_feedback: bool = True) -> None:
-        """Count a datagram that leaves, headers included; `now_s` is its `Delivery.sent_s`.
-
-        `has_feedback` is false if the browser sends no feedback on its stream.
-        """
+        """Count a datagram; `now_s` is its `Delivery.sent_s`."""
         now_s = self._pass(now_s)
         if 0 < size_bytes <= _MAX_DATAGRAM_BYTES:
             self._history.add(size_bytes, now_s)
@@ -123,7 +113,6 @@ class LinkEstimator:
                 self._timeout.sent(now_s)
 
     def round_trip(self, round_trip_s: float, now_s: float) -> None:
-        """Handle a measured round trip of any length."""
         self._pass(now_s)
         self._timeout.round_trip(round_trip_s)
 
@@ -142,15 +131,12 @@ class LinkEstimator:
     def reported(self, lost: float, now_s: float, kind: Kind) -> None:
         """Handle the loss in a receiver report, if no feedback tells of it."""
         now_s = self._pass(now_s)
-        is_told = self._has_feedback is not False and (
-            kind == "video" or self._loss.sound_has_feedback
-        )
-        if is_told or not 0 <= lost <= 1:
+        is_told = kind == "video" or self._loss.sound_has_feedback
+        if (is_told and self._has_feedback is not False) or not 0 <= lost <= 1:
             return
         self._reported.append(lost)
-        if self._has_feedback and not (
-            self._timeout.is_idle(now_s) or self._timeout.is_over(now_s)
-        ):
+        is_silent = self._timeout.is_idle(now_s) or self._timeout.is_over(now_s)
+        if self._has_feedback and not is_silent:
             return
         if self._loss_based is None:
             self._loss_based = LossBasedControl(self._rate_bps, max_bps=self._rate_bps)
@@ -160,7 +146,6 @@ class LinkEstimator:
         self._set(self._loss_based.rate_bps)
 
     def plan_train(self, size_bytes: int, now_s: float) -> Train:
-        """Decide how to send the next picture, of `size_bytes`."""
         now_s = self._pass(now_s)
         self._number += 1
         pace_bps, payload = self._rate_bps, payload_bytes(self._rate_bps)
@@ -175,17 +160,12 @@ class LinkEstimator:
         return Train(self._number, pace_bps, payload)
 
     def try_more(self, now_s: float) -> None:
-        """Assume that the link carries more than what it is sent now, for a picture that is tried.
-
-        While only sound is sent nothing probes the link, and the sound may take all of the rate. If
-        the link carries no more, a queue will show it.
-        """
+        """Assume that the link carries a picture that is tried; if not, a queue will show it."""
         now_s = self._pass(now_s)
         if not self._congested:
             self._set(max(self._rate_bps, _TRIAL_FACTOR * self._history.used_bps(now_s)))
 
     def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None:
-        """Handle one feedback packet."""
         now_s = self._pass(now_s)
         known = sorted((one for one in deliveries if self._sane(one)), key=lambda one: one.sent_s)
         if not known:
@@ -262,19 +242,17 @@ class LinkEstimator:
 
     def _count(self, delivery: Delivery) -> None:
         self._loss.add(delivery, self._now_s)
-        arrival = None
+        arrival, sent_s, size_bytes = None, delivery.sent_s, delivery.size_bytes
         if delivery.arrived_s is None:
-            self._lost_bytes += delivery.size_bytes
+            self._lost_bytes += size_bytes
         else:
             # Unmarked packets that left before it came with it: data channels and RTCP.
-            came_bytes = self._history.between(self._counted_s, delivery.sent_s) - self._lost_bytes
-            self._came_bytes += max(came_bytes, delivery.size_bytes)
-            self._counted_s, self._lost_bytes = max(self._counted_s, delivery.sent_s), 0
-            arrival = Arrival(delivery.sent_s, delivery.arrived_s, self._came_bytes)
-            queued_s = self._delay.add(
-                delivery.sent_s, arrival.arrived_s, delivery.size_bytes, self._rate_bps
-            )
-            self._newest = (queued_s, delivery.sent_s)
+            came_bytes = self._history.between(self._counted_s, sent_s) - self._lost_bytes
+            self._came_bytes += max(came_bytes, size_bytes)
+            self._counted_s, self._lost_bytes = max(self._counted_s, sent_s), 0
+            arrival = Arrival(sent_s, delivery.arrived_s, self._came_bytes)
+            queued_s = self._delay.add(sent_s, arrival.arrived_s, size_bytes, self._rate_bps)
+            self._newest = (queued_s, sent_s)
             self._delivery_rate.add(arrival, self._delay.base_s)
             if self._is_jitter_sample(delivery) and not self._delay.stands:
                 self._jitter.add(arrival.arrived_s - arrival.sent_s, self._now_s)
@@ -310,12 +288,10 @@ class LinkEstimator:
             limit_s = self._delay.base_s + self._delay.limit_s(self._rate_bps)
             self._jitter.forget_since(self._now_s - _JITTER_HINDSIGHT_S, limit_s)
         came_bps = self._delivery_rate.rate_bps()
+        is_level = self._now_s - self._delay.level_from_s > _ROUTE_CHANGE_S
         if came_bps is not None and DECREASE_FACTOR * came_bps < self._rate_bps:
             self._decrease(DECREASE_FACTOR * came_bps)
-        elif (
-            self._now_s - self._delay.level_from_s > _ROUTE_CHANGE_S and self._lost < LOW_LOSS_SHARE
-        ):
-            # A queue would have grown or shrunk by now, so the route has become longer.
+        elif is_level and self._lost < LOW_LOSS_SHARE:
             self._delay.relearn()
             self._set(max(self._rate_bps, self._before_queue_bps))
 
@@ -324,7 +300,7 @@ class LinkEstimator:
         holds = now_s - self._fell_s <= _HOLD_S
         min_bps = self._dispersion.min_bps(noise_s, startup=self._startup)
         if min_bps > self._rate_bps:
-            self._prober.risen(now_s)
+            self._prober.changed(now_s, has_risen=True)
             self._set(min_bps)
         elif not holds:
             # Jitter hides part of the rate, so the likely rate is tried step by step.
@@ -346,7 +322,7 @@ class LinkEstimator:
         self._startup_until_s = min(self._startup_until_s, self._now_s)
         self._dispersion = DispersionEstimator()
         self._trains.clear()
-        self._prober.fallen(self._now_s)
+        self._prober.changed(self._now_s, has_risen=False)
 
     def _restart(self) -> None:
         """Start over after a long silence, at no more than the rate before."""

@@ -1,8 +1,4 @@
-"""When each picture leaves, and how fast, so that it probes the link and hardly delays sound.
-
-Pictures are the probes, where GCC's implementation sends padding; the queue that a probe may build
-limits its cost.
-"""
+"""When each picture leaves, and how fast, so that it probes the link and hardly delays sound."""
 
 from __future__ import annotations
 
@@ -20,8 +16,7 @@ _STARTUP_GAIN: Final = 4.0
 _PROBE_GAIN: Final = 2.0
 """Pacing gain of a probe afterwards. libwebrtc: 2; BBR's ProbeBW_UP: 1.25."""
 _MAX_QUEUE_S: Final = 0.050
-"""The queue that a probe may build if the link carries no more. NADA's QTH (RFC 8698) is the same;
-a jitter buffer bridges it unheard."""
+"""The queue a probe may build: a jitter buffer bridges it unheard. As NADA's QTH (RFC 8698)."""
 _CLIMB_S: Final = 1.0
 """For this long after a rise, every picture is a probe."""
 _FIRST_PAUSE_S: Final = 1.0
@@ -45,23 +40,18 @@ class Pacer:
 
     def __init__(self, rate_bps: float) -> None:
         self.rate_bps = rate_bps
-        """How fast the queue empties."""
         self._owed_bits = 0.0
         self._measured_bits = 0.0
         self._now_s = -math.inf
 
     def spend(self, size_bytes: int, now_s: float) -> None:
-        """Count one datagram, headers included."""
         self._pass(now_s)
         most_bits = _MAX_DEBT_S * self.rate_bps
         self._owed_bits = min(self._owed_bits + size_bytes * 8, most_bits)
         self._measured_bits = min(self._measured_bits + size_bytes * 8, most_bits)
 
     def drain(self, queue_ms: float, now_s: float) -> None:
-        """Replace the measured queue of the link, 0 to 10 s.
-
-        The larger of debt and measured queue counts: the same datagrams are in both.
-        """
+        """Replace the measured queue of the link, 0 to 10 s."""
         self._pass(now_s)
         self._measured_bits = queue_ms / 1000 * self.rate_bps
 
@@ -70,8 +60,8 @@ class Pacer:
         self._owed_bits = min(self._owed_bits, self._measured_bits)
 
     def free_in_s(self, now_s: float) -> float:
-        """Return how long a picture still has to wait; 0 if it may leave."""
         self._pass(now_s)
+        # The larger counts, for the same datagrams are in both.
         return max(self._owed_bits, self._measured_bits) / self.rate_bps
 
     def _pass(self, now_s: float) -> None:
@@ -83,12 +73,7 @@ class Pacer:
 
 
 class Prober:
-    """Paces each picture; `now_s` never falls.
-
-    If the link carries no more than the estimate, a picture sent faster delays the sound behind it,
-    by up to 50 ms: a rare one, rarer after each fruitless probe, or every one while the rate is
-    rising.
-    """
+    """Paces each picture: seldom above the rate, because a fruitless probe delays the sound."""
 
     def __init__(self) -> None:
         self._climbs_until_s = 0.0
@@ -110,13 +95,8 @@ class Prober:
             self._pause_s = min(2 * self._pause_s, _MAX_PAUSE_S)
         return min(pace_bps, ENOUGH_BPS)
 
-    def risen(self, now_s: float) -> None:
-        """Keep probing: the rate has risen."""
-        self._climbs_until_s = self._next_s = now_s + _CLIMB_S
-        self._pause_s = _FIRST_PAUSE_S
-
-    def fallen(self, now_s: float) -> None:
-        """Probe again soon, but not at once: the rate has fallen."""
-        self._climbs_until_s = now_s
+    def changed(self, now_s: float, *, has_risen: bool) -> None:
+        """Keep probing after a rise of the rate; after a fall probe soon, but not at once."""
+        self._climbs_until_s = now_s + _CLIMB_S if has_risen else now_s
         self._next_s = now_s + _FIRST_PAUSE_S
         self._pause_s = _FIRST_PAUSE_S

@@ -16,10 +16,8 @@ if TYPE_CHECKING:
 
     from wax.congestion.control import Delivery, Kind, LinkEstimate, Train
 
-_UPDATE_S: Final = 0.1
-"""Interval of updates without feedback. Ours: about that of feedback."""
 _SETTLED_UPDATE_S: Final = 0.5
-"""Interval on a settled link, which is only sampled."""
+"""Interval of updates on a settled link, which is only sampled."""
 _OTHER_S: Final = 2.0
 """The rate of the data channels is averaged over this time."""
 _RETRANSMISSION_SHARE: Final = 0.25
@@ -32,7 +30,7 @@ _STALE_S: Final = 0.5
 _FULL_QUEUE_MS: Final = 150.0
 """Behind a longer queue nothing is retransmitted: it would only grow."""
 _FEEDBACK_S: Final = 0.1
-"""Feedback comes within this and a round trip: Chromium sends it every 50 ms."""
+"""Feedback comes within this and a round trip (Chromium: 50 ms); updates without it, as often."""
 _PROBE_EVERY_S: Final = 0.3
 """Without feedback, one picture leaves in this interval, to test whether the link is open again."""
 _RETRY_S: Final = 0.02
@@ -40,10 +38,7 @@ _RETRY_S: Final = 0.02
 
 
 class SenderSideControl(CongestionControl):
-    """Joins estimator, pacer and sampling; `on_news` is called when allocations may change.
-
-    What is sent again must fit into `budget`, too.
-    """
+    """Joins estimator, pacer and sampling; `on_news` is called when allocations may change."""
 
     uses_feedback = True
 
@@ -53,8 +48,7 @@ class SenderSideControl(CongestionControl):
         budget: UploadBudget | None = None,
     ) -> None:
         self.full_feedback = False
-        """Whether to request feedback for every packet, as for the operator, who may also be sent
-        again what the budget has no room for."""
+        """Whether to request all feedback, and repeat beyond the budget, as for the operator."""
         self._on_news = on_news
         self._budget = UploadBudget(0) if budget is None else budget
         self._has_feedback: dict[Kind, bool] = {}
@@ -79,7 +73,6 @@ class SenderSideControl(CongestionControl):
             self._estimator.negotiated(has_feedback=has_feedback, kind=kind)
 
     def estimate(self, now_s: float) -> LinkEstimate:
-        """Return the current estimate of the link."""
         self._estimate = self._estimator.estimate(now_s)
         return self._estimate
 
@@ -108,7 +101,7 @@ class SenderSideControl(CongestionControl):
             elapsed_s, self._other_s = max(now_s - self._other_s, 0.0), now_s
             self.other_bps *= max(1.0 - elapsed_s / _OTHER_S, 0.0)
             self.other_bps += 8 * size_bytes / _OTHER_S
-        every_s = _SETTLED_UPDATE_S if self._sampling.is_sparse else _UPDATE_S
+        every_s = _SETTLED_UPDATE_S if self._sampling.is_sparse else _FEEDBACK_S
         if now_s - self._updated_s >= every_s:
             self._update(now_s)
 

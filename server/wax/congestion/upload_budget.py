@@ -14,11 +14,9 @@ if TYPE_CHECKING:
 _MEDIA_SHARE: Final = 0.9
 """Of the upload; the rest is for retransmissions, keyframes, and the page itself."""
 _REPEAT_SHARE: Final = 0.05
-"""Of the upload, for retransmissions to all viewers together: half of that rest. A second's
-worth of it may leave at once."""
+"""Of the upload, for all retransmissions: half of that rest. A second's worth may leave at once."""
 _FILL_S: Final = 0.1
-"""How long a level holds while nobody comes, goes, or begins to drive. Links are estimated as
-often."""
+"""How long a level holds while nobody comes, goes, or begins to drive: as long as estimates do."""
 
 
 class UploadBudget:
@@ -45,10 +43,7 @@ class UploadBudget:
         return min(wants_bps, self._all_bps if drives else self._level_bps)
 
     def may_repeat(self, size_bytes: int, *, drives: bool, now_s: float) -> bool:
-        """Return whether there is room to send so much again, and count it if there is.
-
-        There always is for whoever drives; the others wait for it.
-        """
+        """Count and allow what is sent again if there is room, as there always is to who drives."""
         if self._repeat_bps == float("inf"):
             return True
         gone_s = max(now_s - self._repeated_s, 0.0)
@@ -73,10 +68,9 @@ class UploadBudget:
         driven_bps = sum(bps for bps, drives in self._wants.values() if drives)
         left_bps = max(self._all_bps - driven_bps, 0.0)
         wants_bps = [*(bps for bps, drives in self._wants.values() if not drives), *more_bps]
-        waiting = len(wants_bps)
-        for bps in sorted(wants_bps):
+        for served, bps in enumerate(sorted(wants_bps)):
+            waiting = len(wants_bps) - served
             if bps * waiting >= left_bps:
                 return left_bps / waiting
             left_bps -= bps
-            waiting -= 1
         return float("inf")
