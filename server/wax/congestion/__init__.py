@@ -6,9 +6,8 @@ It runs at the sender, on transport-wide feedback
 * The rate rises by packet-train dispersion (`delivery_rate`): pictures leave faster than the rate
   (`pacer`), and the bottleneck spreads them, which bounds its own. GCC raises it by 8 % a second,
   BBR by a higher pacing gain; both then watch the delay.
-* A standing queue as in CoDel lowers it (`queuing_delay`). GCC follows the gradient of the delay,
-  not its level.
-* It falls to a fraction of the busy link's delivery rate; GCC's, to 0.85 of the received rate.
+* A standing queue as in CoDel lowers it (`queuing_delay`), to a fraction of the busy link's
+  delivery rate. GCC: the delay's gradient, not its level, and 0.85 of the received rate.
 * Loss lowers it only where it is very high (`loss`); without transport-wide feedback it is the only
   signal, as in GCC section 6.
 * Without feedback for two round trips, probing stops and pictures pause (`feedback`).

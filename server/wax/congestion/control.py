@@ -32,10 +32,7 @@ class Delivery:
 
 @dataclass(frozen=True, slots=True)
 class Train:
-    """How to send one picture: its packets paced at `pace_bps`, with at most `payload_bytes` each.
-
-    A picture paced faster than the estimated rate probes the link.
-    """
+    """How to send one picture: paced at `pace_bps`, with at most `payload_bytes` a packet."""
 
     number: int
     pace_bps: float
@@ -52,7 +49,6 @@ class LinkEstimate:
     used_bps: float
     """The rate of the last second."""
     queue_ms: float
-    """The queuing delay now."""
     jitter_ms: float
     """The delay variation of the sound (99th percentile)."""
     lost: float
@@ -73,7 +69,6 @@ class CongestionControl:
     """
 
     uses_feedback = False
-    """Whether it uses transport-wide feedback."""
 
     def negotiated(self, *, has_feedback: bool, kind: Kind = "video") -> None:
         """Handle whether this stream has transport-wide feedback."""

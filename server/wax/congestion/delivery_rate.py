@@ -6,8 +6,7 @@ drains at the link's capacity, and the application does not limit it.
 Packet-train dispersion: the bottleneck spreads a train that left faster to its own rate (Keshav's
 packet pair, SIGCOMM 1991; trains: Dovrolis, Ramanathan, Moore, INFOCOM 2001). With cross traffic
 the result is the asymptotic dispersion rate, between available bandwidth and capacity. Jitter hides
-most of what one train shows, so several are summed, times and bits, with a confidence interval in
-standard errors. A train is a picture, sent as a probe.
+most of what one train shows, so several are summed, times and bits, with a confidence interval.
 """
 
 from __future__ import annotations
@@ -42,7 +41,7 @@ _LIKELY_ERRORS: Final = 1.5
 _LIKELY_MIN_TRAINS: Final = 16
 """Minimum trains for a likely rate."""
 _PRIOR_TRAINS: Final = 3
-"""Weight, in trains, of the single packets' jitter as a prior of the trains' variance."""
+"""Weight, in trains, of the single packets' jitter: few trains show little of their variance."""
 _MAX_TRAINS: Final = 64
 """Trains in flight at most: 2 s of pictures. Bounds the memory."""
 _MAX_DISPERSION_S: Final = 30.0
@@ -79,10 +78,7 @@ class DeliveryRate:
         self._busy: deque[Arrival] = deque(maxlen=_MAX_PACKETS)
 
     def add(self, arrival: Arrival, base_s: float) -> None:
-        """Count a packet; `base_s` is how long it would have taken without a queue.
-
-        If the packet before arrived no earlier than that, both left the queue back to back.
-        """
+        """Count a packet; `base_s` is how long it would have taken without a queue."""
         unqueued_s = arrival.sent_s + base_s + _BACK_TO_BACK_S
         if self._busy and not unqueued_s < self._busy[-1].arrived_s <= arrival.arrived_s:
             self._busy.clear()
@@ -146,10 +142,7 @@ class DispersionEstimator:
         return len(self._sums) - 1
 
     def add(self, arrivals: Sequence[Arrival], now_s: float) -> float | None:
-        """Count a train; return by how much the link spread it, in s, None if it shows nothing.
-
-        One that was held and released at once shows no more than its pace.
-        """
+        """Count a train; return by how much the link spread it, in s, None if it shows nothing."""
         if len(arrivals) < 2:
             return None
         first, last = arrivals[0], arrivals[-1]
@@ -160,6 +153,7 @@ class DispersionEstimator:
             self._sums.popleft()
         sent_in_s = max(last.sent_s - first.sent_s, 1e-6)
         bits = 8 * (last.until_bytes - first.until_bytes) / 1000
+        # One that was held and released at once shows no more than its pace.
         ms = max(came_in_s, sent_in_s) * 1000
         more = (bits, ms, bits * bits, bits * ms, ms * ms)
         self._sums.append((now_s, tuple(map(add, self._sums[-1][1], more))))
@@ -184,7 +178,6 @@ class DispersionEstimator:
         """Return the rate of the last `count` trains, less `errors` standard errors."""
         bits, ms, bits_2, bits_ms, ms_2 = map(sub, self._sums[-1][1], self._sums[-1 - count][1])
         ms_per_bit = ms / bits
-        # Few trains show little of their variance, so the single packets' variance counts too.
         squares = _PRIOR_TRAINS * 2 * (noise_s * 1000) ** 2
         squares += max(0.0, ms_2 - 2 * ms_per_bit * bits_ms + ms_per_bit**2 * bits_2)
         ms += errors * math.sqrt(squares / (count + _PRIOR_TRAINS - 1)) * math.sqrt(count)

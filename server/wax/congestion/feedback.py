@@ -1,11 +1,8 @@
 """Transport-wide feedback: which packets request it, and whether it is overdue. Pure.
 
-A packet without a transport-wide sequence number gets none
-(draft-holmer-rmcat-transport-wide-cc-extensions-01). Each feedback packet costs the browser's
-uplink about 75 bytes, up to twenty times a second (a tenth of a modem line), and the server as much
-as sending four packets; a hundred settled observers need neither, so they are sampled.
-
-Overdue feedback is the RTCP timeout of a circuit breaker (RFC 8083), but sooner.
+A packet without a transport-wide sequence number gets none. Each feedback packet costs the
+browser's uplink about 75 bytes, up to twenty times a second (a tenth of a modem line), and the
+server as much as sending four packets; a hundred settled observers need neither: they are sampled.
 """
 
 from __future__ import annotations
@@ -25,8 +22,7 @@ _SETTLED_EVERY_S: Final = 0.4
 _THIN_EVERY_S: Final = 0.5
 """Interval on a thin link, of which feedback takes a part."""
 _THIN_BPS: Final = 150_000.0
-"""A link below this rate is thin, and only sampled, for full feedback would take 8 % of an equally
-thin uplink."""
+"""Below this rate a link is only sampled: full feedback takes 8 % of an equally thin uplink."""
 _SETTLED_QUEUE_MS: Final = 30.0
 """Longest queue of a settled link: the threshold of a standing queue."""
 _SPARE_FACTOR: Final = 1.5
@@ -34,15 +30,14 @@ _SPARE_FACTOR: Final = 1.5
 _SOUND_EVERY_FACTOR: Final = 2.0
 """Sound begins a sample only if no picture did for this multiple of the interval."""
 _MIN_TIMEOUT_S: Final = 0.5
-"""Shortest timeout; browsers send feedback every 50 to 100 ms. RFC 8083 waits for three RTCP
-intervals, which takes seconds; a robot drives meanwhile."""
+"""Shortest timeout; browsers send feedback every 50 to 100 ms. The circuit breaker of RFC 8083
+waits for three RTCP intervals, which takes seconds; a robot drives meanwhile."""
 _FIRST_TIMEOUT_S: Final = 2.0
 """Timeout of the first feedback: no round trip is known before it."""
 _ROUND_TRIPS: Final = 2.0
 """Feedback takes one round trip; another one is allowed for a queue."""
 _IDLE_S: Final = 3.0
-"""Nothing is overdue if no packet with feedback was sent for this long: the last packets may have
-been lost, or unmarked."""
+"""Nothing is overdue this long after the last packet with feedback: it may be lost, or unmarked."""
 _KEPT_ROUND_TRIPS: Final = 5
 """The median of this many counts, so that one lengthened by a queue does not."""
 _MAX_ROUND_TRIP_S: Final = 10.0
@@ -74,7 +69,6 @@ class FeedbackSampling:
             self._every_s = _SETTLED_EVERY_S if is_settled and not full_feedback else 0.0
 
     def requests_feedback(self, train: int | None, now_s: float) -> bool:
-        """Return whether to mark a packet of this picture, or of sound (None)."""
         if train is not None and self._train is not None and train == self._train[0]:
             return self._train[1]
         # Pictures probe the link; sound opens a window only if there are none.

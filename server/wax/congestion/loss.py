@@ -1,9 +1,4 @@
-"""Loss-based control as GCC's (section 6), and the length of loss bursts.
-
-Beside the delay-based control, loss lowers the rate only if it is very high, beyond GCC's 10 %: a
-radio that always loses 16 % is not congested, and what fills a queue shows in its delay. Without
-transport-wide feedback it is the only signal.
-"""
+"""Loss-based control as GCC's (section 6), and the length of loss bursts."""
 
 from __future__ import annotations
 
@@ -27,7 +22,7 @@ _OUTAGE_S: Final = 0.5
 """Losses in a row that span this time are an outage, which says nothing of the rate: a full queue
 lets some of the sound through. Ours; as the shortest feedback timeout."""
 _HIGH_LOSS_SHARE: Final = 0.4
-"""Loss that lowers the rate: no radio that can be used loses so much. GCC: 10 %."""
+"""Loss that lowers the rate: no usable radio loses so much; a queue shows as delay. GCC: 10 %."""
 _HIGH_LOSS_S: Final = 2.0
 """High loss is judged over this time, and the rate stays for as long after a fall."""
 _MIN_PACKETS: Final = 40
@@ -42,7 +37,7 @@ _BURST_QUANTILE: Final = 0.95
 """Share of the bursts that redundancy must repair (RFC 2198)."""
 
 _STARTING_RATE_BPS: Final = 5_000_000.0
-"""Rate before the first report. Ours: no delay would show that it is too high."""
+"""Rate before the first report. If it is too high, only a queue that overflows shows it."""
 _MIN_RATE_BPS: Final = 30_000.0
 """Lowest rate: sound, and the smallest picture now and then."""
 LOW_LOSS_SHARE: Final = 0.02
@@ -59,8 +54,6 @@ _DECREASE_SHARE: Final = 0.5
 
 @dataclass(slots=True)
 class _Bucket:
-    """The packets reported from some time on."""
-
     start_s: float
     packets: int = 0
     lost: int = 0
@@ -83,15 +76,11 @@ class LossControl:
 
     @property
     def share(self) -> float:
-        """The share of packets lost in the last 10 s."""
         return _lost_share(self._buckets)
 
     @property
     def burst(self) -> int:
-        """The number of packets lost in a row (95th percentile), 0 without loss.
-
-        Of the sound where feedback tells of it: its packets are sparser, so its bursts shorter.
-        """
+        """As in `LinkEstimate`; the sound's packets are sparser, so its bursts are shorter."""
         lengths = sorted(length for _, length in self._bursts)
         at = min(int(_BURST_QUANTILE * len(lengths)), len(lengths) - 1)
         return lengths[at] if lengths else self._in_a_row
@@ -162,13 +151,9 @@ def _lost_share(buckets: Collection[_Bucket]) -> float:
 
 
 class LossBasedControl:
-    """Follows the lost share in each receiver report (RFC 3550, 6.4.1); `now_s` never falls.
-
-    It notices a full link only when its queue overflows.
-    """
+    """Follows the lost share in each receiver report (RFC 3550, 6.4.1); `now_s` never falls."""
 
     def __init__(self, rate_bps: float = _STARTING_RATE_BPS, max_bps: float = ENOUGH_BPS) -> None:
-        """Start with a known rate and bound, or with those of an unknown link."""
         self._max_bps = max_bps
         self.rate_bps = rate_bps
         self._reported_s: float | None = None

@@ -17,8 +17,7 @@ from collections import deque
 from typing import Final
 
 _BASE_MEMORY_S: Final = 30.0
-"""How long a base delay counts. LEDBAT: up to 10 minutes; BBR's min_rtt: 10 s. A drift of 100 ppm
-makes it 3 ms wrong; a queue that stands longer would count as the path."""
+"""How long a base delay counts; a queue that lasts longer is missed. LEDBAT: 10 min, BBR: 10 s."""
 _BASE_BUCKET_S: Final = 0.5
 """One base delay is kept for each interval of this length: it bounds memory. LEDBAT: a minute."""
 _RECENT_S: Final = 0.07
@@ -51,8 +50,7 @@ _NOISE_FACTOR: Final = 3.0
 _MAX_NOISE_S: Final = 0.060
 """Noise raises the threshold to at most this. GCC bounds its threshold by 600 ms."""
 _MIN_SPAN_S: Final = 0.040
-"""The packets must span this time: those that a stall released together show nothing. CoDel's
-interval is 100 ms."""
+"""The packets must span this time: those that a stall released together show nothing."""
 _FEEDBACKS: Final = 2
 """Feedback packets in a row that must show it. GCC: overuse_time_th, 10 ms."""
 _LEVEL_S: Final = 0.020
@@ -78,11 +76,10 @@ class QueuingDelay:
         self._seen = 0
         self._level_s = 0.0
         self.level_from_s = 0.0
-        """Since when the delay has been level; a queue's delay grows or shrinks."""
+        """Since when the delay has been level."""
 
     @property
     def stands(self) -> bool:
-        """Whether there is a standing queue."""
         return self._seen >= _FEEDBACKS
 
     @property
@@ -114,11 +111,8 @@ class QueuingDelay:
         return max(0.0, delay_s - self.base_s)
 
     def judge(self, rate_bps: float, now_s: float) -> None:
-        """Look after each feedback whether a queue stands.
-
-        The minimum of recent packets counts, because one late packet is no queue, and the last of
-        the packets that a stall held and released together was not queued.
-        """
+        """Look after each feedback whether a queue stands."""
+        # One late packet is no queue, and the last that a stall held was not queued.
         standing_s = min((queued_s for _, queued_s in self._recent), default=0.0)
         if abs(standing_s - self._level_s) > _LEVEL_S:
             self._level_s, self.level_from_s = standing_s, now_s
@@ -153,10 +147,7 @@ class QueuingDelay:
 
 
 class Jitter:
-    """Packet delay variation of the sound (RFC 5481, 4.2), which a jitter buffer must bridge.
-
-    Takes packets in the order of sending; `now_s` never falls.
-    """
+    """Packet delay variation of the sound (RFC 5481, 4.2), to be bridged; `now_s` never falls."""
 
     def __init__(self) -> None:
         self._delays: deque[tuple[float, float]] = deque()  # time reported, delay
@@ -180,10 +171,7 @@ class Jitter:
             del self._ordered[bisect_left(self._ordered, self._delays.popleft()[1])]
 
     def forget_since(self, from_s: float, above_s: float) -> None:
-        """Drop the delays reported since `from_s` that are longer than `above_s`.
-
-        The answer to a queue is to send less, not a longer buffer.
-        """
-        kept = (one for one in self._delays if one[0] < from_s or one[1] <= above_s)
-        self._delays = deque(kept)
+        """Drop the delays reported since `from_s` that are longer than `above_s`."""
+        # The answer to a queue is to send less, not a longer buffer.
+        self._delays = deque(one for one in self._delays if one[0] < from_s or one[1] <= above_s)
         self._ordered = sorted(delay_s for _, delay_s in self._delays)

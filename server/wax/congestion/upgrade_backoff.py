@@ -32,7 +32,6 @@ class Trials:
 
     def __init__(self) -> None:
         self.hold_s = _HOLD_S
-        """How long more must have fitted before it is tried."""
         self._rose_s = -math.inf
 
     @property

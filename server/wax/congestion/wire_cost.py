@@ -13,8 +13,7 @@ UDP_IP_BYTES: Final = 28
 _HEADER_BYTES: Final = UDP_IP_BYTES + 32
 """Added to the payload: IP, UDP, 12 of RTP, about 10 of its extensions, 10 of the SRTP tag."""
 _MAX_SERIALIZATION_S: Final = 0.030
-"""Longest serialization time of a packet, for which sound behind it waits. Ours, about one packet
-of sound."""
+"""Longest serialization time of a packet, for which sound behind it waits: about one of sound."""
 _MIN_PAYLOAD_BYTES: Final = 200
 """A third of any smaller packet would be headers."""
 MAX_PAYLOAD_BYTES: Final = 1180
