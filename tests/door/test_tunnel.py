@@ -13,7 +13,7 @@ from tests.turned_clock import TurnedClock
 from wax.config import settings as config
 from wax.door import line, tunnel
 from wax.door.tunnel import Tunnel
-from wax.rtc.public_address import StunError
+from wax.rtc.stun_query import StunError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -23,7 +23,7 @@ from wax.door.page import look
 from wax.errors import WaxError, reason_of
 from wax.machine import python_module
 from wax.named_file import read_bytes, secret_file
-from wax.rtc.public_address import StunError, public_address, split
+from wax.rtc.stun_query import StunError, public_address, split
 from wax.sentence import Sentence, says
 
 if TYPE_CHECKING:

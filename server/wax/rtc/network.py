@@ -10,10 +10,10 @@ from aiortc import RTCConfiguration, RTCIceServer, RTCIceTransportPolicy
 from wax.edge.budget import Budget, Rates
 from wax.edge.turnstile import Meter
 from wax.rtc import private
-from wax.rtc.announced import AnnouncedAddresses
 from wax.rtc.local_addresses import local_addresses
 from wax.rtc.one_port.lite_connection import LiteConnection
 from wax.rtc.one_port.udp_hub import UdpHub
+from wax.rtc.public_addresses import PublicAddresses
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -48,7 +48,7 @@ class Network:
         self._turnstile = turnstile
         self._guests = Budget(_GUESTS)
         self._hub = UdpHub(settings.udp_port, self._addresses)
-        self._announced = AnnouncedAddresses(
+        self._public = PublicAddresses(
             settings.public_addresses, settings.stun if settings.mode == "one-port" else []
         )
 
@@ -64,11 +64,11 @@ class Network:
 
     async def run(self) -> None:
         """Keep the public addresses up to date until cancelled."""
-        await self._announced.run()
+        await self._public.run()
 
     def public_addresses(self) -> list[str]:
         """Return the addresses at which the world knows this machine, as far as it is known."""
-        return self._announced.now()
+        return self._public.now()
 
     def close(self) -> None:
         """Close the one port; safe to call twice."""
@@ -87,7 +87,7 @@ class Network:
 
         def connect() -> LiteConnection:
             now_s = self._clock.now_s
-            return LiteConnection(self._hub, self._announced.now, now_s, meter, on_moved)
+            return LiteConnection(self._hub, self._public.now, now_s, meter, on_moved)
 
         is_one = self._settings.mode == "one-port"
         return private.reached_by(private.Reach(connect if is_one else None, self._addresses))

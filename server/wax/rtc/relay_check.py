@@ -10,7 +10,7 @@ from urllib.parse import parse_qs
 from aioice import stun, turn
 
 from wax.errors import reason_of
-from wax.rtc.public_address import StunError, split
+from wax.rtc.stun_query import StunError, split
 
 _ANSWER_S: Final = 6.0
 _SENT: Final = b"WAX asks whether you relay"

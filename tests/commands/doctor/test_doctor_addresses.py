@@ -12,8 +12,8 @@ import pytest
 from aioice import stun
 
 from wax.commands.doctor import addresses
-from wax.rtc import public_address as asking
-from wax.rtc.public_address import StunError, public_address, split
+from wax.rtc import stun_query
+from wax.rtc.stun_query import StunError, public_address, split
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -150,7 +150,8 @@ def test_a_second_server_stands_in_for_the_first(
 
         def ask(server: str) -> str:
             """Wait as long as it takes for the one that answers only."""
-            monkeypatch.setattr(asking, "_TRIES_S", (10.0,) if server == right else (0.02, 0.02))
+            tries_s = (10.0,) if server == right else (0.02, 0.02)
+            monkeypatch.setattr(stun_query, "_TRIES_S", tries_s)
             return public_address(server)
 
         monkeypatch.setattr(addresses, "public_address", ask)

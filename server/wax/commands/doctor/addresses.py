@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import ifaddr
 
 from wax.commands.doctor.verdict import Verdict, bad, ok, warning
-from wax.rtc.public_address import StunError, public_address
+from wax.rtc.stun_query import StunError, public_address
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

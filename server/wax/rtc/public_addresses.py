@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax.rtc.public_address import StunError, public_address
+from wax.rtc.stun_query import StunError, public_address
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -23,7 +23,7 @@ _AGAIN_S: Final = 30.0
 """After no server has answered."""
 
 
-class AnnouncedAddresses:
+class PublicAddresses:
     """`fixed` addresses, and the one that the first of `servers` that answers sees.
 
     `ask` blocks, and raises `StunError`.

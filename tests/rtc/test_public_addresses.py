@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, cast
 from aioice.stun import Class, Message, Method, parse_message
 from tests.free_port import free_port
 
-from wax.rtc.announced import AnnouncedAddresses
-from wax.rtc.public_address import StunError
+from wax.rtc.public_addresses import PublicAddresses
+from wax.rtc.stun_query import StunError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -47,13 +47,13 @@ async def test_what_a_stun_server_sees_is_offered_too() -> None:
     """Beside the configured ones, from the first server that answers, and as it changes."""
     async with stun_server() as (server, url):
         nobody = f"stun:127.0.0.1:{free_port(socket.SOCK_DGRAM)}"
-        announced = AnnouncedAddresses(["198.51.100.1"], [nobody, url])
-        assert announced.now() == ["198.51.100.1"]
-        assert await announced.look()
-        assert announced.now() == ["198.51.100.1", "203.0.113.7"]
+        addresses = PublicAddresses(["198.51.100.1"], [nobody, url])
+        assert addresses.now() == ["198.51.100.1"]
+        assert await addresses.look()
+        assert addresses.now() == ["198.51.100.1", "203.0.113.7"]
         server.seen = "198.51.100.1"
-        assert await announced.look()
-        assert announced.now() == ["198.51.100.1"]
+        assert await addresses.look()
+        assert addresses.now() == ["198.51.100.1"]
 
 
 async def test_a_silent_server_takes_nothing_away() -> None:
@@ -67,10 +67,10 @@ async def test_a_silent_server_takes_nothing_away() -> None:
         except StopIteration:
             raise StunError("does not answer") from None
 
-    announced = AnnouncedAddresses([], ["stun:stun.example:3478"], ask)
-    assert await announced.look()
-    assert not await announced.look()
-    assert announced.now() == ["203.0.113.7"]
+    addresses = PublicAddresses([], ["stun:stun.example:3478"], ask)
+    assert await addresses.look()
+    assert not await addresses.look()
+    assert addresses.now() == ["203.0.113.7"]
 
 
 async def test_without_a_server_nobody_is_asked() -> None:
@@ -79,7 +79,7 @@ async def test_without_a_server_nobody_is_asked() -> None:
     def ask(server: str) -> str:
         raise AssertionError(server)
 
-    running = asyncio.create_task(AnnouncedAddresses([], [], ask).run())
+    running = asyncio.create_task(PublicAddresses([], [], ask).run())
     await asyncio.sleep(0.01)
     assert not running.done()
     running.cancel()
