@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax.errors import NotForUsError
 from wax.sentence import Sentence
-from wax.web import colours, embedding, preview_picture
+from wax.web import colours, oembed, preview_picture
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -70,7 +70,7 @@ class BrandedPage:
             raise NotForUsError(Sentence("request.no_page"), 404)
         base = self._public_url or origin
         shown_at = self._picture_url(base)
-        return embedding.oembed(asked, base, self._settings.name, self.picture, shown_at)
+        return oembed.answer(asked, base, self._settings.name, self.picture, shown_at)
 
     def html(self, built: str, origin: str, *, is_embed: bool = False) -> str:
         """Return the built page as the host's own; `origin` is how the browser calls this server.
@@ -86,7 +86,7 @@ class BrandedPage:
         told = self._data
         if is_embed:
             told = {name: told[name] for name in told if name not in _NOT_IN_FRAMES}
-            told |= {"view": embedding.VIEW}
+            told |= {"view": oembed.VIEW}
             text = _ASKED_WITH_COOKIES.sub("", text)
         data = "".join(f'data-{name}="{escape(value)}" ' for name, value in told.items())
         text = text.replace("<html ", f"<html {data}", 1)
@@ -96,7 +96,7 @@ class BrandedPage:
         base = self._public_url or origin
         more = [*self._preview(description, base), *self._link()]
         if self.embed_on:
-            more += embedding.head(base, settings.name)
+            more += oembed.head(base, settings.name)
         return text.replace("</head>", "".join(f"  {line}\n  " for line in more) + "</head>", 1)
 
     def _picture_url(self, base: str) -> str:

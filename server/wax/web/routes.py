@@ -38,7 +38,7 @@ from wax.session.token_bucket import TokenBuckets
 from wax.web import cookies
 from wax.web.branding import PICTURE_PATH, STYLE_PATH
 from wax.web.built_page import BuiltPage, keeps
-from wax.web.embedding import OEMBED_PATH, VIEW
+from wax.web.oembed import OEMBED_PATH, VIEW
 from wax.web.page_urls import is_loopback
 from wax.web.request_budgets import HOST
 from wax.web.security_headers import policy_of_document

@@ -1,4 +1,7 @@
-"""How other sites show the robot: by a frame, and by what a link becomes there (oEmbed 1.0)."""
+"""What other sites are told of the page's frame: in its head, and where they ask (oEmbed 1.0).
+
+Which of them may show it is `Guards.frame_policy`'s.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +46,7 @@ def head(base: str, name: str) -> list[str]:
     ]
 
 
-def oembed(
+def answer(
     asked: Mapping[str, str], base: str, name: str, picture: PreviewPicture | None, shown_at: str
 ) -> dict[str, object]:
     """Return the answer for a link to the page at `base`, whose picture is `shown_at` its address.
@@ -58,7 +61,7 @@ def oembed(
         raise NotForUsError(_NO_PAGE, 501)
     wide, high = _bound(asked.get("maxwidth")), _bound(asked.get("maxheight"))
     width = min(_WIDTH, wide, max(1, high * 4 // 3))
-    answer: dict[str, object] = {
+    told: dict[str, object] = {
         "version": "1.0",
         "type": "video",
         "title": name,
@@ -71,9 +74,9 @@ def oembed(
         "height": _high(width),
     }
     if picture is not None and picture.width <= wide and picture.height <= high:
-        answer["thumbnail_url"] = shown_at
-        answer["thumbnail_width"], answer["thumbnail_height"] = picture.width, picture.height
-    return answer
+        told["thumbnail_url"] = shown_at
+        told["thumbnail_width"], told["thumbnail_height"] = picture.width, picture.height
+    return told
 
 
 def _high(width: int) -> int:
