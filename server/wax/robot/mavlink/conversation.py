@@ -13,8 +13,8 @@ from wax.robot.mavlink.codec import Codec
 from wax.robot.mavlink.failsafe import warnings
 from wax.robot.mavlink.mapping import sticks, velocity
 from wax.robot.mavlink.questions import Questions
+from wax.robot.mavlink.rover import Rover
 from wax.robot.mavlink.schedule import Schedule
-from wax.robot.mavlink.vehicle import Vehicle
 from wax.robot.serial.setpoints import SetPoints
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class Conversation:
         self._limits = limits
         self._codec = Codec(settings.own_system, settings.system, key, clock.wall_ms())
         self._setpoints = SetPoints(limits, SETPOINT_TTL_S)
-        self._vehicle = Vehicle(settings)
+        self._rover = Rover(settings)
         self._questions = Questions(settings.telemetry_hz)
         self._schedule = Schedule(1.0 / settings.command_hz)
         self._beat_s = -math.inf
@@ -71,7 +71,7 @@ class Conversation:
 
     def state(self) -> RobotState:
         with self._lock:
-            vehicle, battery = self._vehicle, self._vehicle.battery
+            rover, battery = self._rover, self._rover.battery
             counts = {
                 "line_errors": float(self._codec.damaged),
                 "line_refused": float(self._codec.refused),
@@ -80,12 +80,12 @@ class Conversation:
                 connected=self._connected,
                 problem=self._problem,
                 epoch=self._epoch,
-                moving=vehicle.moving if self._connected else None,
-                pose=vehicle.pose if self._connected else None,
+                moving=rover.moving if self._connected else None,
+                pose=rover.pose if self._connected else None,
                 battery_v=battery.volts if self._connected else None,
                 battery_fraction=battery.fraction if self._connected else None,
-                ttl_s=vehicle.told_s if self._connected else None,
-                extra=vehicle.known() | counts,
+                ttl_s=rover.told_s if self._connected else None,
+                extra=rover.known() | counts,
             )
 
     # --- from the link ----------------------------------------------------------------------
@@ -118,17 +118,17 @@ class Conversation:
             words = b""
             if now_s >= self._beat_s:
                 words, self._beat_s = self._codec.heartbeat(), now_s + HEARTBEAT_EVERY_S
-            for name in self._questions.parameters(self._vehicle, now_s):
+            for name in self._questions.parameters(self._rover, now_s):
                 words += self._codec.ask_parameter(name)
-            for number, rate_hz in self._questions.telemetry(self._vehicle, now_s):
+            for number, rate_hz in self._questions.telemetry(self._rover, now_s):
                 words += self._codec.ask_telemetry(number, rate_hz)
             had_said_motion = self._said_motion
             told, due_s = self._tell(now_s)
-            changes_s = (self._vehicle.silent_at_s, self._vehicle.asks_end_s)
+            changes_s = (self._rover.silent_at_s, self._rover.asks_end_s)
             due_s = min(
                 due_s,
                 self._beat_s,
-                self._questions.next_s(self._vehicle, now_s),
+                self._questions.next_s(self._rover, now_s),
                 *(at_s for at_s in changes_s if at_s > now_s),
             )
             return words + told, due_s, had_said_motion and not self._said_motion
@@ -136,12 +136,12 @@ class Conversation:
     def received(self, data: bytes, now_s: float) -> bool:
         """Take what has come; returns whether it is from the rover."""
         with self._lock:
-            was_there = self._vehicle.answers(now_s)
-            heard = [self._vehicle.hear(heard, now_s) for heard in self._codec.feed(data)]
-            if self._vehicle.restarted:
+            was_there = self._rover.answers(now_s)
+            heard = [self._rover.hear(heard, now_s) for heard in self._codec.feed(data)]
+            if self._rover.restarted:
                 self._disconnect(None)
                 self._begin(now_s)
-            if not was_there and self._vehicle.answers(now_s):
+            if not was_there and self._rover.answers(now_s):
                 self._beat_s = -math.inf  # it should know of us at once
             self._look(now_s)
             return any(heard)
@@ -155,7 +155,7 @@ class Conversation:
         """Begin anew: the line is lost, or closed where there is no problem."""
         with self._lock:
             self._disconnect(problem)
-            self._vehicle.begin(math.inf)
+            self._rover.begin(math.inf)
 
     def farewell(self, now_s: float) -> float:
         """Say only standstill from now on; returns for how long before the line is closed."""
@@ -168,13 +168,13 @@ class Conversation:
     # --- with the lock held -----------------------------------------------------------------
 
     def _begin(self, now_s: float) -> None:
-        self._vehicle.begin(now_s)
+        self._rover.begin(now_s)
         self._questions.begin()
 
     def _look(self, now_s: float) -> None:
         """Update whether the rover is connected, and ready."""
-        vehicle = self._vehicle
-        absent = vehicle.absent(now_s, self._codec.refused - self._refused_before)
+        rover = self._rover
+        absent = rover.absent(now_s, self._codec.refused - self._refused_before)
         if absent is not None:
             if self._connected:
                 self._schedule.stopped(now_s)  # the other way may still be open
@@ -185,9 +185,9 @@ class Conversation:
         if not self._connected:
             self._connected = True
             self._epoch += 1
-            for line in warnings(vehicle.promise):
+            for line in warnings(rover.promise):
                 _LOG.warning(line, system=self._settings.system)
-        self._problem = vehicle.unfit()
+        self._problem = rover.unfit()
         if self._problem is not None:
             if self._ready:
                 self._schedule.stopped(now_s)

@@ -9,7 +9,7 @@ from wax.robot.mavlink.codec import TELEMETRY
 from wax.robot.mavlink.news import Battery
 
 if TYPE_CHECKING:
-    from wax.robot.mavlink.vehicle import Vehicle
+    from wax.robot.mavlink.rover import Rover
 
 ASK_EVERY_S: Final = 0.25
 ASK_AGAIN_S: Final = 2.0
@@ -29,29 +29,29 @@ class Questions:
         self._parameters_s = -math.inf
         self._telemetry_s = -math.inf
 
-    def parameters(self, vehicle: Vehicle, now_s: float) -> tuple[str, ...]:
+    def parameters(self, rover: Rover, now_s: float) -> tuple[str, ...]:
         """Return the names to ask for now."""
         if now_s < self._parameters_s:
             return ()
-        names = vehicle.unasked(now_s)
+        names = rover.unasked(now_s)
         if names:
             self._parameters_s = now_s + ASK_EVERY_S
         return names
 
-    def telemetry(self, vehicle: Vehicle, now_s: float) -> tuple[tuple[int, float], ...]:
+    def telemetry(self, rover: Rover, now_s: float) -> tuple[tuple[int, float], ...]:
         """Return the messages to ask for now, each with its rate."""
-        if now_s < self._telemetry_s or not vehicle.answers(now_s):
+        if now_s < self._telemetry_s or not rover.answers(now_s):
             return ()
         since_s, self._telemetry_s = now_s - ASK_AGAIN_S, now_s + ASK_AGAIN_S
         return tuple(
             (number, BATTERY_HZ if kind is Battery else self._telemetry_hz)
             for number, kind in TELEMETRY.items()
-            if not vehicle.told_since(kind, since_s)
+            if not rover.told_since(kind, since_s)
         )
 
-    def next_s(self, vehicle: Vehicle, now_s: float) -> float:
+    def next_s(self, rover: Rover, now_s: float) -> float:
         """Return when to ask again at the latest."""
-        if not vehicle.answers(now_s):
+        if not rover.answers(now_s):
             return math.inf
-        asks = bool(vehicle.unasked(now_s))
+        asks = bool(rover.unasked(now_s))
         return min(self._parameters_s if asks else math.inf, self._telemetry_s)

@@ -67,7 +67,7 @@ MODES: Final = {
 NUMBERS: Final = {name.lower(): number for number, name in MODES.items()}
 
 
-class Vehicle:
+class Rover:
     """Takes what is heard on the line; `restarted` is whether the rover was switched on anew."""
 
     def __init__(self, settings: MavlinkSettings) -> None:
