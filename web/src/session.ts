@@ -15,6 +15,7 @@ import { type Entry, showEntry, takeEntry } from "./entry";
 import { keepFocus, returnFocusAfterPointer } from "./focus";
 import { isFramed } from "./framed";
 import { freePicture } from "./freePicture";
+import { applyPlayout } from "./jitterBufferTargets";
 import { Identity, openIdentityChannel } from "./link/identity";
 import { Link } from "./link/link";
 import { watchNetwork } from "./link/network";
@@ -33,7 +34,6 @@ import {
   type StateOut,
 } from "./messages";
 import { Playback } from "./playback";
-import { applyPlayout } from "./playout";
 import { loadPreferences, openStore, type Preferences, savePreferences } from "./preferences";
 import { Prover } from "./proof";
 import { Acknowledger } from "./receipt/acknowledge";

@@ -1,6 +1,6 @@
 import { signal } from "@preact/signals";
 import { beforeEach, expect, it, vi } from "vitest";
-import { ServerClock } from "../clock";
+import { ServerClock } from "../serverClock";
 import { eventually } from "../testing/eventually";
 import { ours, says } from "../words/said";
 import { StopControl } from "./stopControl";

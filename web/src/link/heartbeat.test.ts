@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { ServerClock } from "../clock";
+import { ServerClock } from "../serverClock";
 import { Heartbeat } from "./heartbeat";
 
 function pong(id: number, sentMs: number, serverMs: number, beat = "x7-_2A") {

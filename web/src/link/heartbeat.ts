@@ -1,5 +1,5 @@
-import type { ServerClock } from "../clock";
 import type { Ping, Pong } from "../messages";
+import type { ServerClock } from "../serverClock";
 
 const EAGER_MS = 1000;
 /** This many answers align the clock well enough at the start. */

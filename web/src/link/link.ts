@@ -1,5 +1,5 @@
-import { ServerClock } from "../clock";
 import type { Channel, DriveIn, Ended, Operated, StateIn, StateOut } from "../messages";
+import { ServerClock } from "../serverClock";
 import { ours, type Saying } from "../words/said";
 import { Heartbeat } from "./heartbeat";
 import { Peer, type PeerEvents } from "./peer";

@@ -1,8 +1,8 @@
 // @vitest-environment dom
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
-import { ServerClock } from "../clock";
 import type { Link } from "../link/link";
 import type { Report } from "../messages";
+import { ServerClock } from "../serverClock";
 import type { Heard } from "../sound/builtInPlayer";
 import type { Facts } from "../state";
 import { Reporter } from "./report";

@@ -1,5 +1,5 @@
-import type { ServerClock } from "../clock";
 import type { Report, RtpClock } from "../messages";
+import type { ServerClock } from "../serverClock";
 import type { Heard } from "../sound/builtInPlayer";
 import type { Facts } from "../state";
 import { Arrivals } from "./arrivals";

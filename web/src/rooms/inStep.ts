@@ -1,7 +1,7 @@
-import type { ServerClock } from "../clock";
+import { applyPlayout } from "../jitterBufferTargets";
 import { type Receivers, Reporter } from "../measure/report";
 import type { Playout, Report } from "../messages";
-import { applyPlayout } from "../playout";
+import type { ServerClock } from "../serverClock";
 import type { Facts } from "../state";
 import { CaptureClock, rtpClock, type Source } from "./captures";
 import { HoldBack } from "./holdBack";

@@ -1,9 +1,9 @@
-import { ServerClock } from "../clock";
 import { RequestError } from "../link/http";
 import type { Link, LinkState } from "../link/link";
 import type { Sent } from "../link/signalling";
 import type { Receivers } from "../measure/report";
 import type { RoomState, Told, ViewerInfo } from "../messages";
+import { ServerClock } from "../serverClock";
 import type { State } from "../state";
 import { ours, type Saying } from "../words/said";
 import { t } from "../words/words";

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { ServerClock } from "./clock";
+import { ServerClock } from "./serverClock";
 
 /** Exchanges once every 200 ms between a page and a server whose clock is ahead and drifts. */
 function exchange(

@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { applyPlayout } from "./playout";
+import { applyPlayout } from "./jitterBufferTargets";
 import { says } from "./words/said";
 
 type Receiver = RTCRtpReceiver & { jitterBufferTarget?: number | null };
