@@ -1,9 +1,9 @@
 """How old a command may be: judged by the sender's timestamp, not by its arrival.
 
 A backlog that a slow link delivers all at once is therefore stale. The limit is the configured
-age plus the one-way delay measured at the start of the turn: a link with a steady long delay can
-be driven over, and one whose delay grows stops the robot. All timestamps are in seconds on the
-server's clock, to which the page has aligned its own. NaN is never fresh.
+age plus the one-way delay, as `wax.control.operator_delay` estimates it: a link with a steady long
+delay can be driven over, and one whose delay grows stops the robot. All timestamps are in seconds
+on the server's clock, to which the page has aligned its own. NaN is never fresh.
 
 A page may claim any time. So each command names the newest beat that its sender has heard
 (`wax.control.beats`), and counts as sent no later than that beat was, plus what one takes to arrive

@@ -62,8 +62,8 @@ class ControlLoop:
         driver: Driver,
         settings: DriveSettings,
         robot: RobotSettings,
-        # The operator's one-way delay: asked until somebody can drive with it, and again when the
-        # turn renews or the operator reconnects.
+        # Half a viewer's least round trip of late, None before the first; `OperatorDelay` keeps
+        # the least in a turn.
         link_delay_s: Callable[[int], float | None],
         # Whether a viewer wants the picture: not if it is off or the robot has no camera.
         sees: Callable[[int], bool],

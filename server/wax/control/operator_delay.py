@@ -1,4 +1,4 @@
-"""The one-way delay of the operator's link: the least of their turn.
+"""The one-way delay of the operator's link, estimated: half the least round trip of their turn.
 
 A link whose delay grows during a turn gets no further allowance, and one measured while it was busy
 loses what it did not need. One over which nobody can drive is measured until it can be driven over:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class OperatorDelay:
-    """Asks `measure` for a viewer's one-way delay, in seconds."""
+    """Asks `measure` for half a viewer's least round trip of late, in seconds."""
 
     def __init__(self, measure: Callable[[int], float | None], rules: Rules) -> None:
         self._measure = measure

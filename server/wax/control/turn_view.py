@@ -15,11 +15,10 @@ class TurnView:
     """The turn as it is now.
 
     `present` is false while the operator's connection is lost. `one_way_s` is the delay of
-    their link, measured at the start of the turn, None if unknown. `sees` is false if the picture
-    is switched off on purpose or the robot has no camera. `picture` is whose word the age of the
-    driving view is. `max_fraction` is how much of the robot's
-    speed the host lets them use. `aboard` is what the robot last told of the person aboard, None
-    where there is none.
+    their link (`OperatorDelay`), None if unknown. `sees` is false if the picture is switched off on
+    purpose or the robot has no camera. `picture` is whose word the age of the driving view is.
+    `max_fraction` is how much of the robot's speed the host lets them use. `aboard` is what the
+    robot last told of the person aboard, None where there is none.
     """
 
     number: int

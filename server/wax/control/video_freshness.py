@@ -1,7 +1,7 @@
 """How fresh the operator's picture is: fresh, late, switched off, or too old to drive by.
 
 Its age is that of the newest picture on the operator's screen, as each command reports it, minus
-the one-way delay of their link, plus what the source's clock may err by: a picture that nobody
+the estimated delay of their link, plus what the source's clock may err by: a picture that nobody
 vouches for (`PictureClock`) is as good as none. The age grows between commands too. An operator who
 has switched the picture off, or drives a robot without a camera, knows that they see nothing. NaN
 is never fresh.

@@ -113,7 +113,7 @@ class Viewers:
             viewer.drive_status = messages.DriveStatus(moving=moving, reason=reason, share=share)
 
     def link_delay_s(self, number: int) -> float | None:
-        """Return the measured one-way delay of a viewer's link."""
+        """Return half the least round trip of a viewer's last 10 s, in s; None if unknown."""
         if (viewer := self._viewers.get(number)) is not None:
             with viewer.boundary:
                 return viewer.link.one_way_s
