@@ -1,1 +1,1 @@
-"""What `wax` does besides serving, a package for each command; `wax.__main__` chooses."""
+"""What `wax` does besides serving, a package for each longer command; `wax.__main__` chooses."""

@@ -10,9 +10,10 @@ It runs at the sender, on transport-wide feedback
   delivery rate. GCC: the delay's gradient, not its level, and 0.85 of the received rate.
 * Loss lowers it only where it is very high (`loss`); without transport-wide feedback it is the only
   signal, as in GCC section 6.
-* Without feedback for two round trips, probing stops and pictures pause (`feedback`).
+* Where feedback is late, a picture leaves only each 0.3 s (`sender_side`); after two round trips
+  probing stops, too (`feedback`).
 
-Limits: no padding is sent, so pictures that fit one packet probe nothing; a competing flow's queue
+Limits: no padding is sent, so pictures of up to 200 bytes probe nothing; a competing flow's queue
 counts as ours, and no mode competes with loss-based flows (GCC's adaptive threshold, SCReAM's
 higher target); a settled link is only sampled (`feedback`); the base delay expires in 30 s.
 

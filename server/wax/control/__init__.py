@@ -1,6 +1,7 @@
 """Who drives, which commands count, and the loop that moves the robot.
 
-All of it is pure (``now_s`` is an argument) except `loop` and `safe_driver`, which call the driver.
+All of it is pure (``now_s`` is an argument) but `loop`, `controls_loop` and `safe_driver`, which
+call the driver.
 A command is checked in this order:
 
 0. `local_hand` - does the person aboard leave the robot to an operator? They outrank everybody.

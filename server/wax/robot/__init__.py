@@ -1,4 +1,4 @@
-"""The robots: simulated, serial, plug-in, and the driver process.
+"""The robots, one package for each kind, and the processes in which they run apart.
 
-Their common interface is `wax.driver`. Nothing here knows about viewers or media.
+Their common interface is `wax.driver`. Nothing here knows about viewers.
 """

@@ -1,4 +1,4 @@
-"""`audio-master`: the sound plays at its own delay, and the picture is held back to match it.
+"""`audio-master`, "Smooth" on the page: the sound has its own delay, the picture is held to it.
 
 Thesis 3.3: people notice gaps in sound, so it is the master and never waits for a late picture; the
 picture is held back to match it. If that would take longer than `max_holdback_ms`, delivery comes

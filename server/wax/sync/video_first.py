@@ -1,4 +1,4 @@
-"""`video-first`: neither stream waits for the other; the skew is shown, not corrected."""
+"""`video-first`, "Immediate" on the page: neither waits; the skew is shown, not corrected."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""HTTP: the built page, and the few requests that cannot use a data channel.
+"""HTTP: the built page, and the requests that do without a data channel.
 
-Handlers parse a request and call the session; they decide nothing.
+Whose connections and requests are served, when and how often is decided here; handlers ask
+`wax.access` who may do what, and leave the act to `wax.session`.
 """

@@ -14,7 +14,7 @@ const NAMES: Record<NonNullable<Preferences["policy"]>, Words> = {
 
 const wordsOf = (policy: Preferences["policy"]) => (policy ? NAMES[policy] : AUTOMATIC);
 
-/** Smooth or immediate; no choice if the server has one for everybody. */
+/** Automatic, smooth or immediate; no choice if the server has one for everybody. */
 export function Timing() {
   const { preferences, playout } = useState();
   const { setPolicy } = useActions();
