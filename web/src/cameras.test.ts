@@ -109,12 +109,18 @@ it("says so where the connection carries it no more", () => {
   ]);
 });
 
-it("a page that nobody sees shows nothing, which says nothing of the camera", () => {
+it.each([
+  ["nobody sees", true],
+  ["hung", false],
+])("a page that %s has shown nothing, which says nothing of the camera", (_, isHidden) => {
   cameras.choose(0);
+  pass(200, [0, 1]);
   nowMs += 60_000;
-  cameras.look(nowMs, true);
-  cameras.look(nowMs + 100, false);
+  cameras.look(nowMs, isHidden);
+  pass(2000, [1]);
   expect(state.large.value).toBe(0);
+  pass(1000, [1]);
+  expect(state.large.value).toBeNull();
 });
 
 it.each([

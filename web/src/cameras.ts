@@ -6,6 +6,8 @@ import { t } from "./words/words";
 
 /** Without a new picture for so long, a camera shows what was, not what is. */
 const STALE_MS = 2500;
+/** Looked for so late, a picture may have come that the page itself was too busy to show. */
+const HUNG_MS = 1000;
 
 interface Wiring {
   state: State;
@@ -27,6 +29,7 @@ export class Cameras {
   readonly #playbacks: Playback[] = [];
   /** When each has shown its newest picture, or was given time to. */
   readonly #shownMs: number[] = [];
+  #lookedMs = 0;
 
   constructor(private readonly wiring: Wiring) {
     const { drivingTurn } = wiring.state;
@@ -85,7 +88,9 @@ export class Cameras {
   look(nowMs: number, isHidden: boolean): void {
     const { state, tellsFrames } = this.wiring;
     const isOff = state.isBlanked.peek() || !state.preferences.peek().picture;
-    if (isHidden || isOff || !tellsFrames) {
+    const hasHung = nowMs - this.#lookedMs > HUNG_MS;
+    this.#lookedMs = nowMs;
+    if (isHidden || isOff || !tellsFrames || hasHung) {
       this.#shownMs.fill(nowMs);
       return;
     }
