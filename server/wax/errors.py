@@ -10,7 +10,7 @@ WaxError
  ├── SignallingError  an offer that cannot be answered
  ├── FullError        no room for one more viewer
  │    └── NoPlaceError  … here, but perhaps in a room of the cluster
- ├── TooOftenError    one address requests connections too often
+ ├── TooOftenError    one address requests connections, or tries secrets, too often
  ├── NotForUsError    a request that is not meant for this server, or not by our own page
  ├── ForbiddenError   a request that its sender may not make, or not now
  │    └── NotAdmittedError  somebody who may not come in, or not stay
@@ -92,7 +92,7 @@ class NoPlaceError(FullError):
 
 
 class TooOftenError(_LaterError):
-    """One address requests connections too often."""
+    """One address requests connections, or tries secrets, too often."""
 
 
 class NotForUsError(WaxError):

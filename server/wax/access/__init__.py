@@ -1,5 +1,5 @@
 """Who somebody is, and what they may: secrets, invitations, bans, and the permission table.
 
-Pure but for `secret_file` and `host_link`, which keep secrets on disk. Who is connected lives in
-`wax.session`.
+`secret_file` keeps the server's secret on disk, `host_link` is a socket, and `access` writes to the
+records; the rest is pure. Who is connected lives in `wax.session`.
 """

@@ -1,7 +1,7 @@
 """The time of one turn, which stands still while something keeps its operator from driving.
 
-What stands still: the robot cannot be driven, its camera delivers nothing, or somebody else pressed
-Stop. It does so for `MAX_PAUSE_S` a turn, so that nobody holds up the queue by pressing Stop.
+It does while the robot cannot be driven, its camera delivers nothing, or somebody else has pressed
+Stop; for at most `MAX_PAUSE_S` a turn, so that nobody holds up the queue by pressing Stop.
 """
 
 from __future__ import annotations

@@ -8,8 +8,10 @@
 - Told to pages: `announcements` says what, `room_updates` when; `equipment`, `diagnosis`, `names`.
 - Told to others: `record_keeper` to the records and to `news`, which makes events, with those of
   `changes`, for `wax.hooks`; `tape_keeper`; `house_states`; `status` to programs that ask.
+- Kept over a restart: `kept_state`.
 - In a room of LiveKit: `rooms`, with the seats there (`room_seats`).
-- Rates and measures: `token_bucket`, `minute_limits`, `last_wins`, `last_minute`, `spread`.
+- Rates and measures: `token_bucket`, `minute_limits`, `last_wins`, `last_minute`, `spread`,
+  `link_statistics`; names that look alike: `lookalikes`.
 
 `room` connects them all. Decisions about driving are in `wax.control`, about media in
 `wax.streams`.

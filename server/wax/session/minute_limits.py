@@ -1,4 +1,4 @@
-"""How often a minute: at most so many within any minute, of each of many keys. Pure."""
+"""A limit for each of many keys, within any 60 s. Pure."""
 
 from __future__ import annotations
 

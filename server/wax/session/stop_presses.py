@@ -1,6 +1,6 @@
 """Who may press Stop, on the data channel or by HTTP; the latch decides who may release it.
 
-Stop is for everybody, and so it is for whoever wants nobody to drive. Each person has a budget, and
+Everybody may press Stop, also those who want nobody to drive. Each person has a budget, and
 each address has one for all of its people together, in which every press counts, the first one too:
 otherwise forty browsers of one address would press forty times a minute. Part of it is kept for the
 first press a minute of those who are known: the few who have watched longest from there, and for at
