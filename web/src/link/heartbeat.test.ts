@@ -59,12 +59,20 @@ it.each([
 ])("calls so much time of unanswered pings silence, driving: %s", (isKeen, ms) => {
   const heartbeat = new Heartbeat(new ServerClock());
   expect(heartbeat.isSilent(1e6, isKeen)).toBe(false);
-  heartbeat.beat(1000);
-  heartbeat.beat(2000);
+  for (let atMs = 1000; atMs < 1000 + ms; atMs += 1000) heartbeat.beat(atMs);
   expect(heartbeat.isSilent(999 + ms, isKeen)).toBe(false);
   expect(heartbeat.isSilent(1000 + ms, isKeen)).toBe(true);
   heartbeat.heard(pong(2, 2000, 0), 1100 + ms);
   expect(heartbeat.isSilent(60_000, isKeen)).toBe(false);
+});
+
+it("does not call it silence that the page has hung and could not hear", () => {
+  const heartbeat = new Heartbeat(new ServerClock());
+  heartbeat.beat(1000);
+  expect(heartbeat.isSilent(61_000, true)).toBe(false);
+  heartbeat.beat(61_000);
+  expect(heartbeat.isSilent(61_400, true)).toBe(false);
+  expect(heartbeat.isSilent(61_500, true)).toBe(true);
 });
 
 it("knows for how long it waits for an answer", () => {

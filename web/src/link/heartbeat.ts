@@ -10,13 +10,20 @@ const CALM_EVERY_MS = 1000;
 const SILENCE_MS = 3000;
 /** Whoever drives or waits has less time, and a crowd of observers must not all come at once. */
 const KEEN_SILENCE_MS = 2000;
+/** A longer gap between pings means that the page did not run and could not receive an answer. */
+const LONGEST_STEP_MS = 1500;
 
-/** Pings, the clock measurements from the pongs, and whether the server still answers. Pure. */
+/**
+ * Pings, the clock measurements from the pongs, and whether the server still answers. Pure.
+ *
+ * As in `Silence`, only time in which the page runs counts.
+ */
 export class Heartbeat {
   #nextId = 1;
   #startedMs: number | null = null;
   #newest: { id: number; atMs: number } | null = null;
   #unansweredSinceMs: number | null = null;
+  #beatMs = 0;
   #pongs = 0;
   #beat: string | null = null;
 
@@ -25,7 +32,8 @@ export class Heartbeat {
   /** Returns the next ping, to be sent now. */
   beat(nowMs: number): Ping {
     this.#startedMs ??= nowMs;
-    this.#unansweredSinceMs ??= nowMs;
+    this.#unansweredSinceMs = nowMs - this.unansweredMs(nowMs);
+    this.#beatMs = nowMs;
     return {
       type: "ping",
       id: this.#nextId++,
@@ -71,7 +79,9 @@ export class Heartbeat {
 
   /** How long pings have gone unanswered; 0 if none has. */
   unansweredMs(nowMs: number): number {
-    return nowMs - (this.#unansweredSinceMs ?? nowMs);
+    if (this.#unansweredSinceMs === null) return 0;
+    const stoodMs = Math.max(0, nowMs - this.#beatMs - LONGEST_STEP_MS);
+    return nowMs - this.#unansweredSinceMs - stoodMs;
   }
 
   /** Whether pings have gone unanswered for 3 s, for a page whose silence matters 2 s. */
