@@ -202,6 +202,28 @@ def test_what_could_not_be_written_is_tried_again(
     file.keep(KeptState(stop="host"))
     (tmp_path / "folder").unlink()
     until(lambda: not file.problems())
+    second = kept(tmp_path / "folder")
+    assert second.problems()
+    second.close()
+    file.close()
+    assert KeptFile(str(tmp_path / "folder")).before.stop == "host"
+
+
+def test_what_was_not_read_is_not_written_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As in a folder that is mounted late: the Stop in it is in force after the next start."""
+    monkeypatch.setattr(kept_state, "_AGAIN_S", 0.01)
+    late = tmp_path / "late"
+    late.mkdir()
+    (late / FILE).write_text(KeptState(stop="host").model_dump_json())
+    (tmp_path / "folder").touch()
+    file = kept(tmp_path / "folder")
+    why = file.problems()
+    (tmp_path / "folder").unlink()
+    late.rename(tmp_path / "folder")
+    until(lambda: file.problems() != why)
+    file.keep(KeptState(is_held=True))
     file.close()
     assert KeptFile(str(tmp_path / "folder")).before.stop == "host"
 

@@ -95,11 +95,7 @@ class KeptFile:
         Each would undo the other's Stop.
         """
         try:
-            if self._path is not None:
-                self._lock = _locked(state_dir.prepare(self._path.parent) / _LOCK)
-        except BlockingIOError:
-            self._path = None
-            self._fail(StateError("another server has the same [server] state_dir"))
+            self._claim()
         except (OSError, StateError) as error:
             self._fail(error)
         self._thread.start()
@@ -116,6 +112,24 @@ class KeptFile:
         self._changed.set()
         if self._thread.is_alive():
             self._thread.join(_CLOSE_S)
+
+    def _claim(self) -> None:
+        """Lock the folder, once, and never write over what was not read: raises `StateError`.
+
+        Or `OSError`, while the folder cannot be used.
+        """
+        if self._path is None or self._lock is not None:
+            return
+        try:
+            self._lock = _locked(state_dir.prepare(self._path.parent) / _LOCK)
+        except BlockingIOError:
+            why = "another server has the same [server] state_dir"
+        else:
+            if self.before is _DOUBT or self._read() == self.before:
+                return
+            why = f"{self._path} has changed since the start; start the server again"
+        self._path = None
+        raise StateError(why)
 
     def _run(self) -> None:
         while True:
@@ -147,6 +161,7 @@ class KeptFile:
             return
         new = self._path.with_suffix(".new")
         try:
+            self._claim()
             state_dir.prepare(self._path.parent)
             new.unlink(missing_ok=True)
             with os.fdopen(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
