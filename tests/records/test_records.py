@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import shutil
 import signal
 import sqlite3
 import subprocess
@@ -19,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 import structlog
 from tests.turned_clock import TurnedClock
+from tests.until import until
 
 from wax import state_dir
 from wax.clock import SystemClock
@@ -168,13 +170,17 @@ def test_what_lasts_is_known_again(path: Path) -> None:
 
 
 @pytest.mark.parametrize("is_folder_ours", [True, False])
+@pytest.mark.parametrize("was_killed", [True, False])
 def test_bans_hold_where_nothing_can_be_written(
-    path: Path, monkeypatch: pytest.MonkeyPatch, *, is_folder_ours: bool
+    path: Path, monkeypatch: pytest.MonkeyPatch, *, is_folder_ours: bool, was_killed: bool
 ) -> None:
     """In a file that belongs to another user, and on a disk that has become read-only."""
     ban = Ban("troll", "192.0.2.7", time.time_ns() // 1_000_000_000 + 3600.0)
     with writing(path) as records:
         records.keep_ban(ban)
+        if was_killed:
+            until(lambda: load_lasting(path, SystemClock()).bans)
+            path = shutil.copytree(path.parent, path.parent / "killed") / path.name
     files = sorted(path.parent.iterdir())
 
     def refuse(_: Path) -> None:

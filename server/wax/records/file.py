@@ -50,9 +50,11 @@ def open_for_writing(path: Path) -> sqlite3.Connection:
 def open_for_reading(path: Path, *, is_ours: bool = True) -> sqlite3.Connection:
     """Open a file that may be written meanwhile; raises `sqlite3.Error`.
 
-    Where it is not ours to write, without the log and the locks, which would need files beside it.
+    One that is not ours to write is read with its log where all of that is there, since otherwise
+    files of ours would appear beside it.
     """
-    how = "mode=ro" if is_ours else "mode=ro&immutable=1"
+    has_log = all(path.with_name(path.name + ending).exists() for ending in ("-wal", "-shm"))
+    how = "mode=ro" if is_ours or has_log else "mode=ro&immutable=1"
     return sqlite3.connect(f"{path.resolve().as_uri()}?{how}", uri=True, timeout=BUSY_S)
 
 
@@ -83,10 +85,7 @@ def move_aside(path: Path, now_ms: int) -> None:
 
 
 def read_lasting(path: Path, *, is_ours: bool = True) -> Rows:
-    """Return the rows that must last; raises `sqlite3.Error` or `schema.NotOursError`.
-
-    Where the file is not ours to write, without those that its log alone has.
-    """
+    """Return the rows that must last; raises `sqlite3.Error` or `schema.NotOursError`."""
     with closing(open_for_reading(path, is_ours=is_ours)) as file:
         schema.check(file)
         return {
