@@ -186,9 +186,9 @@ async def open_viewer(
             viewers.append(viewer)
             await viewer.page.goto(server.url)
             await viewer.sees_picture()
+            leaving.push_async_callback(viewer.leaves)  # the next test need not wait their turn
             if drives:
                 await viewer.takes_the_wheel()
-            leaving.push_async_callback(viewer.leaves)  # the next test need not wait their turn
             return viewer
 
         yield open_one

@@ -6,8 +6,8 @@ import { t } from "./words/words";
 
 /** Without a new picture for so long, a camera shows what was, not what is. */
 const STALE_MS = 2500;
-/** Looked for so late, a picture may have come that the page itself was too busy to show. */
-const HUNG_MS = 1000;
+/** Of a longer gap between looks only this much counts: the page hung, and could show nothing. */
+const LONGEST_STEP_MS = 400;
 
 interface Wiring {
   state: State;
@@ -29,7 +29,7 @@ export class Cameras {
   readonly #playbacks: Playback[] = [];
   /** When each has shown its newest picture, or was given time to. */
   readonly #shownMs: number[] = [];
-  #lookedMs = 0;
+  #lookedMs = performance.now();
 
   constructor(private readonly wiring: Wiring) {
     const { drivingTurn } = wiring.state;
@@ -88,9 +88,10 @@ export class Cameras {
   look(nowMs: number, isHidden: boolean): void {
     const { state, tellsFrames } = this.wiring;
     const isOff = state.isBlanked.peek() || !state.preferences.peek().picture;
-    const hasHung = nowMs - this.#lookedMs > HUNG_MS;
+    const hungMs = Math.max(0, nowMs - this.#lookedMs - LONGEST_STEP_MS);
     this.#lookedMs = nowMs;
-    if (isHidden || isOff || !tellsFrames || hasHung) {
+    for (const at of this.#shownMs.keys()) this.#shownMs[at] = (this.#shownMs[at] ?? 0) + hungMs;
+    if (isHidden || isOff || !tellsFrames) {
       this.#shownMs.fill(nowMs);
       return;
     }

@@ -10,14 +10,10 @@ const CALM_EVERY_MS = 1000;
 const SILENCE_MS = 3000;
 /** Whoever drives or waits has less time, and a crowd of observers must not all come at once. */
 const KEEN_SILENCE_MS = 2000;
-/** A longer gap between pings means that the page did not run and could not receive an answer. */
+/** Of a longer gap between pings only this much counts: the page hung, and could hear no answer. */
 const LONGEST_STEP_MS = 1500;
 
-/**
- * Pings, the clock measurements from the pongs, and whether the server still answers. Pure.
- *
- * As in `Silence`, only time in which the page runs counts.
- */
+/** Pings, the clock measurements from the pongs, and whether the server still answers. Pure. */
 export class Heartbeat {
   #nextId = 1;
   #startedMs: number | null = null;
