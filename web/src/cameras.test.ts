@@ -116,11 +116,14 @@ it.each([
   cameras.choose(0);
   pass(200, [0, 1]);
   nowMs += 60_000;
+  cameras.presented(1);
   cameras.look(nowMs, isHidden);
   pass(2000, [1]);
   expect(state.large.value).toBe(0);
   pass(1000, [1]);
   expect(state.large.value).toBeNull();
+  pass(3000, [0]);
+  expect([...state.staleCameras.value]).toEqual([1]);
 });
 
 it.each([

@@ -1,3 +1,4 @@
+import { Silence } from "./link/silence";
 import type { Look, RoomState, Sentence, StateIn } from "./messages";
 import { Playback } from "./playback";
 import type { State } from "./state";
@@ -6,8 +7,6 @@ import { t } from "./words/words";
 
 /** Without a new picture for so long, a camera shows what was, not what is. */
 const STALE_MS = 2500;
-/** Of a longer gap between looks only this much counts: the page hung, and could show nothing. */
-const LONGEST_STEP_MS = 400;
 
 interface Wiring {
   state: State;
@@ -27,9 +26,8 @@ interface Wiring {
  */
 export class Cameras {
   readonly #playbacks: Playback[] = [];
-  /** When each has shown its newest picture, or was given time to. */
-  readonly #shownMs: number[] = [];
-  #lookedMs = performance.now();
+  /** Of each since it has shown its newest picture, or was given time to. */
+  readonly #silences: Silence[] = [];
 
   constructor(private readonly wiring: Wiring) {
     const { drivingTurn } = wiring.state;
@@ -44,7 +42,7 @@ export class Cameras {
   choose(large: number | null): void {
     const { state } = this.wiring;
     if (large === state.large.peek()) return;
-    if (large !== null) this.#shownMs[large] = performance.now();
+    if (large !== null) this.presented(large);
     state.large.value = large;
     this.tell();
   }
@@ -67,10 +65,9 @@ export class Cameras {
 
   /** The cameras of a new connection, none where there are none. */
   take(tracks: readonly MediaStreamTrack[]): void {
-    const nowMs = performance.now();
     for (const [at, track] of tracks.entries()) {
       this.#playback(at).take(track);
-      this.#shownMs[at] = nowMs;
+      this.presented(at);
     }
     for (const playback of this.#playbacks.slice(tracks.length)) playback.take(null);
   }
@@ -79,23 +76,23 @@ export class Cameras {
     this.#playback(at).attach(element);
   }
 
-  /** A camera has shown a picture. */
+  /** A camera has shown a picture, or is given time to. */
   presented(at: number): void {
-    this.#shownMs[at] = performance.now();
+    const nowMs = performance.now();
+    this.#silences[at] ??= new Silence(nowMs);
+    this.#silences[at].heard(nowMs);
   }
 
   /** Looks whether what is large is still alive; call it a few times a second. */
   look(nowMs: number, isHidden: boolean): void {
     const { state, tellsFrames } = this.wiring;
     const isOff = state.isBlanked.peek() || !state.preferences.peek().picture;
-    const hungMs = Math.max(0, nowMs - this.#lookedMs - LONGEST_STEP_MS);
-    this.#lookedMs = nowMs;
-    for (const at of this.#shownMs.keys()) this.#shownMs[at] = (this.#shownMs[at] ?? 0) + hungMs;
     if (isHidden || isOff || !tellsFrames) {
-      this.#shownMs.fill(nowMs);
+      for (const silence of this.#silences) silence?.heard(nowMs);
       return;
     }
-    const stale = this.#shownMs.flatMap((atMs, at) => (nowMs - atMs > STALE_MS ? [at] : []));
+    for (const silence of this.#silences) silence?.look(nowMs);
+    const stale = this.#silences.flatMap(({ quietMs }, at) => (quietMs > STALE_MS ? [at] : []));
     const before = state.staleCameras.peek();
     if (stale.join() !== [...before].join()) state.staleCameras.value = new Set(stale);
     const large = state.large.peek();

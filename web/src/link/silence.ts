@@ -9,7 +9,7 @@ const THIN_SILENT_AFTER_MS = 1500;
 const LONGEST_STEP_MS = 200;
 
 /**
- * How long nothing has arrived from the server, neither a message nor a picture. Pure.
+ * How long nothing has arrived: from the server, neither a message nor a picture; or of a camera. Pure.
  *
  * Only time in which the page runs counts. A tab in the background, or one that was frozen, runs
  * its timers before it handles what has arrived meanwhile.
@@ -34,6 +34,11 @@ export class Silence {
     this.#heardMs = nowMs;
     this.#lookedMs = nowMs;
     this.#quietMs = 0;
+  }
+
+  /** How much of that time the page ran. */
+  get quietMs(): number {
+    return this.#quietMs;
   }
 
   /** Updates the time; call a few times a second. */

@@ -1,6 +1,7 @@
 import { RequestError } from "../link/http";
 import type { Link, LinkState } from "../link/link";
 import type { Sent } from "../link/signalling";
+import { Silence } from "../link/silence";
 import type { Receivers } from "../measure/report";
 import type { RoomState, Told, ViewerInfo } from "../messages";
 import { ServerClock } from "../serverClock";
@@ -62,8 +63,8 @@ export class RoomViewer {
   #onScreen: Place = null;
   #link: LinkState = { is: "closed" };
   #roomLink = CONNECTING;
-  /** When this page last heard of the robot's server by a room that plays. */
-  #heardMs = 0;
+  /** Of the robot's server, of which a room that plays tells. */
+  #silence = new Silence(0);
   #isSilent = false;
   /** Whether the robot's server has greeted this page, which is its viewer now. */
   #isServed = false;
@@ -213,7 +214,8 @@ export class RoomViewer {
 
   /** A room can go on playing when nothing is heard of the robot's queue any more. */
   #listen(nowMs: number): void {
-    const isSilent = nowMs - this.#heardMs > SILENT_MS;
+    this.#silence.look(nowMs);
+    const isSilent = this.#silence.quietMs > SILENT_MS;
     if (isSilent === this.#isSilent) return;
     this.#isSilent = isSilent;
     this.#tellLink();
@@ -229,7 +231,7 @@ export class RoomViewer {
   #plays(isPlaying: boolean): void {
     if (isPlaying) {
       this.#failures = 0;
-      this.#heardMs = performance.now();
+      this.#silence.heard(performance.now());
     }
     this.#roomLink = isPlaying
       ? { is: "connected" }
@@ -254,7 +256,7 @@ export class RoomViewer {
   #told({ server_ms, watching, room }: Told): void {
     const nowMs = performance.now();
     this.#clock.add(server_ms, nowMs);
-    this.#heardMs = nowMs;
+    this.#silence.heard(nowMs);
     if (this.#isServed) return;
     const isThere = room.viewers.some((one) => one.id === this.#number);
     if (!isThere && nowMs - this.#askedMs > TOLD_LATE_MS) this.#number = null;
@@ -392,7 +394,7 @@ export class RoomViewer {
 
   #played(): LinkState {
     const isSilent = this.#isSilent && this.#roomLink.is === "connected";
-    return isSilent ? { is: "silent", sinceMs: this.#heardMs } : this.#roomLink;
+    return isSilent ? { is: "silent", sinceMs: this.#silence.sinceMs } : this.#roomLink;
   }
 }
 
