@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from wax.session.changes import Seen
+from wax.session.changes import StateSeen
 from wax.session.news import News
 
 if TYPE_CHECKING:
@@ -13,13 +13,13 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.protocol.events import Event
 
-QUIET = Seen(is_open=True, waiting=0)
+QUIET = StateSeen(is_open=True, waiting=0)
 
 
 class Heard:
     """Takes events, and tells them without what all have."""
 
-    def __init__(self, clock: Clock, seen: Callable[[], Seen] = lambda: QUIET) -> None:
+    def __init__(self, clock: Clock, seen: Callable[[], StateSeen] = lambda: QUIET) -> None:
         self.events: list[Event] = []
         self.news = News(clock=clock, seen=seen, tell=self.events.append)
 

@@ -57,7 +57,7 @@ from wax.rtc import private
 from wax.rtc.ice_servers import IceServers
 from wax.rtc.network import Network
 from wax.session.announcements import Announcements
-from wax.session.changes import Fault, Seen, faults
+from wax.session.changes import Fault, StateSeen, faults
 from wax.session.host_decisions import HostDecisions
 from wax.session.house_states import house_states
 from wax.session.kept_state import KeptFile
@@ -518,7 +518,7 @@ class App:
             news=self._keeper.news,
         )
 
-    def _seen(self, *, waiting: int) -> Seen:
+    def _seen(self, *, waiting: int) -> StateSeen:
         """Return what events may be made of, beside what the room calls for."""
         problems: dict[Fault, Sentence | None] = {
             ("camera" if name == "video" else "microphone", None): one.problem
@@ -526,7 +526,7 @@ class App:
         }
         problems |= {("camera", one.name): one.problem for one in self._cameras}
         state = self._control.robot_state
-        return Seen(
+        return StateSeen(
             is_open=self._access.is_open,
             waiting=waiting,
             faults=faults(

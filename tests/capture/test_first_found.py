@@ -12,7 +12,7 @@ from wax.capture import find_sources
 from wax.capture.file.media_file import FileVideo
 from wax.capture.find_sources import make_sources
 from wax.capture.first_found import FirstCamera, first_microphone
-from wax.capture.list_devices import Device
+from wax.capture.list_devices import ListedDevice
 from wax.capture.microphone import PortAudioMicrophone
 from wax.capture.testcard import TestCardAudio, TestCardVideo
 from wax.clock import SystemClock
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
 CARD = VideoSettings(source="testcard", width=160, height=120)
 
 
-def device(source: str, name: str) -> Device:
-    return Device("[video] source", source, name)
+def device(source: str, name: str) -> ListedDevice:
+    return ListedDevice("[video] source", source, name)
 
 
 class Rig:
     """Cameras that are plugged in and pulled out, and what was made of them."""
 
-    def __init__(self, *plugged: Device, taken: tuple[str, ...] = ()) -> None:
+    def __init__(self, *plugged: ListedDevice, taken: tuple[str, ...] = ()) -> None:
         self.plugged = list(plugged)
         self.made: list[str] = []
         self.broken = False

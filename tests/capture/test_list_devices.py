@@ -8,7 +8,7 @@ import pytest
 
 from wax.capture import list_devices as devices
 from wax.capture import portaudio
-from wax.capture.list_devices import Device, list_cameras, list_devices, list_microphones
+from wax.capture.list_devices import ListedDevice, list_cameras, list_devices, list_microphones
 from wax.errors import SourceError
 
 if TYPE_CHECKING:
@@ -123,7 +123,7 @@ def test_microphones_are_inputs() -> None:
     """PortAudio's inputs are listed with the system that they belong to; outputs are not."""
     found, problem = list_microphones(load_portaudio=Sounds)
     assert problem is None
-    assert found == [Device("[audio] source", "microphone:USB Webcam", "USB Webcam (ALSA)")]
+    assert found == [ListedDevice("[audio] source", "microphone:USB Webcam", "USB Webcam (ALSA)")]
 
 
 def test_sound_devices_are_named_by_what_stays(

@@ -153,7 +153,7 @@ def test_a_device_without_v4l2_is_a_sentence(node: str) -> None:
 
 def test_devices_tells_them_below_their_camera(monkeypatch: pytest.MonkeyPatch) -> None:
     """`wax devices` lists what can be set below the camera that has it."""
-    webcam = devices.Device("[video] source", "/dev/video7", "HD Webcam")
+    webcam = devices.ListedDevice("[video] source", "/dev/video7", "HD Webcam")
     monkeypatch.setattr(devices, "list_cameras", lambda: [webcam])
     monkeypatch.setattr(devices, "list_controls", lambda _: ["brightness = 0   # -64 to 64"])
     _, camera, heading, control, *_ = devices.list_devices()

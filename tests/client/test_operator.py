@@ -9,7 +9,7 @@ import pytest
 
 from wax.client import Operator
 from wax.client.clock import ServerClock
-from wax.client.media import Arrival, StreamCounts
+from wax.client.media import FrameArrival, StreamCounts
 from wax.client.reports import ReceivedStream, Reporter
 from wax.client.sdp import agreed, as_browser
 from wax.protocol.compact import write
@@ -80,8 +80,8 @@ def test_a_report_says_what_arrived_and_what_was_lost() -> None:
     clock = {"type": "rtp_clock", "kind": "audio", "rtp_origin": 2**32 - 480, "rate_hz": 48000}
     reporter.told(clock | {"origin_server_ms": 50_000.0})
     reporter.told({"type": "playout", "sound_target_ms": 30.0})
-    sound = ReceivedStream(StreamCounts(packets=90, lost=10), Arrival(480, 45.06))
-    picture = ReceivedStream(StreamCounts(frames=30), Arrival(1, 45.0))
+    sound = ReceivedStream(StreamCounts(packets=90, lost=10), FrameArrival(480, 45.06))
+    picture = ReceivedStream(StreamCounts(frames=30), FrameArrival(1, 45.0))
     for frames, now_s in ((0, 45.5), (30, 46.5)):
         picture.counts.frames = frames
         report = reporter.report(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from wax.config.controls import GaugeSettings
 from wax.driver.interface import RobotState
 from wax.sentence import Sentence, says
-from wax.session.changes import BEGAN_S, MENDED_S, Changes, Fault, Seen, faults
+from wax.session.changes import BEGAN_S, MENDED_S, Changes, Fault, StateSeen, faults
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -27,7 +27,7 @@ class Looks:
     def look(self, seconds: float, **seen: Any) -> list[tuple[float, str]]:
         """Return what was told, and after how many seconds."""
         told: list[tuple[float, str]] = []
-        look = Seen(**({"is_open": True, "waiting": 0} | seen))
+        look = StateSeen(**({"is_open": True, "waiting": 0} | seen))
         for second in range(int(seconds)):
             told += [(second, event.type) for event in self.changes.look(look, self.now_s)]
             self.now_s += 1
@@ -36,7 +36,7 @@ class Looks:
 
 def test_the_first_look_says_whether_it_is_open() -> None:
     """Whoever starts to listen then knows; later ones say when that changes."""
-    assert [one.type for one in Changes().look(Seen(is_open=False, waiting=0), 0.0)] == [
+    assert [one.type for one in Changes().look(StateSeen(is_open=False, waiting=0), 0.0)] == [
         "door.closed"
     ]
     looks = Looks()
@@ -80,7 +80,7 @@ def test_what_comes_and_goes_is_one_fault() -> None:
 def test_each_fault_is_told_by_itself() -> None:
     """With its part, its name where there are several, and the code of why."""
     changes = Changes()
-    seen = Seen(
+    seen = StateSeen(
         is_open=True,
         waiting=0,
         faults={("camera", "Door"): "camera.gone", ("gauge", "motor_c"): "stop", ("room", "2"): ""},

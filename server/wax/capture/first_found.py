@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import structlog
 
-from wax.capture.list_devices import Device, list_cameras, list_microphones
+from wax.capture.list_devices import ListedDevice, list_cameras, list_microphones
 from wax.capture.portaudio import load_portaudio
 from wax.errors import SourceError
 from wax.sentence import Sentence
@@ -34,12 +34,12 @@ class FirstCamera:
         make: Callable[[str], VideoSource],
         *,
         taken: Iterable[str] = (),
-        list_cameras: Callable[[], list[Device]] = list_cameras,
+        list_cameras: Callable[[], list[ListedDevice]] = list_cameras,
     ) -> None:
         self._make = make
         self._taken = frozenset(_node(one) for one in taken)
         self._list_cameras = list_cameras
-        self._device: Device | None = None
+        self._device: ListedDevice | None = None
         self._has_twin = False
         self._source: VideoSource | None = None
 
@@ -71,7 +71,7 @@ class FirstCamera:
         if source is not None:
             source.close()
 
-    def _find(self) -> Device:
+    def _find(self) -> ListedDevice:
         found = [one for one in self._list_cameras() if _node(one.source) not in self._taken]
         if self._device is None:
             if not found:
@@ -89,7 +89,7 @@ class FirstCamera:
         return same[0]
 
 
-def first_microphone(*, load_portaudio: Callable[[], Any] = load_portaudio) -> Device | None:
+def first_microphone(*, load_portaudio: Callable[[], Any] = load_portaudio) -> ListedDevice | None:
     """Return the system's default microphone, else the first one, or None and say so."""
     found, problem = list_microphones(load_portaudio=load_portaudio)
     if not found:
@@ -108,12 +108,12 @@ def first_microphone(*, load_portaudio: Callable[[], Any] = load_portaudio) -> D
     return device
 
 
-def _default_of(portaudio: Any) -> Device | None:
+def _default_of(portaudio: Any) -> ListedDevice | None:
     try:
         name = portaudio.query_devices(kind="input")["name"]
     except Exception:  # PortAudio's own errors, where the system has chosen none
         return None
-    return Device("[audio] source", "microphone", str(name))
+    return ListedDevice("[audio] source", "microphone", str(name))
 
 
 def _node(source: str) -> str:

@@ -38,7 +38,7 @@ _PROBED: Final = 5
 
 
 @dataclass(frozen=True, slots=True)
-class Device:
+class ListedDevice:
     """A device: `source` is the value for the configuration key `key`, `name` its own name."""
 
     key: str
@@ -74,7 +74,7 @@ def list_cameras(
     sysfs: Path = Path("/sys/class/video4linux"),
     dev: Path = Path("/dev"),
     probe: Callable[[int | str], VideoDevice] | None = None,
-) -> list[Device]:
+) -> list[ListedDevice]:
     """List V4L2's cameras, or on other systems the numbers from 0 to 4 that open."""
     if sys.platform.startswith("linux") and probe is None:
         return [*list_modules(), *_v4l2_cameras(sysfs, dev)]
@@ -82,12 +82,12 @@ def list_cameras(
     for number in range(_PROBED):
         device = (probe or open_device)(number)
         if device.isOpened():
-            found.append(Device("[video] source", str(number), f"camera {number}"))
+            found.append(ListedDevice("[video] source", str(number), f"camera {number}"))
         device.release()
     return found
 
 
-def list_modules(load: Callable[[], Any] = load_picamera2) -> list[Device]:
+def list_modules(load: Callable[[], Any] = load_picamera2) -> list[ListedDevice]:
     """List the camera modules that libcamera finds, none where picamera2 is missing.
 
     It finds USB cameras, too, which V4L2 has already.
@@ -97,13 +97,13 @@ def list_modules(load: Callable[[], Any] = load_picamera2) -> list[Device]:
     except Exception:  # it is missing, or its library, or the system's
         return []
     return [
-        Device("[video] source", f"picamera:{number}", str(one.get("Model", "camera module")))
+        ListedDevice("[video] source", f"picamera:{number}", str(one.get("Model", "camera module")))
         for number, one in enumerate(there)
         if "usb" not in str(one.get("Id", ""))
     ]
 
 
-def _v4l2_cameras(sysfs: Path, dev: Path) -> list[Device]:
+def _v4l2_cameras(sysfs: Path, dev: Path) -> list[ListedDevice]:
     """Read the names from sysfs, without the nodes that deliver no picture (metadata)."""
     nodes = sorted(sysfs.glob("video*"), key=lambda node: (len(node.name), node.name))
     found = [
@@ -113,7 +113,7 @@ def _v4l2_cameras(sysfs: Path, dev: Path) -> list[Device]:
     ]
     alike = Counter(name for _, name in found)
     return [
-        Device(
+        ListedDevice(
             "[video] source",
             lasting_name(path, dev / "v4l", has_twin=alike[name] > 1),
             name,
@@ -139,21 +139,21 @@ def _captures(path: Path) -> bool:
 
 def list_microphones(
     *, load_portaudio: Callable[[], Any] = load_portaudio
-) -> tuple[list[Device], str | None]:
+) -> tuple[list[ListedDevice], str | None]:
     """List the microphones that PortAudio knows, and a sentence if it is missing."""
     return _sound_devices(load_portaudio, "[audio] source", "microphone", "max_input_channels")
 
 
 def list_speakers(
     *, load_portaudio: Callable[[], Any] = load_portaudio
-) -> tuple[list[Device], str | None]:
+) -> tuple[list[ListedDevice], str | None]:
     """List the speakers that PortAudio knows, and a sentence if it is missing."""
     return _sound_devices(load_portaudio, "[voice] speaker", "speaker", "max_output_channels")
 
 
 def _sound_devices(
     load_portaudio: Callable[[], Any], key: str, kind: str, channels: str
-) -> tuple[list[Device], str | None]:
+) -> tuple[list[ListedDevice], str | None]:
     found = []
     problem = None
     try:
@@ -162,7 +162,7 @@ def _sound_devices(
             if entry[channels] > 0:
                 host = portaudio.query_hostapis(entry["hostapi"])["name"]
                 name = _name_of(portaudio, number, entry["name"], channels.split("_")[1])
-                found.append(Device(key, f"{kind}:{name}", f"{entry['name']} ({host})"))
+                found.append(ListedDevice(key, f"{kind}:{name}", f"{entry['name']} ({host})"))
     except SourceError as error:
         problem = str(error)
     except Exception as error:  # without a sound system PortAudio raises its own errors

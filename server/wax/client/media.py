@@ -69,7 +69,7 @@ class RtcpAnswers:
 
 
 @dataclass(frozen=True, slots=True)
-class Arrival:
+class FrameArrival:
     """The first packet of the newest frame; `at_s` is s of `time.monotonic`."""
 
     rtp: int
@@ -83,13 +83,13 @@ class CountedStream(StreamStatistics):
         super().__init__(clock_rate_hz)
         self.octets = 0
         self.frames = 0
-        self.newest = Arrival(-1, 0.0)
+        self.newest = FrameArrival(-1, 0.0)
 
     def count(self, packet: RtpHeader, at_s: float) -> None:
         self.add(packet)  # type: ignore[arg-type]  # it has all of a packet that is looked at
         self.octets += len(packet.payload)
         if packet.timestamp != self.newest.rtp:
-            self.newest = Arrival(packet.timestamp, at_s)
+            self.newest = FrameArrival(packet.timestamp, at_s)
             self.frames += 1
 
 
@@ -148,7 +148,7 @@ class Media:
             total.frames += stream.frames
         return total
 
-    def newest(self, kind: Kind) -> Arrival | None:
+    def newest(self, kind: Kind) -> FrameArrival | None:
         """Return when the newest frame began to arrive, None before the first."""
         found = [stream.newest for stream in self._streams[kind].values()]
         return max(found, key=lambda one: one.at_s, default=None)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from wax.protocol import messages
 
 if TYPE_CHECKING:
-    from wax.client.media import Arrival, StreamCounts
+    from wax.client.media import FrameArrival, StreamCounts
 
 INTERVAL_S: Final = 0.25
 _UNSETTLED: Final = 40
@@ -24,7 +24,7 @@ class ReceivedStream:
     """What has arrived of one stream; `newest` is None before the first frame."""
 
     counts: StreamCounts
-    newest: Arrival | None
+    newest: FrameArrival | None
 
 
 class Reporter:
@@ -101,7 +101,7 @@ class Reporter:
         rate_hz = (picture.counts.frames - frames) / passed_s if passed_s > 0 else None
         return messages.PictureReport(age_ms=None, delay_ms=None, rate_hz=rate_hz, frozen_ms=None)
 
-    def _age_ms(self, newest: Arrival, ahead_ms: float) -> float | None:
+    def _age_ms(self, newest: FrameArrival, ahead_ms: float) -> float | None:
         """Return the sound's age on arrival; None before its clock is known."""
         clock = self._clocks.get("audio")
         if clock is None:

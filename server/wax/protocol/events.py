@@ -60,7 +60,7 @@ class TurnBegan(_OfPerson):
     viewer: int
 
 
-class TurnEnded(_OfPerson):
+class TurnEndedEvent(_OfPerson):
     """They do not drive any more; `gone` is that their connection did not come back."""
 
     type: Literal["turn.ended"] = "turn.ended"
@@ -141,7 +141,7 @@ Event = (
     | DoorEvent
     | QueueEvent
     | TurnBegan
-    | TurnEnded
+    | TurnEndedEvent
     | StopEvent
     | StoppedByItself
     | FaultEvent

@@ -39,7 +39,7 @@ _TOLD_BY_ROBOT: Final = ("battery", "gauge")
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class StateSeen:
     """What there is to see at one look; `faults` has a short reason for each."""
 
     is_open: bool
@@ -83,7 +83,7 @@ class Changes:
         self._waits = False
         self._followed: dict[Fault, _Followed] = {}
 
-    def look(self, seen: Seen, now_s: float) -> Iterator[Event]:
+    def look(self, seen: StateSeen, now_s: float) -> Iterator[Event]:
         """Yield what has changed."""
         if seen.is_open != self._is_open:
             self._is_open = seen.is_open

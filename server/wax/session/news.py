@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 
     from wax.clock import Clock
     from wax.control.turns import Why
-    from wax.session.changes import Seen
+    from wax.session.changes import StateSeen
 
 
 class News:
     """Each event goes to `tell`; `seen` returns what is polled. No method raises."""
 
     def __init__(
-        self, *, clock: Clock, seen: Callable[[], Seen], tell: Callable[[events.Event], None]
+        self, *, clock: Clock, seen: Callable[[], StateSeen], tell: Callable[[events.Event], None]
     ) -> None:
         self._clock = clock
         self._seen = seen
@@ -66,4 +66,4 @@ class News:
         began, self._driving = self._driving, None
         if began is not None:
             turn, viewer, name = began.turn, began.viewer, began.name
-            self.tell(events.TurnEnded(turn=turn, viewer=viewer, name=name, why=why))
+            self.tell(events.TurnEndedEvent(turn=turn, viewer=viewer, name=name, why=why))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from wax.capture.list_devices import Device, list_cameras, list_microphones, list_speakers
+from wax.capture.list_devices import ListedDevice, list_cameras, list_microphones, list_speakers
 from wax.plugin import DRIVERS, offers
 from wax.robot.serial.list_ports import find_ports
 
@@ -52,5 +52,5 @@ def look() -> Found:
     )
 
 
-def _things(devices: list[Device]) -> tuple[Thing, ...]:
+def _things(devices: list[ListedDevice]) -> tuple[Thing, ...]:
     return tuple(Thing(one.source, one.name) for one in devices)

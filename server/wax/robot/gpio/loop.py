@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax.driver.interface import RobotState
 from wax.robot.gpio.odometry import StepOdometry
-from wax.robot.gpio.shares import OFF, Opening, unless_bumped
+from wax.robot.gpio.shares import OFF, MotorOpening, unless_bumped
 from wax.robot.serial.setpoints import SetPoints
 from wax.sentence import Sentence
 
@@ -37,7 +37,7 @@ class PinLoop:
         self._settings = settings
         self._wheel_base_m = robot.wheel_base_m
         self._clock = clock
-        self._opening = Opening(robot, settings)
+        self._opening = MotorOpening(robot, settings)
         self._changed = threading.Condition()
         self._setpoints = SetPoints(limits, SETPOINT_TTL_S)
         self._news = False

@@ -25,7 +25,7 @@ class Shares:
 OFF = Shares()
 
 
-class Opening:
+class MotorOpening:
     """Opens the motors for a twist, by the robot's geometry, trims and inversions."""
 
     def __init__(self, robot: RobotSettings, gpio: GpioSettings) -> None:
