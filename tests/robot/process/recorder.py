@@ -41,7 +41,7 @@ class Recorder:
         self._write("stop", turn)
 
     def close(self) -> None:
-        self._write("close", os.getpriority(os.PRIO_PROCESS, 0))
+        self._write("close")
 
     def state(self) -> RobotState:
         return RobotState(connected=self._epoch > 0, epoch=self._epoch, extra={"battery_v": 7.4})

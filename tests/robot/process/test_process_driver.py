@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -19,6 +20,7 @@ from wax.config.controls import ControlSettings
 from wax.config.settings import LogSettings
 from wax.driver.checks import NO_ANSWER
 from wax.driver.interface import STANDSTILL, Limits, Twist
+from wax.machine.priority import NICENESS
 from wax.robot.process import driver as driver_module
 from wax.robot.process.child_process import ChildProcess
 from wax.robot.process.driver import ProcessDriver
@@ -252,6 +254,22 @@ def test_a_driver_that_tells_nonsense_does_not_answer(made: Callable[..., Driver
     until(lambda: robot.state().problem == NO_ANSWER)
     assert not robot.state().connected
     assert robot.state().extra["driver_restarts"] == 0
+
+
+@pytest.mark.alone  # of several at once some may be refused
+@pytest.mark.skipif(
+    not Path("/proc/self/autogroup").exists(), reason="this kernel has no autogroup"
+)
+def test_it_goes_before_others_where_it_may(robot: Driver) -> None:
+    """So does its session, which Linux weighs first: sched(7), "autogroup"."""
+    raised = f"import os; os.setpriority(os.PRIO_PROCESS, 0, {NICENESS})"
+    if subprocess.run(
+        [sys.executable, "-c", raised], check=False, stderr=subprocess.DEVNULL
+    ).returncode:
+        pytest.skip("this user may not raise a priority")
+    pid = int(robot.state().extra["driver_pid"])
+    assert os.getpriority(os.PRIO_PROCESS, pid) == NICENESS
+    assert Path(f"/proc/{pid}/autogroup").read_text(encoding="ascii").endswith(f"nice {NICENESS}\n")
 
 
 @pytest.mark.alone

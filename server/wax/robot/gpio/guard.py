@@ -16,6 +16,8 @@ import sys
 import time
 from typing import TYPE_CHECKING, Final
 
+from wax.machine.priority import raise_priority
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -72,6 +74,7 @@ def main() -> None:
     import gpiozero  # noqa: PLC0415
 
     gpiozero.Device.ensure_pin_factory()  # so that nothing is left to load
+    raise_priority()
     pins = [int(pin) for pin in sys.argv[1:]]
     if sys.stdin.buffer.read() == BYE:
         return

@@ -7,14 +7,13 @@ all processes of the server do not end it, so that it can stop the robot.
 
 from __future__ import annotations
 
-import contextlib
 import os
-from typing import Final
 
 import structlog
 
 from wax.clock import SystemClock
 from wax.errors import ConfigError
+from wax.machine.priority import raise_priority
 from wax.robot.build_driver import make_driver
 from wax.robot.process.child_loop import ChildLoop
 from wax.robot.process.child_start import claim_pipes, first_line, log_as, outlive_signals, run
@@ -25,16 +24,11 @@ from wax.robot.process.robot_lock import RobotLock
 
 _LOG = structlog.get_logger(__name__)
 
-NICENESS: Final = -10
-
 
 def main() -> int:
     """Run one robot until the pipe ends; returns 1 if its driver cannot be built."""
     outlive_signals()
-    # A set-point must not wait for the encoder, which uses all the CPU time it gets. Most users may
-    # not raise the priority; then the robot's own watchdog covers an overloaded machine.
-    with contextlib.suppress(OSError):
-        os.setpriority(os.PRIO_PROCESS, 0, NICENESS)
+    raise_priority()  # a set-point must not wait for the encoder, which takes what it gets
     reader, writer = claim_pipes()
     line = first_line(reader)
     if line is None:

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Final
 from wax.clock import SystemClock
 from wax.driver.interface import STANDSTILL
 from wax.errors import DriverError
+from wax.machine.priority import raise_priority
 from wax.robot.ros2.neighbours import STANDBY
 from wax.robot.ros2.open_link import open_link
 from wax.robot.ros2.settings import Ros2Settings
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
 
 READ_BYTES: Final = 4096
 LOOK_S: Final = 0.1
-NICENESS: Final = -10
 NOBODY: Final = "- 0"
 """What it says while it has no connection."""
 
@@ -110,8 +110,7 @@ def main() -> None:
     """Run until the driver has ended."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
-    with contextlib.suppress(OSError):  # as of the driver process: most users may not
-        os.setpriority(os.PRIO_PROCESS, 0, NICENESS)
+    raise_priority()
     # What a library prints, as CycloneDDS traces, must not be taken for our words.
     writer = os.dup(sys.stdout.fileno())
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
