@@ -167,8 +167,7 @@ class Watch:
         """Count how often the robot stopped: it was told to, or by its own watchdog.
 
         What the operator's own silence explains does not count, nor that server and driver were
-        given no processor: they share this machine with the attackers, whose sessions Linux
-        (sched(7), autogroup) may let go first whatever the driver's priority.
+        given no processor: they share this machine with the attackers.
         """
         record = self.stage.record
         record.read()
@@ -192,10 +191,13 @@ class Watch:
             self._steering = asyncio.create_task(self._steer())
 
     async def _steer(self) -> None:
-        """Change the speed at random phase; where the robot stands press again, as people do."""
+        """Change the speed at random phase; where the robot was stopped press again, as people do.
+
+        A frame that is late stopped nothing: to let go for it would.
+        """
         for speed in cycle(_SPEEDS):
             self.stage.record.read()
-            if not self.stage.record.is_moving(time.monotonic()):
+            if not self.stage.record.frames[-1].moves:
                 with suppress(MeasureError):
                     await self.stage.drive(self.operator)
             self.operator.steer(speed)
