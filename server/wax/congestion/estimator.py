@@ -1,4 +1,7 @@
-"""Estimates the rate, queue, jitter and loss of one viewer's link from its feedback."""
+"""Estimates the rate, queue, jitter and loss of one viewer's link from its feedback.
+
+It begins at `pacer.STARTING_RATE_BPS`.
+"""
 
 from __future__ import annotations
 

@@ -8,7 +8,8 @@ At the start of a turn, after a stop and after a fault, nothing moves until a *n
 (everything released) arrives that was sent after that moment by an operator with a fresh picture:
 a key held down throughout must be released and pressed again. A command sent before that moment
 never moves the robot. If commands or picture are interrupted for less than `LAPSE_S`, driving
-resumes when they are back; after a longer interruption neutral comes first, as after a fault.
+resumes when they are back; after a longer one, or on another network (`session/room.py`), neutral
+comes first, as after a fault.
 
 The person aboard comes before everything else: while their hand control does not leave the robot to
 the operator, nothing of the operator's counts, and neutral comes first after it.
@@ -85,9 +86,10 @@ class Setpoint:
 
     `reason` is a sentence while the gate holds the robot, `limit` one while it is slower than its
     operator asks, else None. `soft` allows motion to end at the braking rate, where the robot is
-    configured for it. `axes` holds only axes that the robot has; others keep their position.
-    `holds`: the dead-man is held and all is well, so what else moves may do so, too
-    (`wax.control.controls`). `valid_until_s` is when the command behind it is too old.
+    configured for it: when they let go, or commands or picture lapse; never at a Stop or fault.
+    `axes` holds only axes that the robot has; others keep their position. `holds`: the dead-man is
+    held and all is well, so what else moves may do so, too (`wax.control.controls`).
+    `valid_until_s` is when the command behind it is too old.
     """
 
     twist: Twist = STANDSTILL

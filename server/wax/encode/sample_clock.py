@@ -16,7 +16,8 @@ class SampleClock:
     """Gives every block its `pts` in samples, always a whole multiple of a block.
 
     An RTP time that is off by one sample makes a browser conceal, so samples are counted; drift of
-    the sound card does not matter, since the capture time is sent separately. After a gap counting
+    the sound card does not matter, since the capture time, which
+    `capture/audio_blocks.py` evens, is sent separately. After a gap counting
     continues at the capture time. It always rises.
     """
 

@@ -140,7 +140,10 @@ class VideoHub:
             self._renditions[rendition].request_keyframe()
 
     def request_keyframe(self, lane: HubLane) -> None:
-        """Request a keyframe for a viewer who cannot decode (PLI, RFC 4585; FIR, RFC 5104)."""
+        """Request a keyframe for a viewer who cannot decode (PLI, RFC 4585; FIR, RFC 5104).
+
+        How many a viewer may ask for is `session/viewer.py`'s; the rendition merges them.
+        """
         if lane.rendition is not None:
             self._renditions[lane.rendition].request_keyframe()
 

@@ -1,4 +1,4 @@
-"""What of the tape goes, so that it stays within its size and its days. Pure."""
+"""What of the tape goes, to stay within its size and days; `recorder` sees a full disk. Pure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-/** When to try again after losing a connection: at once, soon, each second for 20 s, then less often. */
+/**
+ * When to try again after losing a connection: at once, soon, each second for 20 s, then less often;
+ * and how long an attempt may take.
+ */
 
 /** A phone finds another network in so long, and not every browser tells. */
 const FIRST_MS = [0, 300, 400, 400, 400, 400, 400] as const;

@@ -1,4 +1,4 @@
-"""Who else is on the topic of the commands, and what that means for driving (pure)."""
+"""Who else commands, and whether who listens takes our type, and stops as promised. Pure."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Keep a serial port open: open it, report why it failed, open it again.
+"""Keep a serial port open: open it, report why it failed, open it again, always by the same name.
 
 Opening raises DTR, at which many boards restart and listen only after a second or two; until then
-the robot stands, and repeated frames reach it once it listens.
+the robot stands, and repeated frames reach it once it listens. `list_ports` knows names that last.
 """
 
 from __future__ import annotations
