@@ -135,6 +135,7 @@ async def _attacked(
 ) -> Mapping[str, Any]:
     seen = await watch.attacked(gang, name, seconds, stops=2, stops_s=STOPS_S, seed=seed)
     assert seen.harm == [], seen
+    assert any(ms is not None for ms in seen.commands_ms), "it stood all the while"
     assert all(ms is not None and ms <= STOP_MS for ms in seen.stops_ms), seen
     datagrams = seen.account["datagrams"]
     if datagrams:
@@ -169,13 +170,14 @@ def test_the_attacks_are_none_that_a_parser_would_refuse() -> None:
 async def test_a_forged_datagram_ends_nobody(watch: Watch) -> None:
     """What comes from the operator's address, from whoever has no key, changes nothing."""
     socket, where = watch.socket_of(watch.operator)
-    since_s = time.monotonic()
+    since_s = (await watch.look(0.1)).since_s
     for first in (b"\x80\x60", b"\x80\xc8", b"\x16\xfe\xfd", b"\x00\x01", b"\xff"):
         for size in (1, 12, 1499, 1500, 1501, 9000):
             socket.sendto((first + bytes(size))[:size], where)
     assert await watch.operator.pongs(10.0)
     assert await watch.observer.pongs(10.0)
     assert watch.stands(since_s, time.monotonic()) == 0
+    await watch.stops(0, 0.0)  # the operator's hands are still
 
 
 async def test_a_guest_behind_silent_offers_is_told_when_to_come(stage: Stage) -> None:
