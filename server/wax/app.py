@@ -56,12 +56,12 @@ from wax.robot.process.driver import ProcessDriver
 from wax.rtc import private
 from wax.rtc.ice_servers import IceServers
 from wax.rtc.network import Network
-from wax.session.announcements import Announcements
 from wax.session.changes import Fault, StateSeen, faults
+from wax.session.event_maker import EventMaker
 from wax.session.host_decisions import HostDecisions
 from wax.session.house_states import house_states
 from wax.session.kept_state import KeptFile
-from wax.session.news import News
+from wax.session.page_messages import PageMessages
 from wax.session.proof_runner import ProofRunner
 from wax.session.record_keeper import RecordKeeper, each, refused
 from wax.session.room import Room
@@ -222,7 +222,7 @@ class App:
             clock=clock,
             viewers=viewers,
             refused=lambda: refused(counters.snapshot() | self._control.counts()),
-            news=News(
+            event_maker=EventMaker(
                 clock=clock,
                 seen=lambda: self._seen(waiting=len(turns.queue)),
                 tell=each(self._hooks.put, self._house.put),
@@ -264,7 +264,7 @@ class App:
             turns=turns,
             viewers=viewers,
             control=self._control,
-            announcements=Announcements(
+            page_messages=PageMessages(
                 settings=settings,
                 service=service,
                 driver=self._driver,
@@ -376,7 +376,7 @@ class App:
             memory.settle()
             self._service_manager.ready()
             on_ready(self._entrance.port)
-            self._keeper.news.ready(__version__)
+            self._keeper.event_maker.ready(__version__)
             await self._stopping.wait()
         finally:
             await self._shut_down()
@@ -515,7 +515,7 @@ class App:
             robot=lambda: self._control.robot_state,
             has_sound=self._tape.has_sound,
             has_cameras=self._tape.has_cameras,
-            news=self._keeper.news,
+            event_maker=self._keeper.event_maker,
         )
 
     def _seen(self, *, waiting: int) -> StateSeen:

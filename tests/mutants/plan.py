@@ -62,8 +62,8 @@ _OTHERS: Final[dict[str, tuple[str, ...]]] = {
     "commands/proof/measure": ("commands/proof/test_measure",),
     "commands/proof/verdict": ("commands/proof/test_verdict",),
     "rtc/link_monitor": ("rtc/test_link_monitor",),  # the link's delay, which commands are granted
-    "session/stop_presses": (
-        *("session/test_stop_presses", "session/test_session_rooms", "session/test_house_acts"),
+    "session/stop_budget": (
+        *("session/test_stop_budget", "session/test_session_rooms", "session/test_house_acts"),
     ),
     "session/token_bucket": ("session/test_token_bucket",),
 }

@@ -138,7 +138,7 @@ async def test_who_watches_in_a_room_has_no_controls(rig: Rig) -> None:
     ada = await rig.enter("ada-1111")
     visitor = ada.events.visitor  # type: ignore[attr-defined]  # a viewer
     grant = ada.events.grant  # type: ignore[attr-defined]
-    hello = rig.room._announcements.hello(0, visitor, grant, lost_after_s=1.0)
+    hello = rig.room._page_messages.hello(0, visitor, grant, lost_after_s=1.0)
     assert hello.controls == []
     assert len(hello.gauges) == 2
 

@@ -14,7 +14,7 @@ from wax.protocol import messages
 from wax.session import entry as entry_module
 from wax.session import kept_state
 from wax.session.kept_state import FILE, KeptFile, KeptState
-from wax.session.stop_presses import BEFORE, HOST, HOUSE
+from wax.session.stop_budget import BEFORE, HOST, HOUSE
 
 if TYPE_CHECKING:
     from collections.abc import Callable

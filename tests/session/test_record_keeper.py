@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 import structlog
-from tests.heard_news import Heard
+from tests.heard_events import Heard
 from tests.turned_clock import TurnedClock
 from tests.visitors import visitor
 
@@ -81,7 +81,7 @@ class Rig:
             clock=self.clock,
             viewers=self.viewers,
             refused=lambda: dict(self.counts),
-            news=self.heard.news,
+            event_maker=self.heard.event_maker,
         )
 
     def written(self, table: str) -> list[dict[str, Any]]:
@@ -279,7 +279,7 @@ def test_a_server_that_served_says_that_it_ends(rig: Rig, monkeypatch: pytest.Mo
     monkeypatch.setattr(rig.clock, "wall_ms", lambda: 1_764_158_400_123)
     rig.keeper.close()
     assert rig.heard.take() == []
-    rig.keeper.news.ready("1.2")
+    rig.keeper.event_maker.ready("1.2")
     rig.keeper.look()
     rig.keeper.close()
     assert rig.heard.events[0].timestamp == "2025-11-26T12:00:00.123+00:00"
@@ -296,8 +296,8 @@ def test_events_that_fail_cost_no_record(rig: Rig, monkeypatch: pytest.MonkeyPat
     def fail(*_: object) -> None:
         raise RuntimeError("bug")
 
-    monkeypatch.setattr(rig.keeper.news, "_tell_others", fail)
-    monkeypatch.setattr(rig.keeper.news, "_seen", fail)
+    monkeypatch.setattr(rig.keeper.event_maker, "_tell_others", fail)
+    monkeypatch.setattr(rig.keeper.event_maker, "_seen", fail)
     rig.viewers.append(viewer(1, "Ada"))
     with structlog.testing.capture_logs() as logs:
         rig.keeper.look()

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 
 import pytest
 from tests.control.rules import VOUCHED
-from tests.heard_news import Heard
+from tests.heard_events import Heard
 from tests.rtc.networks import network
 from tests.turned_clock import TurnedClock
 from tests.visitors import TAB, make_access, visitor
@@ -41,9 +41,9 @@ from wax.records.records import Records
 from wax.sentence import Sentence, says
 from wax.session import entry as entry_module
 from wax.session import room as room_module
-from wax.session.announcements import Announcements
 from wax.session.host_decisions import HostDecisions
 from wax.session.kept_state import KeptFile
+from wax.session.page_messages import PageMessages
 from wax.session.record_keeper import RecordKeeper
 from wax.session.room import Room
 from wax.session.viewers import Viewers
@@ -202,7 +202,7 @@ class Rig:
             clock=self.clock,
             viewers=self.viewers,
             refused=self.counters.snapshot,
-            news=self.heard.news,
+            event_maker=self.heard.event_maker,
         )
         self.loop = ControlLoop(
             clock=self.clock,
@@ -231,7 +231,7 @@ class Rig:
             turns=turns,
             viewers=self.viewers,
             control=self.loop,
-            announcements=Announcements(
+            page_messages=PageMessages(
                 settings=settings,
                 service=service,
                 driver=self.robot,

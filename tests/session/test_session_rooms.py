@@ -18,7 +18,7 @@ from wax.session import entry as entry_module
 from wax.session.host_acts import REMOVED
 from wax.session.room_seats import SEAT_S, Seats
 from wax.session.rooms import WATCHING_IS_FULL
-from wax.session.stop_presses import FROM_ROOM, TOO_OFTEN
+from wax.session.stop_budget import FROM_ROOM, TOO_OFTEN
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

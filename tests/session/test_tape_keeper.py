@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 import structlog
-from tests.heard_news import Heard
+from tests.heard_events import Heard
 from tests.turned_clock import TurnedClock
 from tests.visitors import visitor
 
@@ -75,7 +75,7 @@ class Rig:
             robot=lambda: self.robot,
             has_sound=True,
             has_cameras=False,
-            news=self.heard.news,
+            event_maker=self.heard.event_maker,
         )
 
     def steer(self, wanted: Setpoint, sent: Twist = STANDSTILL) -> None:
@@ -182,7 +182,7 @@ def test_everybody_is_told_what_is_recorded(
         robot=lambda: RobotState(connected=True),
         has_sound=has_sound,
         has_cameras=has_cameras,
-        news=Heard(TurnedClock()).news,
+        event_maker=Heard(TurnedClock()).event_maker,
     )
     assert str(keeper.status().why).startswith(what)
 

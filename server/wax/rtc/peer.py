@@ -13,7 +13,7 @@ from aiortc import RTCPeerConnection, RTCSessionDescription
 from wax.errors import SignallingError
 from wax.rtc import private, private_association, rtp
 from wax.rtc.camera_sender import CameraSender
-from wax.rtc.codecs import prefer
+from wax.rtc.codec_preference import prefer
 from wax.rtc.picture_sender import PictureSender
 from wax.rtc.sender import Sender, SenderContext
 from wax.rtc.signalling import is_firefox, pictures, takes

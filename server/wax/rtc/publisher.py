@@ -13,7 +13,7 @@ from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription
 from wax.congestion.sender_side import SenderSideControl
 from wax.errors import SignallingError
 from wax.rtc import private, rtp
-from wax.rtc.codecs import prefer
+from wax.rtc.codec_preference import prefer
 from wax.rtc.offered import with_extensions
 from wax.rtc.picture_sender import PictureSender
 from wax.rtc.sender import SenderContext

@@ -12,7 +12,7 @@ from wax.protocol import messages
 from wax.protocol.events import Removed
 from wax.records.entries import RecordedPerson
 from wax.sentence import Sentence
-from wax.session.stop_presses import HOUSE
+from wax.session.stop_budget import HOUSE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from wax.control.loop import ControlLoop
     from wax.control.turns import Turns
     from wax.records.records import Records
+    from wax.session.event_maker import EventMaker
     from wax.session.host_decisions import HostDecisions
-    from wax.session.news import News
-    from wax.session.stop_presses import StopPresses
+    from wax.session.stop_budget import StopBudget
     from wax.session.viewer import Viewer
     from wax.session.viewers import Viewers
 
@@ -64,8 +64,8 @@ class HostActs:
         viewers: Viewers,
         records: Records,
         door: Door,
-        stops: StopPresses,
-        news: News,
+        stops: StopBudget,
+        event_maker: EventMaker,
         public_url: str = "",
     ) -> None:
         self._clock = clock
@@ -77,7 +77,7 @@ class HostActs:
         self._records = records
         self._door = door
         self._stops = stops
-        self._news = news
+        self._event_maker = event_maker
         self._public_url = public_url
 
     def handle(self, host: Viewer, act: messages.HostIn) -> None:
@@ -163,7 +163,7 @@ class HostActs:
             self._door.check_rooms()  # their address, too
         kind: Literal["viewer.removed", "viewer.banned"]
         kind = "viewer.banned" if act.ban else "viewer.removed"
-        self._news.tell(Removed(type=kind, viewer=viewer.number, name=viewer.name))
+        self._event_maker.tell(Removed(type=kind, viewer=viewer.number, name=viewer.name))
         for one in self._viewers.of_identity(viewer.visitor.identity):
             self._door.send_away(one, BANNED if act.ban else REMOVED)
 

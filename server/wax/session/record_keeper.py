@@ -1,4 +1,4 @@
-"""Watches the room and tells the records and the news what happens; what goes wrong stays here."""
+"""Watches the room and tells records and `event_maker` what happens; what goes wrong stays here."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from wax.protocol.events import StopRole
     from wax.records.records import Records
     from wax.sentence import Sentence
-    from wax.session.news import News
+    from wax.session.event_maker import EventMaker
     from wax.session.viewer import Viewer
 
 _P = ParamSpec("_P")
@@ -78,9 +78,9 @@ class RecordKeeper:
         clock: Clock,
         viewers: Iterable[Viewer],
         refused: Callable[[], Mapping[str, float]],
-        news: News,
+        event_maker: EventMaker,
     ) -> None:
-        self.news = news
+        self.event_maker = event_maker
         self._records = records
         self._clock = clock
         self._viewers = viewers
@@ -113,7 +113,7 @@ class RecordKeeper:
             in_batches([partial(self._sample, visit) for visit in here])
             if self._clock.now_s() - self._updated_s >= _UPDATE_S:
                 self._update()
-        self.news.look()
+        self.event_maker.look()
 
     def close(self) -> None:
         """End what goes on, because the server does."""
@@ -123,7 +123,7 @@ class RecordKeeper:
             for number in list(self._visits):
                 self._went(number)
             self._update()
-        self.news.close()
+        self.event_maker.close()
 
     # --- turns and stops ---------------------------------------------------------------------
 
@@ -133,10 +133,10 @@ class RecordKeeper:
                 if isinstance(event, TurnStarted):
                     person = self._person(event.operator)
                     self._turns[event.number] = self._records.turn_began(event.number, person)
-                    self.news.turn_began(event.number, event.operator, person.name)
+                    self.event_maker.turn_began(event.number, event.operator, person.name)
                 elif isinstance(event, TurnEnded) and event.number in self._turns:
                     self._records.turn_ended(self._turns.pop(event.number), event.why.value)
-                    self.news.turn_ended(event.why)
+                    self.event_maker.turn_ended(event.why)
 
     def stop_pressed(self, viewer: Viewer | None, name: str, stop: int, role: StopRole) -> None:
         """Record that the stop was pressed; `viewer` is None for somebody without a page."""
@@ -145,14 +145,14 @@ class RecordKeeper:
             if self._stop is None:
                 person = RecordedPerson("", name) if viewer is None else _person_of(viewer)
                 self._stop = self._records.stop_pressed(stop, person, PRESSED)
-                self.news.tell(_stop_event("stop.pressed", viewer, stop, role))
+                self.event_maker.tell(_stop_event("stop.pressed", viewer, stop, role))
 
     def stop_released(self, viewer: Viewer | None, name: str, stop: int, role: StopRole) -> None:
         with self._contained:
             if self._stop is not None:
                 self._records.stop_released(self._stop, name)
                 self._stop = None
-                self.news.tell(_stop_event("stop.released", viewer, stop, role))
+                self.event_maker.tell(_stop_event("stop.released", viewer, stop, role))
 
     def drive_status(
         self, number: int, moving: bool, reason: Sentence | None, _share: float
@@ -170,7 +170,7 @@ class RecordKeeper:
                 told = f"{why}: {reason}" if why == ROBOT else why.replace("_", " ")
                 person = self._person(number)
                 self._records.stop_pressed(None, person, told)
-                self.news.tell(StoppedByItself(viewer=number, why=why, name=person.name))
+                self.event_maker.tell(StoppedByItself(viewer=number, why=why, name=person.name))
 
     # --- visits ------------------------------------------------------------------------------
 

@@ -21,7 +21,7 @@ from wax.session.host_acts import SIGNED_OUT, HostActs
 from wax.session.kept_state import KeptState
 from wax.session.room_updates import RoomUpdates
 from wax.session.rooms import Rooms
-from wax.session.stop_presses import StopPresses
+from wax.session.stop_budget import StopBudget
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -41,9 +41,9 @@ if TYPE_CHECKING:
     from wax.records.records import Records
     from wax.rtc.network import Network
     from wax.rtc.peer import Peer
-    from wax.session.announcements import Announcements
     from wax.session.host_decisions import HostDecisions
     from wax.session.kept_state import KeptFile
+    from wax.session.page_messages import PageMessages
     from wax.session.record_keeper import RecordKeeper
     from wax.session.tape_keeper import TapeKeeper
     from wax.session.viewer import Request, Viewer
@@ -86,7 +86,7 @@ class Room:
         turns: Turns,
         viewers: Viewers,
         control: ControlLoop,
-        announcements: Announcements,
+        page_messages: PageMessages,
         keeper: RecordKeeper,
         network: Network,
         access: Access,
@@ -105,12 +105,12 @@ class Room:
         self._service = service
         self._turns = turns
         self._viewers = viewers
-        self._announcements = announcements
+        self._page_messages = page_messages
         self._control = control
         self._access = access
         self._decisions = decisions
         self._kept = kept
-        self._stops = StopPresses(
+        self._stops = StopBudget(
             settings=settings.stop,
             clock=clock,
             decisions=decisions,
@@ -130,7 +130,7 @@ class Room:
             records=records,
             door=self,
             stops=self._stops,
-            news=keeper.news,
+            event_maker=keeper.event_maker,
             public_url=settings.server.public_url,
         )
         self._entry = Entry(
@@ -158,7 +158,7 @@ class Room:
             turns=turns,
             control=control,
             entry=self._entry,
-            announcements=announcements,
+            page_messages=page_messages,
             wait=self._waits_in_room,
             join=self._join,
             forget=self._forget,
@@ -227,7 +227,7 @@ class Room:
         _LOG.info("viewer connected", viewer=viewer.number)
         self._entry.connected(viewer.number)
         viewer.send(
-            self._announcements.hello(
+            self._page_messages.hello(
                 viewer.number, viewer.visitor, viewer.grant, lost_after_s=_LOST_S
             )
         )
@@ -235,7 +235,7 @@ class Room:
         if (told := self._updates.told) is not None:
             # The next change will be from that; of themselves they learn at once.
             viewer.send(told)
-            own = self._announcements.line(viewer, self._clock.now_s())
+            own = self._page_messages.line(viewer, self._clock.now_s())
             viewer.send_text(room_change.text_of(messages.RoomChange(viewers=[own], gone=[])))
         self._viewers.changed()
 
@@ -480,7 +480,7 @@ class Room:
 
     def snapshot(self, now_s: float) -> messages.RoomState:
         """Return the state of the room for everybody."""
-        return self._announcements.room(
+        return self._page_messages.room(
             self._viewers,
             self._control.robot_state,
             self._control.latched,
@@ -494,7 +494,7 @@ class Room:
         hosts = [one for one in self._viewers if one.visitor.is_host and one.is_ready]
         if not hosts:
             return
-        text = self._announcements.console(self._viewers, self._stops.pressers()).model_dump_json()
+        text = self._page_messages.console(self._viewers, self._stops.pressers()).model_dump_json()
         for host in hosts:
             host.send_text(text)
 

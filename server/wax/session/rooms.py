@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from wax.config.settings import ServerSettings
     from wax.control.loop import ControlLoop
     from wax.control.turns import Turns
-    from wax.session.announcements import Announcements
     from wax.session.entry import Entry
+    from wax.session.page_messages import PageMessages
     from wax.session.viewer import Viewer
     from wax.session.viewers import Viewers
 
@@ -66,7 +66,7 @@ class Rooms:
         turns: Turns,
         control: ControlLoop,
         entry: Entry,
-        announcements: Announcements,
+        page_messages: PageMessages,
         wait: Callable[[Viewer], None],
         join: Callable[[Viewer], None],
         forget: Callable[[Viewer], None],
@@ -79,7 +79,7 @@ class Rooms:
         self._turns = turns
         self._control = control
         self._entry = entry
-        self._announcements = announcements
+        self._page_messages = page_messages
         self._wait = wait
         self._join = join
         self._forget = forget
@@ -127,7 +127,7 @@ class Rooms:
             wall_ms=self._clock.wall_ms(),
             rooms=[messages.Seat(url=one.url, token=one.token) for one in seats],
             links=links,
-            hello=self._announcements.hello(0, visitor, grant, lost_after_s=self._lost_after_s),
+            hello=self._page_messages.hello(0, visitor, grant, lost_after_s=self._lost_after_s),
         )
 
     def leave(self, visitor: Visitor, tab: str) -> None:
@@ -205,7 +205,7 @@ class Rooms:
             if name is not None:
                 viewer.call(name)
         self._viewers.changed()
-        return self._announcements.line(viewer, now_s)
+        return self._page_messages.line(viewer, now_s)
 
     def _do(self, viewer: Viewer, wants: Wants) -> None:
         match wants:
@@ -252,7 +252,7 @@ class Rooms:
         """Return what all in the rooms are told of the room; None if nobody is there."""
         if not len(self._seats):
             return None
-        return self._announcements.told(room, self._watching(), now_s).model_dump_json()
+        return self._page_messages.told(room, self._watching(), now_s).model_dump_json()
 
     def _watching(self) -> int:
         """Count those who only watch or wait, here and there; of both if they came for a turn."""

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from wax.control.stop_latch import LatchedStop
     from wax.control.turns import TurnEvent
     from wax.driver.interface import RobotState, Twist
-    from wax.session.news import News
+    from wax.session.event_maker import EventMaker
     from wax.session.record_keeper import DriveStatus
     from wax.session.viewer import Viewer
     from wax.tape.recorder import Recorder
@@ -61,9 +61,9 @@ class TapeKeeper:
         robot: Callable[[], RobotState],
         has_sound: bool,
         has_cameras: bool,
-        news: News,
+        event_maker: EventMaker,
     ) -> None:
-        self._news = news
+        self._event_maker = event_maker
         self._recorder = recorder
         self._has_names = settings.names
         self._clock = clock
@@ -260,7 +260,7 @@ class TapeKeeper:
         if now_s - self._kept_s[by] >= _KEEP_GAP_S:
             self._kept_s[by] = now_s
             self._recorder.keep(now_s - KEPT_S, by)
-            self._news.tell(TapeKept(by=by))
+            self._event_maker.tell(TapeKept(by=by))
 
 
 def _sentence(settings: RecordingSettings, *, has_sound: bool, has_cameras: bool) -> Sentence:

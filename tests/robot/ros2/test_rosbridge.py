@@ -22,9 +22,9 @@ from wax.driver.interface import STANDSTILL, Twist
 from wax.errors import DriverError
 from wax.robot.find_driver import make_driver, make_robot
 from wax.robot.ros2 import rosbridge_protocol as protocol
+from wax.robot.ros2.command_topic import OURS, judge
 from wax.robot.ros2.link import Wanted
 from wax.robot.ros2.names import TWIST
-from wax.robot.ros2.neighbours import OURS, judge
 from wax.robot.ros2.rosbridge_graph import RosbridgeGraph
 from wax.robot.ros2.rosbridge_link import RosbridgeLink
 from wax.robot.ros2.settings import Ros2Settings
@@ -415,7 +415,7 @@ def test_each_answer_of_rosapi_counts_for_itself() -> None:
         0.0,
     )
     traffic = graph.traffic(0.0)
-    assert [taker.guid for taker in traffic.takers or ()] == ["/base"]
+    assert [subscriber.guid for subscriber in traffic.subscribers or ()] == ["/base"]
     assert judge(traffic, "/cmd_vel", TWIST, ()) is None
 
 

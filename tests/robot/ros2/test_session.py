@@ -13,7 +13,7 @@ from wax.clock import SystemClock
 from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.find_driver import make_driver
 from wax.robot.ros2 import session
-from wax.robot.ros2.neighbours import Endpoint, Traffic
+from wax.robot.ros2.command_topic import Endpoint, Traffic
 from wax.robot.ros2.standby_rules import SILENCE_S
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class FakeLink:
         self.opened = 0
         self.is_closed = False
         self.looks = 0
-        self.takers = ["base"]
+        self.subscribers = ["base"]
         self.timeout_s: float | None = None
         self.told: list[Twist] = []
 
@@ -57,8 +57,8 @@ class FakeLink:
     def traffic(self) -> Traffic:
         self.looks += 1
         self._fail("traffic")
-        takers = tuple(Endpoint(guid, "geometry_msgs/Twist") for guid in self.takers)
-        return Traffic(takers, (), len(takers), self.timeout_s)
+        subscribers = tuple(Endpoint(guid, "geometry_msgs/Twist") for guid in self.subscribers)
+        return Traffic(subscribers, (), len(subscribers), self.timeout_s)
 
     def close(self) -> None:
         self.is_closed = True
@@ -171,13 +171,13 @@ def test_a_base_that_comes_back_is_a_new_connection(
     driver: Driver, link: FakeLink, steps: list[list[str]]
 ) -> None:
     """A base that has restarted is not moved by a control that was held, whoever else listens."""
-    link.takers = ["base", "recorder"]
+    link.subscribers = ["base", "recorder"]
     looked(driver, link)
     until(driver, lambda state: state.connected)
     moved(driver, link)
     epoch = driver.state().epoch
-    for takers in steps:
-        link.takers = takers
+    for subscribers in steps:
+        link.subscribers = subscribers
         looked(driver, link, AHEAD)
     until(driver, lambda state: state.connected and state.epoch == epoch + 1)
     link.told.clear()
@@ -199,7 +199,7 @@ def test_a_promise_of_one_of_two_is_not_the_robots(driver: Driver, link: FakeLin
     """The one that moves the wheels may be the other one."""
     link.timeout_s = 0.5
     until(driver, lambda state: state.ttl_s == 0.5)
-    link.takers = [*link.takers, "another"]
+    link.subscribers = [*link.subscribers, "another"]
     until(driver, lambda state: state.connected and state.ttl_s is None)
     link.timeout_s = 0.0
     until(driver, lambda state: state.ttl_s == 0.0)

@@ -14,7 +14,7 @@ from wax.clock import SystemClock
 from wax.driver.interface import STANDSTILL, Twist
 from wax.errors import DriverError
 from wax.robot.ros2 import standby as module
-from wax.robot.ros2.neighbours import Traffic
+from wax.robot.ros2.command_topic import Traffic
 from wax.robot.ros2.settings import Ros2Settings
 from wax.robot.ros2.standby import Standby
 from wax.sentence import Sentence

@@ -12,7 +12,7 @@ from cyclonedds.builtin import (
 )
 from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
 
-from wax.robot.ros2.neighbours import Endpoint
+from wax.robot.ros2.command_topic import Endpoint
 
 if TYPE_CHECKING:
     from cyclonedds.domain import DomainParticipant

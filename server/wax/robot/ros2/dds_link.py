@@ -22,12 +22,12 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
 from wax.robot.ros2 import idl
+from wax.robot.ros2.command_topic import Traffic
 from wax.robot.ros2.dds_domain import participant, told
 from wax.robot.ros2.dds_endpoints import Endpoints
 from wax.robot.ros2.dds_timeouts import ReceiverTimeouts
 from wax.robot.ros2.link import command_type
 from wax.robot.ros2.names import dds_topic
-from wax.robot.ros2.neighbours import Traffic
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -74,9 +74,9 @@ class DdsLink:
             self._writer = self._commands(member, mark) if mark else None
             self._guid = str(self._writer.guid) if self._writer is not None else ""
             name = dds_topic(self._settings.topic)
-            self._takers = Endpoints(member, name, publishers=False)
+            self._subscribers = Endpoints(member, name, publishers=False)
             self._timeouts = ReceiverTimeouts(member)
-            self._givers = Endpoints(member, name, publishers=True)
+            self._publishers = Endpoints(member, name, publishers=True)
             self._readers = {want.kind: _reader(member, want) for want in wanted}
             self._news = WaitSet(member)
             self._conditions = [ReadCondition(reader, _ANY) for reader in self._readers.values()]
@@ -112,13 +112,13 @@ class DdsLink:
         with told(self._settings):
             writer = self._writer
             matched = None if writer is None else len(writer.get_matched_subscriptions())
-            takers, givers = self._takers.look(), self._givers.look()
-            return Traffic(takers, givers, matched, self._timeout_s())
+            subscribers, publishers = self._subscribers.look(), self._publishers.look()
+            return Traffic(subscribers, publishers, matched, self._timeout_s())
 
     def _timeout_s(self) -> float | None:
         if self._writer is None:
             return None
-        return self._timeouts.look(self._takers.parameter_services(), self._clock.now_s())
+        return self._timeouts.look(self._subscribers.parameter_services(), self._clock.now_s())
 
     def close(self) -> None:
         if self._is_closed:
@@ -132,7 +132,7 @@ class DdsLink:
         self._writer = None
         self._conditions.clear()
         self._readers.clear()
-        del self._takers, self._givers, self._news, self._timeouts
+        del self._subscribers, self._publishers, self._news, self._timeouts
         self._held.close()
 
     def _commands(self, member: Any, mark: str) -> DataWriter[Any]:

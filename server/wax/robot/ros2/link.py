@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from wax.driver.interface import Twist
-    from wax.robot.ros2.neighbours import Traffic
+    from wax.robot.ros2.command_topic import Traffic
     from wax.robot.ros2.settings import Ros2Settings
 
 

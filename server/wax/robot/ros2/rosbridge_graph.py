@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-from wax.robot.ros2.neighbours import Endpoint, Traffic
+from wax.robot.ros2.command_topic import Endpoint, Traffic
 from wax.robot.ros2.rosbridge_protocol import CALLS, call
 
 if TYPE_CHECKING:
@@ -48,11 +48,13 @@ class RosbridgeGraph:
     def traffic(self, now_s: float) -> Traffic:
         kind = getattr(self._newest("topic_type", now_s), "type", "")
         kind = kind if isinstance(kind, str) else ""
-        takers = self._nodes("subscribers", kind, now_s)
-        givers = self._nodes("publishers", kind, now_s)
-        if givers is not None:
-            givers = tuple(giver for giver in givers if giver.guid != self._node)
-        return Traffic(takers, givers, None)
+        subscribers = self._nodes("subscribers", kind, now_s)
+        publishers = self._nodes("publishers", kind, now_s)
+        if publishers is not None:
+            publishers = tuple(
+                publisher for publisher in publishers if publisher.guid != self._node
+            )
+        return Traffic(subscribers, publishers, None)
 
     def _nodes(self, name: str, kind: str, now_s: float) -> tuple[Endpoint, ...] | None:
         nodes = getattr(self._newest(name, now_s), name, None)

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
     from wax.clock import Clock
     from wax.driver.interface import Twist
+    from wax.robot.ros2.command_topic import Traffic
     from wax.robot.ros2.link import Wanted
-    from wax.robot.ros2.neighbours import Traffic
     from wax.robot.ros2.settings import Ros2Settings
 
 _LOG = structlog.get_logger(__name__)
@@ -63,7 +63,7 @@ class RosbridgeLink:
     ) -> None:
         self._settings = settings
         self._clock = clock
-        self._is_giver = bool(mark)
+        self._publishes = bool(mark)
         self._most_bytes = MAX_MESSAGE_BYTES if mark else MAX_PICTURE_BYTES
         self._wanted = {want.topic: want for want in wanted}
         self._graph = RosbridgeGraph(settings.topic, settings.rosbridge_node)
@@ -90,7 +90,7 @@ class RosbridgeLink:
 
     def send(self, twist: Twist, wall_ns: int) -> None:
         self._check()
-        if self._is_giver:
+        if self._publishes:
             stamp = (wall_ns, self._settings.frame_id) if self._settings.stamped else None
             until_s = math.inf if twist.is_zero else self._clock.now_s() + SILENCE_S
             # One that was not sent yet is replaced: only the newest counts.
@@ -158,7 +158,7 @@ class RosbridgeLink:
                     await line.close()
 
     def _introduce(self) -> None:
-        if self._is_giver:
+        if self._publishes:
             self._words.append(
                 protocol.advertise(self._settings.topic, command_type(self._settings))
             )
@@ -172,7 +172,7 @@ class RosbridgeLink:
         self, line: aiohttp.ClientWebSocketResponse, listener: asyncio.Future[None]
     ) -> None:
         while not listener.done():
-            self._words += self._graph.questions(self._clock.now_s()) if self._is_giver else ()
+            self._words += self._graph.questions(self._clock.now_s()) if self._publishes else ()
             while self._words:
                 await line.send_str(self._words.popleft())
             command, self._command = self._command, None
@@ -212,7 +212,7 @@ class RosbridgeLink:
                     self._heard.setdefault(want.kind, deque(maxlen=_KEPT)).append(heard.message)
             case protocol.ServiceAnswer():
                 self._graph.hear(heard, self._clock.now_s())
-            case protocol.Complaint() if self._is_giver and heard.is_harmless:
+            case protocol.Complaint() if self._publishes and heard.is_harmless:
                 self._note(heard)
             case protocol.Complaint():
                 self._error = Sentence("ros2.bridge_refuses", {"why": heard.words.rstrip(".")})

@@ -12,17 +12,17 @@ import structlog
 from wax.driver.checks import NO_ANSWER
 from wax.errors import DriverError
 from wax.robot.ros2 import names
+from wax.robot.ros2.command_topic import OURS, SubscribersSeen, judge, strangers
 from wax.robot.ros2.link import Wanted, command_type
-from wax.robot.ros2.neighbours import OURS, Takers, judge, strangers
 from wax.robot.ros2.open_link import open_link
 from wax.robot.ros2.standby_process import StandbyProcess
 from wax.robot.ros2.standby_rules import SILENCE_S
 
 if TYPE_CHECKING:
     from wax.clock import Clock
+    from wax.robot.ros2.command_topic import Traffic
     from wax.robot.ros2.conversation import Ros2Conversation
     from wax.robot.ros2.link import Link
-    from wax.robot.ros2.neighbours import Traffic
     from wax.robot.ros2.settings import Ros2Settings
     from wax.sentence import Sentence
 
@@ -56,7 +56,7 @@ class Session:
         self._news = False
         self._closing = False
         self._owed = False
-        self._takers = Takers()
+        self._subscribers = SubscribersSeen()
         self._learned_s: float | None = None
         self._is_open = False
         self._error: DriverError | None = None
@@ -100,7 +100,7 @@ class Session:
         )
         self._is_open = True
         try:
-            self._takers.forget()
+            self._subscribers.forget()
             self._talk.opened()
             listener.start()
             self._send(link)
@@ -155,7 +155,7 @@ class Session:
         promised_s = self._settings.timeout_s
         verdict = judge(traffic, self._settings.topic, kind, ours, promised_s) or waits
         self._learn(traffic)
-        if self._takers.has_new(traffic, kind) and verdict is None:
+        if self._subscribers.has_new(traffic, kind) and verdict is None:
             # A base that was started anew: the next look connects to it, with a new epoch.
             self._begin_anew()
             return
@@ -165,7 +165,7 @@ class Session:
         """Show what the robot promises, and say what to write where the host has not."""
         timeout_s = traffic.timeout_s
         # One node's promise to stop is no other's; that one never stops is bad enough.
-        is_its_own = not timeout_s or len(traffic.takers or ()) == 1
+        is_its_own = not timeout_s or len(traffic.subscribers or ()) == 1
         self._talk.promised(timeout_s if is_its_own else None)
         if timeout_s is None or timeout_s == self._learned_s:
             return

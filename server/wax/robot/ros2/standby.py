@@ -19,7 +19,7 @@ from wax.clock import SystemClock
 from wax.driver.interface import STANDSTILL
 from wax.errors import DriverError
 from wax.machine.priority import raise_priority
-from wax.robot.ros2.neighbours import STANDBY
+from wax.robot.ros2.command_topic import STANDBY
 from wax.robot.ros2.open_link import open_link
 from wax.robot.ros2.settings import Ros2Settings
 from wax.robot.ros2.standby_rules import StandbyRules

@@ -8,13 +8,13 @@ import xml.etree.ElementTree as ET
 import pytest
 
 from wax.robot.ros2.cdr import CdrReader
+from wax.robot.ros2.command_topic import OURS, STANDBY, Endpoint, SubscribersSeen, Traffic, judge
 from wax.robot.ros2.cyclone_config import cyclone_config
 from wax.robot.ros2.names import TWIST, TWIST_STAMPED, dds_topic, ros_type, same_type
-from wax.robot.ros2.neighbours import OURS, STANDBY, Endpoint, Takers, Traffic, judge
 
 IN_DDS = "geometry_msgs::msg::dds_::Twist_"
 STAMPED_IN_DDS = "geometry_msgs::msg::dds_::TwistStamped_"
-TAKER = Endpoint("t", IN_DDS)
+BASE = Endpoint("t", IN_DDS)
 ME = Endpoint("me", IN_DDS, OURS)
 OTHER = Endpoint("other", IN_DDS)
 
@@ -37,14 +37,20 @@ def test_names_are_those_of_ros_2() -> None:
 @pytest.mark.parametrize(
     ("traffic", "expected"),
     [
-        (Traffic((TAKER,), (ME,), 1), None),
+        (Traffic((BASE,), (ME,), 1), None),
         (Traffic((), (ME,), 0), "ros2.nobody_listens"),
-        (Traffic((TAKER,), (ME, OTHER), 1), "ros2.other_publisher"),
-        (Traffic((TAKER,), (ME, Endpoint("s", TAKER.type_name, STANDBY)), 1), "ros2.standby_stops"),
-        (Traffic((TAKER,), (Endpoint("w", TAKER.type_name, OURS), ME), 1), "ros2.other_wax"),
+        (Traffic((BASE,), (ME, OTHER), 1), "ros2.other_publisher"),
+        (
+            Traffic((BASE,), (ME, Endpoint("s", BASE.type_name, STANDBY)), 1),
+            "ros2.standby_stops",
+        ),
+        (
+            Traffic((BASE,), (Endpoint("w", BASE.type_name, OURS), ME), 1),
+            "ros2.other_wax",
+        ),
         (Traffic((Endpoint("t", STAMPED_IN_DDS),), (ME,), 0), "ros2.wrong_type"),
-        (Traffic((TAKER,), (ME,), 0), "ros2.wrong_qos"),
-        (Traffic((TAKER, Endpoint("u", "x")), (ME,), 1), None),
+        (Traffic((BASE,), (ME,), 0), "ros2.wrong_qos"),
+        (Traffic((BASE, Endpoint("u", "x")), (ME,), 1), None),
         (Traffic((Endpoint("t", "geometry_msgs/Twist"),), None, None), None),
         (Traffic(None, None, None), None),
     ],
@@ -56,23 +62,23 @@ def test_who_is_on_the_topic(traffic: Traffic, expected: str | None) -> None:
 
 def test_a_standby_and_a_stranger_are_a_stranger() -> None:
     """Only a standby alone is waited for."""
-    both = (OTHER, Endpoint("s", TAKER.type_name, STANDBY))
-    assert code(Traffic((TAKER,), both, 1)) == "ros2.other_publisher"
+    both = (OTHER, Endpoint("s", BASE.type_name, STANDBY))
+    assert code(Traffic((BASE,), both, 1)) == "ros2.other_publisher"
 
 
-def test_a_taker_that_was_not_there_is_new() -> None:
+def test_a_subscriber_that_was_not_there_is_new() -> None:
     """Whoever comes is new once, also after a leave; who goes, or takes another type, is not."""
     other = Endpoint("r", IN_DDS)
     again = Endpoint("t2", IN_DDS)
     strange = Endpoint("x", STAMPED_IN_DDS)
-    takers = Takers()
+    subscribers = SubscribersSeen()
     seen = [
-        takers.has_new(Traffic(there), TWIST)
+        subscribers.has_new(Traffic(there), TWIST)
         for there in (
-            (TAKER,),
-            (TAKER, strange),
-            (TAKER, other),
-            (TAKER, other),
+            (BASE,),
+            (BASE, strange),
+            (BASE, other),
+            (BASE, other),
             (other,),
             None,
             (other,),
@@ -82,8 +88,8 @@ def test_a_taker_that_was_not_there_is_new() -> None:
         )
     ]
     assert seen == [False, False, True, False, False, False, False, True, False, True]
-    takers.forget()
-    assert not takers.has_new(Traffic((TAKER,)), TWIST)
+    subscribers.forget()
+    assert not subscribers.has_new(Traffic((BASE,)), TWIST)
 
 
 def test_the_loopback_interface_has_no_multicast() -> None:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from wax.driver.interface import Driver, RobotState
     from wax.fanout.camera import Camera
     from wax.session.host_decisions import HostDecisions
-    from wax.session.stop_presses import PressingAddress
+    from wax.session.stop_budget import PressingAddress
     from wax.session.viewer import Viewer
     from wax.session.voices import Voices
     from wax.streams.interface import Service
@@ -44,7 +44,7 @@ def _no_tape() -> None:
     """Say nothing: the host does not record."""
 
 
-class Announcements:
+class PageMessages:
     """Makes the messages for all pages and for new ones; changes no state.
 
     `tape` returns what everybody is told of the recording, None where there is none; `problems`

@@ -62,7 +62,7 @@ class PressingAddress:
     newest_s: float = 0.0
 
 
-class StopPresses:
+class StopBudget:
     """Checks requests to the stop latch.
 
     `keep` hears of each change of the latch. `watch` returns who watches from an address, by

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from wax.session.changes import StateSeen
 
 
-class News:
+class EventMaker:
     """Each event goes to `tell`; `seen` returns what is polled. No method raises."""
 
     def __init__(

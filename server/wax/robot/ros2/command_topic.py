@@ -35,8 +35,8 @@ class Traffic:
     None is unknown: a rosbridge server that has no `rosapi` beside it does not tell.
     """
 
-    takers: tuple[Endpoint, ...] | None = None
-    givers: tuple[Endpoint, ...] | None = None
+    subscribers: tuple[Endpoint, ...] | None = None
+    publishers: tuple[Endpoint, ...] | None = None
     matched: int | None = None
     timeout_s: float | None = None
 
@@ -65,7 +65,7 @@ def _keeps(timeout_s: float | None, promised_s: float) -> Sentence | None:
 
 def strangers(traffic: Traffic, ours: Collection[str]) -> list[Endpoint]:
     """Return who else publishes on the topic."""
-    return [giver for giver in traffic.givers or () if giver.guid not in ours]
+    return [publisher for publisher in traffic.publishers or () if publisher.guid not in ours]
 
 
 def _others(traffic: Traffic, topic: str, ours: Collection[str]) -> Sentence | None:
@@ -80,7 +80,7 @@ def _others(traffic: Traffic, topic: str, ours: Collection[str]) -> Sentence | N
     return Sentence("ros2.other_publisher", {"topic": topic, "n": len(others)})
 
 
-class Takers:
+class SubscribersSeen:
     """Who took the commands at the last look: one who was not there then may be a base anew.
 
     A base that has crashed comes back as another subscriber, perhaps while a recorder subscribes
@@ -99,30 +99,30 @@ class Takers:
 
     def has_new(self, traffic: Traffic, type_name: str) -> bool:
         """Note who takes what we send; return whether somebody came since the last look."""
-        if traffic.takers is None:
+        if traffic.subscribers is None:
             return False
-        now = frozenset(taker.guid for taker in _right(traffic.takers, type_name))
+        now = frozenset(subscriber.guid for subscriber in _right(traffic.subscribers, type_name))
         known, self._known = self._known, now
         return known is not None and not now <= known
 
 
-def _right(takers: Iterable[Endpoint], type_name: str) -> list[Endpoint]:
+def _right(subscribers: Iterable[Endpoint], type_name: str) -> list[Endpoint]:
     """Return those of our type; one that is not told, as by a rosapi that refuses, may be it."""
     return [
-        taker
-        for taker in takers
-        if not taker.type_name or same_type(ros_type(taker.type_name), type_name)
+        subscriber
+        for subscriber in subscribers
+        if not subscriber.type_name or same_type(ros_type(subscriber.type_name), type_name)
     ]
 
 
 def _taken(traffic: Traffic, topic: str, type_name: str) -> Sentence | None:
-    if traffic.takers is None:
+    if traffic.subscribers is None:
         return None
-    right = _right(traffic.takers, type_name)
-    if not traffic.takers:
+    right = _right(traffic.subscribers, type_name)
+    if not traffic.subscribers:
         return Sentence("ros2.nobody_listens", {"topic": topic})
     if not right:
-        theirs = ros_type(traffic.takers[0].type_name)
+        theirs = ros_type(traffic.subscribers[0].type_name)
         return Sentence("ros2.wrong_type", {"topic": topic, "theirs": theirs, "ours": type_name})
     if traffic.matched == 0:
         return Sentence("ros2.wrong_qos", {"topic": topic})

@@ -1,11 +1,11 @@
-"""News for those who are not about them, and a list of what was told."""
+"""An event maker for those who are not about them, and a list of what was told."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 from wax.session.changes import StateSeen
-from wax.session.news import News
+from wax.session.event_maker import EventMaker
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,7 +21,7 @@ class Heard:
 
     def __init__(self, clock: Clock, seen: Callable[[], StateSeen] = lambda: QUIET) -> None:
         self.events: list[Event] = []
-        self.news = News(clock=clock, seen=seen, tell=self.events.append)
+        self.event_maker = EventMaker(clock=clock, seen=seen, tell=self.events.append)
 
     def take(self) -> list[dict[str, Any]]:
         """Return what was told since the last time."""

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Literal, cast
 
 import pytest
-from tests.heard_news import Heard
+from tests.heard_events import Heard
 from tests.turned_clock import TurnedClock
 from tests.visitors import visitor
 
@@ -19,12 +19,12 @@ from wax.records.records import Records
 from wax.records.writer import RecordWriter
 from wax.session.host_decisions import HostDecisions
 from wax.session.record_keeper import RecordKeeper
-from wax.session.stop_presses import (
+from wax.session.stop_budget import (
     KNOWN_S,
     MUTED,
     ONLY_THE_OPERATOR_STOPS,
     TOO_OFTEN,
-    StopPresses,
+    StopBudget,
 )
 
 if TYPE_CHECKING:
@@ -74,10 +74,10 @@ def stops(
     records: Records | None = None,
     since_s: Mapping[str, float] | None = None,
     heard: Heard | None = None,
-) -> StopPresses:
+) -> StopBudget:
     turns = cast("Turns", SimpleNamespace(operator=operator))
     clock = clock or TurnedClock()
-    return StopPresses(
+    return StopBudget(
         settings=StopSettings(by=by, max_per_minute=3, max_per_minute_per_address=5),
         clock=clock,
         decisions=decisions or HostDecisions(),
@@ -88,7 +88,7 @@ def stops(
             clock=clock,
             viewers=(),
             refused=dict,
-            news=(heard or Heard(clock)).news,
+            event_maker=(heard or Heard(clock)).event_maker,
         ),
         keep=lambda: None,
         watch=lambda address: since_s or {} if address == BOB.visitor.address else {},
@@ -163,7 +163,7 @@ def person(name: str, address: str = "192.0.2.1") -> Viewer:
     return cast("Viewer", SimpleNamespace(number=9, name=name, visitor=of))
 
 
-def pressed(presses: StopPresses, *names: str) -> int:
+def pressed(presses: StopBudget, *names: str) -> int:
     """Count how many of these are heard, one press each."""
     heard = 0
     for name in names:
