@@ -148,7 +148,7 @@ async def attack(port: int, name: str, seconds: float, seed: int) -> dict[str, A
 
 
 async def _serve(port: int) -> None:
-    os.nice(19)  # in life they have machines of their own
+    os.nice(19)  # below the server, whatever it has: in life they have machines of their own
     print(flush=True)
     while line := (await asyncio.to_thread(sys.stdin.readline)).split():
         name, seconds, seed = line
