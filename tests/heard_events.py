@@ -1,4 +1,4 @@
-"""An event maker for those who are not about them, and a list of what was told."""
+"""An event maker for tests that are not about events, and a list of what was told."""
 
 from __future__ import annotations
 

@@ -146,16 +146,16 @@ def test_who_is_muted_stops_nothing(control: Control) -> None:
 def test_a_person_has_a_budget(control: Control) -> None:
     """It fills again; the operator and the host have no need of one."""
     clock = TurnedClock()
-    presses = stops(control, clock=clock)
+    budget = stops(control, clock=clock)
     for _ in range(3):
-        presses.press(BOB, is_host=False)
+        budget.press(BOB, is_host=False)
     with pytest.raises(ForbiddenError, match=str(TOO_OFTEN)):
-        presses.press(BOB, is_host=False)
+        budget.press(BOB, is_host=False)
     for _ in range(30):
-        presses.press(ADA, is_host=False)
-        presses.press(BOB, is_host=True)
+        budget.press(ADA, is_host=False)
+        budget.press(BOB, is_host=True)
     clock.time_s += 60.0
-    assert presses.press(BOB, is_host=False) == 7
+    assert budget.press(BOB, is_host=False) == 7
 
 
 def person(name: str, address: str = "192.0.2.1") -> Viewer:
@@ -163,12 +163,12 @@ def person(name: str, address: str = "192.0.2.1") -> Viewer:
     return cast("Viewer", SimpleNamespace(number=9, name=name, visitor=of))
 
 
-def pressed(presses: StopBudget, *names: str) -> int:
+def pressed(budget: StopBudget, *names: str) -> int:
     """Count how many of these are heard, one press each."""
     heard = 0
     for name in names:
         with suppress(ForbiddenError):
-            heard += presses.press(person(name), is_host=False) == 7
+            heard += budget.press(person(name), is_host=False) == 7
     return heard
 
 
@@ -176,25 +176,25 @@ def test_new_browsers_have_no_more_than_their_address(control: Control) -> None:
     """Forty-six press once each in 45 s, and are heard as one address is; it fills again."""
     clock = TurnedClock()
     newcomers = [f"eve{number}" for number in range(46)]
-    presses = stops(control, clock=clock, since_s=dict.fromkeys(newcomers, 999.0))
+    budget = stops(control, clock=clock, since_s=dict.fromkeys(newcomers, 999.0))
     heard = 0
     for name in newcomers:
-        heard += pressed(presses, name)
+        heard += pressed(budget, name)
         clock.time_s += 45 / 46
     assert heard <= 5, "an address was heard more often than `max_per_minute_per_address`"
     clock.time_s += 60.0
-    assert pressed(presses, "fay") == 1
+    assert pressed(budget, "fay") == 1
 
 
 def test_whoever_was_here_before_is_heard_in_a_flood(control: Control) -> None:
     """Their first press a minute, whatever new browsers of their address do; not their second."""
     clock = TurnedClock()
     since_s = {f"eve{number}": clock.time_s - KNOWN_S + 1 for number in range(40)}
-    presses = stops(control, clock=clock, since_s={**since_s, "bob": clock.time_s - KNOWN_S})
-    assert pressed(presses, *since_s) == 3
+    budget = stops(control, clock=clock, since_s={**since_s, "bob": clock.time_s - KNOWN_S})
+    assert pressed(budget, *since_s) == 3
     for _ in range(3):
-        assert pressed(presses, "bob") == 1
-        assert pressed(presses, "bob", *since_s) <= 3
+        assert pressed(budget, "bob") == 1
+        assert pressed(budget, "bob", *since_s) <= 3
         clock.time_s += 60.0
         since_s = {f"{name}x": clock.time_s for name in since_s}
 
@@ -203,49 +203,49 @@ def test_few_of_an_address_are_known(control: Control) -> None:
     """Those who have watched longest, so that waiting with many browsers is of no use."""
     clock = TurnedClock()
     since_s = {f"eve{number:02}": float(number) for number in range(40)}
-    presses = stops(control, clock=clock, since_s={"bob": -1.0, **since_s})
-    assert pressed(presses, *reversed(since_s)) == 3 + 1
-    assert pressed(presses, "bob") == 1
+    budget = stops(control, clock=clock, since_s={"bob": -1.0, **since_s})
+    assert pressed(budget, *reversed(since_s)) == 3 + 1
+    assert pressed(budget, "bob") == 1
 
 
 def test_presses_in_vain_cost_neighbours_nothing(control: Control) -> None:
     """Somebody who hammers on Stop uses up their own budget, not all of their address's."""
-    presses = stops(control)
-    assert pressed(presses, *["eve"] * 100) == 3
-    assert presses.press(person("fay", "198.51.100.1"), is_host=False) == 7
+    budget = stops(control)
+    assert pressed(budget, *["eve"] * 100) == 3
+    assert budget.press(person("fay", "198.51.100.1"), is_host=False) == 7
 
 
 def test_the_host_is_told_who_presses_and_ignores_an_address(control: Control) -> None:
     """Whatever new browsers come from it; its operator's Stop counts all the same."""
     clock, decisions = TurnedClock(), HostDecisions()
-    presses = stops(control, clock=clock, decisions=decisions)
-    presses.press(ADA, is_host=False)
-    assert presses.pressers() == []
-    pressed(presses, "eve", "eva")
-    [presser] = presses.pressers()
+    budget = stops(control, clock=clock, decisions=decisions)
+    budget.press(ADA, is_host=False)
+    assert budget.pressers() == []
+    pressed(budget, "eve", "eva")
+    [presser] = budget.pressers()
     assert (presser.address, str(presser.by), presser.presses) == ("192.0.2.1", "eva", 2)
-    presses.mute(presser.number, True)
+    budget.mute(presser.number, True)
     with pytest.raises(ForbiddenError, match=str(MUTED)):
-        presses.press(person("new"), is_host=False)
-    assert presses.press(person("far", "198.51.100.1"), is_host=False) == 7
-    assert presses.press(ADA, is_host=False) == 7
+        budget.press(person("new"), is_host=False)
+    assert budget.press(person("far", "198.51.100.1"), is_host=False) == 7
+    assert budget.press(ADA, is_host=False) == 7
     clock.time_s += 3600.0
-    assert [one.presses for one in presses.pressers()] == [3], "ignored, it is still told"
-    presses.mute(presser.number, False)
-    assert presses.pressers() == []
-    assert presses.press(person("new"), is_host=False) == 7
+    assert [one.presses for one in budget.pressers()] == [3], "ignored, it is still told"
+    budget.mute(presser.number, False)
+    assert budget.pressers() == []
+    assert budget.press(person("new"), is_host=False) == 7
 
 
 def test_the_host_is_told_of_so_many_addresses(control: Control) -> None:
     """The newest ones, and all that are ignored, since only there that is taken back."""
     decisions = HostDecisions()
-    presses = stops(control, decisions=decisions)
+    budget = stops(control, decisions=decisions)
     addresses = [f"192.0.2.{number}" for number in range(100)]
     decisions.muted_addresses.update(addresses[90:99])
     for number, address in enumerate(addresses):
         with suppress(ForbiddenError):
-            presses.press(person(f"eve {number}", address), is_host=False)
-    told = {one.address for one in presses.pressers()}
+            budget.press(person(f"eve {number}", address), is_host=False)
+    told = {one.address for one in budget.pressers()}
     assert told == {*addresses[83:99], addresses[-1]}
 
 
@@ -255,15 +255,15 @@ def test_stops_are_recorded(control: Control, tmp_path: Path) -> None:
     records = Records(
         clock, writer=RecordWriter(tmp_path / "records.db", keep_days=30.0, clock=clock)
     )
-    presses = stops(control, records=records, clock=clock)
-    presses.press(ADA, is_host=False)
+    budget = stops(control, records=records, clock=clock)
+    budget.press(ADA, is_host=False)
     control.refusal = Refusal.OTHER_STOP
     with pytest.raises(ForbiddenError):
-        presses.release(BOB, 7, None, is_host=False)
+        budget.release(BOB, 7, None, is_host=False)
     control.refusal = None
-    presses.release(None, 7, None, is_host=True)
-    presses.press(BOB, is_host=False)
-    presses.release(ADA, 7, None, is_host=False)
+    budget.release(None, 7, None, is_host=True)
+    budget.press(BOB, is_host=False)
+    budget.release(ADA, 7, None, is_host=False)
     records.start()
     records.stop(10.0)
     with closing(open_for_reading(tmp_path / "records.db")) as file:

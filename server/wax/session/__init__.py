@@ -6,8 +6,9 @@
 - Acts: `viewer` (of one page), `host_acts` and `host_decisions`, `stop_budget`, `voices`,
   `proof_runner`.
 - Told to pages: `page_messages` says what, `room_updates` when; `equipment`, `diagnosis`, `names`.
-- Told to others: `record_keeper` to the records and to `event_maker`, with those of
-  `changes`, for `wax.hooks`; `tape_keeper`; `house_states`; `status` to programs that ask.
+- Told to others: `record_keeper` to the records and to `event_maker`, which makes events,
+  with those of `changes`, for `wax.hooks`; `tape_keeper`; `house_states`; `status` to programs
+  that ask.
 - Kept over a restart: `kept_state`.
 - In a room of LiveKit: `rooms`, with the seats there (`room_seats`).
 - Rates and measures: `token_bucket`, `minute_limits`, `last_wins`, `last_minute`, `spread`,

@@ -63,7 +63,7 @@ class PressingAddress:
 
 
 class StopBudget:
-    """Checks requests to the stop latch.
+    """Lets through to the latch whoever may press Stop: by role, not ignored, within the budget.
 
     `keep` hears of each change of the latch. `watch` returns who watches from an address, by
     identity, and since when.

@@ -168,7 +168,7 @@ class Viewer:
         self.streams = service.streams(weakref.proxy(self), sync)
 
     def be(self, visitor: Visitor, grant: Grant) -> None:
-        """Be who the door says, with what they may now; who may not hear any more hears no more."""
+        """Be who the door says, with what they may do now, and hear no more if they may not."""
         may_hear, self.visitor, self.grant = self.grant.hear, visitor, grant
         if grant.hear != may_hear and self._wanted is not None:
             with self.boundary:

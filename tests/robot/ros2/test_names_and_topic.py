@@ -40,14 +40,8 @@ def test_names_are_those_of_ros_2() -> None:
         (Traffic((BASE,), (ME,), 1), None),
         (Traffic((), (ME,), 0), "ros2.nobody_listens"),
         (Traffic((BASE,), (ME, OTHER), 1), "ros2.other_publisher"),
-        (
-            Traffic((BASE,), (ME, Endpoint("s", BASE.type_name, STANDBY)), 1),
-            "ros2.standby_stops",
-        ),
-        (
-            Traffic((BASE,), (Endpoint("w", BASE.type_name, OURS), ME), 1),
-            "ros2.other_wax",
-        ),
+        (Traffic((BASE,), (ME, Endpoint("s", BASE.type_name, STANDBY)), 1), "ros2.standby_stops"),
+        (Traffic((BASE,), (Endpoint("w", BASE.type_name, OURS), ME), 1), "ros2.other_wax"),
         (Traffic((Endpoint("t", STAMPED_IN_DDS),), (ME,), 0), "ros2.wrong_type"),
         (Traffic((BASE,), (ME,), 0), "ros2.wrong_qos"),
         (Traffic((BASE, Endpoint("u", "x")), (ME,), 1), None),

@@ -5,5 +5,6 @@ No ROS is needed on this machine; the messages are what is on the wire.
 - `driver` is what the server sees; `conversation` says what the robot is told and when (`pace`),
   and what it tells (`senses`); `session` has the threads.
 - `link` is one connection, with the type of the commands: a `dds_link` or a `rosbridge_link`.
-- `command_topic` says who else commands; the `standby` stops the robot where our process is killed.
+- `command_topic` judges the topic of the commands: who else publishes, and who listens; the
+  `standby` stops the robot where our process is killed.
 """

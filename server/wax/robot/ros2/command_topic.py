@@ -1,4 +1,4 @@
-"""Who else commands, and whether who listens takes our type, and stops as promised. Pure."""
+"""Who else publishes commands, and whether those who listen take our type and stop as promised."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def judge(
     """
     return (
         _others(traffic, topic, ours)
-        or _taken(traffic, topic, type_name)
+        or _received(traffic, topic, type_name)
         or _keeps(traffic.timeout_s, promised_s)
     )
 
@@ -63,13 +63,13 @@ def _keeps(timeout_s: float | None, promised_s: float) -> Sentence | None:
     return Sentence("ros2.other_timeout", {"theirs": timeout_s, "ours": promised_s})
 
 
-def strangers(traffic: Traffic, ours: Collection[str]) -> list[Endpoint]:
+def other_publishers(traffic: Traffic, ours: Collection[str]) -> list[Endpoint]:
     """Return who else publishes on the topic."""
     return [publisher for publisher in traffic.publishers or () if publisher.guid not in ours]
 
 
 def _others(traffic: Traffic, topic: str, ours: Collection[str]) -> Sentence | None:
-    others = strangers(traffic, ours)
+    others = other_publishers(traffic, ours)
     if not others:
         return None
     marks = {other.mark for other in others}
@@ -101,12 +101,14 @@ class SubscribersSeen:
         """Note who takes what we send; return whether somebody came since the last look."""
         if traffic.subscribers is None:
             return False
-        now = frozenset(subscriber.guid for subscriber in _right(traffic.subscribers, type_name))
+        now = frozenset(
+            subscriber.guid for subscriber in _of_our_type(traffic.subscribers, type_name)
+        )
         known, self._known = self._known, now
         return known is not None and not now <= known
 
 
-def _right(subscribers: Iterable[Endpoint], type_name: str) -> list[Endpoint]:
+def _of_our_type(subscribers: Iterable[Endpoint], type_name: str) -> list[Endpoint]:
     """Return those of our type; one that is not told, as by a rosapi that refuses, may be it."""
     return [
         subscriber
@@ -115,13 +117,13 @@ def _right(subscribers: Iterable[Endpoint], type_name: str) -> list[Endpoint]:
     ]
 
 
-def _taken(traffic: Traffic, topic: str, type_name: str) -> Sentence | None:
+def _received(traffic: Traffic, topic: str, type_name: str) -> Sentence | None:
     if traffic.subscribers is None:
         return None
-    right = _right(traffic.subscribers, type_name)
+    takes_ours = _of_our_type(traffic.subscribers, type_name)
     if not traffic.subscribers:
         return Sentence("ros2.nobody_listens", {"topic": topic})
-    if not right:
+    if not takes_ours:
         theirs = ros_type(traffic.subscribers[0].type_name)
         return Sentence("ros2.wrong_type", {"topic": topic, "theirs": theirs, "ours": type_name})
     if traffic.matched == 0:

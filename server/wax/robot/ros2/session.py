@@ -12,7 +12,7 @@ import structlog
 from wax.driver.checks import NO_ANSWER
 from wax.errors import DriverError
 from wax.robot.ros2 import names
-from wax.robot.ros2.command_topic import OURS, SubscribersSeen, judge, strangers
+from wax.robot.ros2.command_topic import OURS, SubscribersSeen, judge, other_publishers
 from wax.robot.ros2.link import Wanted, command_type
 from wax.robot.ros2.open_link import open_link
 from wax.robot.ros2.standby_process import StandbyProcess
@@ -159,7 +159,7 @@ class Session:
             # A base that was started anew: the next look connects to it, with a new epoch.
             self._begin_anew()
             return
-        self._talk.judged(verdict, alone=not strangers(traffic, ours))
+        self._talk.judged(verdict, alone=not other_publishers(traffic, ours))
 
     def _learn(self, traffic: Traffic) -> None:
         """Show what the robot promises, and say what to write where the host has not."""
