@@ -6,7 +6,7 @@ import { ours, type Saying } from "./words/said";
 import { t } from "./words/words";
 
 /** Without a new picture for so long, a camera shows what was, not what is. */
-const STALE_MS = 2500;
+const CAMERA_STALE_MS = 2500;
 
 interface Wiring {
   state: State;
@@ -92,7 +92,9 @@ export class Cameras {
       return;
     }
     for (const silence of this.#silences) silence?.look(nowMs);
-    const stale = this.#silences.flatMap(({ quietMs }, at) => (quietMs > STALE_MS ? [at] : []));
+    const stale = this.#silences.flatMap(({ quietMs }, at) =>
+      quietMs > CAMERA_STALE_MS ? [at] : [],
+    );
     const before = state.staleCameras.peek();
     if (stale.join() !== [...before].join()) state.staleCameras.value = new Set(stale);
     const large = state.large.peek();

@@ -1,4 +1,4 @@
-"""Who somebody is, and what they may: identities, hosts, invitations and the door in one."""
+"""Who somebody is, and what they may do: identities, hosts, invitations and the door in one."""
 
 from __future__ import annotations
 

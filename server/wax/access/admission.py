@@ -1,4 +1,4 @@
-"""Who may come in, and what they may there."""
+"""Who may come in (opening hours, bans of a day), and what they may do there."""
 
 from __future__ import annotations
 

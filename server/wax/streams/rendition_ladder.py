@@ -1,4 +1,4 @@
-"""What there is to choose from: the ladder of renditions and the encodings of the sound. Pure."""
+"""`[video] renditions` and `[audio] encodings` as steps to choose from; a finer ladder. Pure."""
 
 from __future__ import annotations
 

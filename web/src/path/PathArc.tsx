@@ -4,6 +4,7 @@ import { useEffect, useRef } from "preact/hooks";
 import type { Motion } from "../drive/inputState";
 import type { State } from "../state";
 import { useState } from "../view/context";
+import { STALE_MS } from "../view/live";
 import { type Arc, arcOf, pathData } from "./arc";
 import { commanded } from "./commanded";
 import type { Ramp } from "./motion";
@@ -14,8 +15,6 @@ import { aspectOf, drivingCamera } from "./view";
 const EVERY_MS = 32;
 /** From the page to the wheels beside the network's way: half a set-point's period, and the loop. */
 const HANDLING_MS = 20;
-/** An older picture does not show where the robot drives. */
-const STALE_MS = 1500;
 
 /**
  * Where the robot will be when a command arrives, and where it would stand, over the picture.
