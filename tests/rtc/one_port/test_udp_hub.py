@@ -38,6 +38,13 @@ SOON_S: Final = 0.1
 """Long enough for a datagram on the loopback interface that does come."""
 
 
+def on_any_port(host: str) -> socket.socket:
+    made = socket.socket(type=socket.SOCK_DGRAM)
+    made.bind((host, 0))
+    made.setblocking(False)
+    return made
+
+
 class Browser:
     """The other end of a connection, at an address of its own."""
 
@@ -46,16 +53,12 @@ class Browser:
         self.name = name
         peer.remote_username, peer.remote_password = name, f"password of {name}"
         self.server = (HERE, hub.port)
-        self.socket = socket.socket(type=socket.SOCK_DGRAM)
-        self.socket.bind((host, 0))
-        self.socket.setblocking(False)
+        self.socket = on_any_port(host)
 
     def moves(self, host: str = HERE) -> None:
         """Get another port, as from a router that has forgotten the old one."""
-        self.socket.close()
-        self.socket = socket.socket(type=socket.SOCK_DGRAM)
-        self.socket.bind((host, 0))
-        self.socket.setblocking(False)
+        old, self.socket = self.socket, on_any_port(host)
+        old.close()  # once the other is bound: it might get the same again
 
     def sends(self, data: bytes) -> None:
         self.socket.sendto(data, self.server)
@@ -146,9 +149,7 @@ async def rig(
 
 @contextmanager
 def stranger() -> Iterator[socket.socket]:
-    with socket.socket(type=socket.SOCK_DGRAM) as made:
-        made.bind((ELSEWHERE, 0))
-        made.setblocking(False)
+    with on_any_port(ELSEWHERE) as made:
         yield made
 
 
