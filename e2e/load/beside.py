@@ -15,7 +15,6 @@ from e2e.load.fan_out import grown
 from e2e.load.process import all_received, two_cores
 from e2e.load.servers import serving_board
 from e2e.load.strokes import changes, delays, steer_at_random
-from e2e.measure.age import Ages
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row, middle, summarize
 from e2e.stop.record import Record
@@ -143,13 +142,13 @@ async def _taped(*, is_on: bool) -> Drive:
 
 async def _drive(server: MeasuredServer, board: Board, *, seconds: float) -> Drive:
     """Drive; raises `MeasureError` where the robot does not move, or nothing is seen."""
-    ages, pictures_ms = Ages(), list[float]()
-    async with Operator(server.url, sees=True, on_message=ages.learn) as operator:
+    pictures_ms = list[float]()
+    async with Operator(server.url, sees=True) as operator:
         await operator.join()
         operator.let_go()
         await asyncio.sleep(_SETTLE_S)
         with all_received():
-            looking = asyncio.create_task(_look(operator, ages, pictures_ms))
+            looking = asyncio.create_task(_look(operator, pictures_ms))
             began_s, began_cpu_s = time.monotonic(), server.meter.cpu_s()
             strokes = await steer_at_random(operator, seconds)
             cpu = (server.meter.cpu_s() - began_cpu_s) / (time.monotonic() - began_s)
@@ -170,11 +169,11 @@ async def _drive(server: MeasuredServer, board: Board, *, seconds: float) -> Dri
     )
 
 
-async def _look(operator: Operator, ages: Ages, pictures_ms: list[float]) -> None:
+async def _look(operator: Operator, pictures_ms: list[float]) -> None:
     """Note the age of each picture once."""
     seen = None
     while True:
-        newest, age_ms = operator.media.newest("video"), ages.age_ms(operator, "video")
+        newest, age_ms = operator.media.newest("video"), operator.age_ms("video")
         if newest is not None and age_ms is not None and newest.rtp != seen:
             seen = newest.rtp
             pictures_ms.append(age_ms)

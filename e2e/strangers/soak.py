@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, Final
 from e2e.load.crowd.crowd import gathered
 from e2e.load.memory import FLAT_MIB, handles, is_empty
 from e2e.load.servers import WAX, serving
-from e2e.measure.age import Ages
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row, counted, judged
 from wax.client import Client, Operator
@@ -130,8 +129,7 @@ async def _serve_all(server: MeasuredServer, crowd: Crowd, found: Soaked) -> Non
 
     operator = Operator(server.url, sees=True, on_message=told)
     hand = Hand(operator, found.stops)
-    ages = Ages()
-    async with Client(server.url, on_message=ages.learn) as listener, operator:
+    async with Client(server.url) as listener, operator:
         # Nobody drives before they see: the first picture waits behind the listener's keyframe.
         async with asyncio.timeout(_SEES_S):
             await operator.media.arrived["video"].wait()
@@ -139,7 +137,7 @@ async def _serve_all(server: MeasuredServer, crowd: Crowd, found: Soaked) -> Non
         ends_s = time.monotonic() + found.lasted_s
         coming = asyncio.create_task(_come_and_go(crowd, found, ends_s))
         try:
-            await _watch(server, (listener, ages), hand, found, ends_s)
+            await _watch(server, listener, hand, found, ends_s)
         finally:
             await coming
         operator.let_go()
@@ -160,12 +158,12 @@ async def _come_and_go(crowd: Crowd, found: Soaked, ends_s: float) -> None:
 
 async def _watch(
     server: MeasuredServer,
-    listening: tuple[Client, Ages],
+    listener: Client,
     hand: Hand,
     found: Soaked,
     ends_s: float,
 ) -> None:
-    (listener, ages), operator = listening, hand.operator
+    operator = hand.operator
     began_s = ends_s - found.lasted_s
     while (now_s := time.monotonic()) < ends_s:
         there = {"the listener": listener.is_open, "the operator": operator.is_open}
@@ -174,7 +172,7 @@ async def _watch(
             raise MeasureError(f"after {now_s - began_s:.0f} s {' and '.join(gone)} is gone")
         status = await server.status()
         trips = {one["id"]: one.get("round_trip_ms") for one in status["viewers"]}
-        sound_ms, picture_ms = (ages.age_ms(listener, kind) for kind in _KINDS)
+        sound_ms, picture_ms = map(listener.age_ms, _KINDS)
         found.samples.append(
             Sample(
                 at=(now_s - began_s) / found.lasted_s,

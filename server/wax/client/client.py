@@ -163,6 +163,13 @@ class Client:
         """Return the newest message of this type on the state channel, empty before the first."""
         return self._newest.get(kind, {})
 
+    def age_ms(self, kind: Kind) -> float | None:
+        """Return how old what arrived last was then; None before its stream's clock is known."""
+        newest = self.media.newest(kind)
+        if newest is None:
+            return None
+        return self._reporter.age_ms(kind, newest, self.clock.ahead_ms)
+
     async def until(self, holds: Callable[[], bool], within_s: float | None = 5.0) -> bool:
         """Wait for the effect of a message or of a channel's end; False if it is not in time.
 

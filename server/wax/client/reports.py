@@ -10,6 +10,7 @@ from wax.protocol import messages
 
 if TYPE_CHECKING:
     from wax.client.media import FrameArrival, StreamCounts
+    from wax.client.sdp import Kind
 
 INTERVAL_S: Final = 0.25
 _UNSETTLED: Final = 40
@@ -80,7 +81,7 @@ class Reporter:
             played_ms = (now_s - self._began_s) * 1000
             counts = sound.counts
             concealed_ms = played_ms * counts.lost / max(1, counts.lost + counts.packets)
-            age_ms = self._age_ms(sound.newest, ahead_ms)
+            age_ms = self.age_ms("audio", sound.newest, ahead_ms)
         return messages.SoundReport(
             age_ms=None if age_ms is None else age_ms + self._sound_target_ms,
             delay_ms=self._sound_target_ms,
@@ -101,9 +102,9 @@ class Reporter:
         rate_hz = (picture.counts.frames - frames) / passed_s if passed_s > 0 else None
         return messages.PictureReport(age_ms=None, delay_ms=None, rate_hz=rate_hz, frozen_ms=None)
 
-    def _age_ms(self, newest: FrameArrival, ahead_ms: float) -> float | None:
-        """Return the sound's age on arrival; None before its clock is known."""
-        clock = self._clocks.get("audio")
+    def age_ms(self, kind: Kind, newest: FrameArrival, ahead_ms: float) -> float | None:
+        """Return a frame's age on arrival; None before its stream's clock is known."""
+        clock = self._clocks.get(kind)
         if clock is None:
             return None
         ticks = (newest.rtp - clock.rtp_origin + _UINT32 // 2) % _UINT32 - _UINT32 // 2
