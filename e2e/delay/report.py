@@ -1,15 +1,11 @@
-"""``python -m e2e.delay.report``: all that a suite's results hold, as one page of tables.
+"""``python -m e2e.delay.report``: all that a suite's results hold, link by link, as text.
 
-A table for each link: the systems in rows, the figures in columns, and what the thesis says of it.
+Each system's figures stand beside what the thesis says of that link.
 """
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from typing import TYPE_CHECKING
 
 from e2e.delay.judging import found
 from e2e.delay.measures import MEASURES
@@ -21,54 +17,41 @@ from e2e.measure.row import summarize
 from e2e.measure.table import number
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from e2e.delay.cell import Cell
     from e2e.delay.judging import Found
     from e2e.measure.results import Result
 
 
-def write(folder: Path) -> Path | None:
-    """Write the page beside the results of the newest product; None where there are none."""
-    results = Results(folder).newest()
-    if not results:
-        return None
-    path = folder / "report.html"
-    path.write_text(html(results), encoding="utf-8")
-    print(f"report: {path}", file=sys.stderr)
-    return path
-
-
-def html(results: Sequence[Result]) -> str:
-    """Make the page: no script, every text escaped."""
+def lines(results: Sequence[Result]) -> Iterator[str]:
+    """Tell what was found, and what failed, of the newest product."""
     cells = found(row for result in results for row in result.rows)
-    names = sorted({one.cell.profile for one in cells}, key=lambda one: (*LINKS, one).index(one))
-    links = [_link(name, [one for one in cells if one.cell.profile == name]) for name in names]
-    problems = [f"{one.case}: {one.problem}" for one in results if one.problem]
-    loader = FileSystemLoader(Path(__file__).parent)
-    page = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
-    return page.get_template("report.jinja").render(
-        origin=results[-1].origin, notes=(AGE, *GIVEN, *problems), links=links
-    )
+    if results:
+        yield f"Commit {results[-1].origin.commit}, {results[-1].origin.machine}."
+    yield from (AGE, *GIVEN, *(f"{one.case}: {one.problem}" for one in results if one.problem))
+    for name in sorted(
+        {one.cell.profile for one in cells}, key=lambda one: (*LINKS, one).index(one)
+    ):
+        yield f"\n{shown(name)}: {profile(name).about}"
+        yield from _link(name, [one for one in cells if one.cell.profile == name])
 
 
-def _link(name: str, cells: Sequence[Found]) -> dict[str, Any]:
-    """Return a table; each value comes with what is told on hover."""
-    columns = [one for one in MEASURES if any(one in cell.values for cell in cells)]
-    rows: list[tuple[str, str, list[tuple[str, str]]]] = []
+def _link(name: str, cells: Sequence[Found]) -> Iterator[str]:
     for mu_ms in sorted({one.cell.audio_mu_ms or 500 for one in cells}):
-        if said := words(name, mu_ms):
-            texts = {one: (said[one].text, said[one].where) for one in said}
-            values = [texts.get(one, ("", "")) for one in columns]
-            rows.append((f"thesis, {mu_ms} ms", "said", [("", ""), *values]))
+        said = words(name, mu_ms)
+        told = [f"{_head(one)}: {of.text} ({of.where})" for one, of in said.items()]
+        yield from ["; ".join([f"* thesis, {mu_ms} ms", *told])] if said else []
     groups: dict[str, list[Found]] = {}
     for one in sorted(cells, key=lambda one: list(SYSTEMS).index(one.cell.system)):
         groups.setdefault(one.cell.variant, []).append(one)
     for here in groups.values():
-        values = [(f"{len(here)}", ""), *(_value(measure, here) for measure in columns)]
-        rows.append((_who(here[0].cell), "", values))
-    heads = [", ".join(filter(None, MEASURES[one])) for one in columns]
-    return {"name": shown(name), "about": profile(name).about, "heads": heads, "rows": rows}
+        told = [f"{_head(one)}: {value}" for one in MEASURES if (value := _value(one, here))]
+        yield "; ".join([f"* {_who(here[0].cell)} (n {len(here)})", *told])
+
+
+def _head(measure: str) -> str:
+    return ", ".join(filter(None, MEASURES[measure]))
 
 
 def _who(cell: Cell) -> str:
@@ -77,15 +60,17 @@ def _who(cell: Cell) -> str:
     return f"{SYSTEMS[cell.system]} {more}".strip()
 
 
-def _value(measure: str, cells: Sequence[Found]) -> tuple[str, str]:
-    """Write the median; behind it, on hover, each repetition's number."""
-    tried = [(one.cell.key, one.values[measure]) for one in cells if measure in one.values]
-    known = [value for _, value in tried if value is not None]
-    told = "; ".join(f"{key}: {'never' if one is None else number(one)}" for key, one in tried)
-    if 2 * len(known) < len(tried) or not known:
-        return ("never" if tried else "–"), told
-    return number(summarize(known).median), told
+def _value(measure: str, cells: Sequence[Found]) -> str:
+    """Write the median, and each repetition's number if there are several; "" for none."""
+    tried = [one.values[measure] for one in cells if measure in one.values]
+    known = [value for value in tried if value is not None]
+    if not tried:
+        return ""
+    often = 2 * len(known) >= len(tried) and known
+    each = ", ".join("never" if one is None else number(one) for one in tried)
+    median = number(summarize(known).median) if often else "never"
+    return f"{median} ({each})" if len(tried) > 1 else median
 
 
 if __name__ == "__main__":
-    write(OUT / "delay")
+    print(*lines(Results(OUT / "delay").newest()), sep="\n")
