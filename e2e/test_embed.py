@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Final
 import pytest
 from aiohttp import web
 from playwright.async_api import async_playwright, expect
+from tests.free_port import free_port
 
 from e2e.harness import toml
 from e2e.harness.bidi import firefox
 from e2e.harness.chromium import launch_chromium
 from e2e.harness.robot import moves
 from e2e.harness.scripts import reads
-from e2e.harness.server import free_port
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from wax.client import Operator

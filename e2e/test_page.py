@@ -1,13 +1,11 @@
-"""The page as a thing to be used: by name, by thumb, and with nothing in the way."""
+"""The page as a thing to be used: by thumb, and with nothing in the way."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
 import pytest
-from playwright.async_api import expect
 
-from e2e.harness.robot import turn_by_key
 from e2e.harness.viewer import box_of
 from e2e.test_drive import PHONE
 from wax.client import Operator
@@ -42,33 +40,6 @@ def _is_within(box: FloatRect, width: int, height: int) -> bool:
         and box["x"] + box["width"] <= width
         and box["y"] + box["height"] <= height
     )
-
-
-async def test_one_finds_all_by_role_and_name_and_drives_by_keyboard_alone(
-    server: Server, open_viewer: OpenViewer
-) -> None:
-    """Whoever cannot see the page finds every control exactly once, and needs no pointer."""
-    viewer = await open_viewer(server)
-    await viewer.button("Turn sound on").wait_for(state="visible")
-    for one in (viewer.switch("Sound"), viewer.name, viewer.queue):
-        await expect(one).to_have_count(1)
-    await viewer.open("Settings")
-    for one in (viewer.switch("Picture"), viewer.size):
-        await expect(one).to_have_count(1)
-    await viewer.page.get_by_role("status").first.wait_for(state="attached")
-    join = viewer.button("Join the queue")
-    await expect(join).to_be_enabled()  # it takes no focus before the page is connected
-    await join.focus()
-    await viewer.page.keyboard.press("Enter")
-    await viewer.drives()
-    await viewer.button("End my turn").wait_for(state="visible")
-    for name in (*DRIVE_BUTTONS, "Stop"):
-        await expect(viewer.button(name)).to_have_count(1)
-    for name in ("Slow", "Fast"):
-        await expect(viewer.speed(name)).to_have_count(1)
-    await viewer.timer.first.wait_for(state="attached")
-    await turn_by_key(server, viewer)
-    await viewer.page.keyboard.up("ArrowLeft")
 
 
 async def test_a_phone_has_everything_under_the_thumbs(

@@ -41,8 +41,8 @@ def operator(status: dict[str, Any]) -> str | None:
 async def test_turns_pass_on_and_the_robot_stands_between_them(
     server: Server, open_viewer: OpenViewer
 ) -> None:
-    """All are listed; the timer falls to the end of a turn, a held key ends with it, and the next
-    one drives, also where somebody leaves.
+    """All are listed; a held key ends with a turn, and the next one drives, also where somebody
+    leaves.
     """
     ada = await person(open_viewer, server, "Ada")
     bob = await person(open_viewer, server, "Bob")
@@ -63,7 +63,6 @@ async def test_turns_pass_on_and_the_robot_stands_between_them(
 
     number = await server.until(bobs_turn, "Bob drives next, and Ada waits for him")
     await bob.drives()
-    await bob.probe("timerFalls()")
     await ada.page.get_by_text("You are driving").first.wait_for(state="hidden")
 
     async def turns_in_hers() -> bool:

@@ -1,4 +1,4 @@
-"""What a reload and a lost page do."""
+"""What a reload does."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import pytest
 from e2e.harness import toml
 from e2e.harness.robot import moves, nothing_is_held, stands_still, turn_by_key
 from e2e.harness.viewer import LEAVE
-from wax.commands.proof.remote import RemoteOperator
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -51,21 +50,3 @@ async def test_a_reload_keeps_turn_place_and_name(
         await ada.page.keyboard.up("ArrowLeft")
         await turn_by_key(server, ada)
         await ada.page.keyboard.up("ArrowLeft")
-
-
-@pytest.mark.full
-async def test_a_killed_client_comes_back_as_itself(serve: Serve, tmp_path: Path) -> None:
-    """The proof's operator, killed and started again, has the turn that it had."""
-    async with serve(tmp_path, PATIENT) as server:
-        operator = RemoteOperator(tmp_path / "operator.log")
-        try:
-            await operator.start(server.url)
-            operator.tell("join")
-            assert await operator.until(lambda: operator.state.drives, 20)
-            turn = operator.state.turn
-            await operator.kill()
-            await operator.start(server.url)
-            assert await operator.until(lambda: operator.state.drives, 20)
-            assert operator.state.turn == turn
-        finally:
-            await operator.kill()

@@ -8,9 +8,9 @@ from contextlib import closing
 from typing import TYPE_CHECKING
 
 import aiohttp
+from tests.free_port import free_port
 
 from e2e.harness import toml
-from e2e.harness.server import free_port
 from wax.access import host_link
 from wax.client import Client
 from wax.client.host import become_host

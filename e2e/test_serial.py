@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, Final
 import pytest
 
 from e2e.harness import toml
-from e2e.harness.commands import become_host
 from e2e.harness.robot import undisturbed, until_it_moves
 from e2e.harness.wait import eventually, happens, until
 from wax.sentence import Sentence
@@ -182,27 +181,3 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
 def taken(board: Board, since_s: float) -> set[str]:
     frames = [event for event in board.events(since_s) if event["event"] == "frame"]
     return {frame["type"] for frame in frames if frame["verdict"] == "taken"}
-
-
-@pytest.mark.timeout(90)
-async def test_a_robot_that_is_missing_or_deaf_is_told(
-    serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
-) -> None:
-    """With none plugged in the picture plays; the host reads what to check, a guest does not."""
-    await board.unplug()
-    async with serve(tmp_path, toml.card_on(board.path, "frames")) as server:
-        viewer = await open_viewer(server)
-        assert not is_connected(await server.status())
-        sentence = await the_problem(server)
-        assert str(board.path) in sentence
-        await viewer.page.get_by_text(FOR_GUESTS).first.wait_for()
-        assert await viewer.page.get_by_text(str(board.path)).count() == 0
-        await become_host(viewer, server)
-        await viewer.page.get_by_text(sentence).first.wait_for()
-        await board.plug()
-        await server.until(is_connected, "the robot is found")
-        board.deafen(on=True)
-        sentence = await the_problem(server)
-        await viewer.page.get_by_text(sentence).first.wait_for()
-        board.deafen(on=False)
-        await server.until(is_connected, "the board answers again")

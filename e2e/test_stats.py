@@ -66,6 +66,7 @@ async def test_details_show_what_was_measured_before_they_were_asked_for(
     assert not refused, refused
 
 
+@pytest.mark.full
 async def test_details_that_cannot_be_loaded_say_what_to_do(
     server: Server, open_viewer: OpenViewer
 ) -> None:

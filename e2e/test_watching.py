@@ -1,4 +1,4 @@
-"""What makes watching pleasant: photos, a picture apart, fullscreen, timing, volume."""
+"""What makes watching pleasant: photos, fullscreen, volume."""
 
 from __future__ import annotations
 
@@ -28,10 +28,7 @@ SILENT = 0.02
 async def test_a_photo_is_what_is_seen(
     server: Server, open_viewer: OpenViewer, tmp_path: Path
 ) -> None:
-    """It is the picture in its own size, and none without one; fullscreen begins and ends.
-
-    Who chooses “Immediate” is served the picture first.
-    """
+    """It is the picture in its own size, and none without one; fullscreen begins and ends."""
     viewer = await open_viewer(server)
     # It begins small and grows, and photo and picture are to be of one size.
     is_grown = "document.querySelector('video').videoWidth === 640"
@@ -58,10 +55,6 @@ async def test_a_photo_is_what_is_seen(
     await viewer.switch("Picture").click()
     await viewer.button("Take a photo").click()
     await expect(viewer.page.get_by_text("switch it on to take a photo")).to_be_visible()
-    await viewer.choose_timing("Immediate")
-    await viewer.open("Details")
-    details = viewer.page.get_by_role("region", name="Details", exact=True)
-    await expect(details.get_by_text("Immediate", exact=True)).to_be_visible()
 
 
 async def loudness(viewer: Viewer) -> float:

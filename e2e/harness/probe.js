@@ -212,21 +212,6 @@
     return all.filter(isCut).map((one) => one.outerHTML);
   };
 
-  // Until the timer shows a second less than just before.
-  const timerFalls = () =>
-    new Promise((falls) => {
-      let before = null;
-      const looking = setInterval(() => {
-        const words = document.querySelector('[role="timer"]')?.textContent ?? "";
-        const now = Number(/(\d+) s left/.exec(words)?.[1] ?? Number.NaN);
-        if (before !== null && now === before - 1) {
-          clearInterval(looking);
-          falls();
-        }
-        before = now;
-      }, 50);
-    });
-
   // What the page says next of the connection, and when, as Unix time; that it calls it not live.
   let said = null;
   let notLive = null;
@@ -270,12 +255,10 @@
     places,
     said: () => said,
     sees,
-    timerFalls,
     playing: () => {
       const v = video();
       return v !== null && !v.paused && v.readyState >= 2 && v.videoWidth > 0;
     },
-    state: () => peer()?.connectionState ?? "none",
     peers: () => peers.length,
     offer: () => peer()?.localDescription?.sdp ?? "",
     answer: () => peer()?.remoteDescription?.sdp ?? "",

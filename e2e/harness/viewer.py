@@ -106,10 +106,6 @@ class Viewer:
     def queue(self) -> Locator:
         return self.page.get_by_role("list", name="Queue", exact=True)
 
-    @property
-    def timer(self) -> Locator:
-        return self.page.get_by_role("timer")
-
     async def open(self, panel: str) -> None:
         """Open a panel by its tab: People, Settings, Details, Safety, or the host's."""
         tab = self.button(panel)

@@ -6,7 +6,7 @@ import asyncio
 import json
 from collections import Counter
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
@@ -32,7 +32,6 @@ class Answer:
     """What a server said to a request; 0 where it closed the connection instead."""
 
     status: int
-    headers: Mapping[str, str] = field(default_factory=dict)
     body: bytes = b""
 
     @property
@@ -58,7 +57,7 @@ async def ask(
             aiohttp.ClientSession(connector=connector, timeout=patience) as http,
             http.request(method, f"http://127.0.0.1:{port}{path}", json=body) as said,
         ):
-            return Answer(said.status, said.headers, await said.read())
+            return Answer(said.status, await said.read())
     except (aiohttp.ClientError, OSError, TimeoutError):
         return Answer(0)
 
@@ -84,10 +83,6 @@ class Intruder(Client):
         if self.peer.localDescription is None:
             await self.peer.setLocalDescription(await self.peer.createOffer())
         return as_browser(self.peer.localDescription.sdp)
-
-    async def knock(self) -> Answer:
-        sent = {"sdp": await self.description(), "client": self.client_id}
-        return await ask(self.port, "POST", "/api/offer", source=self.source, body=sent)
 
     async def send_rtcp(self, packets: bytes) -> None:
         """Send RTCP, protected as the two ends have agreed."""
@@ -118,7 +113,8 @@ class Intruder(Client):
     async def _exchange(self, offer: str) -> str:
         """Offer until it is let in; raises `NoPlaceError`, or `ConnectionError` if refused."""
         for _ in range(_TRIES):
-            answer = await self.knock()
+            sent = {"sdp": await self.description(), "client": self.client_id}
+            answer = await ask(self.port, "POST", "/api/offer", source=self.source, body=sent)
             if answer.is_full:
                 raise NoPlaceError(self.source)
             if answer.status not in (429, 503):

@@ -6,13 +6,11 @@ one time that is a promise: Stop within 100 ms.
 
 from __future__ import annotations
 
-import asyncio
 import os
 import random
 import sys
 import time
-import uuid
-from contextlib import AsyncExitStack, suppress
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -24,21 +22,18 @@ from aiortc.rtp import RtcpPacket, RtcpRtpfbPacket
 from e2e.conftest import SERVERS
 from e2e.harness import toml
 from e2e.measure.table import to_table
-from e2e.stop.operator import Browser, RawOperator
+from e2e.stop.operator import RawOperator
 from e2e.stop.stage import LIGHT, STOPS_AT_EACH_TRIAL, staged
 from e2e.strangers import wire
 from e2e.strangers.attacks import ATTACKS, MIX
-from e2e.strangers.by_http import silent_offer
-from e2e.strangers.ground import address, strangers
+from e2e.strangers.ground import strangers
 from e2e.strangers.hostile import STOP_MS, Watch, hostile, public_robot
-from e2e.strangers.intruder import Intruder, ask
 from wax.machine.priority import NICENESS
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterator, Mapping
 
     from e2e.harness.child import Child
-    from e2e.harness.server import Server
     from e2e.stop.stage import Load, Stage
 
 pytestmark = [
@@ -56,10 +51,9 @@ STOPS_S: Final = 0.8
 CROWD: Final = "feedback-40"
 MOST_BACK: Final = 1.2
 """Datagrams beside media for one that was sent; a room says something on its own, too."""
+
 BACK_IN_TIME: Final = {"turns": {"grace_s": 8.0}}
 """As shipped, for whoever loses their connection."""
-MANY: Final = 40
-GUEST_S: Final = 3.0
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -193,49 +187,3 @@ async def test_a_forged_datagram_ends_nobody(watch: Watch) -> None:
     assert await watch.observer.pongs(10.0)
     assert watch.stands(since_s, time.monotonic()) == 0
     await watch.stops(0, 0.0)  # the operator's hands are still
-
-
-async def test_a_guest_behind_silent_offers_is_told_when_to_come(stage: Stage) -> None:
-    """After forty that nobody followed up, whoever comes when told is in within three seconds."""
-    source, sdp = address(201), await silent_offer()
-    for _ in range(MANY):
-        sent = {"sdp": sdp, "client": str(uuid.uuid4())}
-        await ask(stage.server.port, "POST", "/api/offer", source=source, body=sent)
-    guest, waited_s = Intruder(stage.server.port, source=source), 0.0
-    try:
-        while (answer := await guest.knock()).status == 429:
-            waited_s += float(answer.headers["Retry-After"])
-            assert waited_s <= GUEST_S, answer.body
-            await asyncio.sleep(float(answer.headers["Retry-After"]))
-        assert answer.status == 200, answer.body
-    finally:
-        await guest.close()
-
-
-async def test_empty_offers_of_a_neighbour_cost_no_turn(stage: Stage, watch: Watch) -> None:
-    """Whoever drives is back at once where their own address has spent all that it may ask."""
-    browser = Browser()
-    await watch.operator.leave()
-    async with AsyncExitStack() as here:
-        driving = await here.enter_async_context(RawOperator(stage.server, browser=browser))
-        await driving.join()
-        refused = asyncio.Event()
-        flood = asyncio.create_task(_offers_nothing(stage.server, refused))
-        here.callback(flood.cancel)
-        await refused.wait()
-        for _ in range(2):
-            turn = driving.turn
-            await driving.close()
-            driving = await here.enter_async_context(RawOperator(stage.server, browser=browser))
-            await driving.gets_turn()
-            assert driving.turn == turn
-        await driving.leave()
-    await watch.operator.join()
-
-
-async def _offers_nothing(server: Server, refused: asyncio.Event) -> None:
-    """Let 127.0.0.1 spend all that it may ask, and go on."""
-    while True:
-        empty = {"sdp": "", "client": str(uuid.uuid4())}
-        if (await ask(server.port, "POST", "/api/offer", body=empty)).status == 429:
-            refused.set()

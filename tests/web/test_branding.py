@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import parse_qsl
@@ -15,7 +16,8 @@ from wax.config.page import PageSettings
 from wax.errors import NotForUsError
 from wax.web.branding import BrandedPage
 
-BUILT = (Path(__file__).parents[2] / "web" / "index.html").read_text(encoding="utf-8")
+WEB = Path(__file__).parents[2] / "web"
+BUILT = (WEB / "index.html").read_text(encoding="utf-8")
 ORIGIN = "http://robot.example:8080"
 
 
@@ -114,6 +116,11 @@ def test_a_colour_is_a_style_sheet_after_the_pages_own() -> None:
     assert "--accent:#7a1fa2" in own.style
     assert "prefers-color-scheme:dark" in own.style
     assert own.style_digest != BrandedPage(PageSettings(accent="#7a1fa3")).style_digest
+    # What stands under more than the root would outrank it.
+    sheets = (WEB / "src/style").glob("*.css")
+    text = "".join(sheet.read_text(encoding="utf-8") for sheet in sheets)
+    rules = re.findall(r"([^{};\n]+) \{[^{}]*--accent:", text)
+    assert {rule.strip() for rule in rules} == {":root"}
 
 
 def test_the_page_for_frames_knows_what_it_is() -> None:

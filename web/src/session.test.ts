@@ -179,6 +179,22 @@ describe("input", () => {
     expect(new Set(words.map(String))).toEqual(new Set(["false,0"]));
   });
 
+  it("say the chosen speed at once", () => {
+    for (const speed of ["fast", "slow"] as const) {
+      session.actions.setSpeed(speed);
+      expect(peer().rows.at(-1)?.[7]).toBe(speed);
+    }
+  });
+
+  it("end with a turn, whose seconds the page counts down", () => {
+    receive(room({ operator: 1, number: 7, endsMs: performance.now() + 30_000 }));
+    vi.advanceTimersByTime(1000);
+    const leftS = session.state.secondsLeft.value ?? 0;
+    vi.advanceTimersByTime(1000);
+    expect(session.state.secondsLeft.value).toBe(leftS - 1);
+    expect(leftS).toBe(29);
+  });
+
   it("are empty from the moment of a stop until the first press after its release", () => {
     const stop = pressedBy("Bob", { number: 3 });
     session.actions.press("a", "forward");
