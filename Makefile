@@ -24,7 +24,7 @@ measure: ## measure all that is published, three hours; ends and goes on as you 
 	@sh .make/install.sh test
 	@sh .make/suite.sh measure $(ARGS)
 
-gallery: ## photograph the page in every state, window and theme: make gallery ARGS="--only driving"
+gallery: ## photograph the page in every state, window and theme: make gallery ARGS="-k driving"
 	@sh .make/install.sh test
 	@sh .make/suite.sh gallery $(ARGS)
 

@@ -50,7 +50,7 @@ measure)
 gallery)
     want_playwright && want_chromium
     sh .make/firmware.sh board >/dev/null
-    exec python -m e2e.gallery "$@"
+    exec pytest -m full e2e/gallery/test_states.py::test_every_state_has_no_finding "$@"
     ;;
 fuzz)
     want_fuzz

@@ -30,16 +30,14 @@ async def shoot(scene: Scene, state: State, view: View) -> None:
     (place / f"{view.key}.yaml").write_text(tree + "\n", encoding="utf-8")
 
 
-def write_page(problems: dict[str, str]) -> Path:
-    """Write the page over all that is in the folder; `problems` are by a state's key."""
+def write_page() -> None:
+    """Write the page over all that is in the folder."""
     loader = FileSystemLoader(_TEMPLATES)
     env = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
-    states = [(state, _shots(state), problems.get(state.key, "")) for state in STATES]
+    states = [(state, _shots(state)) for state in STATES]
     text = env.get_template("gallery.html").render(states=states)
     FOLDER.mkdir(parents=True, exist_ok=True)
-    path = FOLDER / "index.html"
-    path.write_text(text, encoding="utf-8")
-    return path
+    (FOLDER / "index.html").write_text(text, encoding="utf-8")
 
 
 def _shots(state: State) -> list[dict[str, str]]:

@@ -33,7 +33,7 @@ HALVED: Final[ViewportSize] = {"width": DESKTOP.width // ZOOM, "height": DESKTOP
 async def _gallery() -> AsyncIterator[None]:
     """Show the pictures that the tests have taken."""
     yield
-    write_page({})
+    write_page()
 
 
 def _every() -> list[Any]:
