@@ -86,15 +86,8 @@ async def thaw_camera(scene: Scene) -> None:
 
 @asynccontextmanager
 async def tab(scene: Scene, *, script: str = "") -> AsyncIterator[None]:
-    """Let a tab drive that is told when it is hidden; Playwright's own are always in front.
-
-    `script` runs in it before the page's own.
-    """
-    async with chromiums() as launch:
-        page = await launch(scene.stage.server.url)
-        browser = page.viewer.page.context.browser
-        assert browser is not None
-        held = await Tab.open(browser, scene.stage.server.url, _NOTE + script)
+    """Let a tab drive that is told when it is hidden; `script` runs in it before the page's own."""
+    async with Tab.opened(scene.stage.server.url, _NOTE + script) as held:
         await held.drive()
         scene.prop, scene.press = held, held.press
         yield
@@ -113,8 +106,8 @@ async def show(scene: Scene) -> float:
     """Come back; return when the page's first event was."""
     held: Tab = scene.prop
     await held.close_another()
-    lost_ms = await held.evaluate("Number(window.waxLost)")
+    lost_ms = await held.evaluate("window.waxLost ?? null")
     if not isinstance(lost_ms, float | int):
         raise MeasureError("another-tab: the page was told of nothing")
-    await held.key("keyUp")
+    await held.release()
     return held.clock.monotonic_s(lost_ms)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import itertools
-import json
 import os
 import signal
 from contextlib import asynccontextmanager, suppress
@@ -13,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import psutil
 from playwright.async_api import Error as PlaywrightError
 from playwright.async_api import async_playwright
+from tests.free_port import free_port
 
 from e2e.harness.chromium import launch_chromium
 from e2e.harness.scripts import press, says
@@ -22,7 +21,7 @@ from e2e.harness.wait import eventually
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable
 
-    from playwright.async_api import Browser, CDPSession
+    from playwright.async_api import Browser, Page
 
     from e2e.harness.page_clock import PageClock
 
@@ -30,7 +29,6 @@ if TYPE_CHECKING:
 
 KEY: Final = "ArrowUp"
 _CLOSE_S: Final = 3.0
-_ANSWER_S: Final = 10.0
 
 
 class Chromium:
@@ -102,39 +100,36 @@ async def chromiums() -> AsyncIterator[Launch]:
 
 
 class Tab:
-    """A tab that is hidden as a person does it, and drives by a key that is held.
-
-    Playwright tells each of its own pages that it is in front and in focus, whatever is. This one
-    is beside them in the same browser, over the Chrome DevTools Protocol alone.
-    """
+    """A tab that is hidden as a person does it, and drives by a key that is held."""
 
     clock: PageClock
 
-    def __init__(self, browser: CDPSession, session: str) -> None:
-        self._browser = browser
-        self._session = session
-        self._other: str | None = None
-        self._ids = itertools.count(1)
-        self._asked: dict[int, asyncio.Future[dict[str, Any]]] = {}
-        browser.on("Target.receivedMessageFromTarget", self._heard)
+    def __init__(self, page: Page) -> None:
+        self._page = page
+        self._other: Page | None = None
 
     @classmethod
-    async def open(cls, browser: Browser, url: str, script: str) -> Tab:
-        """Open a page in which `script` runs before its own."""
-        session = await browser.new_browser_cdp_session()
-        target = (await session.send("Target.createTarget", {"url": "about:blank"}))["targetId"]
-        attached = await session.send("Target.attachToTarget", {"targetId": target})
-        tab = cls(session, attached["sessionId"])
-        await tab._send("Page.enable")
-        await tab._send("Page.addScriptToEvaluateOnNewDocument", source=script)
-        await tab._send("Page.navigate", url=url)
-        return tab
+    @asynccontextmanager
+    async def opened(cls, url: str, script: str) -> AsyncIterator[Tab]:
+        """Open a page in a browser of its own; `script` runs in it before the page's."""
+        port = free_port()
+        async with (
+            async_playwright() as playwright,
+            await launch_chromium(playwright, f"--remote-debugging-port={port}"),
+            # Pages of a browser that it launched Playwright tells that they are in front, always.
+            await playwright.chromium.connect_over_cdp(
+                f"http://127.0.0.1:{port}", no_defaults=True
+            ) as browser,
+        ):
+            [context] = browser.contexts
+            await context.add_init_script(script)
+            page = await context.new_page()
+            await page.goto(url)
+            yield cls(page)
 
     async def evaluate(self, expression: str) -> Any:
         """Return the value of a JavaScript expression in the page, which must be JSON."""
-        answer = await self._send("Runtime.evaluate", expression=expression, returnByValue=True)
-        assert "exceptionDetails" not in answer, f"{expression}: {answer['exceptionDetails']}"
-        return answer["result"].get("value")
+        return await self._page.evaluate(expression)
 
     async def drive(self) -> None:
         """Wait until the page drives; join if it has no turn."""
@@ -146,36 +141,16 @@ class Tab:
         await eventually(drives, "the tab drives", within_s=20)
 
     async def press(self) -> None:
-        await self.key("keyUp")
+        await self.release()
         await asyncio.sleep(0.08)
-        await self.key("keyDown")
+        await self._page.keyboard.down(KEY)
 
-    async def key(self, what: str) -> None:
-        """Press the key (``keyDown``) or release it (``keyUp``)."""
-        await self._send(
-            "Input.dispatchKeyEvent", type=what, key=KEY, code=KEY, windowsVirtualKeyCode=38
-        )
+    async def release(self) -> None:
+        await self._page.keyboard.up(KEY)
 
     async def open_another(self) -> None:
-        other = await self._browser.send("Target.createTarget", {"url": "about:blank"})
-        self._other = other["targetId"]
+        self._other = await self._page.context.new_page()
 
     async def close_another(self) -> None:
-        await self._browser.send("Target.closeTarget", {"targetId": self._other})
-
-    async def _send(self, method: str, **params: Any) -> dict[str, Any]:
-        number = next(self._ids)
-        answered = self._asked[number] = asyncio.get_running_loop().create_future()
-        message = json.dumps({"id": number, "method": method, "params": params})
-        asked = {"sessionId": self._session, "message": message}
-        await self._browser.send("Target.sendMessageToTarget", asked)
-        answer = await asyncio.wait_for(answered, _ANSWER_S)
-        assert "error" not in answer, f"{method}: {answer['error']}"
-        result: dict[str, Any] = answer["result"]
-        return result
-
-    def _heard(self, event: dict[str, Any]) -> None:
-        message = json.loads(event["message"])
-        answered = self._asked.pop(message.get("id"), None)
-        if answered is not None and not answered.done():
-            answered.set_result(message)
+        assert self._other is not None, "there is no other"
+        await self._other.close()

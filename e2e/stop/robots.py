@@ -12,12 +12,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from tests.free_port import free_port
 from tests.robot.mavlink.counterpart import Rover, as_twist, wall_s
 from tests.robot.ros2.base import Base, own_domain
 from tests.robot.ros2.bridge import Bridge
 
 from e2e.harness.board import Board
-from e2e.harness.server import free_port
 from e2e.measure.suite import ROOT
 from e2e.stop.mock_pins import METER
 from e2e.stop.record import Record
