@@ -10,7 +10,7 @@ from e2e.instrument.sums import pauses_ms, picture_ages, sized
 
 if TYPE_CHECKING:
     from e2e.delay.readings import Readings
-    from e2e.instrument.sums import Series
+    from e2e.instrument.bursts import Series
 
 STALL_MS: Final = 200.0
 """Two video MUs: where ten pictures a second are the rule, one is missing (after 5.3)."""

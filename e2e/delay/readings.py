@@ -111,8 +111,3 @@ class Readings(BaseModel):
     commands: Commands = Commands()
     set_points: SetPoints = SetPoints()
     connections: Connections = Connections()
-
-    @property
-    def heard_counters(self) -> Counters:
-        """The counters of what is heard; where the built-in player plays, the browser has none."""
-        return Counters() if self.player_sound.at_ms else self.counters

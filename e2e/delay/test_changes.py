@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import pytest
 
 from e2e.delay import changes
-from e2e.instrument.sums import Series, picture_ages, sized
+from e2e.instrument.sums import picture_ages, sized
 from e2e.instrument.synthetic import OPENED_MS, shown
+
+if TYPE_CHECKING:
+    from e2e.instrument.bursts import Series
 
 DROP = [(5, 30, 50, 640), (6, 30, 400, 640)]
 

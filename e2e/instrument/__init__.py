@@ -2,7 +2,7 @@
 
 Residual errors, as far as they are known; `error.own_error` measures what can be measured:
 
-* Unix time in the page: ± 0.5 ms, ± 1 ms in Firefox (``page/clock.js``).
+* Unix time in the page: ± 0.5 ms (``page/clock.js``).
 * Picture: ends where the browser hands the frame to its compositor, at a display refresh; the way
   to the light is not in it (``page/video_probe.js``). The card's stamp is in whole ms: 0.5 ms.
 * Sound: heard at a device, a null sink of PulseAudio whose monitor is recorded (`e2e.measure.ear`),
@@ -10,7 +10,7 @@ Residual errors, as far as they are known; `error.own_error` measures what can b
   is taken into account; with steps of 5 ms the same ages are found within 4 ms.
 * A burst's begin in Opus is smeared by 2.5 to 5 ms, alike in every system with the same codec.
 
-No script of ours is loaded under the page's policy, so neither browser needs its CSP taken away.
+No script of ours is loaded under the page's policy, so its CSP stays.
 """
 
 from __future__ import annotations

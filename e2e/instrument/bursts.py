@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import statistics
 from bisect import bisect_left, bisect_right
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from e2e.measure.ear import BLOCK_MS
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from e2e.delay.readings import Counters, Sound
+
+Series = list[tuple[float, float]]
+"""(Unix ms, value), in the order of the times."""
 
 _ABSENT: Final = 0.02
 _PRESENT: Final = 0.1
@@ -28,14 +28,6 @@ _EARLY_MS: Final = 50.0
 
 _NEAR_MS: Final = 2000.0
 _BESIDE_MS: Final = 500.0
-
-
-@dataclass(frozen=True, slots=True)
-class Burst:
-    """A burst: its begin as heard (Unix ms), and how long after its own whole second that was."""
-
-    heard_ms: float
-    age_ms: float
 
 
 def onsets_ms(sound: Sound) -> list[float]:
@@ -55,10 +47,10 @@ def onsets_ms(sound: Sound) -> list[float]:
     return found
 
 
-def bursts(
-    sound: Sound, counters: Counters, pictures: Sequence[tuple[float, float]]
-) -> list[Burst]:
-    """Give each burst its age; `pictures` are moments and ages of pictures, in order.
+def bursts(sound: Sound, counters: Counters, pictures: Series) -> Series:
+    """Give the begin of each burst as heard (Unix ms), and its age: how long after its own second.
+
+    `pictures` are moments and ages of pictures, in order.
 
     A burst does not say which second it is of, so its age is known but for whole seconds. From one
     to the next it changes by less than half a second. What is left is one number of whole seconds
@@ -74,7 +66,7 @@ def bursts(
             change = (heard - before + 500) % 1000 - 500
             ages.append(ages[-1] + change)
         whole = _whole_seconds(row, ages, counters, pictures)
-        found += [Burst(heard, age + whole) for heard, age in zip(row, ages, strict=True)]
+        found += [(heard, age + whole) for heard, age in zip(row, ages, strict=True)]
     return found
 
 
@@ -92,7 +84,7 @@ def _whole_seconds(
     heard_ms: list[float],
     ages_ms: list[float],
     counters: Counters,
-    pictures: Sequence[tuple[float, float]],
+    pictures: Series,
 ) -> float:
     """Return what to add to the ages of a row of bursts."""
     begin, end = heard_ms[0] - _NEAR_MS, heard_ms[-1] + _NEAR_MS
@@ -111,7 +103,7 @@ def _whole_seconds(
     return add
 
 
-def skews_ms(heard: Sequence[Burst], pictures: Sequence[tuple[float, float]]) -> list[float]:
+def skews_ms(heard: Series, pictures: Series) -> list[float]:
     """Sound's age less the picture's at each burst: above 0 the sound comes after the picture.
 
     The picture's age is the median of those presented within `_BESIDE_MS` of the burst; where there
@@ -119,9 +111,9 @@ def skews_ms(heard: Sequence[Burst], pictures: Sequence[tuple[float, float]]) ->
     """
     at_ms = [at for at, _ in pictures]
     skews = []
-    for burst in heard:
-        first = bisect_left(at_ms, burst.heard_ms - _BESIDE_MS)
-        end = bisect_right(at_ms, burst.heard_ms + _BESIDE_MS)
+    for heard_ms, age_ms in heard:
+        first = bisect_left(at_ms, heard_ms - _BESIDE_MS)
+        end = bisect_right(at_ms, heard_ms + _BESIDE_MS)
         if first < end:
-            skews.append(burst.age_ms - statistics.median(age for _, age in pictures[first:end]))
+            skews.append(age_ms - statistics.median(age for _, age in pictures[first:end]))
     return skews

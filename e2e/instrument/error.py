@@ -90,9 +90,8 @@ def judged(first: Readings, second: Readings) -> tuple[list[Row], bool]:
     one, two = (
         figures(read, window(read, settle_s=_SETTLE_S, to_ms=to_ms)) for read in (first, second)
     )
-    heard = [(burst.heard_ms, burst.age_ms) for burst in sound_bursts(first)]
     rows, is_certain = [], True
-    for kind, ages in (("picture", picture_ages(first.pictures)), ("sound", heard)):
+    for kind, ages in (("picture", picture_ages(first.pictures)), ("sound", sound_bursts(first))):
         a, b = (each.get(f"{kind}_age_p50_ms") for each in (one, two))
         read = shift((at - age, age) for at, age in ages if within.has(at))
         known = a is not None and b is not None and read is not None

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeVar
 import numpy as np
 
 from e2e.delay.readings import Counters, PlayerSound
-from e2e.instrument.bursts import Burst, bursts, skews_ms
+from e2e.instrument.bursts import Series, bursts, skews_ms
 from e2e.instrument.pauses import concealed_pauses, tone_pauses
 from e2e.measure.row import summarize
 
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from e2e.delay.readings import Pictures, Readings
 
 C = TypeVar("C", Counters, PlayerSound)
-Series = list[tuple[float, float]]
-"""(Unix ms, value), in the order of the times."""
 
 SETTLE_S: Final = 3.0
 BRIDGED_MS: Final = 50.0
@@ -67,14 +65,14 @@ def figures(readings: Readings, within: Window) -> dict[str, float]:
     ages = picture_ages(readings.pictures)
     aged = [(at, age) for at, age in ages if within.has(at)]
     all_heard = sound_bursts(readings)
-    heard = [one for one in all_heard if within.sound_from_ms <= one.heard_ms <= within.to_ms]
-    shown = shown_ms(readings.pictures)
+    heard = [(at, age) for at, age in all_heard if within.sound_from_ms <= at <= within.to_ms]
+    shown = [at for at, _ in sized(readings.pictures, (0, 0))]
     counters = _within(readings.counters, within.from_ms, within.to_ms)
     commands = zip(readings.commands.at_ms, readings.commands.round_trip_ms, strict=True)
     first_ms, sounds_ms = readings.first_picture_ms, readings.first_sound_ms
     found: dict[str, float | None] = {
         **_quantiles("picture_age", [age for _, age in aged]),
-        **_quantiles("sound_age", [one.age_ms for one in heard]),
+        **_quantiles("sound_age", [age for _, age in heard]),
         **_quantiles("command_round_trip", [trip for at, trip in commands if within.has(at)]),
         "skew_p50_ms": _median(skews_ms(heard, ages)),
         "joined_skew_p95_ms": _p95([abs(one) for one in _joined(readings, all_heard, within)]),
@@ -82,7 +80,7 @@ def figures(readings: Readings, within: Window) -> dict[str, float]:
         "longest_freeze_ms": _longest_freeze_ms(shown, within),
         "first_picture_ms": None if first_ms is None else first_ms - readings.opened_ms,
         "picture_drift_ms_per_min": drift_per_min(aged),
-        "sound_drift_ms_per_min": drift_per_min([(one.heard_ms, one.age_ms) for one in heard]),
+        "sound_drift_ms_per_min": drift_per_min(heard),
         "received_kb_per_s": _kb_per_s(counters, "received_bytes"),
         "sent_kb_per_s": _kb_per_s(counters, "sent_bytes"),
         "breaks": _breaks(readings, within),
@@ -111,19 +109,18 @@ def picture_ages(pictures: Pictures) -> Series:
     ]
 
 
-def sound_bursts(readings: Readings) -> list[Burst]:
+def sound_bursts(readings: Readings) -> Series:
     """When each second's burst began to be heard, and its age."""
-    ages = picture_ages(readings.pictures)
-    return bursts(readings.sound, readings.heard_counters, ages)
-
-
-def shown_ms(pictures: Pictures) -> list[float]:
-    """When the picture changed: the same stamp again is the same picture, shown again."""
-    return [at for at, _ in sized(pictures, (0, 0))]
+    # Of what the built-in player plays the browser has no counters.
+    counters = Counters() if readings.player_sound.at_ms else readings.counters
+    return bursts(readings.sound, counters, picture_ages(readings.pictures))
 
 
 def sized(pictures: Pictures, least: tuple[int, int]) -> list[tuple[float, bool]]:
-    """When each new picture was shown, and whether it was at least so many pixels wide and high."""
+    """When each new picture was shown, and whether it was at least so many pixels wide and high.
+
+    The same stamp again is the same picture, shown again.
+    """
     found: list[tuple[float, bool]] = []
     before = None
     for at_ms, stamp_ms, width, height in zip(
@@ -202,7 +199,7 @@ def _last_ms(readings: Readings) -> float:
     return max((at_ms[-1] for at_ms in series if at_ms), default=readings.opened_ms)
 
 
-def _joined(readings: Readings, heard: list[Burst], within: Window) -> list[float]:
+def _joined(readings: Readings, heard: Series, within: Window) -> list[float]:
     """Give the skews from 3 s after joining on, joining being the first picture.
 
     Sound that comes later than that has no skew before; the figure of the first sound tells of it.
@@ -210,7 +207,7 @@ def _joined(readings: Readings, heard: list[Burst], within: Window) -> list[floa
     if readings.first_picture_ms is None:
         return []
     from_ms = readings.first_picture_ms + 1000 * SETTLE_S
-    counted = [one for one in heard if from_ms <= one.heard_ms <= within.to_ms]
+    counted = [(at, age) for at, age in heard if from_ms <= at <= within.to_ms]
     return skews_ms(counted, picture_ages(readings.pictures))
 
 

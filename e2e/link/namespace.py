@@ -31,8 +31,6 @@ _TUN: Final = "/dev/net/tun"
 _TUNSETIFF: Final = 0x400454CA  # linux/if_tun.h, as x86 and ARM number it
 _IFF_TUN: Final = 0x0001
 _IFF_NO_PI: Final = 0x1000
-_READ_BYTES: Final = 2048
-"""More than the MTU; a packet is read whole or its end is gone."""
 
 
 def tool(name: str, package: str) -> str:
@@ -100,16 +98,6 @@ def open_tun(name: str) -> int:
             "container the capability NET_ADMIN"
         ) from error
     return descriptor
-
-
-def read_packets(descriptor: int, limit: int) -> list[bytes]:
-    packets: list[bytes] = []
-    try:
-        while len(packets) < limit:
-            packets.append(os.read(descriptor, _READ_BYTES))
-    except BlockingIOError:
-        pass
-    return packets
 
 
 def _unshare(flags: int) -> bool:

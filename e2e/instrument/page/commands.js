@@ -2,9 +2,7 @@
 // its call of `send` to the event that brings the answer. Set-points, which nobody answers, share
 // the channel with them; of each it is kept when it was handed over. So do reports, whose counts of
 // the sound are kept where the page's built-in player made them: the browser has none of it.
-//
-// A message is an object with a `type` or, as newer versions have it, a list whose first member
-// says what it is; the number of a ping is then the second.
+// A message is a list: what it is, then the number of a ping or pong, or what a report says of sound.
 const makeCommands = (clock, hooks) => {
   const table = makeTable(["at_ms", "round_trip_ms"], 6000);
   const setPoints = makeTable(["at_ms"], 40_000);
@@ -12,46 +10,31 @@ const makeCommands = (clock, hooks) => {
   const watched = new WeakSet();
   const open = new Map(); // of each id, when it was sent
 
-  const parse = (data) => {
-    if (typeof data !== "string") return null;
-    try {
-      const message = JSON.parse(data);
-      if (Array.isArray(message)) {
-        return { type: message[0], id: message[1], sound: message[1] };
-      }
-      return { type: message?.type, id: message?.id };
-    } catch {
-      return null;
-    }
-  };
-
   hooks.on("send", (channel, data) => {
     if (channel.label !== "drive") return;
-    const said = parse(data);
-    if (said?.type === "drive") {
-      setPoints.add(rounded(clock.now(), 1));
-    }
-    if (said?.type === "report" && said.sound) {
-      const sound = Object.fromEntries(SOUND_REPORT.map((name, at) => [name, said.sound[at]]));
+    const [type, second] = JSON.parse(data);
+    if (type === "drive") setPoints.add(rounded(clock.now(), 1));
+    if (type === "report" && second) {
+      const sound = Object.fromEntries(SOUND_REPORT.map((name, at) => [name, second[at]]));
       if (sound.player !== "browser") {
         const { played_ms, concealed_ms, stretched_ms } = sound;
         playerSound.add(rounded(clock.now(), 1), played_ms, concealed_ms, stretched_ms);
       }
     }
-    if (said?.type !== "ping") return;
+    if (type !== "ping") return;
     if (!watched.has(channel)) {
       watched.add(channel);
       open.clear(); // a new peer counts anew
       channel.addEventListener("message", (event) => {
-        const pong = parse(event.data);
-        if (pong?.type !== "pong" || !open.has(pong.id)) return;
+        const [answer, id] = JSON.parse(event.data);
+        if (answer !== "pong" || !open.has(id)) return;
         const now_ms = performance.now();
-        const sent_ms = open.get(pong.id);
-        open.delete(pong.id);
+        const sent_ms = open.get(id);
+        open.delete(id);
         table.add(rounded(clock.unix(now_ms), 1), rounded(now_ms - sent_ms, 2));
       });
     }
-    open.set(said.id, performance.now());
+    open.set(second, performance.now());
     if (open.size > 1000) open.delete(open.keys().next().value);
   });
   return { table, setPoints, playerSound };

@@ -31,7 +31,7 @@ const makeCounts = (clock, hooks) => {
     return (1000 * (delay_s - last.delay_s)) / (items - last.items);
   };
 
-  const COUNTED = new Set(["inbound-rtp", "transport", "candidate-pair"]);
+  const COUNTED = new Set(["inbound-rtp", "transport"]);
   const look = async () => {
     for (const peer of [...hooks.peers]) {
       if (!numbers.has(peer)) numbers.set(peer, peerCount++);
@@ -44,9 +44,7 @@ const makeCounts = (clock, hooks) => {
     const of = (type, kind) =>
       [...seen.values()].filter((r) => r.type === type && (!kind || r.kind === kind));
     const sound = of("inbound-rtp", "audio");
-    // Only Chromium counts by transport; else by the pairs of addresses that it ran over.
-    const transports = of("transport").filter((r) => r.bytesReceived !== undefined);
-    const carriers = transports.length ? transports : of("candidate-pair");
+    const transports = of("transport");
     const row = {
       played_samples: sum(sound, "totalSamplesReceived"),
       concealed_samples: sum(sound, "concealedSamples"),
@@ -57,8 +55,8 @@ const makeCounts = (clock, hooks) => {
         sum(sound, "jitterBufferDelay"),
         sum(sound, "jitterBufferEmittedCount"),
       ),
-      received_bytes: sum(carriers, "bytesReceived"),
-      sent_bytes: sum(carriers, "bytesSent"),
+      received_bytes: sum(transports, "bytesReceived"),
+      sent_bytes: sum(transports, "bytesSent"),
     };
     table.add(rounded(clock.now(), 1), ...COLUMNS.map((name) => rounded(row[name], 2)));
   };

@@ -2,9 +2,8 @@
 // Proxies keep names, prototypes and statics, so the page sees what it always sees.
 const makeHooks = () => {
   const peers = [];
-  const remoteTracks = new Set();
   const elements = [];
-  const listeners = { element: [], track: [], send: [], state: [] };
+  const listeners = { element: [], send: [], state: [] };
   const tell = (kind, ...what) => {
     for (const listener of listeners[kind]) {
       try {
@@ -15,16 +14,8 @@ const makeHooks = () => {
     }
   };
 
-  const meetTrack = ({ track }) => {
-    if (track.kind !== "audio" || remoteTracks.has(track)) return;
-    remoteTracks.add(track);
-    track.addEventListener("ended", () => remoteTracks.delete(track));
-    tell("track", track);
-  };
-
   const meetPeer = (peer) => {
     peers.push(peer);
-    peer.addEventListener("track", meetTrack);
     peer.addEventListener("connectionstatechange", () => tell("state", peer.connectionState));
   };
 
@@ -74,14 +65,12 @@ const makeHooks = () => {
     for (let i = peers.length - 1; i >= 0; i--) {
       if (peers[i].signalingState === "closed") peers.splice(i, 1);
     }
-    for (const track of remoteTracks) if (track.readyState === "ended") remoteTracks.delete(track);
   };
 
   return {
     look,
     watch,
     peers,
-    remoteTracks,
     elements: () => elements.map((known) => known.deref()).filter(Boolean),
     on: (kind, listener) => listeners[kind].push(listener),
   };
