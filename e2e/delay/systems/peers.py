@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from e2e.delay.systems.served import PORT, Served, serving
 from e2e.measure.errors import MeasureError
-from e2e.peers.livekit.installation import check_sdk, find_client, find_server
+from e2e.peers.livekit.installation import find_client, find_server
 
 if TYPE_CHECKING:
     from contextlib import AbstractAsyncContextManager
@@ -48,8 +48,6 @@ def start(cell: Cell, link: Link, folder: Path) -> AbstractAsyncContextManager[S
     how = "whip" if cell.system == "livekit-whip" else "sdk"
     find_server()
     find_client()
-    if how == "sdk":
-        check_sdk()
     place = ["--host", link.server.address, "--port", str(PORT)]
     arguments = ["-m", "e2e.peers.livekit", "--how", how, *place]
     return serving(LiveKit, cell.system, link.server, folder, arguments)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from e2e.delay.systems.served import PORT
 from e2e.harness.toml import MANY_PLAYED_BY_ONE, MEDIA, merged
-from e2e.measure.errors import MeasureError, NotRunError
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     from e2e.delay.cell import Cell
@@ -25,11 +25,10 @@ DRIVES_HZ: Final = 20.0
 def settings(cell: Cell) -> dict[str, Any]:
     """Return the tree of keys that differ from what is shipped.
 
-    Raises `MeasureError` for a system that is not WAX's, `NotRunError` when the thesis's
-    configuration is not there.
+    Raises `MeasureError` for a system that is not WAX's.
     """
     tree = {
-        "server": {"host": "0.0.0.0", "port": PORT, "max_viewers": max(100, cell.viewers + 1)},
+        "server": {"host": "0.0.0.0", "port": PORT},
         **MEDIA,
         "turns": {"turn_s": TURN_S},
     }
@@ -46,17 +45,9 @@ def settings(cell: Cell) -> dict[str, Any]:
             both = {"operator": {"policy": "video-first"}, "observer": {"policy": "video-first"}}
             return merged(for_all, {"sync": both})
         case "thesis":
-            tree = merged(_thesis(), for_all)
+            thesis = tomllib.loads(THESIS.read_text(encoding="utf-8"))
+            tree = merged(thesis, for_all)
             if cell.audio_mu_ms is None:
                 return tree
             return merged(tree, {"thesis": {"audio_mu_ms": cell.audio_mu_ms}})
     raise MeasureError(f"{cell.system} is no system of WAX; e2e/delay/cell.py names them")
-
-
-def _thesis() -> dict[str, Any]:
-    try:
-        return tomllib.loads(THESIS.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise NotRunError(
-            f"the thesis's configuration {THESIS.name} cannot be read: {error.strerror}"
-        ) from error

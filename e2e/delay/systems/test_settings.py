@@ -61,12 +61,6 @@ def test_the_thesis_keeps_its_constants() -> None:
     assert read("thesis", audio_mu_ms=300).turns.join == "auto"
 
 
-def test_a_crowd_has_room() -> None:
-    """A cell with more viewers than WAX lets in by default raises that limit."""
-    assert read("audio-master", viewers=150).server.max_viewers == 151
-    assert read("audio-master").server.max_viewers == config.Settings().server.max_viewers
-
-
 def test_another_system_is_refused() -> None:
     """A peer has no configuration of WAX."""
     with pytest.raises(MeasureError, match="stock is no system of WAX"):

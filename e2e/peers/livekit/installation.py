@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 from pathlib import Path
 from typing import Final
@@ -42,9 +41,3 @@ def find_client() -> Path:
             "livekit-client is not installed; type make check, which installs the page's packages"
         )
     return path
-
-
-def check_sdk() -> None:
-    """Raise `NotRunError` where its Python SDK is missing."""
-    if importlib.util.find_spec("livekit") is None:
-        raise NotRunError("the package livekit is not installed; type make check")

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Final
 
 from aiohttp import web
 
-from e2e.measure.errors import MeasureError
 from e2e.peers.livekit.tokens import in_room
 
 if TYPE_CHECKING:
@@ -42,20 +41,14 @@ class Pages:
         self._runner: web.AppRunner | None = None
 
     async def start(self, address: str, port: int) -> None:
-        """Serve from now on. Raises `MeasureError` when the port is taken."""
+        """Serve from now on."""
         app = web.Application()
         app.router.add_get("/", self._give_page)
         app.router.add_get("/livekit-client.umd.js", self._give_script)
         app.router.add_get("/healthz", self._give_health)
         self._runner = web.AppRunner(app, access_log=None, shutdown_timeout=_STOP_WITHIN_S)
         await self._runner.setup()
-        try:
-            await web.TCPSite(self._runner, address, port).start()
-        except OSError as error:
-            raise MeasureError(
-                f"the page cannot be served at {address}:{port}: {error.strerror}; "
-                "name another with --port"
-            ) from error
+        await web.TCPSite(self._runner, address, port).start()
 
     async def stop(self) -> None:
         if self._runner is not None:
