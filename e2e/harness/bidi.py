@@ -47,40 +47,27 @@ ANSWER_WITHIN_S = 30
 
 
 class Session:
-    """One websocket; any number of commands may be pending at once."""
+    """One websocket; one command at a time."""
 
     def __init__(self, socket: aiohttp.ClientWebSocketResponse) -> None:
         self._socket = socket
         self._ids = itertools.count(1)
-        self._asked: dict[int, asyncio.Future[Any]] = {}
 
     async def send(self, method: str, **params: Any) -> Any:
         """Send a command, return its result; raises `AssertionError` with the browser's message."""
-        number = next(self._ids)
-        answered = self._asked[number] = asyncio.get_running_loop().create_future()
+        number, answer = next(self._ids), dict[str, Any]()
         try:
-            await self._socket.send_json({"id": number, "method": method, "params": params})
-            answer = await asyncio.wait_for(answered, ANSWER_WITHIN_S)
+            async with asyncio.timeout(ANSWER_WITHIN_S):
+                await self._socket.send_json({"id": number, "method": method, "params": params})
+                while answer.get("id") != number:  # events, and answers that nobody awaited
+                    answer = await self._socket.receive_json()
         except TimeoutError:
             raise AssertionError(f"{method}: no answer within {ANSWER_WITHIN_S} s") from None
-        except ConnectionError as error:
-            raise AssertionError(f"{method}: {error}") from None
-        finally:
-            del self._asked[number]
+        except (ConnectionError, TypeError) as error:  # aiohttp's of a socket that was closed
+            raise AssertionError(f"{method}: Firefox has ended: {error}") from None
         said = f"{answer.get('error')}, {answer.get('message')}"
         assert answer["type"] == "success", f"{method}: {said}"
         return answer["result"]
-
-    async def listen(self) -> None:
-        """Pass each answer to its caller, until the browser ends."""
-        async for message in self._socket:
-            answer = message.json()
-            waits = self._asked.get(answer.get("id"))
-            if waits is not None and not waits.done():
-                waits.set_result(answer)
-        for waits in self._asked.values():
-            if not waits.done():
-                waits.set_exception(ConnectionResetError("Firefox has ended"))
 
 
 class Firefox:
@@ -154,7 +141,12 @@ async def firefox(
         )
     try:
         url = await _listens(profile, process)
-        async with aiohttp.ClientSession() as http, _talking(http, url) as session:
+        async with (
+            aiohttp.ClientSession() as http,
+            http.ws_connect(f"{url}/session", max_msg_size=0) as socket,
+        ):
+            session = Session(socket)
+            await session.send("session.new", capabilities={})
             tree = await session.send("browsingContext.getTree")
             script = f"() => {{ {PROBE.read_text(encoding='utf-8')} }}"
             await session.send("script.addPreloadScript", functionDeclaration=script)
@@ -176,17 +168,3 @@ async def _listens(profile: Path, process: Process) -> str:
         return ""
 
     return await eventually(url, "Firefox listens", within_s=START_WITHIN_S, every_s=0.05)
-
-
-@asynccontextmanager
-async def _talking(http: aiohttp.ClientSession, url: str) -> AsyncIterator[Session]:
-    async with http.ws_connect(f"{url}/session", max_msg_size=0) as socket:
-        session = Session(socket)
-        listening = asyncio.create_task(session.listen(), name="bidi")
-        try:
-            await session.send("session.new", capabilities={})
-            yield session
-        finally:
-            listening.cancel()
-            with suppress(asyncio.CancelledError):
-                await listening

@@ -9,8 +9,10 @@ import signal
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING
 
+from tests.free_port import free_port
+
 from e2e.harness.child import kill
-from e2e.harness.server import COMMAND, free_port
+from e2e.harness.server import COMMAND
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator

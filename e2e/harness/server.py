@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import asyncio
 import os
-import random
 import re
 import signal
-import socket
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import aiohttp
+from tests.free_port import free_port
 
 from e2e.harness import toml as configurations
 from e2e.harness.child import kill
@@ -35,19 +33,6 @@ COMMAND = Path(sys.executable).with_name("wax")
 CLIENT_ID = re.compile(r"\b[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}\b(?!\.local)")
 """What a page says to be known again, as it makes one; mDNS names look alike (RFC 8828)."""
 ACCOUNT_WITHIN_S = 2.0
-
-
-def free_port() -> int:
-    """Return a TCP port of the loopback interface that nobody listens on.
-
-    It lies below those that a system gives to outgoing connections, which take one at any moment,
-    and above 10080, which browsers refuse.
-    """
-    for port in random.SystemRandom().sample(range(11_000, 30_000), 100):
-        with socket.socket() as probe, suppress(OSError):
-            probe.bind(("127.0.0.1", port))
-            return port
-    raise OSError("there is no free port")
 
 
 class Server:

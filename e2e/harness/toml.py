@@ -51,11 +51,8 @@ def card_on(port: Path, dialect: str = "frames") -> str:
 
 
 def for_one_machine(text: str) -> str:
-    """Add `MANY_PLAYED_BY_ONE` to a configuration; what cannot be read stays as it is."""
-    try:
-        return tomlkit.dumps(merged(MANY_PLAYED_BY_ONE, tomllib.loads(text)))
-    except tomllib.TOMLDecodeError:
-        return text
+    """Add `MANY_PLAYED_BY_ONE` to a configuration."""
+    return tomlkit.dumps(merged(MANY_PLAYED_BY_ONE, tomllib.loads(text)))
 
 
 def merged(*trees: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
+from tests.free_port import free_port
 
 from e2e.harness.child import terminate
-from e2e.harness.server import free_port
 from e2e.harness.wait import eventually
 from e2e.measure.errors import NotRunError
 

@@ -11,10 +11,11 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 import tomlkit
+from tests.free_port import free_port
 
 from e2e.harness import toml
 from e2e.harness.board import Board
-from e2e.harness.server import Server, free_port
+from e2e.harness.server import Server
 from e2e.load.crowd.sample import Offering
 from e2e.load.process import ProcessMeter, pinned
 from e2e.measure.errors import MeasureError

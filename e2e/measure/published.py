@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Final
 
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -97,14 +98,7 @@ def publish(suite: Suite, results: Sequence[Result], folder: Path = FOLDER) -> P
 
 def _small(row: Row) -> Row:
     """Round the values, and drop what is of interest only during the run."""
-    spread = row.spread and row.spread.model_copy(
-        update={name: round(value, _DIGITS) for name, value in row.spread if name != "n"}
+    text = row.model_copy(update={"detail": {}}).model_dump_json()
+    return Row.model_validate(
+        json.loads(text, parse_float=lambda value: round(float(value), _DIGITS))
     )
-    values = {name: _rounded(value) for name, value in row.values.items()}
-    goal = _rounded(row.goal)
-    update = {"values": values, "spread": spread, "goal": goal, "detail": {}}
-    return row.model_copy(update=update)
-
-
-def _rounded(value: float | None) -> float | None:
-    return None if value is None else round(value, _DIGITS)

@@ -8,9 +8,9 @@ from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any, Final, TextIO
 
 import aiohttp
+from tests.free_port import free_port
 
 from e2e.harness.child import kill
-from e2e.harness.server import free_port
 from e2e.harness.wait import eventually
 from e2e.measure.errors import NotRunError
 from e2e.peers.livekit.installation import find_server

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 import tomlkit
+from tests.free_port import free_port
 
 from e2e.harness import toml
-from e2e.harness.server import free_port
 from e2e.harness.wait import answers, eventually, until
 from e2e.load.cluster.engine import KEY, ROOMS, Redis, call, running
 from e2e.load.cluster.stage import are_live, published
