@@ -40,7 +40,10 @@ class Page:
     def __init__(self, viewer: Viewer) -> None:
         self.viewer = viewer
         self._sockets: list[WebSocket] = []
-        viewer.page.on("websocket", self._sockets.append)
+        viewer.page.on("websocket", self._opened)
+
+    def _opened(self, socket: WebSocket) -> None:  # Playwright takes no builtin method
+        self._sockets.append(socket)
 
     @property
     def room_url(self) -> str:
