@@ -113,13 +113,12 @@ def serve(pytestconfig: pytest.Config) -> Serve:
 
     @asynccontextmanager
     async def serving(folder: Path, toml: str) -> AsyncIterator[Server]:
-        server = Server(folder, toml)
-        pytestconfig.stash[SERVERS].append(server)
-        try:
-            async with server:
-                yield server
-        finally:
-            pytestconfig.stash[SERVERS].remove(server)
+        server, told = Server(folder, toml), pytestconfig.stash[SERVERS]
+        told[:] = [one for one in told if one.is_running]
+        told.append(server)
+        async with server:
+            yield server
+        told.remove(server)  # of one that was left by a failure the log is shown with that
 
     return serving
 

@@ -8,6 +8,7 @@ import pty
 import signal
 import time
 import tty
+from collections import Counter
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
@@ -126,10 +127,13 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
         turn = (await server.status())["turn"]["number"]
         keys = viewer.page.keyboard
 
+        seen: list[object] = []
+
         async def steadily() -> bool:
             """Hold a key for a second; tell whether frames came all the time, none a stop."""
             await keys.down("ArrowUp")
             if not await happens(drives, within_s=2, every_s=0.02):
+                seen.append("it stood")
                 await keys.up("ArrowUp")
                 return False
             begun_s = time.monotonic()
@@ -139,6 +143,7 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
             await until(lambda: not board.moves, "its release stops it", within_s=1)
             came = [event for event in board.events(begun_s) if event["event"] == "frame"]
             held = [frame for frame in came if frame["t_s"] < ended_s]
+            seen.append(Counter((frame["type"], frame["verdict"]) for frame in came))
             if len(held) < 20 or {frame["type"] for frame in held} != {"drive"}:
                 return False
             assert {frame["turn"] for frame in held} == {turn}
@@ -146,7 +151,7 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
             assert held[-1]["left"] == held[-1]["right"] > 0
             return {frame["verdict"] for frame in came} == {"taken"}
 
-        assert await undisturbed(server, steadily), "no frames come steadily while a key is held"
+        assert await undisturbed(server, steadily), f"no frames come steadily: {seen}"
         released_s = time.monotonic()
         await asyncio.sleep(0.3)
         assert taken(board, released_s) - {"hello"} == {"stop"}

@@ -97,8 +97,10 @@ async def undisturbed(server: Server, attempt: Callable[[], Awaitable[T]]) -> T:
     for _ in range(_TRIES - 1):
         before = await lateness(server)
         await nothing_is_held(server)
-        result = await attempt()
-        if result or await lateness(server) == before:
+        if result := await attempt():
+            return result
+        await nothing_is_held(server)  # by then the driver's process has told of its counts, too
+        if await lateness(server) == before:
             return result
     await nothing_is_held(server)
     return await attempt()

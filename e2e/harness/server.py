@@ -75,6 +75,10 @@ class Server:
             await self.kill()
 
     @property
+    def is_running(self) -> bool:
+        return self._process is not None and self._process.returncode is None
+
+    @property
     def log(self) -> str:
         if not self.log_path.exists():
             return ""
