@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.tape.plan import SegmentPlan
+from wax.tape.segment_plan import SegmentPlan
 
 if TYPE_CHECKING:
-    from wax.tape.plan import Kind, Step
+    from wax.tape.segment_plan import Kind, Step
 
 SEGMENT_S = 60.0
 KEYFRAMES_S = 10.0

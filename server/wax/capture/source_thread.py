@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 ItemT = TypeVar("ItemT")
 ItemT_co = TypeVar("ItemT_co", covariant=True)
 
-_SILENT_S: Final = 3.0
+_BLOCKED_S: Final = 3.0
 """A source that blocks for this long is reported."""
 
 
@@ -49,7 +49,7 @@ class SourceThread(DeviceThread, Generic[ItemT]):
             name=name,
             problem=None,
             hangs=Sentence("microphone.silent" if self._hears else "camera.silent"),
-            hangs_after_s=_SILENT_S,
+            hangs_after_s=_BLOCKED_S,
         )
 
     def _use(self) -> None:

@@ -1,4 +1,4 @@
-"""What has changed between two looks, as events; when a fault begins and is mended. Pure."""
+"""What has changed between two looks of `app.py`, as events; when a fault begins and ends. Pure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The names that viewers give themselves. Pure."""
+"""The names that viewers give themselves; how long: `wax.protocol.messages`. Pure."""
 
 from __future__ import annotations
 

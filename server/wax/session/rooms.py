@@ -1,6 +1,7 @@
 """Those who watch in a room of the cluster: their seats there, their places in the queue here.
 
-Somebody who waits is a viewer without a peer; ten seconds before their turn their page connects.
+Somebody who waits is a viewer without a peer; their page connects ten seconds before their turn
+(`web/src/rooms/visit.ts`).
 Until it has, no turn of theirs begins (`wax.control.turns`).
 """
 

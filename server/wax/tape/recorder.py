@@ -19,9 +19,9 @@ from wax.encode.encoded import EncodedPicture, EncodedSound
 from wax.errors import StateError, WaxError, reason_of
 from wax.protocol.tape_events import Missed
 from wax.sentence import Sentence, says
-from wax.tape.plan import SegmentPlan
 from wax.tape.retention import retain
 from wax.tape.segment import WRITE_ERRORS, Segment
+from wax.tape.segment_plan import SegmentPlan
 
 if TYPE_CHECKING:
     from collections.abc import Hashable
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from wax.protocol.tape_events import TapeEvent
     from wax.tape.camera_files import CameraFormat
     from wax.tape.media_file import Codec
-    from wax.tape.plan import Kind
     from wax.tape.retention import Keeper
+    from wax.tape.segment_plan import Kind
     from wax.tape.shelf import Shelf
 
 _LOG = structlog.get_logger(__name__)

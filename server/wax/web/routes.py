@@ -1,4 +1,4 @@
-"""The HTTP routes."""
+"""The HTTP routes: how often each may be asked, and how often a wrong secret may be tried."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ import { clockWords, isOnlyHere, joinAddress, wantsSound, watchers } from "./fac
 import { watchIdle } from "./idle";
 import { Picture, problemOf, Who } from "./parts";
 import { QrCode } from "./QrCode";
-import { tend } from "./tend";
+import { tend } from "./unattended";
 
 /** For a screen in a hall: the picture, who drives, who is next, and how to join. */
 export function BigScreen({ session }: { session: Session }) {

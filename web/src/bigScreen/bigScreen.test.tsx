@@ -9,7 +9,7 @@ import { hello, pressedBy, room } from "../testing/messages";
 import { testSession } from "../testing/session";
 import { says } from "../words/said";
 import { BigScreen } from "./BigScreen";
-import { tend } from "./tend";
+import { tend } from "./unattended";
 
 const { body } = document;
 let session: Session;

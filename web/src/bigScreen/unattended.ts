@@ -1,4 +1,4 @@
-/** Keeps a screen or a frame going for weeks, with nobody there. */
+/** Keeps a screen or a frame going for weeks: it comes back, and reloads at another version. */
 
 import { effect } from "@preact/signals";
 import type { Session } from "../actions";

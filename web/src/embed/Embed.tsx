@@ -4,7 +4,7 @@ import { useEffect, useRef } from "preact/hooks";
 import type { Session } from "../actions";
 import { joinAddress } from "../bigScreen/facts";
 import { Picture, problemOf, Who } from "../bigScreen/parts";
-import { tend } from "../bigScreen/tend";
+import { tend } from "../bigScreen/unattended";
 import { SessionContext, useSession, useState } from "../view/context";
 import { robotName } from "../view/robotName";
 import { silenceWords } from "../view/words";

@@ -1,7 +1,7 @@
 import type { RoomState, ViewerInfo } from "../messages";
 
 /** The page connects to the robot's server ten seconds before its turn; it is told once a second. */
-const COMES_S = 11;
+const CONNECTS_S = 11;
 /** Who has to wait for longer than this need not be there; more than above, against to and fro. */
 const LEAVES_S = 20;
 
@@ -11,7 +11,7 @@ export function mustCome(room: RoomState, me: ViewerInfo): boolean {
   if (me.role !== "queued") return false;
   // Nobody knows when it begins: then it may begin now.
   if (me.wait_s === null) return me.place === 1;
-  return me.wait_s <= COMES_S;
+  return me.wait_s <= CONNECTS_S;
 }
 
 /** Whether a page that came for its turn is not needed there any more. Pure. */

@@ -1,4 +1,4 @@
-"""Keep a serial port open: open it, report why it failed, open it again, always by the same name.
+"""Keep a serial port open: open it, say why it failed, open it again after `reopen_s`, by one name.
 
 Opening raises DTR, at which many boards restart and listen only after a second or two; until then
 the robot stands, and repeated frames reach it once it listens. `list_ports` knows names that last.
