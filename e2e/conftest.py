@@ -19,6 +19,7 @@ from e2e.harness.server import Server
 from e2e.harness.viewer import Viewer
 from e2e.measure.ear import open_ear
 from e2e.measure.errors import NotRunError
+from wax.machine.priority import NICENESS
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable, Generator
@@ -113,12 +114,18 @@ def serve(pytestconfig: pytest.Config) -> Serve:
 
     @asynccontextmanager
     async def serving(folder: Path, toml: str) -> AsyncIterator[Server]:
-        server, told = Server(folder, toml), pytestconfig.stash[SERVERS]
-        told[:] = [one for one in told if one.is_running]
-        told.append(server)
-        async with server:
-            yield server
-        told.remove(server)  # of one that was left by a failure the log is shown with that
+        server = Server(folder, toml)
+        server.niceness = NICENESS  # before browsers, which in life are on other machines
+        pytestconfig.stash[SERVERS].append(server)
+        try:
+            async with server:
+                try:
+                    yield server
+                except Exception as error:
+                    error.add_note(server.account())  # it is gone once the failure is reported
+                    raise
+        finally:
+            pytestconfig.stash[SERVERS].remove(server)
 
     return serving
 

@@ -8,6 +8,7 @@ import re
 import signal
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
@@ -57,6 +58,8 @@ class Server:
             "PYTHONPATH": str(ROOT),
         }
         """Added to this process's environment; the tests' plug-ins are found by their names."""
+        self.niceness = 0
+        """Of its process; less than this one's only where that may give it."""
         self._process: Process | None = None
 
     async def __aenter__(self) -> Self:
@@ -73,10 +76,6 @@ class Server:
                 await self.stop()
         finally:
             await self.kill()
-
-    @property
-    def is_running(self) -> bool:
-        return self._process is not None and self._process.returncode is None
 
     @property
     def log(self) -> str:
@@ -116,6 +115,9 @@ class Server:
                 stderr=log if self._stderr is None else self._stderr,
                 env=os.environ | self.environment,
             )
+        if self.niceness:
+            with suppress(PermissionError):
+                os.setpriority(os.PRIO_PROCESS, self._process.pid, self.niceness)
 
     async def start(self) -> None:
         """Start the process and wait until it serves."""
