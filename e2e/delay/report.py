@@ -30,9 +30,8 @@ def lines(results: Sequence[Result]) -> Iterator[str]:
     if results:
         yield f"Commit {results[-1].origin.commit}, {results[-1].origin.machine}."
     yield from (AGE, *GIVEN, *(f"{one.case}: {one.problem}" for one in results if one.problem))
-    for name in sorted(
-        {one.cell.profile for one in cells}, key=lambda one: (*LINKS, one).index(one)
-    ):
+    names = {one.cell.profile for one in cells}
+    for name in sorted(names, key=lambda one: (*LINKS, one).index(one)):
         yield f"\n{shown(name)}: {profile(name).about}"
         yield from _link(name, [one for one in cells if one.cell.profile == name])
 

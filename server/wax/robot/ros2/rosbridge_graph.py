@@ -51,9 +51,7 @@ class RosbridgeGraph:
         subscribers = self._nodes("subscribers", kind, now_s)
         publishers = self._nodes("publishers", kind, now_s)
         if publishers is not None:
-            publishers = tuple(
-                publisher for publisher in publishers if publisher.guid != self._node
-            )
+            publishers = tuple(one for one in publishers if one.guid != self._node)
         return Traffic(subscribers, publishers, None)
 
     def _nodes(self, name: str, kind: str, now_s: float) -> tuple[Endpoint, ...] | None:
