@@ -220,8 +220,8 @@ def test_what_was_not_read_is_not_written_over(
     (tmp_path / "folder").touch()
     file = kept(tmp_path / "folder")
     why = file.problems()
-    (tmp_path / "folder").unlink()
-    late.rename(tmp_path / "folder")
+    (tmp_path / "link").symlink_to(late)
+    (tmp_path / "link").replace(tmp_path / "folder")  # at once: it tries all the time
     until(lambda: file.problems() != why)
     file.keep(KeptState(is_held=True))
     file.close()
