@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 from typing import Final, Literal
 
-from e2e.link import Profile, load
+from e2e.link import load
 
 SystemName = Literal[
     "thesis", "audio-master", "operator", "video-first", "stock", "livekit", "livekit-whip"
@@ -51,11 +51,7 @@ WIRED: Final = ("same-machine", "lan", "campus", "internet-5m")
 NARROW: Final = ("wireless-2m", "wireless-1m", "modem-56k", "dual-modem", "isdn-64k")
 _TODAY: Final = ("lte-good", "lte-edge", "wifi-bad", "cafe", "stalls", "satellite")
 LINKS: Final = (*WIRED, *NARROW, *_TODAY, "step-down", "outage")
-
-
-@cache
-def profile(name: str) -> Profile:
-    return load(name)
+profile: Final = cache(load)
 
 
 def shown(name: str) -> str:

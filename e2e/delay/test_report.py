@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from e2e.delay import report
 from e2e.delay.cell import Cell
+from e2e.delay.test_judging import measured as row
 from e2e.measure.machine import Machine
 from e2e.measure.results import Origin, Result, Results
-from e2e.measure.row import Row
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -26,10 +26,6 @@ MACHINE = Machine(
 
 def keep(folder: Path, of: Cell, commit: str = "abc", **values: float | None) -> None:
     add(folder, of.variant, commit, rows=[row(of, **values)])
-
-
-def row(of: Cell, **values: float | None) -> Row:
-    return Row(key=of.key, what="", n=1, values=values, detail={"cell": of.model_dump()})
 
 
 def add(folder: Path, case: str, commit: str, **more: object) -> None:

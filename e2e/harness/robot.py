@@ -13,6 +13,8 @@ from e2e.harness.wait import happens
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
+    from playwright.async_api import Page
+
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
 
@@ -32,6 +34,8 @@ _LATE: Final = (
 stood, and after more of it wants a new press. A driver in the server's own process has no counts.
 """
 _TRIES: Final = 3
+_LET_GO_S: Final = 0.3
+"""In which a page says several times that nothing is held."""
 
 
 class Told(Protocol):
@@ -149,6 +153,21 @@ async def until_it_moves(
         return False
 
     assert await undisturbed(server, moves_on), "the robot stands while it is driven"
+
+
+async def key_moves(server: Told, page: Page, key: str, within_s: float) -> bool:
+    """Hold a key, pressed again while the robot stands; return whether it moves in time.
+
+    What is held while the page sees no picture yet, or was late, moves nothing (`control.gate`).
+    """
+    until_s = time.monotonic() + within_s
+    while time.monotonic() < until_s:
+        await page.keyboard.up(key)
+        await asyncio.sleep(_LET_GO_S)
+        await page.keyboard.down(key)
+        if await moves(server):
+            return True
+    return False
 
 
 async def turn_by_key(server: Server, viewer: Viewer, key: str = "ArrowLeft") -> None:

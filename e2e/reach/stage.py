@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Final
 from e2e.delay.systems import wax
 from e2e.delay.systems.served import PORT
 from e2e.harness.chromium import chromium_at
-from e2e.harness.robot import moves
-from e2e.harness.wait import eventually
+from e2e.harness.robot import key_moves
 from e2e.reach.internet import Host
 
 if TYPE_CHECKING:
@@ -35,14 +34,8 @@ URL: Final = f"http://{ROBOT.public}:{HTTP}"
 
 async def obeys(robot: Wax, viewer: Viewer) -> None:
     """Hold a key as this viewer, and see the robot move."""
-
-    async def drives() -> bool:
-        await viewer.page.keyboard.down("ArrowUp")
-        has_moved = await moves(robot, within_s=1.0)
-        await viewer.page.keyboard.up("ArrowUp")
-        return has_moved
-
-    await eventually(drives, "the robot moves")
+    assert await key_moves(robot, viewer.page, "ArrowUp", 10.0), "the robot stands"
+    await viewer.page.keyboard.up("ArrowUp")
 
 
 @asynccontextmanager

@@ -12,6 +12,7 @@ import random
 import tempfile
 import time
 from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -24,7 +25,7 @@ from e2e.delay.systems.served import PORT, origin
 from e2e.delay.systems.wax import serving
 from e2e.harness.chromium import at_end, talkers_chromium
 from e2e.harness.page_clock import unix_ms
-from e2e.harness.robot import moves, stands_still
+from e2e.harness.robot import key_moves, stands_still
 from e2e.harness.toml import MEDIA
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
@@ -35,7 +36,7 @@ from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row, summed
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Sequence
+    from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Iterator, Sequence
 
     from tests.link.profile import DirectionSettings, Profile
 
@@ -45,12 +46,6 @@ if TYPE_CHECKING:
     Fault = Callable[[], Awaitable[float]]
 
 OUTAGE_S: Final = 5.0
-GOALS_MS: Final = {
-    "outage": (1200.0, 2000.0),
-    "network": (700.0, 1200.0),
-    "absence": (700.0, 1200.0),
-}
-"""Of the median and the 95th percentile."""
 SOUND_GOAL_MS: Final = 900.0
 """Of the median."""
 
@@ -59,13 +54,11 @@ _NEXT_ADDRESS: Final = "10.77.0.3"
 _WITHOUT_S: Final = {"network": (0.0, 1.0), "absence": (2.0, 3.0)}
 """From the old address to the new one, as a phone hands over or looks for another network."""
 _KEY: Final = "ArrowLeft"
-_PRESSES: Final = 3
+_MOVES_WITHIN_S: Final = 6.0
 _BACK_WITHIN_S: Final = 12.0
 _PAUSE_MS: Final = 50.0
 """A shorter silence is no end of the sound."""
 _DRIVES_WITHIN_S: Final = 15.0
-_LET_GO_S: Final = 0.3
-"""In which the page says several times that nothing is held."""
 _SLOT_S: Final = 18.0
 """From one outage to the next: the longest outage, time to settle, and a return that is late."""
 _SETTLE_S: Final = (3.0, 4.0)
@@ -75,28 +68,21 @@ _SERVER: Final = {"host": "0.0.0.0", "port": PORT}
 _SETTINGS: Final = {**MEDIA, "turns": {"turn_s": 3600.0}}
 
 
+@dataclass
 class Driving:
     """A browser that drives, behind a link that can be cut at these times after its begin."""
 
-    def __init__(
-        self,
-        link: Link,
-        server: Wax,
-        log: Path,
-        viewer: Viewer,
-        outages_s: Sequence[tuple[float, float]],
-    ) -> None:
-        self.viewer = viewer
-        self._server = server
-        self._link = link
-        self._log = log
-        self._addresses = (BROWSER_ADDRESS, _NEXT_ADDRESS)
-        self._left_s = iter(outages_s)
-        self._began_s: float | None = None
+    link: Link
+    server: Wax
+    log: Path
+    viewer: Viewer
+    outages_s: Iterator[tuple[float, float]]
+    addresses: tuple[str, str] = (BROWSER_ADDRESS, _NEXT_ADDRESS)
+    began_s: float | None = None
 
     def turns(self) -> int:
         """Count the turns that have begun, by the server's log."""
-        return self._log.read_text(encoding="utf-8").count("TurnStarted")
+        return self.log.read_text(encoding="utf-8").count("TurnStarted")
 
     async def drives_again(self) -> bool:
         """Wait until the page drives; return False if it had to queue for it."""
@@ -116,9 +102,9 @@ class Driving:
 
     async def black_hole(self) -> float:
         """Lose every packet for a while; return when that ended, as Unix milliseconds."""
-        if self._began_s is None:
-            self._began_s = await self._link.start_changes()
-        begin_s, end_s = (self._began_s + at_s for at_s in next(self._left_s))
+        if self.began_s is None:
+            self.began_s = await self.link.start_changes()
+        begin_s, end_s = (self.began_s + at_s for at_s in next(self.outages_s))
         if begin_s < time.monotonic():
             raise MeasureError("the page came back too late for the next outage")
         await asyncio.sleep(end_s - time.monotonic())
@@ -126,8 +112,8 @@ class Driving:
 
     async def other_network(self, without_s: tuple[float, float]) -> float:
         """Give the browser's machine another address, after a while without; return when."""
-        old, new = self._addresses
-        self._addresses = new, old
+        old, new = self.addresses
+        self.addresses = new, old
         await self._ip("address", "del", f"{old}/24", "dev", DEVICE)
         await asyncio.sleep(random.uniform(*without_s))
         back_ms = unix_ms(time.monotonic())
@@ -137,17 +123,11 @@ class Driving:
 
     async def press(self) -> bool:
         """Hold the key, and press again while the robot does not move; tell whether it does."""
-        for _ in range(_PRESSES):
-            await self.viewer.page.keyboard.up(_KEY)
-            await asyncio.sleep(_LET_GO_S)
-            await self.viewer.page.keyboard.down(_KEY)
-            if await moves(self._server):
-                return True
-        return False
+        return await key_moves(self.server, self.viewer.page, _KEY, _MOVES_WITHIN_S)
 
     async def needs_a_new_press(self) -> bool:
         """Tell whether the key that is still held moves nothing, and one that is pressed does."""
-        return await stands_still(self._server) and await self.press()
+        return await stands_still(self.server) and await self.press()
 
     async def back_after(self, fault: Fault) -> tuple[float, float | None]:
         """Return when the fault ended, and how many ms later the picture was back, None for never.
@@ -162,7 +142,7 @@ class Driving:
             return back_ms, None
 
     async def _ip(self, *arguments: str) -> None:
-        code = await (await self._link.browser.spawn(["ip", *arguments])).wait()
+        code = await (await self.link.browser.spawn(["ip", *arguments])).wait()
         if code:
             raise MeasureError(f"ip {' '.join(arguments)} ended with status {code}")
 
@@ -192,14 +172,15 @@ async def _driving(outages: int) -> AsyncIterator[Driving]:
         await viewer.listen()
         await viewer.takes_the_wheel()
         await served.become_host(folder / "state")
-        yield Driving(link, served, folder / "wax.log", viewer, outages_s)
+        yield Driving(link, served, folder / "wax.log", viewer, iter(outages_s))
 
 
 FAULTS: Final = {
-    "outage": f"{OUTAGE_S:g} to 6 s without a packet",
-    "network": "another network",
-    "absence": "another network after 2 to 3 s without any",
+    "outage": (f"{OUTAGE_S:g} to 6 s without a packet", 1200.0, 2000.0),
+    "network": ("another network", 700.0, 1200.0),
+    "absence": ("another network after 2 to 3 s without any", 700.0, 1200.0),
 }
+"""Each with its goals in ms: of the median, and of the 95th percentile."""
 
 
 async def reconnect(keys: Sequence[str], n: int) -> list[Row]:
@@ -237,11 +218,10 @@ async def reconnect(keys: Sequence[str], n: int) -> list[Row]:
 
 
 def _picture(key: str, took_ms: Sequence[float | None], wrong: int) -> Row:
-    goal_ms, p95_goal_ms = GOALS_MS[key]
+    what, goal_ms, p95_goal_ms = FAULTS[key]
     row = summed(
         f"reconnect-{key}: median",
-        f"{FAULTS[key]}: link back → new picture on screen, in the same turn;"
-        f" p95 ≤ {p95_goal_ms:g} ms",
+        f"{what}: link back → new picture on screen, in the same turn; p95 ≤ {p95_goal_ms:g} ms",
         "ms",
         took_ms,
         goal_ms,

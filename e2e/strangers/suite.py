@@ -49,7 +49,7 @@ def _hostile(key: str, table: Mapping[str, Any], load: Load) -> list[Case]:
 
 
 def _lost(n: int, minutes: float, *keys: str) -> Case:
-    what = f"times, {', and '.join(FAULTS[key] for key in keys)}"
+    what = f"times, {', and '.join(FAULTS[key][0] for key in keys)}"
     return measured(f"reconnect-{keys[0]}", n, partial(reconnect, keys), what, 2, minutes=minutes)
 
 

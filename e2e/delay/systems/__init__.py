@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from e2e.delay.names import PEERS
-from e2e.delay.systems import peers, wax
+from e2e.delay.systems import wax
+from e2e.delay.systems.peers import LiveKit
+from e2e.delay.systems.served import PORT, Served, serving
+from e2e.peers.livekit.installation import find_client, find_server
 
 if TYPE_CHECKING:
     from contextlib import AbstractAsyncContextManager
     from pathlib import Path
 
     from e2e.delay.cell import Cell
-    from e2e.delay.systems.served import Served
     from e2e.link import Link
 
 
@@ -22,6 +23,15 @@ def start(cell: Cell, link: Link, folder: Path) -> AbstractAsyncContextManager[S
     `folder` takes its configuration and log. Raises `NotRunError` when it cannot run here,
     `MeasureError` with the end of its log when it does not get healthy.
     """
-    if cell.system in PEERS:
-        return peers.start(cell, link, folder)
+    match cell.system:
+        case "stock":
+            arguments = ["-m", "e2e.peers.stock", "0.0.0.0", str(PORT)]
+            return serving(Served, cell.system, link.server, folder, arguments)
+        case "livekit" | "livekit-whip":
+            how = "whip" if cell.system == "livekit-whip" else "sdk"
+            find_server()
+            find_client()
+            place = ["--host", link.server.address, "--port", str(PORT)]
+            arguments = ["-m", "e2e.peers.livekit", "--how", how, *place]
+            return serving(LiveKit, cell.system, link.server, folder, arguments)
     return wax.start(cell, link, folder)

@@ -1,4 +1,4 @@
-"""The peers at the server's end: stock aiortc, and LiveKit in both ways (see `e2e.peers`)."""
+"""What LiveKit is beside a server that answers HTTP (see `e2e.peers`)."""
 
 from __future__ import annotations
 
@@ -6,18 +6,11 @@ import asyncio
 import time
 from typing import TYPE_CHECKING, Final
 
-from e2e.delay.systems.served import PORT, Served, serving
+from e2e.delay.systems.served import Served
 from e2e.measure.errors import MeasureError
-from e2e.peers.livekit.installation import find_client, find_server
 
 if TYPE_CHECKING:
-    from contextlib import AbstractAsyncContextManager
-    from pathlib import Path
-
     from playwright.async_api import Page
-
-    from e2e.delay.cell import Cell
-    from e2e.link import Link
 
 _PLAYS_WITHIN_S: Final = 10.0
 _LOOK_EVERY_S: Final = 0.1
@@ -39,15 +32,3 @@ class LiveKit(Served):
             if time.monotonic() > until_s:
                 raise MeasureError(f"LiveKit's page does not play in time: {state}")
             await asyncio.sleep(_LOOK_EVERY_S)
-
-
-def start(cell: Cell, link: Link, folder: Path) -> AbstractAsyncContextManager[Served]:
-    if cell.system == "stock":
-        arguments = ["-m", "e2e.peers.stock", "0.0.0.0", str(PORT)]
-        return serving(Served, cell.system, link.server, folder, arguments)
-    how = "whip" if cell.system == "livekit-whip" else "sdk"
-    find_server()
-    find_client()
-    place = ["--host", link.server.address, "--port", str(PORT)]
-    arguments = ["-m", "e2e.peers.livekit", "--how", how, *place]
-    return serving(LiveKit, cell.system, link.server, folder, arguments)

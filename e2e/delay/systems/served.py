@@ -72,50 +72,44 @@ class Served:
     async def healthy(self) -> None:
         """Wait until it serves; raises `MeasureError` when it ends before or takes too long."""
         until_s = time.monotonic() + _START_WITHIN_S
-        while time.monotonic() < until_s:
-            if self._process.returncode is not None:
-                break
+        while time.monotonic() < until_s and self._process.returncode is None:
             with suppress(aiohttp.ClientError, TimeoutError):
                 async with self._get("/healthz"):
                     return
             await asyncio.sleep(_ASK_EVERY_S)
-        raise MeasureError(f"{self._how()}; {self._last_words()}")
+        raise self._wrong()
 
-    async def json(self, path: str) -> Any:
-        """Return what it answers; raises `MeasureError`."""
+    async def status(self) -> dict[str, Any]:
+        """Return what a WAX server says of itself, whose host this is; raises `MeasureError`."""
         try:
-            async with self._get(path) as response:
-                return await response.json()
+            async with self._get("/api/status") as response:
+                told: dict[str, Any] = await response.json()
         except (aiohttp.ClientError, TimeoutError) as error:
-            raise MeasureError(
-                f"{self._how()} at {path} ({error}); {self._last_words()}"
-            ) from error
+            raise self._wrong(f" ({error})") from error
+        return told
 
     async def become_host(self, state_folder: Path) -> None:
         """Ask from now on as the host of a WAX server; raises `MeasureError`."""
         try:
             await become_host(self._http, self.url.rstrip("/"), state_folder)
         except (aiohttp.ClientError, TimeoutError, StateError) as error:
-            raise MeasureError(f"{self._how()} its host ({error}); {self._last_words()}") from error
+            raise self._wrong(f" its host ({error})") from error
 
     def check(self) -> None:
         """Raise `MeasureError` when it has ended."""
         if self._process.returncode is not None:
-            raise MeasureError(f"{self._how()}; {self._last_words()}")
+            raise self._wrong()
 
     def _get(self, path: str) -> AbstractAsyncContextManager[aiohttp.ClientResponse]:
         return self._http.get(self.url + path, timeout=_ANSWER_WITHIN, raise_for_status=True)
 
-    def _how(self) -> str:
+    def _wrong(self, more: str = "") -> MeasureError:
         code = self._process.returncode
-        return f"the {self._name} server " + (
-            "does not answer" if code is None else f"ended with status {code}"
-        )
-
-    def _last_words(self) -> str:
+        how = "does not answer" if code is None else f"ended with status {code}"
         lines = self._log.read_text(encoding="utf-8", errors="replace").split("\n")
         said = next((line.strip() for line in reversed(lines) if line.strip()), "nothing")
-        return f"its log ends with: {said} ({self._log})"
+        log = f"its log ends with: {said} ({self._log})"
+        return MeasureError(f"the {self._name} server {how}{more}; {log}")
 
 
 @asynccontextmanager

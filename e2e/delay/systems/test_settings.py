@@ -10,7 +10,6 @@ import tomlkit
 
 from e2e.delay.cell import Cell
 from e2e.delay.systems.settings import THESIS, settings
-from e2e.measure.errors import MeasureError
 from wax.config import settings as config
 
 if TYPE_CHECKING:
@@ -59,9 +58,3 @@ def test_the_thesis_keeps_its_constants() -> None:
             assert tree[name][key] == value
     assert settings(cell("thesis"))["thesis"]["audio_mu_ms"] == own_mu_ms
     assert read("thesis", audio_mu_ms=300).turns.join == "auto"
-
-
-def test_another_system_is_refused() -> None:
-    """A peer has no configuration of WAX."""
-    with pytest.raises(MeasureError, match="stock is no system of WAX"):
-        settings(cell("stock"))

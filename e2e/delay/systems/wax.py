@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
-import time
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any, Final
 
@@ -12,7 +10,7 @@ import tomlkit
 from e2e.delay.systems import served
 from e2e.delay.systems.served import STATE, Served
 from e2e.delay.systems.settings import settings
-from e2e.harness.robot import lateness, moves
+from e2e.harness.robot import key_moves
 from e2e.harness.scripts import press, says
 from e2e.harness.toml import merged
 from e2e.harness.wait import eventually
@@ -29,9 +27,6 @@ if TYPE_CHECKING:
     from e2e.link import End, Link
 
 DRIVES_WITHIN_S: Final = 30.0
-_MOVES_WITHIN_S: Final = 1.0
-_LET_GO_S: Final = 0.3
-"""In which the page says several times that nothing is held."""
 
 
 class Wax(Served):
@@ -39,44 +34,19 @@ class Wax(Served):
 
     joins = drives = False
 
-    async def status(self) -> dict[str, Any]:
-        """Return what it says of itself, once this is its host."""
-        told: dict[str, Any] = await self.json("/api/status")
-        return told
-
     async def opened(self, window: Page) -> None:
         await window.evaluate(press("Turn sound on"))
         if not self.joins:
             return
-        before = await lateness(self)
         await self._until(window, press("Join the queue"), "lets one join the queue")
         await self._until(window, says("You are driving"), "says that the browser drives")
-        if self.drives:
-            await self._drive(window, before)
+        if self.drives and not await key_moves(self, window, "ArrowUp", DRIVES_WITHIN_S):
+            raise MeasureError("a key that is held in the page of WAX does not move the robot")
 
     async def fail_safe_s(self) -> float | None:
         viewers = sorted((await self.status())["viewers"], key=lambda line: line["id"])
         streams: dict[str, Any] = viewers[0].get("streams") or {} if viewers else {}
         return streams.get("fail_safe_s")
-
-    async def _drive(self, window: Page, before: int) -> None:
-        """Hold a key; press it again if the server requires it.
-
-        It does while the page sees no picture yet, and after it was late itself: a key that is
-        held through that moves nothing (`wax.control.gate`).
-        """
-        until_s = time.monotonic() + DRIVES_WITHIN_S
-        while time.monotonic() < until_s:
-            await window.keyboard.down("ArrowUp")
-            if await moves(self, within_s=_MOVES_WITHIN_S):
-                return
-            now = await lateness(self)
-            if now == before:
-                break
-            before = now
-            await window.keyboard.up("ArrowUp")
-            await asyncio.sleep(_LET_GO_S)
-        raise MeasureError("a key that is held in the page of WAX does not move the robot")
 
     async def _until(self, window: Page, expression: str, what: str) -> None:
         async def is_so() -> bool:

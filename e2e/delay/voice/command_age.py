@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from e2e.delay.voice.stage import staged
 from e2e.measure.ear import SILENT
 from e2e.measure.errors import MeasureError
-from e2e.measure.row import Row, summarize
+from e2e.measure.row import Row, judged, summarize
 
 if TYPE_CHECKING:
     from e2e.delay.voice.stage import Stage
@@ -51,22 +51,14 @@ def rows(profile: str, goal_ms: float, silent: Stretches, speaking: Stretches) -
     base, with_voice = summarize(silent.ages_ms), summarize(speaking.ages_ms)
     more = {name: getattr(with_voice, name) - getattr(base, name) for name in _QUANTILES}
     refused = max(0, round(speaking.too_old - silent.too_old))
-    return [
-        Row(
-            key=f"command-age/{profile}",
-            what=f"a command’s age, more while its operator speaks: {profile}",
-            n=with_voice.n,
-            unit="ms",
-            values=more,
-            judged="p99",
-            goal=goal_ms,
-            met=more["p99"] <= goal_ms and not refused,
-            detail={
-                "refused for their age, more": refused,
-                "sounding at the robot’s speaker, %": 100 * fmean(speaking.played or [False]),
-            },
-        )
-    ]
+    key = f"command-age/{profile}"
+    what = f"a command’s age, more while its operator speaks: {profile}"
+    detail = {
+        "refused for their age, more": refused,
+        "sounding at the robot’s speaker, %": 100 * fmean(speaking.played or [False]),
+    }
+    row = judged(key, what, "ms", more, goal_ms, n=with_voice.n, column="p99", detail=detail)
+    return [row.model_copy(update={"met": row.met and not refused})]
 
 
 async def _stretch(stage: Stage, into: Stretches, *, speaks: bool) -> None:

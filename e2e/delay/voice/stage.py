@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from contextlib import AsyncExitStack, asynccontextmanager
+from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -77,28 +77,22 @@ async def staged(
     `NotRunError` or `MeasureError`.
     """
     cell = Cell(experiment="G", profile=profile, system="operator")
-    async with AsyncExitStack() as leaving:
-        folder = Path(leaving.enter_context(TemporaryDirectory(prefix="wax-voice-")))
+    with TemporaryDirectory(prefix="wax-voice-") as name:
+        folder = Path(name)
         words = folder / "words.wav"
         speech.write(words, speech.voice(SPOKEN_S) if pauses else speech.unbroken(SPOKEN_S))
-        link = await leaving.enter_async_context(Link(profile))
-        robots = await leaving.enter_async_context(open_ear())
-        speaker = {"speaker": "speaker"}
-        system = await leaving.enter_async_context(
-            start(cell, link, folder, robots.variables, voice=speaker)
-        )
-        browser = await leaving.enter_async_context(
-            open_browser(
-                link,
-                "--use-fake-device-for-media-stream",
-                f"--use-file-for-fake-audio-capture={words}",
-            )
-        )
-        window = await leaving.enter_async_context(browser.window(_preload(listens=listens)))
-        await window.goto(system.url)
-        await _sees(window)
-        await system.opened(window)
-        yield Stage(browser, window, system, robots, folder / STATE / "wax")
+        said = ("--use-fake-device-for-media-stream", f"--use-file-for-fake-audio-capture={words}")
+        async with (
+            Link(profile) as link,
+            open_ear() as robots,
+            start(cell, link, folder, robots.variables, voice={"speaker": "speaker"}) as system,
+            open_browser(link, *said) as browser,
+            browser.window(_preload(listens=listens)) as window,
+        ):
+            await window.goto(system.url)
+            await _sees(window)
+            await system.opened(window)
+            yield Stage(browser, window, system, robots, folder / STATE / "wax")
 
 
 def _preload(*, listens: bool) -> str:
