@@ -19,7 +19,7 @@ import time
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NoReturn
+from typing import TYPE_CHECKING, Any, Final
 
 from tests.link.model import Direction
 from tests.link.profile import Profile
@@ -121,12 +121,13 @@ def main() -> int:
         _answer(asdict(Hello(refused=str(error))))
         return 1
     start_s, real_time = time.monotonic(), be_first()
+    begin: Any = {"seed": profile.seed, "start_s": start_s}
     forwarder = Forwarder(
-        Way(server_tun, browser_tun, _direction(profile, "down", start_s)),
-        Way(browser_tun, server_tun, _direction(profile, "up", start_s)),
+        Way(server_tun, browser_tun, Direction(profile.down, way="down", **begin)),
+        Way(browser_tun, server_tun, Direction(profile.up, way="up", **begin)),
         real_time=real_time,
     )
-    signal.signal(signal.SIGTERM, _leave)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     gc.disable()  # nothing here makes cycles, and a collection would be late packets
     try:
         networks = {"server": server, "browser": browser}
@@ -146,14 +147,8 @@ def _end(address: str) -> tuple[int, int]:
     return network, device
 
 
-def _direction(profile: Profile, way: str, start_s: float) -> Direction:
-    settings = profile.down if way == "down" else profile.up
-    return Direction(settings, seed=profile.seed, way=way, start_s=start_s)
-
-
 def _answer(value: Any) -> None:
-    sys.stdout.write(json.dumps(value) + "\n")
-    sys.stdout.flush()
+    print(json.dumps(value), flush=True)
 
 
 def be_first() -> bool:
@@ -166,10 +161,6 @@ def be_first() -> bool:
     except PermissionError:
         return False
     return True
-
-
-def _leave(signum: int, frame: object) -> NoReturn:
-    raise SystemExit(1)
 
 
 if __name__ == "__main__":

@@ -80,11 +80,9 @@ def end_stale() -> None:
 
 def _networks() -> Iterator[tuple[int, Namespace]]:
     """Give each process that we may look at; those that are ending have no namespace."""
-    for entry in Path("/proc").iterdir():
-        if entry.name.isdecimal():
-            namespace = _network(int(entry.name))
-            if namespace is not None:
-                yield int(entry.name), namespace
+    for pid in psutil.pids():
+        if (namespace := _network(pid)) is not None:
+            yield pid, namespace
 
 
 def _network(pid: int) -> Namespace | None:

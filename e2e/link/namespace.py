@@ -13,6 +13,7 @@ import shutil
 import struct
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
@@ -65,12 +66,33 @@ def configure(device: str, address: str) -> None:
     All that is not local goes out by `device`, so that a browser finds a way to the world and
     offers this address. Raises `NotRunError`.
     """
-    _ip("link", "set", "lo", "up")
+    ip(["link set lo up"])
     # No IPv6 address, so that nothing but the programs sends packets; without IPv6 it is refused.
-    _ip("link", "set", device, "addrgenmode", "none", may_fail=True)
-    _ip("address", "add", address, "dev", device)
-    _ip("link", "set", device, "txqueuelen", "5000", "up")
-    _ip("route", "add", "default", "dev", device)
+    with suppress(NotRunError):
+        ip([f"link set {device} addrgenmode none"])
+    ip(
+        [
+            f"address add {address} dev {device}",
+            f"link set {device} txqueuelen 5000 up",
+            f"route add default dev {device}",
+        ]
+    )
+
+
+def ip(lines: list[str]) -> None:
+    """Carry out lines of ``ip`` in this namespace; raises `NotRunError`."""
+    run("ip", "iproute2", ["-batch", "-"], "\n".join(lines))
+
+
+def run(name: str, package: str, arguments: list[str], text: str) -> None:
+    """Give a command its input in this namespace; raises `NotRunError`."""
+    command = [tool(name, package), *arguments]
+    done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise NotRunError(
+            f"the network namespace cannot be set up: {name} said {done.stderr.strip()!r} to "
+            f"{text!r}; run as root or give the container NET_ADMIN"
+        )
 
 
 def open_tun(name: str) -> int:
@@ -80,22 +102,12 @@ def open_tun(name: str) -> int:
     """
     try:
         descriptor = os.open(_TUN, os.O_RDWR | os.O_NONBLOCK | os.O_CLOEXEC)
-    except PermissionError as error:
-        raise NotRunError(
-            f"{_TUN} may not be opened by this user; run as root or let users read and write it"
-        ) from error
-    except OSError as error:
-        raise NotRunError(
-            f"{_TUN} is missing; load the kernel module tun, or give the container that device"
-        ) from error
-    try:
         request = struct.pack("16sH22x", name.encode("ascii"), _IFF_TUN | _IFF_NO_PI)
         fcntl.ioctl(descriptor, _TUNSETIFF, request)
     except OSError as error:
-        os.close(descriptor)
         raise NotRunError(
-            f"no TUN device can be made here ({error.strerror}); run as root or give the "
-            "container the capability NET_ADMIN"
+            f"no TUN device can be made by {_TUN} ({error.strerror}); load the kernel module tun, "
+            "and run as root, or give the container that device and the capability NET_ADMIN"
         ) from error
     return descriptor
 
@@ -114,14 +126,3 @@ def _be_root_inside(uid: int, gid: int) -> None:
             "unprivileged user namespaces have no rights here; run as root, or allow them "
             "(on Ubuntu the setting kernel.apparmor_restrict_unprivileged_userns)"
         ) from error
-
-
-def _ip(*arguments: str, may_fail: bool = False) -> None:
-    done = subprocess.run(
-        [tool("ip", "iproute2"), *arguments], capture_output=True, text=True, check=False
-    )
-    if done.returncode != 0 and not may_fail:
-        raise NotRunError(
-            f"the network namespace cannot be set up: ip {' '.join(arguments)} said "
-            f"{done.stderr.strip()!r}; run as root or give the container NET_ADMIN"
-        )

@@ -7,7 +7,6 @@ with its standard input: whoever holds the namespaces by then keeps the internet
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from ctypes import CDLL
 from pathlib import Path
@@ -55,7 +54,7 @@ class Wiring:
                 self._join(host.name, host.ipv6, _WORLD, None, _OUTSIDE_IPV6)
             if host.ipv6 is not None and host.public is not None:
                 _enter(self.networks[host.name])
-                _run("nft", "nftables", ["-f", "-"], _GUARD)
+                namespace.run("nft", "nftables", ["-f", "-"], _GUARD)
 
     def _router(self, host: Host, *, into: str) -> None:
         """Make what stands between `host`'s household and the network behind `into`."""
@@ -64,11 +63,11 @@ class Wiring:
         self._join(public, public, into, None if into == _WORLD else _gateway(public))
         _enter(self.networks[public])
         Path("/proc/sys/net/ipv4/ip_forward").write_text("1", encoding="ascii")
-        _run("nft", "nftables", ["-f", "-"], _rules(host, public))
+        namespace.run("nft", "nftables", ["-f", "-"], _rules(host, public))
 
     def _network(self, name: str, lines: list[str]) -> None:
         self.networks[name] = namespace.enter_new_network()
-        _ip(["link set lo up", *lines])
+        namespace.ip(["link set lo up", *lines])
 
     def _join(
         self, name: str, address: str, into: str, gateway: str | None, device: str = _OUTSIDE
@@ -79,7 +78,7 @@ class Wiring:
         port = f"port{self._cables}"
         kept, world = ("128 nodad", "::/0") if ":" in address else ("32", "0.0.0.0/0")
         _enter(self.networks[name])
-        _ip(
+        namespace.ip(
             [
                 f"link add {device} type veth peer name {port} netns {end}",
                 f"link set {device} addrgenmode none up",
@@ -88,7 +87,7 @@ class Wiring:
             ]
         )
         _enter(self.networks[into])
-        _ip([f"link set {port} addrgenmode none master {_bridge_of(into)} up"])
+        namespace.ip([f"link set {port} addrgenmode none master {_bridge_of(into)} up"])
 
 
 def _bridge_of(name: str) -> str:
@@ -141,17 +140,6 @@ def _enter(network: int) -> None:
     # os.setns is there from Python 3.12 on.
     if CDLL(None).setns(network, 0) != 0:
         raise NotRunError("a network namespace of our own cannot be entered")
-
-
-def _ip(lines: list[str]) -> None:
-    _run("ip", "iproute2", ["-batch", "-"], "\n".join(lines))
-
-
-def _run(tool: str, package: str, arguments: list[str], text: str) -> None:
-    command = [namespace.tool(tool, package), *arguments]
-    done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        raise NotRunError(f"{tool} said {done.stderr.strip()!r} to {text!r}")
 
 
 def main() -> int:
