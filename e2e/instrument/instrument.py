@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from e2e.delay.readings import Pictures, Readings, Sound
 from e2e.measure.errors import MeasureError
+from wax.capture.testcard import STAMP_MODULUS
 from wax.protocol.messages import SoundReport
 
 if TYPE_CHECKING:
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
 _PARTS: Final = ("clock", "hooks", "video_probe", "counts", "commands", "main")
 NAME: Final = "__waxLab"
-STAMP_MODULUS: Final = 1 << 40
 _PLAUSIBLE_MS: Final = 600_000.0
 """A card farther from now is invalid: one picture in 256 has the right check by chance."""
 
@@ -48,17 +48,13 @@ class Instrument:
         self, evaluate: Callable[[str], Awaitable[Any]], ear: Ear, *, name: str = NAME
     ) -> None:
         self._evaluate = evaluate
-        self._tap = ear.tap()
+        self.tap = ear.tap()
         self._at = f"window[{name!r}]"
         self._load: float | None = None
         self._readings: Readings | None = None
 
     async def sees_picture(self) -> bool:
         return bool(await self._evaluate(f"{self._at}?.sees() ?? false"))
-
-    async def hears(self, within_s: float) -> bool:
-        """Wait until the browser sounds, and tell whether it did in time."""
-        return await self._tap.hears(within_s)
 
     async def readings(self) -> Readings:
         """Return everything from the page's opening until now.
@@ -73,8 +69,8 @@ class Instrument:
             raise MeasureError(
                 "The instrument is not in this page: add PRELOAD before the page is opened."
             )
-        _extend(self._readings.sound, Sound.of(self._tap.take()))
-        self._readings.first_sound_ms = self._tap.first_ms
+        _extend(self._readings.sound, Sound.of(self.tap.take()))
+        self._readings.first_sound_ms = self.tap.first_ms
         # A copy: whoever keeps it shall not see it grow.
         return self._readings.model_copy(deep=True)
 
@@ -94,9 +90,8 @@ class Instrument:
 
 def whole_ms(stamp40_ms: int, at_ms: float) -> float | None:
     """Return the Unix time near `at_ms` that a card's 40 bits stand for; None if none is near."""
-    behind_ms = (math.floor(at_ms) - stamp40_ms) % STAMP_MODULUS
-    if behind_ms > STAMP_MODULUS // 2:
-        behind_ms -= STAMP_MODULUS
+    half = STAMP_MODULUS // 2
+    behind_ms = (math.floor(at_ms) - stamp40_ms + half) % STAMP_MODULUS - half
     return None if abs(behind_ms) > _PLAUSIBLE_MS else float(math.floor(at_ms) - behind_ms)
 
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import statistics
-from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING, Final
+
+import numpy as np
 
 from e2e.measure.ear import BLOCK_MS
 
@@ -80,62 +79,36 @@ def concealed_pauses(counters: Counters, from_ms: float, to_ms: float) -> Pauses
         if length_ms >= CONCEALED_PAUSE_MS and from_ms <= begin_ms <= to_ms:
             found.append((begin_ms, length_ms))
 
-    for look in _looks(counters):
-        goes_on = length_ms > 0 and look.concealed_ms >= _NEARLY_ALL * look.played_ms
-        if look.concealed_ms > 0 and (look.events == 0 or goes_on):
+    for at_ms, played_ms, concealed_ms, events in _looks(counters):
+        goes_on = length_ms > 0 and concealed_ms >= _NEARLY_ALL * played_ms
+        if concealed_ms > 0 and (events == 0 or goes_on):
             if length_ms == 0:
-                begin_ms = look.at_ms - look.concealed_ms
-            length_ms += look.concealed_ms
+                begin_ms = at_ms - concealed_ms
+            length_ms += concealed_ms
             continue
         close()
         length_ms = 0.0
-        for number in range(look.events):
-            length_ms = look.concealed_ms / look.events
-            begin_ms = look.at_ms - length_ms
-            if number < look.events - 1:
+        for number in range(events):
+            length_ms = concealed_ms / events
+            begin_ms = at_ms - length_ms
+            if number < events - 1:
                 close()
     close()
     return found
 
 
-@dataclass(frozen=True, slots=True)
-class _Look:
-    """What was counted since the look before."""
-
-    at_ms: float
-    played_ms: float
-    concealed_ms: float
-    events: int
-
-
-def _looks(counters: Counters) -> list[_Look]:
-    rows = [
-        (at_ms, played, concealed, events)
-        for at_ms, played, concealed, events in zip(
-            counters.at_ms,
-            counters.played_samples,
-            counters.concealed_samples,
-            counters.concealment_events,
-            strict=True,
-        )
-        if played is not None and concealed is not None and events is not None
-    ]
+def _looks(counters: Counters) -> list[tuple[float, float, float, int]]:
+    """Give the time of each look, ms played and concealed since the one before, and events."""
+    counts = (counters.played_samples, counters.concealed_samples, counters.concealment_events)
+    looks = zip(counters.at_ms, *counts, strict=True)
+    rows = np.array([look for look in looks if None not in look], float).reshape(-1, 4)
+    passed_ms, played, concealed, events = np.diff(rows, axis=0).T
     # What one second of sound counts depends on its codec.
-    rates = [
-        1000 * (new[1] - old[1]) / (new[0] - old[0])
-        for old, new in pairwise(rows)
-        if new[1] > old[1] and new[0] > old[0]
-    ]
-    if not rates:
+    counted = (played > 0) & (passed_ms > 0)
+    if not counted.any():
         return []
-    measured_hz = statistics.median(rates)
+    measured_hz = np.median(1000 * played[counted] / passed_ms[counted])
     rate_hz = min(_RATES_HZ, key=lambda rate_hz: abs(rate_hz - measured_hz))
-    return [
-        _Look(
-            at_ms=new[0],
-            played_ms=max(0.0, 1000 * (new[1] - old[1]) / rate_hz),
-            concealed_ms=max(0.0, 1000 * (new[2] - old[2]) / rate_hz),
-            events=max(0, round(new[3] - old[3])),
-        )
-        for old, new in pairwise(rows)
-    ]
+    lengths_ms = np.maximum(0.0, 1000 * np.array((played, concealed)) / rate_hz)
+    begun = np.maximum(0, events.round()).astype(int)
+    return list(zip(rows[1:, 0].tolist(), *lengths_ms.tolist(), begun.tolist(), strict=True))

@@ -81,8 +81,6 @@ def figures(readings: Readings, within: Window) -> dict[str, float]:
         "first_picture_ms": None if first_ms is None else first_ms - readings.opened_ms,
         "picture_drift_ms_per_min": drift_per_min(aged),
         "sound_drift_ms_per_min": drift_per_min(heard),
-        "received_kb_per_s": _kb_per_s(counters, "received_bytes"),
-        "sent_kb_per_s": _kb_per_s(counters, "sent_bytes"),
         "breaks": _breaks(readings, within),
         "set_points_per_s": _rate(readings.set_points.at_ms, within),
     }
@@ -96,6 +94,9 @@ def figures(readings: Readings, within: Window) -> dict[str, float]:
             found[f"{what}_percent"] = None if part is None else 100 * part
         lengths_ms = pauses_ms(readings, sounds_ms, within.to_ms)
         found["pauses"] = float(max(map(len, lengths_ms)))
+    for what in ("received", "sent"):
+        per_s = _per_s(counters.at_ms, getattr(counters, f"{what}_bytes"))
+        found[f"{what}_kb_per_s"] = None if per_s is None else per_s / 1000
     found |= _pauses_per_min(readings, within)
     return {name: value for name, value in found.items() if value is not None}
 
@@ -246,11 +247,6 @@ def _pauses_per_min(readings: Readings, within: Window) -> dict[str, float | Non
     audible = max(sum(one > BRIDGED_MS for one in heard), len(counted))
     longest = max([0.0, *heard, *counted])
     return {"pauses_per_min": audible / minutes, "longest_pause_ms": longest}
-
-
-def _kb_per_s(counters: Counters, name: str) -> float | None:
-    per_s = _per_s(counters.at_ms, getattr(counters, name))
-    return None if per_s is None else per_s / 1000
 
 
 def _per_s(at_ms: Sequence[float], counts: Sequence[float | None]) -> float | None:

@@ -14,11 +14,6 @@ const makeHooks = () => {
     }
   };
 
-  const meetPeer = (peer) => {
-    peers.push(peer);
-    peer.addEventListener("connectionstatechange", () => tell("state", peer.connectionState));
-  };
-
   const meetElement = (element) => {
     if (elements.some((known) => known.deref() === element)) return;
     elements.push(new WeakRef(element));
@@ -39,18 +34,16 @@ const makeHooks = () => {
 
   // The page's window, or that of an empty frame in which it makes its peers.
   const watch = (scope) => {
-    for (const name of ["RTCPeerConnection", "webkitRTCPeerConnection"]) {
-      if (!(name in scope)) continue;
-      const proxy = new Proxy(scope[name], {
-        construct(target, args, newTarget) {
-          const peer = Reflect.construct(target, args, newTarget === proxy ? target : newTarget);
-          meetPeer(peer);
-          return peer;
-        },
-      });
-      const property = Object.getOwnPropertyDescriptor(scope, name);
-      Object.defineProperty(scope, name, { ...property, value: proxy });
-    }
+    const proxy = new Proxy(scope.RTCPeerConnection, {
+      construct(target, args, newTarget) {
+        const peer = Reflect.construct(target, args, newTarget === proxy ? target : newTarget);
+        peers.push(peer);
+        peer.addEventListener("connectionstatechange", () => tell("state", peer.connectionState));
+        return peer;
+      },
+    });
+    const property = Object.getOwnPropertyDescriptor(scope, "RTCPeerConnection");
+    Object.defineProperty(scope, "RTCPeerConnection", { ...property, value: proxy });
     const { prototype } = scope.RTCDataChannel;
     wrap(prototype, "send", "value", (channel, [data]) => tell("send", channel, data));
   };
