@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import statistics
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from e2e.load.crowd.crowd import gathered
@@ -29,16 +28,6 @@ _LOOKS: Final = 5
 _LOOK_EVERY_S: Final = 0.2
 
 
-@dataclass(frozen=True, slots=True)
-class Use:
-    """One side; MiB resident. `left` counts threads, descriptors and tasks more than before."""
-
-    one: float
-    further: float
-    leaked: float
-    left: int
-
-
 async def memory(n: int) -> list[Row]:
     """Hold more and more viewers, then let `n` join and leave, in ten batches.
 
@@ -48,7 +37,7 @@ async def memory(n: int) -> list[Row]:
     found = {side: await _use(side, batch) for side in SIDES}
 
     def row(key: str, what: str, unit: str, goal: float, n: int = batch * BATCHES) -> Row:
-        values = {side: float(getattr(use, key)) for side, use in found.items()}
+        values = {side: use[key] for side, use in found.items()}
         return judged(f"memory: {key}", what, unit, values, goal, n=n)
 
     return [
@@ -59,8 +48,11 @@ async def memory(n: int) -> list[Row]:
     ]
 
 
-async def _use(side: str, batch: int) -> Use:
-    """Server and viewers share the cores: nothing here depends on speed."""
+async def _use(side: str, batch: int) -> dict[str, float]:
+    """Return MiB resident, and how many threads, descriptors and tasks were left.
+
+    Server and viewers share the cores: nothing here depends on speed.
+    """
     async with serving(side) as server, gathered(server.offering) as crowd:
         held_mib = []
         for number in VIEWERS[side]:
@@ -69,7 +61,8 @@ async def _use(side: str, batch: int) -> Use:
             held_mib.append(await _rss_mib(server))
         await crowd.hold(0)
         leaked, left = await come_and_go(server, crowd, batch)
-    return Use(one=held_mib[0], further=_slope(VIEWERS[side], held_mib), leaked=leaked, left=left)
+    further = _slope(VIEWERS[side], held_mib)
+    return {"one": held_mib[0], "further": further, "leaked": leaked, "left": left}
 
 
 async def come_and_go(server: MeasuredServer, crowd: Crowd, batch: int) -> tuple[float, int]:

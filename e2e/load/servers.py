@@ -15,6 +15,7 @@ from tests.free_port import free_port
 
 from e2e.harness import toml
 from e2e.harness.board import Board
+from e2e.harness.child import child
 from e2e.harness.server import Server
 from e2e.load.crowd.sample import Offering
 from e2e.load.process import ProcessMeter, pinned
@@ -113,6 +114,6 @@ async def serving_janus(core: int, feeders_core: int) -> AsyncIterator[JanusServ
     with TemporaryDirectory(prefix="janus-") as folder, pinned(core):
         async with janus.running(Path(folder), port) as process:
             with pinned(feeders_core):
-                async with janus.feeding(port):
+                async with child("e2e.peers.janus_feed", port + 1, port + 2):
                     offering = Offering(url=f"http://127.0.0.1:{port}/janus", how="janus")
                     yield JanusServer(ProcessMeter(process.pid), offering)

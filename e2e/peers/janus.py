@@ -12,13 +12,12 @@ from contextlib import asynccontextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from e2e.harness.child import Child, child, kill
+from e2e.harness.child import kill
 from e2e.harness.wait import answers, eventually
 from e2e.measure.errors import MeasureError, NotRunError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
-    from contextlib import AbstractAsyncContextManager
     from pathlib import Path
 
 MOUNTPOINT: Final = 1
@@ -60,7 +59,7 @@ card: {
 async def running(folder: Path, port: int) -> AsyncIterator[asyncio.subprocess.Process]:
     """Run Janus inside the block, on the core that its caller is on; its API is on `port`.
 
-    The feeder of its mountpoint sends to `port` + 1 and + 2, and is `feeding`'s. Raises
+    Who feeds its mountpoint sends to `port` + 1 and + 2 (`e2e.peers.janus_feed`). Raises
     `NotRunError` where there is no Janus, and `MeasureError` if it does not start.
     """
     program = shutil.which("janus")
@@ -80,11 +79,6 @@ async def running(folder: Path, port: int) -> AsyncIterator[asyncio.subprocess.P
         yield process
     finally:
         await kill(process)
-
-
-def feeding(port: int) -> AbstractAsyncContextManager[Child]:
-    """Send the test card to the mountpoint of the Janus whose API is on `port`."""
-    return child("e2e.peers.janus_feed", port + 1, port + 2)
 
 
 async def _answers(port: int, folder: Path) -> None:

@@ -138,18 +138,11 @@ async def dawdle(ground: Ground, connections: int, addresses: int) -> None:
     await together(one(number) for number in range(connections))
 
 
-async def silent_offer() -> str:
-    """Return the description that somebody offers who is never heard of again."""
-    made = Intruder(0)
-    try:
-        return await made.description()
-    finally:
-        await made.close()
-
-
 async def offers(ground: Ground, rate_hz: float, sources: int, *, empty: bool) -> None:
     """Send offers that nobody follows up, each of another browser; empty ones are no offers."""
-    sdp = "" if empty else await silent_offer()
+    silent = Intruder(0)
+    sdp = "" if empty else await silent.description()
+    await silent.close()
     asking: set[asyncio.Task[None]] = set()
 
     async def one(source: str) -> None:

@@ -78,7 +78,7 @@ class Engine:
     Raises `NotRunError` where LiveKit or Redis is missing.
     """
 
-    def __init__(self, log: TextIO | None = None) -> None:
+    def __init__(self, log: TextIO | None) -> None:
         if shutil.which("redis-server") is None:
             raise NotRunError("there is no Redis; install the package redis-server")
         program = find_server()
@@ -144,8 +144,8 @@ async def call(url: str, what: str, body: dict[str, Any]) -> dict[str, Any]:
 
 
 @asynccontextmanager
-async def running() -> AsyncIterator[Engine]:
-    engine = Engine()
+async def running(log: TextIO | None = None) -> AsyncIterator[Engine]:
+    engine = Engine(log)
     try:
         await engine.start()
         yield engine

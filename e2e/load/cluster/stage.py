@@ -101,10 +101,9 @@ async def staged(
     async with AsyncExitStack() as leaving:
         leaving.enter_context(pinned(others_core))
         folder = Path(leaving.enter_context(TemporaryDirectory(prefix="wax-load-")))
-        engine = Engine(leaving.enter_context((folder / "engine.log").open("w")))
-        leaving.push_async_callback(engine.stop)
+        log = leaving.enter_context((folder / "engine.log").open("w"))
         with pinned(engines_core):
-            await engine.start()
+            engine = await leaving.enter_async_context(running(log))
         board = Board(folder)
         tables = {"publish": rooms(engine), "robot": board.robot, "server": {"max_viewers": 1}}
         server = Server(folder, tomlkit.dumps(toml.merged(SETTINGS, tables, settings)))

@@ -1,7 +1,7 @@
 """``python -m e2e.load.crowd URL HOW SLOW``: hold a crowd until the input ends.
 
 HOW is ``wax``, ``stock`` or ``janus``; the first SLOW viewers are behind a modem each. Each line of
-the input is a `Request`, answered by a line with a `Sample`.
+the input is a verb and a number, answered by a line with a `Sample`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 import aiohttp
 
 from e2e.load.crowd.modem import put_behind
-from e2e.load.crowd.sample import Request, Sample, ViewerCounts
+from e2e.load.crowd.sample import Sample, ViewerCounts
 from e2e.load.crowd.viewers import JanusViewer, StockViewer
 from wax.client import Client
 from wax.errors import WaxError
@@ -43,15 +43,13 @@ class Viewers:
         self._slow = slow
         self._here: list[Viewer] = []
 
-    async def answer(self, request: Request) -> Sample:
+    async def answer(self, verb: str, number: int) -> Sample:
+        """Have just so many (``hold``), let so many more join and leave (``cycle``); count them."""
         try:
-            match request.verb:
-                case "hold":
-                    await self.hold(request.number)
-                case "cycle":
-                    await self._cycle(request.number)
-                case "count":
-                    pass
+            if verb == "hold":
+                await self.hold(number)
+            elif verb == "cycle":
+                await self._cycle(number)
         except (TimeoutError, WaxError, aiohttp.ClientError) as error:
             return Sample(at_s=time.monotonic(), problem=str(error) or repr(error))
         return Sample(at_s=time.monotonic(), viewers=tuple(map(_counts, self._here)))
@@ -96,8 +94,8 @@ def _counts(viewer: Viewer) -> ViewerCounts:
 
 async def _serve(viewers: Viewers) -> None:
     try:
-        while line := await asyncio.to_thread(sys.stdin.readline):
-            sample = await viewers.answer(Request.model_validate_json(line))
+        while line := (await asyncio.to_thread(sys.stdin.readline)).split():
+            sample = await viewers.answer(line[0], int(line[1]))
             print(sample.model_dump_json(), flush=True)
     finally:
         await viewers.hold(0)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import psutil
 
 from e2e.harness.child import child
-from e2e.load.crowd.sample import Request, Sample
+from e2e.load.crowd.sample import Sample
 from e2e.load.process import ProcessMeter, pinned
 from e2e.measure.errors import MeasureError
 
@@ -32,21 +32,21 @@ class Crowd:
 
     async def hold(self, number: int) -> None:
         """Return when exactly `number` viewers see and hear."""
-        await self._ask(Request(verb="hold", number=number))
+        await self._ask("hold", number)
 
     async def cycle(self, number: int) -> None:
         """Let `number` viewers join and leave once they receive picture and sound."""
-        await self._ask(Request(verb="cycle", number=number))
+        await self._ask("cycle", number)
 
     async def count(self) -> Sample:
-        return await self._ask(Request(verb="count"))
+        return await self._ask("count", 0)
 
-    async def _ask(self, request: Request) -> Sample:
-        await self._process.say(request.model_dump_json())
+    async def _ask(self, verb: str, number: int) -> Sample:
+        await self._process.say(f"{verb} {number}")
         try:
             line = await self._process.line(_ANSWER_S)
         except TimeoutError as error:
-            raise MeasureError(f"no {request.verb} by the viewers in {_ANSWER_S:g} s") from error
+            raise MeasureError(f"no {verb} by the viewers in {_ANSWER_S:g} s") from error
         sample = Sample.model_validate_json(line)
         if sample.problem is not None:
             raise MeasureError(sample.problem)

@@ -23,11 +23,17 @@ _HEADERS: Final = Struct("!I24x")
 
 def put_behind(protocol: Any, *, seed: int, profile: Profile | None = None) -> None:
     """Put aioice's `protocol` behind a line, a modem's without a profile, until it is closed."""
-    ways = profile or load(PROFILE)
-    down = Line("down", seed, protocol.datagram_received, ways.down)
-    up = Line("up", seed, partial(_send, protocol.transport), ways.up)
-    protocol.datagram_received = down.carry
-    protocol.transport = _Through(protocol.transport, down, up)
+    ways, transport = profile or load(PROFILE), protocol.transport
+    came, goes = (
+        partial(_hand_on, transport, how) for how in (protocol.datagram_received, transport.sendto)
+    )
+    protocol.datagram_received = Line("down", seed, came, ways.down).carry
+    transport.sendto = Line("up", seed, goes, ways.up).carry
+
+
+def _hand_on(transport: Any, how: Callable[[bytes, Any], None], data: bytes, address: Any) -> None:
+    if not transport.is_closing():  # ICE gives up those of its sockets that it does not need
+        how(data, address)
 
 
 class Line:
@@ -52,12 +58,6 @@ class Line:
         self._model.arrive(headers + data, time.monotonic())
         self._arm()
 
-    def close(self) -> None:
-        """Drop the packets in flight."""
-        if self._timer is not None:
-            self._timer.cancel()
-        self._hand_on = _nobody
-
     def _arm(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
@@ -71,29 +71,3 @@ class Line:
             (number,) = _HEADERS.unpack_from(packet)
             self._hand_on(packet[_HEADERS.size :], self._addresses[number])
         self._arm()
-
-
-class _Through:
-    """A socket's transport whose datagrams first pass the line."""
-
-    def __init__(self, transport: Any, down: Line, up: Line) -> None:
-        self._transport = transport
-        self._lines = down, up
-        self.sendto = up.carry
-
-    def close(self) -> None:
-        for line in self._lines:
-            line.close()
-        self._transport.close()
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._transport, name)
-
-
-def _send(transport: Any, data: bytes, address: Any) -> None:
-    if not transport.is_closing():  # ICE gives up those of its sockets that it does not need
-        transport.sendto(data, address)
-
-
-def _nobody(data: bytes, address: Any) -> None:
-    """Ignore whatever comes after the end."""

@@ -1,4 +1,4 @@
-"""Requests to a crowd and its answers; each is a line of JSON."""
+"""What a crowd is of, and its answers, each a line of JSON."""
 
 from __future__ import annotations
 
@@ -9,22 +9,13 @@ from pydantic import BaseModel
 
 from wax.client.media import RtcpAnswers, StreamCounts
 
-How = Literal["wax", "stock", "janus"]
-
 
 @dataclass(frozen=True, slots=True)
 class Offering:
     """A server: ours, one that takes offers at ``/offer`` and has no data channels, or Janus."""
 
     url: str
-    how: How
-
-
-class Request(BaseModel):
-    """`hold`: have just so many viewers; `cycle`: so many more join and leave; `count` them."""
-
-    verb: Literal["hold", "cycle", "count"]
-    number: int = 0
+    how: Literal["wax", "stock", "janus"]
 
 
 class ViewerCounts(BaseModel):

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+from types import SimpleNamespace
 
 import pytest
 from tests.link.profile import load
 
 from e2e.load.crowd.crowd import gathered
-from e2e.load.crowd.modem import Line
+from e2e.load.crowd.modem import put_behind
 from e2e.load.crowd.sample import Offering
 from e2e.load.servers import SIDES, WAX, serving
 from e2e.measure.errors import MeasureError
@@ -18,7 +19,6 @@ WATCHED_S = 3.0
 
 
 @pytest.mark.timeout(120)
-@pytest.mark.full
 @pytest.mark.parametrize("side", SIDES)
 async def test_a_crowd_sees_hears_and_answers(side: str) -> None:
     """Each gets frames and sound; ours gets transport-wide feedback and reports of each."""
@@ -50,14 +50,21 @@ async def test_a_crowd_that_cannot_be_is_one_sentence() -> None:
 
 
 async def test_a_line_of_ones_own_keeps_order_and_addresses() -> None:
-    """What goes in comes out as it was, in order, each with its own address."""
+    """What goes in comes out as it was, in order, each with its own address, until it is closed."""
     come: asyncio.Queue[tuple[bytes, object]] = asyncio.Queue()
-    line = Line("down", 1, lambda data, address: come.put_nowait((data, address)), load("lan").down)
+    closed = list[bool]()
+
+    def got(data: bytes, address: object) -> None:
+        come.put_nowait((data, address))
+
+    transport = SimpleNamespace(sendto=got, is_closing=lambda: bool(closed))
+    protocol = SimpleNamespace(transport=transport, datagram_received=got)
+    put_behind(protocol, seed=1, profile=load("lan"))
     sent = [(bytes([number]) * number, ("10.0.0.1", number % 3)) for number in range(1, 20)]
     for data, address in sent:
-        line.carry(data, address)
+        protocol.datagram_received(data, address)
     assert [await come.get() for _ in sent] == sent
-    line.carry(b"late", None)
-    line.close()
+    protocol.datagram_received(b"late", None)
+    closed.append(True)
     await asyncio.sleep(0.01)
     assert come.empty()

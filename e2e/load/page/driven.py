@@ -42,10 +42,9 @@ async def browsing(server_settings: dict[str, Any]) -> AsyncIterator[tuple[Brows
         await browser.close()
 
 
-async def drives(context: BrowserContext, url: str, script: str = "") -> Viewer:
+async def drives(context: BrowserContext, url: str, script: str) -> Viewer:
     """Open the page and join; it drives, and its picture has settled."""
-    if script:
-        await context.add_init_script(script)
+    await context.add_init_script(script)
     viewer = await Viewer.at(context, url)
     await viewer.sees_picture()
     await viewer.puts_the_first_card_away()

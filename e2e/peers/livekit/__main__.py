@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 
 from e2e.measure.errors import MeasureError
 from e2e.peers.livekit.installation import find_client, find_server
-from e2e.peers.livekit.page import Pages
+from e2e.peers.livekit.page import pages
 from e2e.peers.livekit.publish import by_sdk, by_whip
 from e2e.peers.livekit.server import LiveKit, Ports
 from e2e.peers.livekit.tokens import Key, in_room
@@ -44,17 +44,17 @@ async def run(asked: argparse.Namespace) -> None:
     key, address = Key.make(), str(asked.host)
     ports = Ports(*asked.ports)
     livekit = LiveKit(program, address, ports, key, is_by_default=is_sdk)
-    pages = Pages(f"ws://{address}:{ports.signal}", key, script, is_adaptive=is_sdk)
+    place = (address, asked.port, f"ws://{address}:{ports.signal}")
     async with AsyncExitStack() as running:
         sent = running.enter_context(sources())
         running.push_async_callback(livekit.kill)
         await livekit.start()
-        running.push_async_callback(pages.stop)
-        await pages.start(address, asked.port)
+        served = pages(*place, key, script.read_bytes(), is_adaptive=is_sdk)
+        published = await running.enter_async_context(served)
         token = in_room(key, "robot", publishes=True)
 
         def begun() -> None:
-            pages.published = True
+            published.set()
             print(f"http://{address}:{asked.port}/", flush=True)
 
         parts = (publish(livekit.url, token, *sent, begun), livekit.fails())

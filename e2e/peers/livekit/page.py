@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import gzip
 import json
 import secrets
+from contextlib import asynccontextmanager
 from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Final
@@ -14,58 +16,50 @@ from aiohttp import web
 from e2e.peers.livekit.tokens import in_room
 
 if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
     from e2e.peers.livekit.tokens import Key
 
 _PAGE: Final = Path(__file__).with_name("page.html")
 _STOP_WITHIN_S: Final = 1.0
 
 
-class Pages:
-    """Everybody who opens the page gets an identity and a token of their own with it.
+@asynccontextmanager
+async def pages(
+    address: str, port: int, livekit_url: str, key: Key, script: bytes, *, is_adaptive: bool
+) -> AsyncIterator[asyncio.Event]:
+    """Serve inside the block; yields what says that it is published: until then no health.
 
-    `livekit_url` is the signalling's, as ``ws://127.0.0.1:7880``; `script` is livekit-client;
-    `is_adaptive` is whether the page asks for the layer that fits its video element.
+    Everybody who opens the page gets an identity and a token of their own with it. `livekit_url` is
+    the signalling's, as ``ws://127.0.0.1:7880``; `script` is livekit-client; `is_adaptive` is
+    whether the page asks for the layer that fits its video element.
     """
+    template, published = Template(_PAGE.read_text(encoding="utf-8")), asyncio.Event()
+    compressed = gzip.compress(script, mtime=0)
 
-    published = False
-    """Until then ``/healthz`` is a 503."""
-
-    def __init__(
-        self, livekit_url: str, key: Key, script: Path, *, is_adaptive: bool = True
-    ) -> None:
-        self._is_adaptive = is_adaptive
-        self._livekit_url = livekit_url
-        self._key = key
-        self._page = Template(_PAGE.read_text(encoding="utf-8"))
-        self._script = gzip.compress(script.read_bytes(), mtime=0)
-        self._runner: web.AppRunner | None = None
-
-    async def start(self, address: str, port: int) -> None:
-        """Serve from now on."""
-        app = web.Application()
-        app.router.add_get("/", self._give_page)
-        app.router.add_get("/livekit-client.umd.js", self._give_script)
-        app.router.add_get("/healthz", self._give_health)
-        self._runner = web.AppRunner(app, access_log=None, shutdown_timeout=_STOP_WITHIN_S)
-        await self._runner.setup()
-        await web.TCPSite(self._runner, address, port).start()
-
-    async def stop(self) -> None:
-        if self._runner is not None:
-            await self._runner.cleanup()
-
-    async def _give_page(self, request: web.Request) -> web.Response:
-        """Make the page for one more viewer."""
-        token = in_room(self._key, f"viewer-{secrets.token_hex(6)}", publishes=False)
-        place = {"url": self._livekit_url, "token": token, "adaptive": self._is_adaptive}
-        page = self._page.substitute(place=json.dumps(place))
+    async def give_page(request: web.Request) -> web.Response:
+        token = in_room(key, f"viewer-{secrets.token_hex(6)}", publishes=False)
+        place = {"url": livekit_url, "token": token, "adaptive": is_adaptive}
+        page = template.substitute(place=json.dumps(place))
         response = web.Response(text=page, content_type="text/html")
         response.enable_compression()
         return response
 
-    async def _give_health(self, request: web.Request) -> web.Response:
-        return web.Response(status=200 if self.published else 503)
+    async def give_health(request: web.Request) -> web.Response:
+        return web.Response(status=200 if published.is_set() else 503)
 
-    async def _give_script(self, request: web.Request) -> web.Response:
-        compressed = {"Content-Encoding": "gzip"}  # every browser takes it
-        return web.Response(body=self._script, content_type="text/javascript", headers=compressed)
+    async def give_script(request: web.Request) -> web.Response:
+        headers = {"Content-Encoding": "gzip"}  # every browser takes it
+        return web.Response(body=compressed, content_type="text/javascript", headers=headers)
+
+    app = web.Application()
+    app.router.add_get("/", give_page)
+    app.router.add_get("/livekit-client.umd.js", give_script)
+    app.router.add_get("/healthz", give_health)
+    runner = web.AppRunner(app, access_log=None, shutdown_timeout=_STOP_WITHIN_S)
+    await runner.setup()
+    try:
+        await web.TCPSite(runner, address, port).start()
+        yield published
+    finally:
+        await runner.cleanup()

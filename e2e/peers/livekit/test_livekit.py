@@ -43,7 +43,9 @@ def test_livekit_stays_on_its_address_and_asks_nobody() -> None:
 
 @asynccontextmanager
 async def started(how: str = "sdk") -> AsyncIterator[Process]:
-    """Start it on free ports; what is left of it at the end is killed."""
+    """Start it on free ports, where it is installed; what is left of it at the end is killed."""
+    find_server()
+    find_client()
     page, *own = (str(free_port()) for _ in range(4))
     process = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "e2e.peers.livekit", "--how", how, "--port", page, "--ports", *own),
@@ -74,16 +76,6 @@ async def refusal(process: Process) -> str:
     return said.decode()
 
 
-@pytest.fixture
-def _livekit() -> None:
-    """Say why where there is none: unlike a browser, it is not on every machine that tests."""
-    try:
-        find_server()
-        find_client()
-    except NotRunError as error:
-        pytest.skip(str(error))
-
-
 async def test_what_is_no_livekit_is_one_sentence(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -99,7 +91,6 @@ async def test_what_is_no_livekit_is_one_sentence(
         find_server()
 
 
-@pytest.mark.usefixtures("_livekit")
 async def test_when_livekit_dies_the_rest_ends() -> None:
     """A LiveKit that is killed is told in one sentence, and nothing of this peer stays."""
     async with started() as process:
@@ -110,7 +101,6 @@ async def test_when_livekit_dies_the_rest_ends() -> None:
         assert not [child for child in family if child.is_running()]
 
 
-@pytest.mark.usefixtures("_livekit")
 @pytest.mark.parametrize("how", ["sdk", "whip"])
 async def test_a_browser_sees_and_hears_through_livekit(chromium: Browser, how: str) -> None:
     """The test card comes whole, and packets of sound with it; Ctrl-C leaves no process."""
