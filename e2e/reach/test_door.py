@@ -226,7 +226,7 @@ async def test_where_there_is_no_direct_way_the_relay_carries(tmp_path: Path) ->
             await keys.down("ArrowLeft")
             await asyncio.sleep(0.6)
             record.read()
-            if not record.is_moving(time.monotonic()):
+            if not record.moved_at(time.monotonic()):
                 await keys.up("ArrowLeft")
                 return False
             return True

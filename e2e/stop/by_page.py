@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import signal
 import time
 from contextlib import asynccontextmanager
 from functools import partial
@@ -60,7 +61,7 @@ async def driven(scene: Scene, *, queued: bool = False) -> AsyncIterator[None]:
 
 
 async def thaw(scene: Scene) -> None:
-    scene.prop.page.thaw()
+    scene.prop.page.send(signal.SIGCONT)
 
 
 async def follow(scene: Scene) -> None:
@@ -96,17 +97,17 @@ async def tab(scene: Scene, *, script: str = "") -> AsyncIterator[None]:
 async def hide(scene: Scene) -> float:
     """Open another tab in front of it."""
     held: Tab = scene.prop
-    held.clock = await page_clock(held.evaluate)
-    await held.evaluate("delete window.waxLost")
-    await held.open_another()
+    held.clock = await page_clock(held.page.evaluate)
+    await held.page.evaluate("delete window.waxLost")
+    held.other = await held.page.context.new_page()
     return time.monotonic()
 
 
 async def show(scene: Scene) -> float:
     """Come back; return when the page's first event was."""
     held: Tab = scene.prop
-    await held.close_another()
-    lost_ms = await held.evaluate("window.waxLost ?? null")
+    await held.other.close()
+    lost_ms = await held.page.evaluate("window.waxLost ?? null")
     if not isinstance(lost_ms, float | int):
         raise MeasureError("another-tab: the page was told of nothing")
     await held.release()

@@ -36,19 +36,18 @@ _LONGEST_READ_S: Final = 1.9
 """A source may block for 2 s."""
 
 
-class Camera:
+class Camera(TestCardVideo):
     """The test card, until it is frozen."""
 
     def __init__(self, settings: VideoSettings, clock: Clock) -> None:
+        super().__init__(settings, clock)
         self._folder = Path(os.environ.get(CONTROL) or os.environ["XDG_STATE_HOME"])
-        self._clock = clock
-        self._card = TestCardVideo(settings, clock)
         self._newest: Picture | None = None
         self._loops: list[asyncio.AbstractEventLoop] = []
 
     def open(self) -> None:
         self._check()
-        self._card.open()
+        super().open()
 
     def read(self) -> Picture:
         """Return the next picture; while frozen, the newest again, with its old capture time."""
@@ -64,11 +63,8 @@ class Camera:
             time.sleep(_LOOK_S)
             if time.monotonic() - since_s > _LONGEST_READ_S:
                 return self._newest
-        self._newest = self._card.read()
+        self._newest = super().read()
         return self._newest
-
-    def close(self) -> None:
-        self._card.close()
 
     def _check(self) -> None:
         if (self._folder / "pull").exists():
@@ -94,15 +90,12 @@ class Camera:
         half.rename(self._folder / name)
 
 
-class LateCamera:
+class LateCamera(TestCardVideo):
     """The test card of `LATE_S` ago, with the time at which that was captured."""
 
     def __init__(self, settings: VideoSettings, clock: Clock) -> None:
-        self._card = TestCardVideo(settings, clock)
+        super().__init__(settings, clock)
         self._under_way: deque[Picture] = deque()
-
-    def open(self) -> None:
-        self._card.open()
 
     def read(self) -> Picture:
         """Return the newest picture that is late enough, on a busy machine not each of them.
@@ -110,7 +103,7 @@ class LateCamera:
         A fixed number of pictures would be later and later, the fewer of them come in a second.
         """
         while True:
-            newest = self._card.read()
+            newest = super().read()
             self._under_way.append(newest)
             arrived: Picture | None = None
             while self._under_way[0].captured_s <= newest.captured_s - LATE_S:
@@ -120,7 +113,7 @@ class LateCamera:
 
     def close(self) -> None:
         self._under_way.clear()
-        self._card.close()
+        super().close()
 
 
 def _running_loops() -> list[asyncio.AbstractEventLoop]:

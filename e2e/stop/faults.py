@@ -148,7 +148,7 @@ FAULTS: Final = (
     Fault(
         "browser-frozen",
         "browser frozen (SIGSTOP) → stop frame",
-        *(at_once(lambda scene: scene.prop.page.freeze()), by_page.thaw),
+        *(at_once(lambda scene: scene.prop.page.send(signal.SIGSTOP)), by_page.thaw),
         prop=by_page.driven,
         resumes=True,
         at_once=2,
@@ -156,7 +156,7 @@ FAULTS: Final = (
     Fault(
         "browser-killed",
         "browser killed → stop frame",
-        *(at_once(lambda scene: scene.prop.page.kill()), by_page.follow),
+        *(at_once(lambda scene: scene.prop.page.send(signal.SIGKILL)), by_page.follow),
         prop=partial(by_page.driven, queued=True),
         settings={"turns": {"grace_s": 0.0}},
         at_once=2,

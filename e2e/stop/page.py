@@ -6,7 +6,7 @@ import asyncio
 import os
 import signal
 from contextlib import asynccontextmanager, suppress
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import psutil
 from playwright.async_api import Error as PlaywrightError
@@ -47,20 +47,9 @@ class Chromium:
         self.find()
         await self.viewer.page.keyboard.down(KEY)
 
-    def freeze(self) -> None:
-        """SIGSTOP to all of its processes, including the network's."""
-        self._signal(signal.SIGSTOP)
-
-    def thaw(self) -> None:
-        self._signal(signal.SIGCONT)
-
-    def kill(self) -> None:
-        """SIGKILL to all of its processes."""
-        self._signal(signal.SIGKILL)
-
     async def close(self) -> None:
-        """Close whatever is left of it; safe after `freeze` and `kill`."""
-        self.thaw()
+        """Close whatever is left of it, frozen or killed."""
+        self.send(signal.SIGCONT)
         with suppress(PlaywrightError, TimeoutError):
             async with asyncio.timeout(_CLOSE_S):
                 await self._browser.close()
@@ -70,7 +59,8 @@ class Chromium:
         children = psutil.Process(self._pid).children(recursive=True)
         self._pids = [self._pid, *(child.pid for child in children)]
 
-    def _signal(self, how: signal.Signals) -> None:
+    def send(self, how: signal.Signals) -> None:
+        """Send a signal to all of its processes, including the network's."""
         for pid in self._pids:
             with suppress(ProcessLookupError):
                 os.kill(pid, how)
@@ -103,10 +93,10 @@ class Tab:
     """A tab that is hidden as a person does it, and drives by a key that is held."""
 
     clock: PageClock
+    other: Page
 
     def __init__(self, page: Page) -> None:
-        self._page = page
-        self._other: Page | None = None
+        self.page = page
 
     @classmethod
     @asynccontextmanager
@@ -127,30 +117,19 @@ class Tab:
             await page.goto(url)
             yield cls(page)
 
-    async def evaluate(self, expression: str) -> Any:
-        """Return the value of a JavaScript expression in the page, which must be JSON."""
-        return await self._page.evaluate(expression)
-
     async def drive(self) -> None:
         """Wait until the page drives; join if it has no turn."""
 
         async def drives() -> bool:
-            await self.evaluate(press("Join the queue"))
-            return bool(await self.evaluate(says("You are driving")))
+            await self.page.evaluate(press("Join the queue"))
+            return bool(await self.page.evaluate(says("You are driving")))
 
         await eventually(drives, "the tab drives", within_s=20)
 
     async def press(self) -> None:
         await self.release()
         await asyncio.sleep(0.08)
-        await self._page.keyboard.down(KEY)
+        await self.page.keyboard.down(KEY)
 
     async def release(self) -> None:
-        await self._page.keyboard.up(KEY)
-
-    async def open_another(self) -> None:
-        self._other = await self._page.context.new_page()
-
-    async def close_another(self) -> None:
-        assert self._other is not None, "there is no other"
-        await self._other.close()
+        await self.page.keyboard.up(KEY)

@@ -122,13 +122,6 @@ class Record:
                 case "ttl":
                     self.expiries_s.append(at_s)
 
-    def is_moving(self, now_s: float) -> bool:
-        """Return whether the robot turns its wheels because of a recent frame."""
-        if not self.frames or not self.wheels:
-            return False
-        newest = self.frames[-1]
-        return newest.moves and now_s - newest.at_s < self.lasts_s and not self.wheels[-1].stand
-
     def moved_at(self, at_s: float) -> bool:
         index = bisect_right(self.frames, at_s, key=lambda frame: frame.at_s) - 1
         if index < 0 or not self.frames[index].moves:

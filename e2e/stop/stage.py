@@ -165,7 +165,7 @@ class Stage:
 
         async def is_moving() -> bool:
             self.record.read()
-            return self.record.is_moving(time.monotonic())
+            return self.record.moved_at(time.monotonic())
 
         return await happens(is_moving, within_s=within_s, every_s=0.005)
 
