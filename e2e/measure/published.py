@@ -66,12 +66,6 @@ def everything(folder: Path = FOLDER) -> list[Published]:
     return [load(path) for path in sorted(folder.glob("*.json"))]
 
 
-def missing(suite: Suite, results: Sequence[Result]) -> list[str]:
-    """Return the cases without which the suite is not published."""
-    there = {result.case for result in results if result.status == "ok"}
-    return [case.key for case in suite.cases if not case.long and case.key not in there]
-
-
 def publish(suite: Suite, results: Sequence[Result], folder: Path = FOLDER) -> Path:
     """Write the results of all cases, of one origin and in order."""
     rows = suite.derive([row for result in results for row in result.rows])

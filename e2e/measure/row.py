@@ -140,16 +140,8 @@ def middle(
 
 
 def counted(key: str, what: str, wrong: int, of: int, **detail: Any) -> Row:
-    return Row(
-        key=key,
-        what=what,
-        n=of,
-        values={"max": float(wrong)},
-        judged="max",
-        goal=0.0,
-        met=wrong == 0 and of > 0,
-        detail=detail,
-    )
+    row = judged(key, what, "", {"max": float(wrong)}, 0.0, n=of, column="max", detail=detail)
+    return row.model_copy(update={"met": row.met and of > 0})
 
 
 def judged(

@@ -20,7 +20,7 @@ from e2e.measure import machine
 from e2e.measure.command import NOT_RUN, chosen, origin_of, times
 from e2e.measure.errors import MeasureError
 from e2e.measure.headline import ROWS
-from e2e.measure.published import missing, publish
+from e2e.measure.published import publish
 from e2e.measure.results import Results
 from e2e.measure.suite import ROOT
 
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
+    from e2e.measure.results import Result
     from e2e.measure.suite import Case, Suite
 
 SUITES: Final = {
@@ -87,9 +88,9 @@ def planned(suites: Mapping[str, Suite], arguments: argparse.Namespace) -> list[
     return [task for task in tasks if (task.case.key, task.n) not in kept[task.suite.name]]
 
 
-def _kept(suite: Suite, out: Path) -> set[tuple[str, int]]:
+def _kept(suite: Suite, out: Path) -> dict[tuple[str, int], Result]:
     found = Results(out / suite.name).of(origin_of(suite))
-    return {key for key, result in found.items() if result.status == "ok"}
+    return {key: result for key, result in found.items() if result.status == "ok"}
 
 
 def measure(tasks: Sequence[Task], out: Path) -> int:
@@ -149,12 +150,12 @@ def publish_complete(suites: Sequence[Suite], out: Path, folder: Path) -> bool:
     """
     complete = []
     for suite in suites:
-        found = Results(out / suite.name).of(origin_of(suite))
+        kept = _kept(suite, out)
         keys = [(case.key, case.n) for case in suite.cases if not case.long]
-        results = [found[key] for key in keys if key in found]
-        if lacking := missing(suite, results):
+        if lacking := [key[0] for key in keys if key not in kept]:
             print(f"{suite.name} is not published, without {', '.join(lacking)}", file=sys.stderr)
         else:
+            results = [kept[key] for key in keys]
             print(f"published: {publish(suite, results, folder)}", file=sys.stderr)
             complete.append(suite.name)
     if set(complete) >= set(SUITES):
