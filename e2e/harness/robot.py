@@ -28,6 +28,7 @@ _LATE: Final = (
     "control.late",
     "commands.lapsed",
     *(f"commands.refused.{why}" for why in ("too_old", "too_slow", "from_future", "blind", "lost")),
+    *(f"controls.refused.{why}" for why in ("too_old", "too_slow", "from_future")),
     *(f"driver_{why}" for why in ("silences", "stale", "unarmed")),
 )
 """What the server counts where it, its driver's process or a page was too late, so that the robot
