@@ -16,6 +16,7 @@ import { keepFocus, returnFocusAfterPointer } from "./focus";
 import { isFramed } from "./framed";
 import { freePicture } from "./freePicture";
 import { applyPlayout } from "./jitterBufferTargets";
+import { clickDespiteShift } from "./layoutShift";
 import { Identity, openIdentityChannel } from "./link/identity";
 import { Link } from "./link/link";
 import { watchNetwork } from "./link/network";
@@ -528,6 +529,7 @@ export function startSession(): Session {
     listenFirstDrive(state, prefer);
     returnFocusAfterPointer(document, signal);
     keepFocus(document, signal);
+    clickDespiteShift(document, signal);
     listenTurnOver(state);
     listenTells(state);
     freePicture(window, state, signal);
