@@ -1,8 +1,8 @@
 """`audio-master`, "Smooth" on the page: the sound has its own delay, the picture is held to it.
 
 Thesis 3.3: people notice gaps in sound, so it is the master and never waits for a late picture; the
-picture is held back to match it. If that would take longer than `max_holdback_ms`, delivery comes
-before synchronisation.
+picture is held back to match it, by `max_holdback_ms` at most. Where that leaves the sound so late
+that people notice (`hold_back`), delivery comes before synchronisation: neither waits.
 """
 
 from __future__ import annotations

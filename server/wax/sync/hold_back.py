@@ -1,4 +1,4 @@
-"""How long to hold the picture back, so that it is shown when its sound is heard."""
+"""How long to hold the picture back until its sound is heard, and from what skew not to wait."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-/** How a stick answers the hand: nothing in the middle, then ever more. */
+/** The dead zone and the curve of a stick or gamepad: nothing in the middle, then ever more. */
 export interface Response {
   /** The share of the way, from 0, in which the stick counts as let go. */
   deadZone: number;
