@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 import asyncio
-import os
-import pty
-import signal
 import time
-import tty
 from collections import Counter
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 
 from e2e.harness import toml
 from e2e.harness.robot import undisturbed, until_it_moves
-from e2e.harness.wait import eventually, happens, until
+from e2e.harness.wait import happens, until
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable, Iterator
+    from collections.abc import Awaitable, Callable
     from pathlib import Path
 
     from e2e.conftest import OpenViewer, Serve
@@ -53,55 +48,6 @@ async def hold(
     )
 
 
-@contextmanager
-def serial_line(port: Path) -> Iterator[bytearray]:
-    """Have a pseudo-terminal behind a name of our own; gives what has come down it so far."""
-    ours, theirs = pty.openpty()
-    tty.setraw(theirs)
-    port.symlink_to(os.ttyname(theirs))
-    loop, received = asyncio.get_running_loop(), bytearray()
-    loop.add_reader(ours, lambda: received.extend(os.read(ours, 4096)))
-    try:
-        yield received
-    finally:
-        loop.remove_reader(ours)
-        os.close(ours)
-        os.close(theirs)
-
-
-def ends_with(octet: bytes, received: bytearray) -> Callable[[], Awaitable[bool]]:
-    """Ask whether this is the newest byte."""
-
-    async def so() -> bool:
-        return received.endswith(octet)
-
-    return so
-
-
-@pytest.mark.full
-@pytest.mark.timeout(90)
-async def test_a_key_becomes_one_byte_and_its_release_another(
-    serve: Serve, tmp_path: Path, open_viewer: OpenViewer
-) -> None:
-    """In the dialect of 2004 each press is one byte, sent on change, and the release is a stop.
-
-    So is the last byte of a server that is ended while somebody drives.
-    """
-    port = tmp_path / "robot-line"
-    with serial_line(port) as line:
-        async with serve(tmp_path, toml.card_on(port, "bytes")) as server:
-            viewer = await open_viewer(server, drives=True)
-            for key, octet in (("s", b"B"), ("ArrowLeft", b"L"), ("d", b"R"), ("ArrowUp", b"F")):
-                await hold(server, viewer, key, ends_with(octet, line))
-                if octet != b"F":
-                    await viewer.page.keyboard.up(key)
-                    await eventually(
-                        ends_with(b"S", line), "a stop comes down the line", within_s=2
-                    )
-            await server.stop(signal.SIGTERM)
-            await eventually(ends_with(b"S", line), "a stop is the last byte on the line")
-
-
 @pytest.mark.timeout(120)
 async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
     serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
@@ -122,7 +68,7 @@ async def test_a_key_becomes_frames_that_expire_and_wait_for_a_new_press(
     def stopped_itself(since_s: float) -> list[float]:
         return [event["t_s"] for event in board.events(since_s) if event["event"] == "ttl"]
 
-    async with serve(tmp_path, toml.card_on(board.path, "frames")) as server:
+    async with serve(tmp_path, toml.card_on(board.path)) as server:
         viewer = await open_viewer(server, drives=True)
         turn = (await server.status())["turn"]["number"]
         keys = viewer.page.keyboard

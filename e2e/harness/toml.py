@@ -44,9 +44,9 @@ def card_with(**sections: str) -> str:
     return CARD + "\n".join(tables)
 
 
-def card_on(port: Path, dialect: str = "frames") -> str:
+def card_on(port: Path) -> str:
     """Have the test card of a robot at the end of a serial line."""
-    serial = f'url = "{port}"\ndialect = "{dialect}"\nreopen_s = 0.2'
+    serial = f'url = "{port}"\ndialect = "frames"\nreopen_s = 0.2'
     return card_with(robot='driver = "serial"', robot__serial=serial)
 
 
