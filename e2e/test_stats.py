@@ -27,18 +27,32 @@ PLOTS_BUTTON = "Plots, and why it is slow"
 async def test_details_show_what_was_measured_before_they_were_asked_for(
     server: Server, open_viewer: OpenViewer, tmp_path: Path
 ) -> None:
-    """The past is there at once, drawn and in tables, within the policy, and can be saved."""
+    """The past is there at once, drawn and in tables, within the policy, and can be saved.
+
+    Where the file does not come, a sentence says so; it is watched on, and tried again.
+    """
     viewer = await open_viewer(server)
     page = viewer.page
     asked: list[str] = []
     page.on("request", lambda request: asked.append(request.url))
 
+    async def refuse(route: Route) -> None:
+        await route.abort()
+
+    await page.route("**/StatsPage*", refuse)
     await viewer.probe("after(5000)")  # it keeps what it measures once a second
     assert not [url for url in asked if "StatsPage" in url]
     await viewer.open("Details")
     details = viewer.button(PLOTS_BUTTON)
     await details.focus()
     await page.keyboard.press("Enter")
+    alert = page.get_by_role("alert").filter(has_text="could not be loaded")
+    await expect(alert).to_be_visible()
+    assert await viewer.says_connected()
+    await viewer.sees_picture()
+    # The file and its style are asked for at once; the second refusal may still be on its way.
+    await page.unroute_all(behavior="wait")
+    await viewer.button("Try again").click()
     await expect(page.get_by_role("heading", name="Why is it slow?")).to_be_visible()
     assert [url for url in asked if "StatsPage" in url]
     await expect(page.get_by_role("table")).to_have_count(PLOTS)
@@ -64,26 +78,3 @@ async def test_details_show_what_was_measured_before_they_were_asked_for(
     assert "127.0.0.1" not in saved.read_text(encoding="utf-8")
     refused = [line for line in viewer.console if "Content Security Policy" in line]
     assert not refused, refused
-
-
-@pytest.mark.full
-async def test_details_that_cannot_be_loaded_say_what_to_do(
-    server: Server, open_viewer: OpenViewer
-) -> None:
-    """Where the file does not come, a sentence says so; it is watched on, and tried again."""
-    viewer = await open_viewer(server)
-
-    async def refuse(route: Route) -> None:
-        await route.abort()
-
-    await viewer.page.route("**/StatsPage*", refuse)
-    await viewer.open("Details")
-    await viewer.button(PLOTS_BUTTON).click()
-    alert = viewer.page.get_by_role("alert").filter(has_text="could not be loaded")
-    await expect(alert).to_be_visible()
-    assert await viewer.says_connected()
-    await viewer.sees_picture()
-    # The file and its style are asked for at once; the second refusal may still be on its way.
-    await viewer.page.unroute_all(behavior="wait")
-    await viewer.button("Try again").click()
-    await expect(viewer.page.get_by_role("heading", name="Why is it slow?")).to_be_visible()
