@@ -53,11 +53,12 @@ async def test_every_offered_size_is_fresh_until_it_is_switched_off(
     assert_live(await viewer.cards(20))
     assert await viewer.probe("codec('video')") == MIME_TYPE[codec]
     await viewer.open("Settings")
-    labels = await viewer.size.locator("option").all_inner_texts()
+    size = viewer.page.get_by_role("combobox", name="Picture size", exact=True)
+    labels = await size.locator("option").all_inner_texts()
     sizes = [tuple(int(n) for n in re.findall(r"\d+", label)[:2]) for label in labels]
     assert {(640, 480), (320, 240), (160, 120)} == set(sizes), labels
     for index in [1, 2, 0]:
-        await viewer.size.select_option(index=index)
+        await size.select_option(index=index)
         await shows_size(viewer, *sizes[index])
         assert_live(await viewer.cards(20))
 

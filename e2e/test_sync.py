@@ -119,7 +119,8 @@ async def test_timing_is_switched_while_watching(
             ("Immediate", "video-first", 0.0),
             ("Smooth", "audio-master", HELD_MS),
         ):
-            cards, _ = await asyncio.gather(viewer.cards(60), viewer.choose_timing(timing))
+            radio = viewer.page.get_by_role("radio", name=timing, exact=True)
+            cards, _ = await asyncio.gather(viewer.cards(60), radio.check())
             assert_live(cards, held_ms=200.0)
             await held_back(server, viewer, policy, held_ms)
         assert await viewer.probe("peers()") == peers

@@ -91,14 +91,6 @@ class Viewer:
         return self.page.get_by_label("Joystick", exact=True).first
 
     @property
-    def size(self) -> Locator:
-        return self.page.get_by_role("combobox", name="Picture size", exact=True)
-
-    async def choose_timing(self, name: str) -> None:
-        """Choose Automatic, Smooth or Immediate."""
-        await self.page.get_by_role("radio", name=name, exact=True).check()
-
-    @property
     def name(self) -> Locator:
         return self.page.get_by_role("textbox", name="Your name", exact=True)
 
