@@ -92,15 +92,10 @@
   };
 
   // --- what the browser itself counts ----------------------------------------------------
-  const counted = async (type, kind) => {
-    const found = peer();
-    if (!found) return null;
-    for (const report of (await found.getStats()).values()) {
-      if (report.type === type && report.kind === kind) return { ...report };
-    }
-    return null;
-  };
-  const inbound = (kind) => counted("inbound-rtp", kind);
+  const inbound = async (kind) =>
+    [...((await peer()?.getStats())?.values() ?? [])].find(
+      (one) => one.type === "inbound-rtp" && one.kind === kind,
+    ) ?? null;
 
   const codec = async (kind) => {
     const report = await inbound(kind);
