@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, contextmanager
 from typing import TYPE_CHECKING, Final
 
 from e2e.delay.systems import wax
@@ -12,7 +12,7 @@ from e2e.harness.robot import key_moves
 from e2e.reach.internet import Host
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Mapping
+    from collections.abc import AsyncIterator, Iterator, Mapping
     from contextlib import AbstractAsyncContextManager
     from pathlib import Path
 
@@ -38,15 +38,27 @@ async def obeys(robot: Wax, viewer: Viewer) -> None:
     await viewer.page.keyboard.up("ArrowUp")
 
 
+@contextmanager
+def telling_logs(folder: Path) -> Iterator[None]:
+    """Print the end of each log where it fails, for the report of the test."""
+    try:
+        yield
+    except BaseException:
+        for path in folder.glob("*.log"):
+            print(f"{path.name}:\n{path.read_text(encoding='utf-8', errors='replace')[-4000:]}")
+        raise
+
+
 @asynccontextmanager
 async def serving(
     net: Internet, folder: Path, toml: str, variables: Mapping[str, str] | None = None
 ) -> AsyncIterator[Wax]:
     """Serve at the robot's host, with its state in ``state`` of `folder`, where its log is too."""
     place = ("--host", "0.0.0.0", "--port", str(HTTP))
-    async with wax.serving(net["robot"], folder, toml, *place, variables=variables) as served:
-        await served.become_host(folder / "state")
-        yield served
+    with telling_logs(folder):
+        async with wax.serving(net["robot"], folder, toml, *place, variables=variables) as served:
+            await served.become_host(folder / "state")
+            yield served
 
 
 def browser_at(
@@ -54,9 +66,3 @@ def browser_at(
 ) -> AbstractAsyncContextManager[Browser]:
     known = [str(ROBOT.public), ROBOT.address, TURN.address]
     return chromium_at(net[name], playwright, known)
-
-
-def tell_logs(folder: Path) -> None:
-    """Print the end of each log, for the report of a failed test."""
-    for path in folder.glob("*.log"):
-        print(f"{path.name}:\n{path.read_text(encoding='utf-8', errors='replace')[-4000:]}")

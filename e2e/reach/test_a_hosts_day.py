@@ -18,7 +18,7 @@ from e2e.harness.commands import said_by
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from e2e.reach.internet import Host, Internet
-from e2e.reach.stage import FRIEND, HTTP, ROBOT, URL, browser_at, obeys, serving, tell_logs
+from e2e.reach.stage import FRIEND, HTTP, ROBOT, URL, browser_at, obeys, serving
 from wax.access.admission import BANNED, LOCKED
 
 if TYPE_CHECKING:
@@ -58,13 +58,8 @@ async def test_a_hosts_day(tmp_path: Path) -> None:
         HERE,
         {"server": {"state_dir": str(tmp_path / "state")}},
     )
-    async with AsyncExitStack() as day:
-        net = await day.enter_async_context(Internet(ROBOT, LAPTOP, FRIEND, TROLL, CAFE))
-        try:
-            await _day(net, tmp_path, tomlkit.dumps(settings))
-        except BaseException:
-            tell_logs(tmp_path)
-            raise
+    async with Internet(ROBOT, LAPTOP, FRIEND, TROLL, CAFE) as net:
+        await _day(net, tmp_path, tomlkit.dumps(settings))
 
 
 async def _day(net: Internet, folder: Path, settings: str) -> None:

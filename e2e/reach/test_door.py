@@ -23,7 +23,7 @@ from e2e.harness.wait import eventually
 from e2e.link import namespace
 from e2e.reach.door import DOOR, NAME, OTHER_NAME, Door, aliases, door
 from e2e.reach.internet import Host, Internet
-from e2e.reach.stage import FRIEND, serving, tell_logs
+from e2e.reach.stage import FRIEND, serving, telling_logs
 from e2e.reach.test_reach import Stage
 from e2e.stop.record import Record
 from wax.__main__ import main
@@ -119,15 +119,12 @@ async def dialling(
 ) -> AsyncIterator[Dialling]:
     """Set up a door for robots of these names, and serve the first, configured with `more`."""
     async with Internet(*hosts, DOOR) as net:
-        try:
+        with telling_logs(folder):
             there = await door(net, folder, *names)
             path = configured(folder, there.line())
-            toml, variables = path.read_text(encoding="utf-8"), {"SSL_CERT_FILE": there.root}
-            async with serving(net, folder, toml + more, variables=variables) as robot:
-                yield Dialling(net, robot, there, path)
-        except BaseException:
-            tell_logs(folder)
-            raise
+        toml, variables = path.read_text(encoding="utf-8"), {"SSL_CERT_FILE": there.root}
+        async with serving(net, folder, toml + more, variables=variables) as robot:
+            yield Dialling(net, robot, there, path)
 
 
 @asynccontextmanager

@@ -12,18 +12,7 @@ from playwright.async_api import async_playwright
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from e2e.reach.internet import Host, Internet
-from e2e.reach.stage import (
-    FRIEND,
-    HTTP,
-    MEDIA,
-    ROBOT,
-    TURN,
-    URL,
-    browser_at,
-    obeys,
-    serving,
-    tell_logs,
-)
+from e2e.reach.stage import FRIEND, HTTP, MEDIA, ROBOT, TURN, URL, browser_at, obeys, serving
 from e2e.reach.turnserver import PORT, SECRET, relay
 
 if TYPE_CHECKING:
@@ -77,19 +66,15 @@ class Stage:
 async def staged(folder: Path, toml: str, *hosts: Host) -> AsyncIterator[Stage]:
     """Serve the robot at its end and open the page at the friend's, with a relay on `TURN`."""
     async with Internet(*hosts) as net:
-        try:
-            if TURN in hosts:
-                await relay(net, folder)
-            async with (
-                serving(net, folder, toml.format(state=folder / "state")) as robot,
-                async_playwright() as playwright,
-                browser_at(net, "friend", playwright) as browser,
-            ):
-                viewer = await Viewer.at(await browser.new_context(), URL)
-                yield Stage(net, robot, viewer)
-        except BaseException:
-            tell_logs(folder)
-            raise
+        if TURN in hosts:
+            await relay(net, folder)
+        async with (
+            serving(net, folder, toml.format(state=folder / "state")) as robot,
+            async_playwright() as playwright,
+            browser_at(net, "friend", playwright) as browser,
+        ):
+            viewer = await Viewer.at(await browser.new_context(), URL)
+            yield Stage(net, robot, viewer)
 
 
 def by_relay(url: str, *more: str) -> str:
