@@ -13,7 +13,7 @@ import aiohttp
 from tests.free_port import free_port
 
 from e2e.harness.child import terminate
-from e2e.harness.wait import eventually
+from e2e.harness.wait import answers, eventually
 from e2e.measure.errors import NotRunError
 
 if TYPE_CHECKING:
@@ -82,9 +82,11 @@ async def webkit(folder: Path) -> AsyncIterator[WebKit]:
                 *(driver, f"--port={port}"), env=environment, stdout=log, stderr=log
             )
         leaving.push_async_callback(terminate, process)
-        http = aiohttp.ClientSession(f"http://127.0.0.1:{port}", timeout=_ANSWER)
-        await leaving.enter_async_context(http)
-        await eventually(lambda: _listens(http), "WebKitWebDriver listens", within_s=_START_S)
+        url = f"http://127.0.0.1:{port}"
+        await eventually(
+            lambda: answers(f"{url}/status"), "WebKitWebDriver listens", within_s=_START_S
+        )
+        http = await leaving.enter_async_context(aiohttp.ClientSession(url, timeout=_ANSWER))
         options = {"binary": browser, "args": ["--automation"]}
         wanted = {"capabilities": {"alwaysMatch": {"webkitgtk:browserOptions": options}}}
         session = str((await _asked(http, "POST", "/session", wanted))["sessionId"])
@@ -106,10 +108,3 @@ async def _display(program: str) -> AsyncIterator[int]:
         yield int(said)
     finally:
         await terminate(process)
-
-
-async def _listens(http: aiohttp.ClientSession) -> bool:
-    try:
-        return bool((await _asked(http, "GET", "/status"))["ready"])
-    except aiohttp.ClientError:
-        return False
