@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 from e2e.harness.child import kill
@@ -12,9 +12,7 @@ from e2e.harness.speech import RATE_HZ
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
-
-    import numpy as np
-    from numpy.typing import NDArray
+    from pathlib import Path
 
     from e2e.measure.ear import Ear
 
@@ -28,8 +26,8 @@ _COMMANDS: Final = (
 
 
 @asynccontextmanager
-async def hearing(ear: Ear, words: NDArray[np.int16]) -> AsyncIterator[None]:
-    """Give whoever sounds in `ear` a microphone that hears these words again and again."""
+async def hearing(ear: Ear, words: Path) -> AsyncIterator[None]:
+    """Give whoever sounds in `ear` a microphone that hears the words of this WAV, once."""
     quiet: dict[str, Any] = {
         "env": {**os.environ, **ear.variables},
         "stdout": asyncio.subprocess.DEVNULL,
@@ -38,23 +36,9 @@ async def hearing(ear: Ear, words: NDArray[np.int16]) -> AsyncIterator[None]:
         asked = await asyncio.create_subprocess_exec("pactl", *command.split(), **quiet)
         assert await asked.wait() == 0, f"pactl {command} fails"
     mouth = await asyncio.create_subprocess_exec(
-        *("pacat", "--raw", "--device=mouth", "--format=s16le", "--channels=1"),
-        *(f"--rate={RATE_HZ}", "--latency-msec=50"),
-        stdin=asyncio.subprocess.PIPE,
-        **quiet,
+        *("paplay", "--device=mouth", "--latency-msec=50", str(words)), **quiet
     )
-    speaking = asyncio.create_task(_speak(mouth, words.tobytes()), name="mouth")
     try:
         yield
     finally:
-        speaking.cancel()
-        with suppress(asyncio.CancelledError):
-            await speaking
         await kill(mouth)
-
-
-async def _speak(mouth: asyncio.subprocess.Process, words: bytes) -> None:
-    assert mouth.stdin is not None
-    while True:
-        mouth.stdin.write(words)
-        await mouth.stdin.drain()
