@@ -26,7 +26,6 @@ source = "testcard"
 name = "Tail"
 source = "{SOURCE}"
 """
-LARGE, SMALL = "640x480 at 500 kbit/s", "160x120 at 30 kbit/s"
 TOP = "640x480 at 1000 kbit/s"
 
 
@@ -42,41 +41,6 @@ async def shows(viewer: Viewer, at: int, width: int) -> None:
         return moving and cards[-1].width == width
 
     await eventually(is_so, f"picture {at} is {width} wide", within_s=30)
-
-
-@pytest.mark.full
-@pytest.mark.timeout(120)
-async def test_one_is_large_and_the_others_are_small(
-    server: Server, open_viewer: OpenViewer
-) -> None:
-    """Both cameras are seen small beside the driving view; C and a tap make one of them large."""
-    viewer = await open_viewer(server)
-    for at, width in ((0, 640), (1, 160), (2, 160)):
-        await shows(viewer, at, width)
-    await viewer.page.keyboard.press("KeyC")
-    for at, width in ((0, 640), (1, 640), (2, 160)):
-        await shows(viewer, at, width)
-    await server.until(
-        lambda told: sent(told)["cameras"] == [LARGE, SMALL],
-        "one is sent large, and the other small",
-        within_s=30,
-    )
-    await viewer.button("Make Tail large").click()
-    for at, width in ((1, 160), (2, 640)):
-        await shows(viewer, at, width)
-    await viewer.button("Make Driving view large").click()
-    await shows(viewer, 2, 160)
-    await viewer.open("Settings")
-    await viewer.switch("Other cameras").click()
-    await server.until(
-        lambda told: sent(told)["cameras"] == [None, None],
-        "whoever wants the driving view alone is sent no other",
-    )
-    await viewer.page.close()
-    await server.until(
-        lambda told: not any(one["wanted"] for one in told["cameras"]),
-        "nothing is encoded that nobody sees",
-    )
 
 
 @pytest.mark.timeout(120)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from playwright.async_api import expect
 
 from e2e.harness import toml
 from e2e.harness.robot import moves, nothing_is_held, stands_still
@@ -41,19 +39,11 @@ def operator(status: dict[str, Any]) -> str | None:
 async def test_turns_pass_on_and_the_robot_stands_between_them(
     server: Server, open_viewer: OpenViewer
 ) -> None:
-    """All are listed; a held key ends with a turn, and the next one drives, also where somebody
-    leaves.
-    """
+    """Each drives in turn, and what is held at the end of one moves nothing in the next."""
     ada = await person(open_viewer, server, "Ada")
     bob = await person(open_viewer, server, "Bob")
-    await person(open_viewer, server, "<b>Cleo")
     await ada.takes_the_wheel()
     await bob.join()
-
-    await expect(bob.queue.get_by_role("listitem")).to_have_count(3)
-    for words in ("Ada", "Bob", "<b>Cleo", re.compile("watch", re.IGNORECASE)):
-        await expect(bob.queue).to_contain_text(words)
-    assert listed(await server.status(), "<b>Cleo")["role"] == "observer"
 
     def bobs_turn(told: dict[str, Any]) -> int:
         """Return its number once Bob drives while Ada waits: each turn comes again."""
@@ -78,10 +68,3 @@ async def test_turns_pass_on_and_the_robot_stands_between_them(
     await server.until(lambda told: operator(told) == "Bob", "Bob drives")
     assert await stands_still(server)
     await ada.page.keyboard.up("ArrowLeft")
-
-    await ada.drives()
-    await ada.leave()
-    await server.until(
-        lambda told: (operator(told), listed(told, "Ada")["role"]) == ("Bob", "observer"),
-        "Bob drives, and Ada has left",
-    )

@@ -94,10 +94,6 @@ class Viewer:
     def name(self) -> Locator:
         return self.page.get_by_role("textbox", name="Your name", exact=True)
 
-    @property
-    def queue(self) -> Locator:
-        return self.page.get_by_role("list", name="Queue", exact=True)
-
     async def open(self, panel: str) -> None:
         """Open a panel by its tab: People, Settings, Details, Safety, or the host's."""
         tab = self.button(panel)
