@@ -1,7 +1,7 @@
 """Replaces picture and sound by nothing while the host wants privacy.
 
-Before anything is encoded: no viewer's page, and no encoder's memory, has what was in front of the
-camera.
+Before anything is encoded: no viewer's page, no tape and no encoder's memory has what was in front
+of the camera.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Estimates the rate, queue, jitter and loss of one viewer's link from its feedback.
 
-It begins at `pacer.STARTING_RATE_BPS`.
+It begins at `pacer.STARTING_RATE_BPS`; without transport-wide feedback at what `loss` begins at.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Every call to the driver goes through here: whatever a driver raises, nothing passes beyond."""
+"""Every call to the driver goes through here: whatever a driver raises, nothing passes beyond.
+
+A real robot's runs in a process of its own, and what it raises ends in `robot.process.child_loop`.
+"""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ What a host may add:
 * An operator who commands nothing for `idle_s` while somebody waits gives up the turn.
 * The turn's clock stands still while something keeps the operator from driving
   (`wax.control.turn_time`).
-* The host ends a turn, or holds the queue: then no turn begins or renews.
+* The host ends a turn, or holds (pauses) the queue: then no turn begins or renews.
 
 Viewers are numbers that are never reused. ``now_s`` never falls from call to call. Every call
 first does what is due, in the order in which it fell due, so a late `tick` changes only this: a

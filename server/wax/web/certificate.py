@@ -1,6 +1,7 @@
-"""The certificate of ``--https``: self-signed, made once, and kept.
+"""A certificate's files: the host's, or the self-signed one of ``--https``, made once and kept.
 
-Its fingerprint is printed, so that a person can compare it with what the browser shows.
+Its fingerprint is printed, so that a person can compare it with what the browser shows. `tls` takes
+renewed files without a restart.
 """
 
 from __future__ import annotations

@@ -20,7 +20,8 @@ const MOST = 500 * MS;
  *
  * A packet's delay is when it arrived, by the device's clock, less its RTP time: only differences
  * count (the relative delay of NetEq's histogram). The target is a quantile of the delays in a
- * sliding window, and the rest of them where that is cheap. All in samples. Pure.
+ * sliding window, and the rest of them where that is cheap. All in samples. Pure. How fast playing
+ * follows a new target: `soundPlayer.ts`.
  */
 export class DelayTarget {
   readonly #delays: number[] = [];

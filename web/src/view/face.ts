@@ -47,6 +47,7 @@ export interface Seen {
   isJustOver: boolean;
 }
 
+/** The card warns of the turn's end so long before it. */
 export const ENDING_S = 10;
 
 export function face(seen: Seen): Face {

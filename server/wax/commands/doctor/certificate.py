@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 SOON: Final = datetime.timedelta(days=14)
 """Services that issue certificates renew a month before the end: two weeks is late."""
-_RENEW: Final = "Renew it and restart the server."
+_RENEW: Final = "Renew it: a running server takes the new one, and renews its own by itself."
 
 
 def certificate(network: ServedNetwork, now: datetime.datetime) -> Verdict:
@@ -29,7 +29,7 @@ def certificate(network: ServedNetwork, now: datetime.datetime) -> Verdict:
         return _checked(network.certificate, network.names, now)
     if not network.certificate.chain.exists():
         return ok("The server makes a certificate of its own at its first start.")
-    # It is renewed with its names at each start.
+    # The server renews it with its names.
     verdict = _checked(network.certificate, (), now)
     if verdict.level != "ok":
         return verdict
