@@ -165,7 +165,8 @@ def test_encoders_tell_speed_and_place(pins: Board, make: Callable[..., Driver])
     state = until(driver, lambda state: state.extra["right_steps"] == 10.0)
     assert state.moving is True
     assert state.pose is not None
-    assert state.pose.x_m == pytest.approx(0.1)
+    # A round may look between the steps of two wheels, and sees 1/30 rad that there is until then.
+    assert state.pose.x_m == pytest.approx(0.1, rel=1e-3)
     assert state.extra["speed_mps"] > 0.0
     pins.roll((20, 21), -5)
     state = until(driver, lambda state: state.extra["right_steps"] == 5.0)
