@@ -7,9 +7,9 @@ const clicked = vi.fn<(name: string) => void>();
 beforeEach(() => {
   const aborting = new AbortController();
   document.body.innerHTML = "<ul><li><button>ban</button></li><li><button>mute</button></li></ul>";
-  for (const button of document.querySelectorAll("button")) {
-    const press = ({ detail }: MouseEvent) => detail === 1 && clicked(button.textContent ?? "");
-    button.addEventListener("click", press);
+  for (const one of document.querySelectorAll("ul, button")) {
+    const name = one.matches("ul") ? "list" : one.textContent;
+    one.addEventListener("click", (event) => event.target === one && clicked(name));
   }
   clickDespiteShift(document, aborting.signal);
   return () => {
@@ -18,19 +18,24 @@ beforeEach(() => {
   };
 });
 
-/** Presses `ban`, and lets go at `dx`, where the browser says that `over` was clicked. */
-function press(over: string, dx: number): void {
-  const at = (clientX: number) => ({ bubbles: true, clientX, clientY: 50, detail: 1 });
-  document.querySelector("button")?.dispatchEvent(new PointerEvent("pointerdown", at(50)));
-  document.querySelector(over)?.dispatchEvent(new MouseEvent("click", at(50 + dx)));
-}
+const BAN = "li button";
+const MUTE = "li + li button";
 
 it.each([
-  ["the page moved under it", "ul", 3, ["ban"]],
-  ["nothing moved", "button", 0, ["ban"]],
-  ["the pointer was taken away", "ul", 40, []],
-  ["something else was clicked", "li + li button", 0, ["mute"]],
-])("a press counts for what it began on: %s", (_, over, dx, expected) => {
-  press(over, dx);
+  ["nothing moved", { now: BAN, over: BAN }, ["ban"]],
+  ["the page moved under a mouse", { now: "ul", over: "ul" }, ["ban"]],
+  ["it moved another one under a finger", { now: MUTE, over: MUTE }, ["ban"]],
+  ["the pointer slipped off", { now: BAN, over: "ul" }, ["list"]],
+  ["the pointer was taken away", { now: "ul", over: MUTE, dx: 40 }, ["mute"]],
+  ["a key clicked", { now: "ul", over: MUTE, detail: 0 }, ["mute"]],
+  ["it may not be pressed", { now: "ul", over: "ul", disabled: true }, ["list"]],
+])("a press counts for what it began on: %s", (_, { now, over, ...rest }, expected) => {
+  const { dx, detail, disabled } = { dx: 3, detail: 1, disabled: false, ...rest };
+  const find = (what: string) => document.querySelector<HTMLElement>(what);
+  document.elementFromPoint = () => find(now);
+  find(BAN)?.toggleAttribute("disabled", disabled);
+  const at = { bubbles: true, cancelable: true, clientY: 50 };
+  find(BAN)?.dispatchEvent(new PointerEvent("pointerdown", { ...at, clientX: 50 }));
+  find(over)?.dispatchEvent(new MouseEvent("click", { ...at, clientX: 50 + dx, detail }));
   expect(clicked.mock.calls.flat()).toEqual(expected);
 });
