@@ -50,6 +50,7 @@ async def test_a_large_camera_dies_and_driving_goes_on(
     """The driving view is seen all the time, comes back large with a word, and nothing stops."""
     viewer = await open_viewer(server)
     await viewer.page.keyboard.press("KeyC")
+    await shows(viewer, 1, 640)
     await viewer.takes_the_wheel()
     await viewer.button("Make Driving view large").wait_for(state="hidden")  # a turn begins with it
     await shows(viewer, 2, 160)

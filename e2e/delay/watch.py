@@ -94,7 +94,7 @@ async def _watch(
         if await _goto(page, running.url, instrument, within_s):
             picture_s = time.monotonic()
             await running.opened(page)
-            await instrument.tap.hears(_HEARS_WITHIN_S)  # where none does, the readings tell
+            await instrument.tap.hears(_HEARS_WITHIN_S)  # where nothing sounds, they tell
             settle_s = max(SETTLE_S, time.monotonic() - picture_s)
             if cell.viewers > 1:
                 others = await leaving.enter_async_context(_crowd(cell, link, running.url))

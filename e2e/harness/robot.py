@@ -156,18 +156,23 @@ async def until_it_moves(
     assert await undisturbed(server, moves_on), "the robot stands while it is driven"
 
 
-async def key_moves(server: Told, page: Page, key: str, within_s: float) -> bool:
+async def key_moves(
+    server: Told, page: Page, key: str, within_s: float, *, if_late: bool = False
+) -> bool:
     """Hold a key, pressed again while the robot stands; return whether it moves in time.
 
     What is held while the page sees no picture yet, or was late, moves nothing (`control.gate`).
+    With `if_late` it is pressed again only where the server says so.
     """
-    until_s = time.monotonic() + within_s
-    while time.monotonic() < until_s:
+    until_s, before, late = time.monotonic() + within_s, -1, await lateness(server)
+    while time.monotonic() < until_s and not (if_late and late == before):
+        before = late
         await page.keyboard.up(key)
         await asyncio.sleep(_LET_GO_S)
         await page.keyboard.down(key)
         if await moves(server):
             return True
+        late = await lateness(server)
     return False
 
 

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
 T = TypeVar("T")
+_IN_TIME = aiohttp.ClientTimeout(10)
 
 
 async def eventually(
@@ -55,7 +56,7 @@ async def until(ask: Callable[[], T], what: str, **limits: float) -> T:
 async def answers(url: str) -> bool:
     """Return whether a server answers there, and that all is well."""
     try:
-        async with aiohttp.ClientSession() as http, http.get(url) as response:
+        async with aiohttp.ClientSession(timeout=_IN_TIME) as http, http.get(url) as response:
             return response.status == 200
-    except aiohttp.ClientError:
+    except (aiohttp.ClientError, TimeoutError):
         return False

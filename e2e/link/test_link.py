@@ -105,7 +105,9 @@ def owner(link: Link) -> Iterator[Callable[[], tuple[subprocess.Popen[str], int]
     yield start
     for process in started:
         process.kill()
-        process.communicate()
+        process.wait()  # not for its output: what it has left may hold that open
+        assert process.stdout is not None
+        process.stdout.close()
 
 
 def made_by(pid: int) -> set[int]:

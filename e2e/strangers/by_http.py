@@ -140,9 +140,11 @@ async def dawdle(ground: Ground, connections: int, addresses: int) -> None:
 
 async def offers(ground: Ground, rate_hz: float, sources: int, *, empty: bool) -> None:
     """Send offers that nobody follows up, each of another browser; empty ones are no offers."""
-    silent = Intruder(0)
-    sdp = "" if empty else await silent.description()
-    await silent.close()
+    silent, sdp = Intruder(0), ""
+    try:
+        sdp = "" if empty else await silent.description()
+    finally:
+        await silent.close()
     asking: set[asyncio.Task[None]] = set()
 
     async def one(source: str) -> None:

@@ -40,7 +40,8 @@ class Wax(Served):
             return
         await self._until(window, press("Join the queue"), "lets one join the queue")
         await self._until(window, says("You are driving"), "says that the browser drives")
-        if self.drives and not await key_moves(self, window, "ArrowUp", DRIVES_WITHIN_S):
+        how = (window, "ArrowUp", DRIVES_WITHIN_S)
+        if self.drives and not await key_moves(self, *how, if_late=True):
             raise MeasureError("a key that is held in the page of WAX does not move the robot")
 
     async def fail_safe_s(self) -> float | None:
