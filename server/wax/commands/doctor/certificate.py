@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 SOON: Final = datetime.timedelta(days=14)
 """Services that issue certificates renew a month before the end: two weeks is late."""
-_RENEW: Final = "Renew it: a running server takes the new one, and renews its own by itself."
+_RENEW: Final = "Renew it; a running server takes the new one by itself."
+_RENEWS: Final = "Start the server, which renews it."
 
 
 def certificate(network: ServedNetwork, now: datetime.datetime) -> Verdict:
@@ -30,7 +31,7 @@ def certificate(network: ServedNetwork, now: datetime.datetime) -> Verdict:
     if not network.certificate.chain.exists():
         return ok("The server makes a certificate of its own at its first start.")
     # The server renews it with its names.
-    verdict = _checked(network.certificate, (), now)
+    verdict = _checked(network.certificate, (), now, _RENEWS)
     if verdict.level != "ok":
         return verdict
     return warning(
@@ -57,7 +58,9 @@ def _without(network: ServedNetwork) -> Verdict:
     )
 
 
-def _checked(pair: Certificate, wanted: Sequence[str], now: datetime.datetime) -> Verdict:
+def _checked(
+    pair: Certificate, wanted: Sequence[str], now: datetime.datetime, renew: str = _RENEW
+) -> Verdict:
     """Check a certificate and its key, for the names that are wanted."""
     for path in (pair.chain, pair.key):
         if (problem := _unreadable(path)) is not None:
@@ -72,7 +75,7 @@ def _checked(pair: Certificate, wanted: Sequence[str], now: datetime.datetime) -
             f"{sentence[:1].upper()}{sentence[1:]}.",
             "Configure the full chain and the key that belongs to it.",
         )
-    return _valid(names, (begins, ends), wanted, now)
+    return _valid(names, (begins, ends), wanted, now, renew)
 
 
 def _valid(
@@ -80,12 +83,13 @@ def _valid(
     validity: tuple[datetime.datetime, datetime.datetime],
     wanted: Sequence[str],
     now: datetime.datetime,
+    renew: str,
 ) -> Verdict:
     begins, ends = validity
     if now < begins:
         return bad(f"The certificate is valid from {begins:%Y-%m-%d} on.", "Check the clock.")
     if now >= ends:
-        return bad(f"The certificate ended on {ends:%Y-%m-%d}.", _RENEW)
+        return bad(f"The certificate ended on {ends:%Y-%m-%d}.", renew)
     missing = [name for name in wanted if not any(_covers(one, name) for one in names)]
     if missing:
         return bad(
@@ -94,7 +98,7 @@ def _valid(
             "Get one for all server.names.",
         )
     if ends - now < SOON:
-        return warning(f"The certificate ends on {ends:%Y-%m-%d}, soon.", _RENEW)
+        return warning(f"The certificate ends on {ends:%Y-%m-%d}, soon.", renew)
     return ok(f"The certificate for {', '.join(names)} is valid until {ends:%Y-%m-%d}.")
 
 
