@@ -39,12 +39,12 @@ ACCOUNT_WITHIN_S = 2.0
 class Server:
     """`toml` is its configuration, beside `MANY_PLAYED_BY_ONE`; `folder` takes that and the log.
 
-    The log is what it says on both its outputs; `stderr` is another descriptor for the second.
+    The log is what it says on both its outputs.
     Its status is for the host only, so this is one, by the socket of `wax host-link`. As an async
     context manager it serves inside the block and has stopped well afterwards.
     """
 
-    def __init__(self, folder: Path, toml: str, *, stderr: int | None = None) -> None:
+    def __init__(self, folder: Path, toml: str) -> None:
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}"
         self.log_path = folder / "server.log"
@@ -52,7 +52,6 @@ class Server:
         self._config_path.write_text(configurations.for_one_machine(toml), encoding="utf-8")
         self.state_folder = folder / "state" / "wax"
         self._host: aiohttp.CookieJar | None = None
-        self._stderr = stderr
         self.environment: dict[str, str] = {
             "XDG_STATE_HOME": str(self.state_folder.parent),
             "PYTHONPATH": str(ROOT),
@@ -112,7 +111,7 @@ class Server:
                 *arguments,
                 stdin=asyncio.subprocess.DEVNULL,
                 stdout=log,
-                stderr=log if self._stderr is None else self._stderr,
+                stderr=log,
                 env=os.environ | self.environment,
             )
         if self.niceness:

@@ -121,6 +121,7 @@ async def dawdle(ground: Ground, connections: int, addresses: int) -> None:
         source = address(number // len(_SLOW) % addresses)
         async with one_by_one:
             reader, writer = await _connected(ground.port, source)
+        ground.account["connected"] += 1
         since_s = time.monotonic()
         writer.write(begun)
         closed = asyncio.create_task(_drain(reader, ground.account))

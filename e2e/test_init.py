@@ -1,38 +1,21 @@
-"""How the server begins with what `wax init` wrote, and ends while nobody reads its log."""
+"""How the server begins with what `wax init` wrote."""
 
 from __future__ import annotations
 
 import asyncio
 import os
 import pty
-import signal
 from typing import TYPE_CHECKING
 
 import pytest
-from tests.full_pipe import full_pipe
 
-from e2e.harness import toml
-from e2e.harness.robot import turn_by_key
-from e2e.harness.server import COMMAND, Server
+from e2e.harness.server import COMMAND
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from e2e.conftest import OpenViewer, Serve
+    from e2e.conftest import Serve
     from e2e.harness.board import Board
-
-
-@pytest.mark.full
-@pytest.mark.timeout(90)
-async def test_a_paused_standard_error_stops_nothing(
-    tmp_path: Path, open_viewer: OpenViewer
-) -> None:
-    """While nobody reads its log the server answers, drives, and Ctrl-C ends it as ever."""
-    with full_pipe() as stderr:
-        async with Server(tmp_path, toml.CARD, stderr=stderr) as server:
-            viewer = await open_viewer(server, drives=True)
-            await turn_by_key(server, viewer)
-            await server.stop(signal.SIGINT)
 
 
 async def _at_a_terminal(folder: Path, *arguments: str) -> tuple[int, str]:
