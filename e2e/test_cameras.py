@@ -49,6 +49,7 @@ async def test_a_large_camera_dies_and_driving_goes_on(
 ) -> None:
     """The driving view is seen all the time, comes back large with a word, and nothing stops."""
     viewer = await open_viewer(server)
+    await shows(viewer, 1, 160)
     await viewer.page.keyboard.press("KeyC")
     await shows(viewer, 1, 640)
     await viewer.takes_the_wheel()
