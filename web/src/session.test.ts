@@ -262,6 +262,18 @@ it("cuts a name where the server does", () => {
   expect(session.state.preferences.value.name).toBe(name);
 });
 
+it("carries a press over a page that moves under it", () => {
+  document.body.innerHTML = "<p><button>Join</button></p>";
+  const clicked = vi.fn();
+  document.querySelector("button")?.addEventListener("click", clicked);
+  document.elementFromPoint = () => null;
+  const press = new PointerEvent("pointerdown", { bubbles: true });
+  document.querySelector("button")?.dispatchEvent(press);
+  const click = new MouseEvent("click", { bubbles: true, detail: 1 });
+  document.querySelector("p")?.dispatchEvent(click);
+  expect(clicked).toHaveBeenCalledOnce();
+});
+
 it("keeps what the room said of oneself while the connection is lost", () => {
   open();
   receive(hello({ viewer: 1 }), room({ operator: 1 }));

@@ -94,6 +94,17 @@ def test_a_certificate_of_our_own_is_told(network: MakeNetwork, tmp_path: Path) 
     assert (verdict.level, "self-signed" in verdict.sentence) == ("warning", True)
 
 
+@pytest.mark.parametrize(("is_self_signed", "advice"), [(False, "Renew"), (True, "Start")])
+def test_whoever_has_made_it_renews_it(
+    network: MakeNetwork, tmp_path: Path, is_self_signed: bool, advice: str
+) -> None:
+    """The host theirs, without a restart; the server its own."""
+    begins, ends = NOW - datetime.timedelta(days=9), NOW - datetime.timedelta(days=1)
+    pair = write_pair(tmp_path, "robot.example.org", begins=begins, ends=ends)
+    verdict = certificate(network(certificate=pair, is_self_signed=is_self_signed), NOW)
+    assert verdict.advice.split()[0] == advice
+
+
 def test_a_certificate_of_our_own_needs_a_folder(network: MakeNetwork) -> None:
     """A user without a home directory is told which key to set."""
     verdict = certificate(network(certificate=None, is_self_signed=True), NOW)
