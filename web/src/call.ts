@@ -1,3 +1,5 @@
+/** What to tell who missed their call to a turn; the call itself: `view/CallCard.tsx`. Pure. */
+
 import type { RoomState } from "./messages";
 
 /** What became of a call that this viewer has not answered; null if they missed none. */

@@ -1,3 +1,5 @@
+/** Where the keyboard's focus goes on the page; what its loss does to driving: `drive/letGo.ts`. */
+
 const CLICKED = "button, summary, input[type=radio]";
 /** A click only opens the list of a select; losing the focus would close it. */
 const CHANGED = "select, input[type=range], input[type=radio]";

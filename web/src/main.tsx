@@ -1,3 +1,5 @@
+/** Starts the session and draws the page, another view, or why this browser can show neither. */
+
 import "./style/base.css";
 import "./style/layout.css";
 import "./style/hud.css";

@@ -1,3 +1,5 @@
+/** Starts and follows the proof of the stop; what it shows: `view/ProofPanel.tsx`. */
+
 import { type Answer, ask, post } from "./link/http";
 import type { Sentence } from "./messages";
 

@@ -1,3 +1,5 @@
+/** How long the page thanks who has driven, and when; what it says then: `view/face.ts`. */
+
 import type { State } from "./state";
 
 /** How long the page thanks whoever has driven. */

@@ -1,3 +1,5 @@
+/** Which two axes have keys, and how fast a key moves one; which keys: `keyMap.ts`. */
+
 import type { InputState } from "./inputState";
 
 /** From one end to the other in two seconds. */

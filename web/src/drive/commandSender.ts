@@ -1,3 +1,5 @@
+/** When a set-point is sent; at what rate: `sendRate.ts`; the motion in it: `inputState.ts`. */
+
 import type { Drive } from "../messages";
 import type { Motion } from "./inputState";
 import { SendRate, type Uplink } from "./sendRate";

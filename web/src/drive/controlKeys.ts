@@ -1,3 +1,5 @@
+/** Which of the robot's controls a key presses; keys that drive: `keyboard.ts`. */
+
 import type { ControlInfo } from "../messages";
 import { isOwnPress } from "../typing";
 import { codeOf } from "./codeOf";

@@ -1,3 +1,5 @@
+/** Wires all input to what is sent; what counts as held: `inputState.ts`, when not: `letGo.ts`. */
+
 import { computed, effect } from "@preact/signals";
 import type { Drive, Operate, Sentence } from "../messages";
 import type { State } from "../state";

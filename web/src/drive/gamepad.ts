@@ -1,3 +1,5 @@
+/** When the chosen gamepad drives; what it says: `padReading.ts`; in doubt: `padRest.ts`. */
+
 import { DIRECTIONS, type Direction, type InputState } from "./inputState";
 import {
   layoutOf,

@@ -1,3 +1,5 @@
+/** What is held, and the motion that it asks for; what ends it without a release: `letGo.ts`. */
+
 export type Direction = "forward" | "back" | "left" | "right";
 
 export const DIRECTIONS: readonly Direction[] = ["forward", "back", "left", "right"];

@@ -1,3 +1,5 @@
+/** What each action of a key does while driving; which key has which action: `keyMap.ts`. */
+
 import { type AxisKeys, keyedAxes } from "./axisKeys";
 import type { KeyAction } from "./keyMap";
 import type { Scanner } from "./scanner";

@@ -1,3 +1,5 @@
+/** Whether a key drives or belongs to what has the focus; what it does: `keyActions.ts`. */
+
 import { codeOf } from "./codeOf";
 import { DIRECTIONS } from "./inputState";
 import { actionOf, type KeyAction, type KeyMap } from "./keyMap";

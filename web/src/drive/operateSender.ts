@@ -1,3 +1,5 @@
+/** When what is held and set of the robot's controls is sent; what that is: `operating.ts`. */
+
 import type { Operate, Operated, Sentence } from "../messages";
 
 export interface OperateSenderOptions {

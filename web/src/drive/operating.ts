@@ -1,3 +1,5 @@
+/** Which of the robot's controls besides driving are held or set; sent by `operateSender.ts`. */
+
 import type { ControlInfo, Operate, Operated, Sentence } from "../messages";
 import type { State } from "../state";
 import type { InputState } from "./inputState";

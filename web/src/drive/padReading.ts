@@ -1,3 +1,5 @@
+/** What a gamepad's sticks and buttons ask for; whether they may drive: `gamepad.ts`. Pure. */
+
 import { type Response, shaped, shapedAxis } from "./deflection";
 import { DIRECTIONS, type Direction, type Motion } from "./inputState";
 

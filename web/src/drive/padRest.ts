@@ -1,3 +1,5 @@
+/** When a gamepad is believed, and counts as let go; what follows: `gamepad.ts`. Pure. */
+
 import type { Pad, PadReading } from "./padReading";
 
 /** Longer than an axis that rests at an end takes to pass its middle. */

@@ -1,3 +1,5 @@
+/** What is offered to who drives with one or two switches, in which order, and when the next. */
+
 import type { Direction } from "./inputState";
 
 /** What a switch can choose: `release` is that of the stop in force. */

@@ -1,3 +1,5 @@
+/** How Stop and its release are sent; when offered: `permissions.ts`; by HTTP: `link/stop.ts`. */
+
 import { RequestError } from "../link/http";
 import type { Link } from "../link/link";
 import { postRelease, postStop } from "../link/stop";

@@ -1,3 +1,5 @@
+/** When to ping, and when missing answers mean a lost link; sooner doubts: `silence.ts`. Pure. */
+
 import type { Ping, Pong } from "../messages";
 import type { ServerClock } from "../serverClock";
 

@@ -1,3 +1,5 @@
+/** When one peer takes another's place; how long to wait: `reconnect.ts`; one peer: `peer.ts`. */
+
 import type { Channel, DriveIn, Ended, Operated, StateIn, StateOut } from "../messages";
 import { ServerClock } from "../serverClock";
 import { ours, type Saying } from "../words/said";

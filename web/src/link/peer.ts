@@ -1,3 +1,5 @@
+/** One connection, from its offer to its end; when another takes its place: `link.ts`. */
+
 import type { Channel, Ended } from "../messages";
 import { withVoice } from "../voice/answer";
 import { ENCODINGS, type VoiceEncoding } from "../voice/encoding";

@@ -1,9 +1,9 @@
-import { DRIVE_COLUMNS, type DriveIn, type DriveOut } from "../messages";
-
 /**
  * Messages of the drive channel as rows: JSON arrays of the fields in the server's order, rows
  * within rows, because a modem's uplink must carry twenty set-points a second.
  */
+
+import { DRIVE_COLUMNS, type DriveIn, type DriveOut } from "../messages";
 
 interface Columns {
   readonly [name: string]: Columns | null;

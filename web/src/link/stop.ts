@@ -1,3 +1,5 @@
+/** Stop and its release by HTTP; when, and what goes by the channel: `drive/stopControl.ts`. */
+
 import { post } from "./http";
 
 const STOP_MS = 5000;

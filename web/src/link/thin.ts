@@ -1,3 +1,5 @@
+/** Which link is thin, and when nothing more may load; parts that wait: `view/late.tsx`. Pure. */
+
 import type { Served } from "../messages";
 
 /** On a slower link than this, the page's own traffic matters. */

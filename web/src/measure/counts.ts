@@ -1,3 +1,5 @@
+/** Gaps, freezes and delays from what the players count; ages: `picture.ts`, `sound.ts`. */
+
 import type { PictureReport, SoundReport } from "../messages";
 import type { Heard } from "../sound/builtInPlayer";
 import { LastMinute } from "./breaks";

@@ -1,3 +1,5 @@
+/** How old the picture on screen is, and how many a second; when too old: `view/live.ts`. */
+
 import { Freezes } from "./freezes";
 import type { RtpTimeline } from "./rtp";
 

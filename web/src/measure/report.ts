@@ -1,3 +1,5 @@
+/** What is reported to the server, and how often; ages: `picture.ts`, `sound.ts`. */
+
 import type { Report, RtpClock } from "../messages";
 import type { ServerClock } from "../serverClock";
 import type { Heard } from "../sound/builtInPlayer";

@@ -1,3 +1,5 @@
+/** How old the sound is when it is heard; its gaps: `counts.ts`. */
+
 import type { RtpTimeline } from "./rtp";
 
 /** A source older than this is no longer playing. */

@@ -1,3 +1,5 @@
+/** Starts the built-in player and notices its failures; who plays then: `soundPlayback.ts`. */
+
 import { t } from "../words/words";
 import type { FromWorker, Playing, ToWorker } from "./playerWorker";
 import type { FromWorklet, ToWorklet } from "./worklet";

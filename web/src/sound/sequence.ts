@@ -1,3 +1,5 @@
+/** In which order packets are decoded, and how long one waits for those before it. Pure. */
+
 import { opusTicks } from "./opus";
 import type { Block } from "./red";
 

@@ -1,3 +1,5 @@
+/** Which player plays the sound, the browser's or ours; how ours plays: `soundPlayer.ts`. */
+
 import { look } from "../measure/stats";
 import type { Playout } from "../messages";
 import { Playback, type PlaybackEvents } from "../playback";

@@ -1,3 +1,5 @@
+/** Plays faster, slower, or conceals what has not come; how late: `delayTarget.ts`. Pure. */
+
 import { DelayTarget } from "./delayTarget";
 import { OPUS_HZ } from "./opus";
 import { COMPARED, LONGEST, periodBefore } from "./period";

@@ -1,3 +1,5 @@
+/** Who is here, and your name; joining, leaving and ending a turn: `TurnCard.tsx`. */
+
 import { useSignal } from "@preact/signals";
 import type { TargetedEvent, TargetedKeyboardEvent } from "preact";
 import { MAX_NAME_CHARS } from "../messages";

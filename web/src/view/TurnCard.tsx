@@ -1,3 +1,5 @@
+/** Draws the turn's card and the tab's title; what the card says and offers: `face.ts`. */
+
 import { useEffect } from "preact/hooks";
 import { alertTab } from "../tabIcon";
 import { canTell } from "../turnNotification";

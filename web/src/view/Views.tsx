@@ -1,3 +1,5 @@
+/** Draws the driving view and the other cameras; which is large: `cameras.ts`. */
+
 import { useComputed } from "@preact/signals";
 import type { RefObject } from "preact";
 import { useEffect, useRef } from "preact/hooks";

@@ -1,3 +1,5 @@
+/** How a view gets the session: its state (`state.ts`) and its actions (`actions.ts`). */
+
 import { createContext } from "preact";
 import { useContext } from "preact/hooks";
 import type { Actions, Session } from "../actions";
