@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
 import time
 from asyncio.subprocess import PIPE
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Self
 
 from e2e.harness.wait import until
@@ -48,6 +50,8 @@ class Board:
     async def start(self) -> None:
         """Build the firmware if it has changed, and plug the board in."""
         self._process = await asyncio.create_subprocess_exec(*await self._program(), stdin=PIPE)
+        with suppress(PermissionError):  # in life it has a processor of its own
+            os.sched_setscheduler(self._process.pid, os.SCHED_RR, os.sched_param(1))
         await self._until("plugged", 0)
 
     async def stop(self) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from tests.deploy.test_restart import STOP_WITHIN_S
 
-from wax.machine.priority import NICENESS
+from wax.machine.priority import NICENESS, REALTIME
 
 UNIT = Path(__file__).parents[2] / "config" / "deploy" / "wax.service"
 
@@ -65,6 +65,8 @@ def test_it_agrees_with_the_server() -> None:
     assert float(service["TimeoutStopSec"]) >= 3 * STOP_WITHIN_S
     assert float(service["WatchdogSec"]) >= 5.0  # a busy start of many peers is no hang
     assert service["RestartPreventExitStatus"] == "2"
+    assert service["LimitRTPRIO"] == str(REALTIME)
     assert service["LimitNICE"] == str(NICENESS)
-    assert service["SystemCallFilter"] == "setpriority"  # the last of them
+    assert "RestrictRealtime" not in service
+    assert service["SystemCallFilter"] == "sched_setscheduler setpriority"  # the last of them
     assert service["KillMode"] == "mixed"  # the driver's process ends when the server says so

@@ -1,47 +1,46 @@
-"""The priority of a process: raised with its session, which Linux weighs first."""
+"""The priority of a process: real time where it may, else niceness, else what it has."""
 
 from __future__ import annotations
 
 import os
-from pathlib import Path
 
 import pytest
 
-from wax.machine import priority
+from wax.machine.priority import NICENESS, REALTIME, raise_priority
 
 
-@pytest.fixture
-def refusals(monkeypatch: pytest.MonkeyPatch) -> list[type[OSError]]:
-    """Refuse the writes to come by these errors, each of which is taken off as it is raised."""
-    left: list[type[OSError]] = []
+class Kernel:
+    """Grants what is in `grants` and remembers it."""
 
-    def write(*_: object, **_how: object) -> None:
-        if left:
-            raise left.pop(0)
+    def __init__(self, *grants: str) -> None:
+        self.grants = grants
+        self.granted: list[tuple[object, ...]] = []
 
-    monkeypatch.setattr(os, "setpriority", lambda *_: None)
-    monkeypatch.setattr(os, "getsid", lambda _: os.getpid())
-    monkeypatch.setattr(Path, "write_text", write)
-    monkeypatch.setattr(priority, "_PAUSE_S", 0.0)
-    return left
+    def sched_setscheduler(self, pid: int, policy: int, param: os.sched_param) -> None:
+        self._asked("real time", pid, policy, param.sched_priority)
 
+    def setpriority(self, *how: int) -> None:
+        self._asked("niceness", *how)
 
-def test_it_is_asked_again_where_others_have_just_asked(refusals: list[type[OSError]]) -> None:
-    refusals += [BlockingIOError, BlockingIOError]
-    priority.raise_priority()
-    assert refusals == []
+    def _asked(self, what: str, *how: int) -> None:
+        if what not in self.grants:
+            raise PermissionError
+        self.granted.append((what, *how))
 
 
-def test_a_refusal_is_final(refusals: list[type[OSError]]) -> None:
-    refusals += [PermissionError, BlockingIOError]
-    priority.raise_priority()
-    assert refusals == [BlockingIOError]
-
-
-def test_a_session_of_somebody_else_stays(
-    refusals: list[type[OSError]], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("grants", "granted"),
+    [
+        (["real time", "niceness"], [("real time", 0, os.SCHED_RR, REALTIME)]),
+        (["niceness"], [("niceness", os.PRIO_PROCESS, 0, NICENESS)]),
+        ([], []),
+    ],
+)
+def test_it_takes_the_best_that_it_may(
+    grants: list[str], granted: list[tuple[object, ...]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(os, "getsid", lambda _: 1)
-    refusals += [BlockingIOError]
-    priority.raise_priority()
-    assert refusals == [BlockingIOError]
+    kernel = Kernel(*grants)
+    for name in ("sched_setscheduler", "setpriority"):
+        monkeypatch.setattr(os, name, getattr(kernel, name))
+    raise_priority()
+    assert kernel.granted == granted

@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -20,7 +19,6 @@ from wax.config.controls import ControlSettings
 from wax.config.settings import LogSettings
 from wax.driver.checks import NO_ANSWER
 from wax.driver.interface import STANDSTILL, Limits, Twist
-from wax.machine.priority import NICENESS
 from wax.robot.process import driver as driver_module
 from wax.robot.process.child_process import ChildProcess
 from wax.robot.process.driver import ProcessDriver
@@ -256,20 +254,13 @@ def test_a_driver_that_tells_nonsense_does_not_answer(made: Callable[..., Driver
     assert robot.state().extra["driver_restarts"] == 0
 
 
-@pytest.mark.alone  # of several at once some may be refused
-@pytest.mark.skipif(
-    not Path("/proc/self/autogroup").exists(), reason="this kernel has no autogroup"
-)
 def test_it_goes_before_others_where_it_may(robot: Driver) -> None:
-    """So does its session, which Linux weighs first: sched(7), "autogroup"."""
-    raised = f"import os; os.setpriority(os.PRIO_PROCESS, 0, {NICENESS})"
+    may = "import os; os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))"
     if subprocess.run(
-        [sys.executable, "-c", raised], check=False, stderr=subprocess.DEVNULL
+        [sys.executable, "-c", may], check=False, stderr=subprocess.DEVNULL
     ).returncode:
-        pytest.skip("this user may not raise a priority")
-    pid = int(robot.state().extra["driver_pid"])
-    assert os.getpriority(os.PRIO_PROCESS, pid) == NICENESS
-    assert Path(f"/proc/{pid}/autogroup").read_text(encoding="ascii").endswith(f"nice {NICENESS}\n")
+        pytest.skip("this user may not run in real time")
+    assert os.sched_getscheduler(int(robot.state().extra["driver_pid"])) == os.SCHED_RR
 
 
 @pytest.mark.alone

@@ -28,7 +28,6 @@ _LOG = structlog.get_logger(__name__)
 def main() -> int:
     """Run one robot until the pipe ends; returns 1 if its driver cannot be built."""
     outlive_signals()
-    raise_priority()  # a set-point must not wait for the encoder, which takes what it gets
     reader, writer = claim_pipes()
     line = first_line(reader)
     if line is None:
@@ -44,6 +43,8 @@ def main() -> int:
         _LOG.error("the driver cannot be built", problem=str(error))
         os.write(writer, encode(NotBuilt(why=str(error))))
         return 1
+    # A set-point must not wait for the encoder; loading a plug-in's libraries, above, may.
+    raise_priority()
     os.set_blocking(reader, False)
     os.set_blocking(writer, False)
     ChildLoop(
