@@ -29,12 +29,12 @@ python_tests() {
     pytest -q -m "$markers" --hypothesis-profile="$profile" --durations=10 "$@"
 }
 
-# Beside each other, Python's in three, since they also wait, and last, for their summary.
+# Beside each other, Python's in four, since they also wait, and last, for their summary.
 unit_tests() {
     npm run --silent --prefix web test >.cache/page-tests.log 2>&1 &
     page=$!
     failures=0
-    python_tests "not system$short" tests -n 3 --dist worksteal || failures=1
+    python_tests "not system$short" tests -n 4 --dist worksteal || failures=1
     wait $page || { cat .cache/page-tests.log && failures=1; }
     return $failures
 }
