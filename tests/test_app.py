@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import aiohttp
 import numpy as np
 import pytest
+from structlog.testing import capture_logs
 from tests.hooks.receiver import receiving, secret_file
 
 from wax.app import App
@@ -26,6 +27,7 @@ from wax.errors import StartError
 from wax.machine import memory
 from wax.robot.simulated.robot import SimulatedRobot
 from wax.sentence import Sentence
+from wax.session.kept_state import KeptFile
 from wax.session.status import Status
 from wax.tape.reading import read_events
 from wax.tape.repaired import facts_of
@@ -204,6 +206,15 @@ async def test_a_stop_outlives_the_server(state_folder: Path) -> None:
     async with started(_app(NO_DEVICES)) as port:
         status = await _status(port, state_folder, lambda found: bool(found["stop"]))
     assert status["stop"] == {"number": 1, "by": "the host"}
+
+
+async def test_a_disk_too_slow_for_its_end_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    close = KeptFile.close
+    monkeypatch.setattr(KeptFile, "close", lambda kept: close(kept) is None)
+    with capture_logs() as logs:
+        async with started(_app(NO_DEVICES)):
+            pass
+    assert [line for line in logs if "may end with the server" in line["event"]]
 
 
 async def test_no_driver_hides_the_status(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -458,7 +458,8 @@ class App:
                 if self._metrics is not None:
                     await self._metrics.close()
                 await self._entrance.close()
-                await asyncio.to_thread(self._kept.close)
+                if not await asyncio.to_thread(self._kept.close):
+                    _LOG.warning("a Stop in force may end with the server", error="a slow disk")
         except TimeoutError:
             _LOG.warning("not everything ended in time; exiting anyway")
         finally:

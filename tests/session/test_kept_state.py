@@ -59,7 +59,7 @@ async def test_a_stop_is_in_force_after_a_restart(
     if "host" in who:
         (await rig.enter("hedy-111", is_host=True)).says(type="stop")
     for _ in range(2):
-        rig.kept.close()
+        until(rig.kept.close)
         rig = started(tmp_path)
         assert rig.robot.told[-1] == "stop"
         assert rig.loop.latched == LatchedStop(1, by, by_host=role == "host")
@@ -67,9 +67,9 @@ async def test_a_stop_is_in_force_after_a_restart(
         assert rig.heard.take() == [told]
     host = await rig.enter("hedy-111", is_host=True)
     host.says(type="release", stop=1, sent_server_ms=rig.clock.time_s * 1000, beat=host.beat)
-    rig.kept.close()
+    until(rig.kept.close)
     after = started(tmp_path)
-    after.kept.close()
+    until(after.kept.close)
     assert after.loop.latched is None
 
 
@@ -92,9 +92,9 @@ async def test_so_is_what_the_host_has_shut_or_limited(
     rig = started(tmp_path)
     assert not is_so(rig)
     (await rig.enter("hedy-111", is_host=True)).says(**act)
-    rig.kept.close()
+    until(rig.kept.close)
     after = started(tmp_path)
-    after.kept.close()
+    until(after.kept.close)
     assert is_so(after)
 
 
@@ -110,7 +110,7 @@ async def test_so_is_what_the_home_automation_has(tmp_path: Path, act: HouseAct)
     """As if the host had."""
     rig = started(tmp_path)
     rig.room.house_acts(act)
-    rig.kept.close()
+    until(rig.kept.close)
     is_kept = KeptFile(str(tmp_path)).before
     assert is_kept.is_closed or is_kept.is_held or is_kept.is_blanked
 
@@ -121,9 +121,9 @@ async def test_closed_for_the_day_it_opens_when_it_would_have(tmp_path: Path) ->
     rig = started(tmp_path, access=hours)
     (await rig.enter("hedy-111", is_host=True)).says(type="close", closed=True)
     opens_s = rig.access.admission.closed_until_s
-    rig.kept.close()
+    until(rig.kept.close)
     after = started(tmp_path, access=hours)
-    after.kept.close()
+    until(after.kept.close)
     assert after.access.admission.closed_until_s == opens_s is not None
 
 
@@ -138,7 +138,7 @@ def test_it_is_written_at_once(tmp_path: Path) -> None:
     file = kept(tmp_path / "new")
     file.keep(KeptState(stop="host"))
     until(lambda: KeptFile(str(tmp_path / "new")).before.stop == "host")
-    file.close()
+    until(file.close)
 
 
 @pytest.mark.parametrize("content", [b"", b"{", b'{"stop": "somebody"}', b'{"max_fraction": 9}'])
@@ -154,7 +154,7 @@ def test_a_file_that_says_nothing_counts_as_a_stop(tmp_path: Path, content: byte
     until(lambda: not KeptFile(str(tmp_path)).problems())
     assert KeptFile(str(tmp_path)).before == doubt
     file.keep(KeptState())
-    file.close()
+    until(file.close)
     assert KeptFile(str(tmp_path)).before == KeptState()
 
 
@@ -168,7 +168,7 @@ def test_what_cannot_be_written_is_told_of_and_tried_again(tmp_path: Path) -> No
         until(lambda: [one.code for one in file.problems()] == ["kept.unwritten"])
         file.keep(KeptState(stop="host"))
         (tmp_path / "file").unlink()
-        file.close()
+        until(file.close)
     assert ([line["log_level"] for line in logs], file.problems()) == (["warning"], [])
     assert KeptFile(str(tmp_path / "file" / "wax")).before.stop == "host"
 
@@ -183,7 +183,7 @@ def test_what_may_have_been_written_is_written_again(
     until(file.problems)
     monkeypatch.undo()
     file.keep(KeptState())
-    file.close()
+    until(file.close)
     assert KeptFile(str(tmp_path)).before == KeptState()
 
 
@@ -204,8 +204,8 @@ def test_what_could_not_be_written_is_tried_again(
     until(lambda: not file.problems())
     second = kept(tmp_path / "folder")
     assert second.problems()
-    second.close()
-    file.close()
+    until(second.close)
+    until(file.close)
     assert KeptFile(str(tmp_path / "folder")).before.stop == "host"
 
 
@@ -224,7 +224,7 @@ def test_what_was_not_read_is_not_written_over(
     (tmp_path / "link").replace(tmp_path / "folder")  # at once: it tries all the time
     until(lambda: file.problems() != why)
     file.keep(KeptState(is_held=True))
-    file.close()
+    until(file.close)
     assert KeptFile(str(tmp_path / "folder")).before.stop == "host"
 
 
@@ -238,10 +238,10 @@ def test_two_servers_do_not_undo_each_others_stop(
     until(lambda: KeptFile(str(tmp_path)).before.stop == "host")
     second = kept(tmp_path)
     assert second.problems()
-    first.close()
+    until(first.close)
     second.keep(KeptState(is_held=True))
-    second.close()
+    until(second.close)
     assert KeptFile(str(tmp_path)).before.stop == "host"
     third = kept(tmp_path)
     assert third.problems() == []
-    third.close()
+    until(third.close)

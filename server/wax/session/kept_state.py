@@ -106,12 +106,13 @@ class KeptFile:
             self._wanted = state
             self._changed.set()
 
-    def close(self) -> None:
-        """Return when all is written, or the disk is too slow; safe to call twice."""
+    def close(self) -> bool:
+        """Return whether all is written, once it is or the disk is too slow; safe to call twice."""
         self._is_closing = True
         self._changed.set()
         if self._thread.is_alive():
             self._thread.join(_CLOSE_S)
+        return not self._thread.is_alive()
 
     def _claim(self) -> None:
         """Lock the folder, once, and never write over what was not read: raises `StateError`.
