@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 
 import pytest
 
-from wax.machine.priority import NICENESS, REALTIME, raise_priority
+from wax.machine.priority import NICENESS, REALTIME, raise_priority, start_as_others
 
 
 class Kernel:
@@ -14,7 +15,7 @@ class Kernel:
 
     def __init__(self, *grants: str) -> None:
         self.grants = grants
-        self.granted: list[tuple[object, ...]] = []
+        self.granted: set[tuple[object, ...]] = set()
 
     def sched_setscheduler(self, pid: int, policy: int, param: os.sched_param) -> None:
         self._asked("real time", pid, policy, param.sched_priority)
@@ -25,22 +26,31 @@ class Kernel:
     def _asked(self, what: str, *how: int) -> None:
         if what not in self.grants:
             raise PermissionError
-        self.granted.append((what, *how))
+        self.granted.add(how)
 
 
-@pytest.mark.parametrize(
-    ("grants", "granted"),
-    [
-        (["real time", "niceness"], [("real time", 0, os.SCHED_RR, REALTIME)]),
-        (["niceness"], [("niceness", os.PRIO_PROCESS, 0, NICENESS)]),
-        ([], []),
-    ],
-)
-def test_it_takes_the_best_that_it_may(
-    grants: list[str], granted: list[tuple[object, ...]], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def asked(monkeypatch: pytest.MonkeyPatch, *grants: str) -> Kernel:
     kernel = Kernel(*grants)
     for name in ("sched_setscheduler", "setpriority"):
         monkeypatch.setattr(os, name, getattr(kernel, name))
+    return kernel
+
+
+def test_all_its_threads_run_in_real_time_where_they_may(monkeypatch: pytest.MonkeyPatch) -> None:
+    kernel = asked(monkeypatch, "real time", "niceness")
+    threads = [int(thread.name) for thread in Path("/proc/self/task").iterdir()]
     raise_priority()
-    assert kernel.granted == granted
+    assert kernel.granted == {(thread, os.SCHED_RR, REALTIME) for thread in threads}
+
+
+@pytest.mark.parametrize("grants", [["niceness"], []])
+def test_else_it_takes_what_it_may(grants: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    kernel = asked(monkeypatch, *grants)
+    raise_priority()
+    assert kernel.granted == ({(os.PRIO_PROCESS, 0, NICENESS)} if grants else set())
+
+
+def test_what_it_starts_does_not_load_in_real_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    kernel = asked(monkeypatch, "real time")
+    start_as_others(7)
+    assert kernel.granted == {(7, os.SCHED_OTHER, 0)}

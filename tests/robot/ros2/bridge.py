@@ -23,7 +23,10 @@ NODE = "/rosbridge_websocket"
 
 
 class Bridge:
-    """It starts on a port of its own, and again on the same; `publishers` are the graph's."""
+    """It starts on a port of its own, and again on the same; `publishers` are the graph's.
+
+    `driving` is the line that has last asked for motion.
+    """
 
     def __init__(
         self, *, type_name: str = "geometry_msgs/msg/Twist", has_rosapi: bool = True
@@ -38,6 +41,7 @@ class Bridge:
         self._lock = threading.Lock()
         self._told: list[Told] = []
         self.lines: set[web.WebSocketResponse] = set()
+        self.driving: web.WebSocketResponse | None = None
         self._topics: set[str] = set()
         self._thread: threading.Thread | None = None
 
@@ -126,19 +130,21 @@ class Bridge:
                 )
                 await line.send_json({"op": "status", "level": "error", "msg": words})
             case "publish":
-                self._note(said["msg"])
+                self._note(line, said["msg"])
             case "subscribe":
                 self._topics.add(said["topic"])
             case "call_service":
                 await line.send_json(self._answer(said))
 
-    def _note(self, message: dict[str, Any]) -> None:
+    def _note(self, line: web.WebSocketResponse, message: dict[str, Any]) -> None:
         stamp = message.get("header", {}).get("stamp", {})
         stamp_ns = stamp.get("sec", 0) * 1_000_000_000 + stamp.get("nanosec", 0)
         twist = message.get("twist", message)
         linear, angular = twist["linear"], twist["angular"]
         others = sum(map(abs, (linear["y"], linear["z"], angular["x"], angular["y"])))
         told = Told(time.monotonic(), stamp_ns, Twist(linear["x"], angular["z"]), others)
+        if not told.twist.is_zero:
+            self.driving = line
         with self._lock:
             self._told.append(told)
 

@@ -161,11 +161,12 @@ class TestOneServer:
     ) -> None:
         """Bridges that refuse a call or a topic by a status are driven as those without rosapi."""
         bridge.has_rosapi, bridge.refuses_by_status = False, True
-        epoch = opened(driver).state().epoch
+        opened(driver)
+        lines = set(bridge.lines)
         for words in ("subscribe: unknown type", "call_service: no such service"):
             bridge.say_raw(json.dumps({"op": "status", "level": "error", "msg": words}))
         driven(bridge, driver, CURVE)
-        assert driver.state().epoch == epoch
+        assert lines <= bridge.lines
 
     def test_a_wrong_type_is_the_servers_word(self, bridge: Bridge, driver: Driver) -> None:
         """What the server refuses is shown in its own words, and tried again."""
@@ -178,16 +179,17 @@ class TestOneServer:
     def test_a_line_that_carries_nothing_is_given_up(self, bridge: Bridge, driver: Driver) -> None:
         """Where the other side takes nothing, what waits is thrown away, not delivered later."""
         driven(bridge, opened(driver), CURVE)
-        lines = len(bridge.lines)
+        line = bridge.driving
         bridge.turn_deaf(deaf=True)
-        epoch = driver.state().epoch
         end_s = time.monotonic() + 20.0
-        while driver.state().connected and driver.state().epoch == epoch:
-            assert time.monotonic() < end_s
-            feed(driver, CURVE, for_s=0.02)
+        with capture_logs() as logs:
+            while not any(log["event"] == "the robot's link is lost" for log in logs):
+                assert time.monotonic() < end_s
+                driver.apply(STANDSTILL, 1)  # a machine that was too busy asks for it
+                feed(driver, CURVE, for_s=0.1)
         bridge.turn_deaf(deaf=False)
         # The old line has ended once all was read that had left before.
-        until(driver, lambda state: state.connected and len(bridge.lines) == lines)
+        until(driver, lambda state: state.connected and line not in bridge.lines)
         bridge.forget()
         feed(driver, CURVE, for_s=0.3)
         assert all(told.twist.is_zero for told in bridge.told())

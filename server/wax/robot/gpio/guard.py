@@ -16,7 +16,7 @@ import sys
 import time
 from typing import TYPE_CHECKING, Final
 
-from wax.machine.priority import raise_priority
+from wax.machine.priority import raise_priority, start_as_others
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -39,6 +39,7 @@ class Guard:
             # A signal to the driver's group must not take its guard along.
             start_new_session=True,
         )
+        start_as_others(self._process.pid)
 
     def dismiss(self) -> None:
         """End it; the pins are off."""

@@ -56,6 +56,7 @@ class Standby:
             except DriverError:
                 self._rest()
                 continue
+            raise_priority()  # now that nothing is left to load
             try:
                 self._stand(link)
             except DriverError:
@@ -110,7 +111,6 @@ def main() -> None:
     """Run until the driver has ended."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
-    raise_priority()
     # What a library prints, as CycloneDDS traces, must not be taken for our words.
     writer = os.dup(sys.stdout.fileno())
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())

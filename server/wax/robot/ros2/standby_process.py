@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
+from wax.machine.priority import start_as_others
 from wax.robot.ros2.standby_rules import OWES, RESTS, SILENCE_S, patience_s
 from wax.sentence import Sentence
 
@@ -98,6 +99,7 @@ class StandbyProcess:
             )
         except OSError:
             return  # the sentence stays until it starts
+        start_as_others(process.pid)
         assert process.stdin is not None
         assert process.stdout is not None
         with contextlib.suppress(OSError):  # it has ended, which the next look finds
