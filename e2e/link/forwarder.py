@@ -152,10 +152,7 @@ def _answer(value: Any) -> None:
 
 
 def be_first() -> bool:
-    """Run this process in real time where that is allowed, which is as root; say whether it is.
-
-    A better niceness would not do: each session is a scheduling group of its own (sched(7)).
-    """
+    """Run this process in real time where that is allowed, which is as root; say whether it is."""
     try:
         os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
     except PermissionError:
