@@ -1,4 +1,4 @@
-/** What to tell who missed their call to a turn; the call itself: `view/CallCard.tsx`. Pure. */
+/** What to tell whoever missed their call to a turn; the call itself: `view/CallCard.tsx`. Pure. */
 
 import type { RoomState } from "./messages";
 

@@ -1,4 +1,4 @@
-/** How long the page thanks who has driven, and when; what it says then: `view/face.ts`. */
+/** How long the page thanks whoever has driven, and when; what it says then: `view/face.ts`. */
 
 import type { State } from "./state";
 

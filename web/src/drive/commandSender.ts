@@ -1,4 +1,4 @@
-/** When a set-point is sent; at what rate: `sendRate.ts`; the motion in it: `inputState.ts`. */
+/** When a set-point is sent; how often while held: `sendRate.ts`; its motion: `inputState.ts`. */
 
 import type { Drive } from "../messages";
 import type { Motion } from "./inputState";

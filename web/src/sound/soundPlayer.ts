@@ -1,4 +1,4 @@
-/** Plays faster, slower, or conceals what has not come; how late: `delayTarget.ts`. Pure. */
+/** Plays, faster or slower, and conceals what has not come; how late: `delayTarget.ts`. Pure. */
 
 import { DelayTarget } from "./delayTarget";
 import { OPUS_HZ } from "./opus";

@@ -1,4 +1,4 @@
-/** Draws the driving view and the other cameras; which is large: `cameras.ts`. */
+/** Draws the driving view and the other cameras; which is large: `../cameras.ts`. */
 
 import { useComputed } from "@preact/signals";
 import type { RefObject } from "preact";

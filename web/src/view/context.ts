@@ -1,4 +1,4 @@
-/** How a view gets the session: its state (`state.ts`) and its actions (`actions.ts`). */
+/** How a view gets the session: its state (`../state.ts`) and its actions (`../actions.ts`). */
 
 import { createContext } from "preact";
 import { useContext } from "preact/hooks";

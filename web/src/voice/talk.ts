@@ -1,4 +1,4 @@
-/** When the voice is sent and the robot's sound is silenced; who may speak: `permissions.ts`. */
+/** When the voice is sent and the robot's sound is silenced; who may speak: `../permissions.ts`. */
 
 import { ours, type Saying, says } from "../words/said";
 import { ENCODINGS, EncodingChooser, type Uplink, type VoiceEncoding } from "./encoding";
