@@ -50,7 +50,7 @@ class Board:
     async def start(self) -> None:
         """Build the firmware if it has changed, and plug the board in."""
         self._process = await asyncio.create_subprocess_exec(*await self._program(), stdin=PIPE)
-        with suppress(PermissionError):  # in life it has a processor of its own
+        with suppress(AttributeError, OSError):  # in life it has a processor of its own
             os.sched_setscheduler(self._process.pid, os.SCHED_RR, os.sched_param(1))
         await self._until("plugged", 0)
 

@@ -14,7 +14,9 @@ from typing import TYPE_CHECKING, Any
 import gpiozero
 import psutil
 import pytest
+from tests.real_time import may_run_in_real_time
 from tests.robot.gpio.conftest import LEFT, RIGHT, Board, settings
+from tests.until import until as comes
 
 from wax.clock import SystemClock
 from wax.driver.interface import STANDSTILL, Twist
@@ -339,6 +341,8 @@ def test_a_driver_has_its_guard_and_dismisses_it(
     driver = make(guard=True)
     guards = children()
     assert len(guards) == 1
+    if may_run_in_real_time():
+        comes(lambda: os.sched_getscheduler(guards[0]) == os.SCHED_RR)
     start_s = time.monotonic()
     driver.close()
     assert time.monotonic() - start_s < 1.0

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 from structlog.testing import capture_logs
+from tests.real_time import may_run_in_real_time
 from tests.robot.ros2.bridge import Bridge
 from tests.robot.ros2.robots import driven, feed, opened, ros2_settings, standing, told, until
 
@@ -320,7 +321,9 @@ def test_a_frozen_standby_holds_the_robot_until_another_stands_by(bridge: Bridge
         driven(bridge, opened(driver), CURVE)
         epoch = driver.state().epoch
         session: Any = vars(driver)["_session"]
-        os.kill(session._standby._process.pid, signal.SIGSTOP)
+        pid = session._standby._process.pid
+        assert not may_run_in_real_time() or os.sched_getscheduler(pid) == os.SCHED_RR
+        os.kill(pid, signal.SIGSTOP)
         end_s = time.monotonic() + 2.0
         while driver.state().said is None:
             assert time.monotonic() < end_s

@@ -16,7 +16,7 @@ import sys
 import time
 from typing import TYPE_CHECKING, Final
 
-from wax.machine.priority import raise_priority, start_as_others
+from wax.machine.priority import as_others, raise_priority
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,15 +31,15 @@ class Guard:
     """The program as the driver has it."""
 
     def __init__(self, pins: Sequence[int]) -> None:
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "wax.robot.gpio.guard", *map(str, pins)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,  # the driver's own belongs to the server
-            env=os.environ | {"PYTHONPATH": os.pathsep.join(path or "." for path in sys.path)},
-            # A signal to the driver's group must not take its guard along.
-            start_new_session=True,
-        )
-        start_as_others(self._process.pid)
+        with as_others():
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-m", "wax.robot.gpio.guard", *map(str, pins)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,  # the driver's own belongs to the server
+                env=os.environ | {"PYTHONPATH": os.pathsep.join(path or "." for path in sys.path)},
+                # A signal to the driver's group must not take its guard along.
+                start_new_session=True,
+            )
 
     def dismiss(self) -> None:
         """End it; the pins are off."""

@@ -9,7 +9,7 @@ import structlog
 
 from wax.driver.interface import Limits
 from wax.robot.ros2.conversation import Ros2Conversation
-from wax.robot.ros2.open_link import check_transport
+from wax.robot.ros2.open_link import load
 from wax.robot.ros2.session import Session
 from wax.robot.ros2.settings import Ros2Settings
 
@@ -40,7 +40,7 @@ class Ros2Robot:
 
     def __init__(self, settings: RobotSettings, clock: Clock) -> None:
         self._settings = settings.own(Ros2Settings)
-        check_transport(self._settings)
+        load(self._settings)
         self._clock = clock
         self._limits = Limits(
             settings.max_linear_mps,

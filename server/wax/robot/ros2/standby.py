@@ -20,7 +20,7 @@ from wax.driver.interface import STANDSTILL
 from wax.errors import DriverError
 from wax.machine.priority import raise_priority
 from wax.robot.ros2.command_topic import STANDBY
-from wax.robot.ros2.open_link import open_link
+from wax.robot.ros2.open_link import load, open_link
 from wax.robot.ros2.settings import Ros2Settings
 from wax.robot.ros2.standby_rules import StandbyRules
 
@@ -56,7 +56,6 @@ class Standby:
             except DriverError:
                 self._rest()
                 continue
-            raise_priority()  # now that nothing is left to load
             try:
                 self._stand(link)
             except DriverError:
@@ -116,6 +115,8 @@ def main() -> None:
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     os.set_blocking(writer, False)  # a frozen driver must not freeze us
     settings = Ros2Settings.model_validate_json(sys.stdin.buffer.readline())
+    load(settings)
+    raise_priority()
     Standby(settings, SystemClock(), sys.stdin.fileno(), writer).run()
 
 

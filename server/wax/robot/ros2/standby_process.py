@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax.machine.priority import start_as_others
+from wax.machine.priority import as_others
 from wax.robot.ros2.standby_rules import OWES, RESTS, SILENCE_S, patience_s
 from wax.sentence import Sentence
 
@@ -89,17 +89,17 @@ class StandbyProcess:
             return
         self._started_s = self._heard_s = self._clock.now_s()
         try:
-            process = subprocess.Popen(
-                [sys.executable, *_COMMAND],
-                bufsize=0,
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                env=os.environ | {"PYTHONPATH": os.pathsep.join(p or "." for p in sys.path)},
-                start_new_session=True,  # what ends us must not end it
-            )
+            with as_others():
+                process = subprocess.Popen(
+                    [sys.executable, *_COMMAND],
+                    bufsize=0,
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    env=os.environ | {"PYTHONPATH": os.pathsep.join(p or "." for p in sys.path)},
+                    start_new_session=True,  # what ends us must not end it
+                )
         except OSError:
             return  # the sentence stays until it starts
-        start_as_others(process.pid)
         assert process.stdin is not None
         assert process.stdout is not None
         with contextlib.suppress(OSError):  # it has ended, which the next look finds
