@@ -156,7 +156,8 @@ def without(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
     """Take a library away, and forget it and those of our modules that have loaded it."""
 
     def taken(library: str) -> None:
-        ours = [f"wax.robot.{_EXTRA_OF[library]}.{name}" for name in ("codec", "conversation")]
+        names = ("codec", "conversation", "dds_link")
+        ours = [f"wax.robot.{_EXTRA_OF[library]}.{name}" for name in names]
         for name in [name for name in sys.modules if name.split(".")[0] == library or name in ours]:
             monkeypatch.delitem(sys.modules, name)
         monkeypatch.setattr(sys, "meta_path", [_Absent(library), *sys.meta_path])
