@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+import errno
 import os
-from typing import Final
+import subprocess
+from contextlib import suppress
+from typing import TYPE_CHECKING, Final
 
 import pytest
 
+from wax.clock import SystemClock
 from wax.machine.priority import NICENESS, REALTIME, as_others, raise_priority
+from wax.robot.gpio.guard import Guard
+from wax.robot.ros2.settings import Ros2Settings
+from wax.robot.ros2.standby_process import StandbyProcess
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 pytestmark = pytest.mark.skipif(
     not hasattr(os, "sched_setscheduler"), reason="this system has no real time"
@@ -16,65 +26,114 @@ pytestmark = pytest.mark.skipif(
 REAL_TIME: Final = (os.SCHED_RR, REALTIME)
 
 
+OTHERS: Final = (os.SCHED_OTHER, 0)
+NO_CALL: Final = (-1, 1)
+"""The limits of a service whose filter of system calls allows neither."""
+
+
 class Kernel:
-    """Grants what is in `grants`; `schedule` is a thread's policy and priority."""
+    """Grants a priority of real time and a niceness up to a limit each; has one thread."""
 
-    def __init__(self, *grants: str) -> None:
-        self.grants = grants
-        self.schedule = (os.SCHED_OTHER, 0)
+    def __init__(self, most: int, least: int) -> None:
+        self.limits = (most, least)
+        self.schedule = OTHERS
         self.niceness = 0
-
-    def sched_getscheduler(self, _: int) -> int:
-        return self.schedule[0]
 
     def sched_getparam(self, _: int) -> os.sched_param:
         return os.sched_param(self.schedule[1])
 
     def sched_setscheduler(self, _: int, policy: int, param: os.sched_param) -> None:
-        if "real time" not in self.grants:
+        if param.sched_priority > self.limits[0]:
             raise PermissionError
         self.schedule = policy, param.sched_priority
 
     def setpriority(self, _: int, __: int, niceness: int) -> None:
-        if "niceness" not in self.grants:
+        if niceness < self.limits[1]:
             raise PermissionError
         self.niceness = niceness
 
 
 @pytest.fixture
 def kernel(monkeypatch: pytest.MonkeyPatch) -> Kernel:
-    kernel = Kernel("real time", "niceness")
-    for name in ("sched_getscheduler", "sched_getparam", "sched_setscheduler", "setpriority"):
+    kernel = Kernel(REALTIME, NICENESS)
+    for name in ("sched_getparam", "sched_setscheduler", "setpriority"):
         monkeypatch.setattr(os, name, getattr(kernel, name))
     return kernel
 
 
 @pytest.mark.parametrize(
-    ("grants", "schedule", "niceness"),
+    ("limits", "schedule", "niceness"),
     [
-        (["real time", "niceness"], REAL_TIME, 0),
-        (["niceness"], (os.SCHED_OTHER, 0), NICENESS),
-        ([], (os.SCHED_OTHER, 0), 0),
+        ((REALTIME, NICENESS), REAL_TIME, 0),
+        ((0, NICENESS), OTHERS, NICENESS),
+        ((0, 0), OTHERS, 0),
     ],
 )
 def test_it_takes_the_best_that_it_may(
-    kernel: Kernel, grants: list[str], schedule: tuple[int, int], niceness: int
+    kernel: Kernel, limits: tuple[int, int], schedule: tuple[int, int], niceness: int
 ) -> None:
-    kernel.grants = tuple(grants)
+    kernel.limits = limits
     raise_priority()
     assert (kernel.schedule, kernel.niceness) == (schedule, niceness)
 
 
 def test_it_lowers_nobody(kernel: Kernel) -> None:
-    """Whoever has been given more by the host keeps it."""
+    """Whoever has been given more by the host keeps it, though they may not take it again."""
     kernel.schedule = (os.SCHED_FIFO, 50)
     raise_priority()
+    with as_others():
+        assert kernel.schedule == (os.SCHED_FIFO, 50)
     assert kernel.schedule == (os.SCHED_FIFO, 50)
 
 
-@pytest.mark.parametrize("schedule", [REAL_TIME, (os.SCHED_FIFO, 50), (os.SCHED_OTHER, 0)])
-def test_what_it_starts_runs_as_others_do(kernel: Kernel, schedule: tuple[int, int]) -> None:
-    kernel.schedule = schedule
+@pytest.mark.parametrize(
+    ("limits", "inside", "after"),
+    [
+        ((REALTIME, NICENESS), OTHERS, REAL_TIME),
+        ((0, NICENESS), OTHERS, OTHERS),
+        (NO_CALL, REAL_TIME, REAL_TIME),
+    ],
+)
+def test_it_comes_back_to_the_best_that_it_may(
+    kernel: Kernel, limits: tuple[int, int], inside: tuple[int, int], after: tuple[int, int]
+) -> None:
+    kernel.limits, kernel.schedule = limits, REAL_TIME
     with as_others():
-        assert kernel.schedule == (os.SCHED_OTHER, 0)
-    assert kernel.schedule == schedule
+        assert kernel.schedule == inside
+    assert kernel.schedule == after
+
+
+def test_a_system_with_the_names_alone_is_no_error(
+    kernel: Kernel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuses(*_: object) -> None:
+        raise OSError(errno.ENOSYS, "as musl says")
+
+    for name in ("sched_getparam", "sched_setscheduler"):
+        monkeypatch.setattr(os, name, refuses)
+    with as_others():
+        raise_priority()
+    assert kernel.niceness == NICENESS
+
+
+@pytest.mark.parametrize(
+    "starts",
+    [
+        lambda: Guard([17]),
+        lambda: StandbyProcess(Ros2Settings.model_validate({}), SystemClock()).look(),
+    ],
+    ids=["guard", "standby"],
+)
+def test_what_stands_in_for_the_driver_loads_outside_real_time(
+    kernel: Kernel, monkeypatch: pytest.MonkeyPatch, starts: Callable[[], object]
+) -> None:
+    def started(*_: object, **__: object) -> None:
+        seen.append(kernel.schedule)
+        raise OSError
+
+    seen: list[tuple[int, int]] = []
+    monkeypatch.setattr(subprocess, "Popen", started)
+    kernel.schedule = REAL_TIME
+    with suppress(OSError):
+        starts()
+    assert (seen, kernel.schedule) == ([OTHERS], REAL_TIME)

@@ -10,8 +10,8 @@ a thread of your own. The constructor must not touch the hardware: the class is 
 `kind` and `limits`, again in the process that opens it (`wax.robot.process`), and a third time,
 never opened, in the process that reads from its camera and microphone (`wax.robot.media`), if it
 has any. Import in the constructor what not everybody has installed: then a missing library is told
-with the line that installs it. Threads and processes that `open` starts run in real time where that
-is allowed: what computes, start in `wax.machine.priority.as_others`.
+with the line that installs it. Where it is allowed, these calls and the threads that `open`
+starts run in real time: none may spin. Start a process in `wax.machine.priority.as_others`.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ def raise_priority() -> None:
     Most users may do neither, unless `LimitRTPRIO=` and `LimitNICE=` of systemd let them; then the
     robot's own watchdog covers an overloaded machine.
     """
-    if _is_in_real_time():
+    if _realtime_priority():
         return
     try:
         os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(REALTIME))
@@ -33,18 +33,25 @@ def raise_priority() -> None:
 
 @contextmanager
 def as_others() -> Iterator[None]:
-    """Let what starts in this block run as others do, until it raises itself: it may compute."""
-    if not _is_in_real_time():
+    """Let a process that starts in this block compute outside real time, until it raises itself.
+
+    This thread leaves it, too, for the block. What a host gave beyond ours is left as it is: it
+    might not be given twice.
+    """
+    if _realtime_priority() != REALTIME:
         yield
         return
-    policy, param = os.sched_getscheduler(0), os.sched_getparam(0)
-    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    with suppress(OSError):  # a filter of system calls
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
     try:
         yield
     finally:
-        os.sched_setscheduler(0, policy, param)
+        raise_priority()
 
 
-def _is_in_real_time() -> bool:
-    is_told = hasattr(os, "sched_getscheduler")
-    return is_told and os.sched_getscheduler(0) in (os.SCHED_FIFO, os.SCHED_RR)
+def _realtime_priority() -> int:
+    """Return 1 to 99; outside real time 0."""
+    try:
+        return os.sched_getparam(0).sched_priority
+    except (AttributeError, OSError):  # macOS has none, musl only the name
+        return 0

@@ -43,7 +43,7 @@ def main() -> int:
         _LOG.error("the driver cannot be built", problem=str(error))
         os.write(writer, encode(NotBuilt(why=str(error))))
         return 1
-    # A set-point must not wait for the encoder; what a driver loads, above, may.
+    # A set-point must not wait for the encoder; loading, above, may.
     raise_priority()
     os.set_blocking(reader, False)
     os.set_blocking(writer, False)
