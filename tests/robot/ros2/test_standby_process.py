@@ -130,6 +130,23 @@ def test_one_that_freezes_is_noticed_and_another_started(
     assert standby._process is not frozen
 
 
+def test_one_that_has_died_is_told_before_another_starts(
+    play: Callable[..., StandbyProcess],
+) -> None:
+    """To start a process takes time, in which the robot must not move."""
+    clock = TurnedClock(100.0)
+    standby = play(_LIVES, clock)
+    until(standby, None)
+    process = standby._process
+    assert process is not None
+    process.kill()
+    process.wait(5)
+    clock.time_s += 5.0
+    assert standby.look() == STARTS
+    assert standby._process is None
+    until(standby, None)
+
+
 def test_its_words_that_waited_are_read_before_its_silence_is_judged(
     play: Callable[..., StandbyProcess],
 ) -> None:

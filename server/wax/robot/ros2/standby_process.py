@@ -59,8 +59,8 @@ class StandbyProcess:
     def look(self) -> Sentence | None:
         """Start it where it does not run; return why it could not stop the robot, if so."""
         if self._process is not None and self._process.poll() is not None:
-            self.leave()
-        if self._process is None:
+            self.leave()  # the next look starts another: to say that the robot stands goes first
+        elif self._process is None:
             self._start()
         self._read()  # before its silence is judged: its words waited while this process slept
         self._end_if_mute()
