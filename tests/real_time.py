@@ -1,4 +1,4 @@
-"""Whether this user may run a process in real time, as root may."""
+"""Whether this user may run a process in real time, as root may outside a container."""
 
 from __future__ import annotations
 
