@@ -316,13 +316,14 @@ def test_the_standby_speaks_for_a_killed_driver(bridge: Bridge) -> None:
 @pytest.mark.full
 def test_a_frozen_standby_holds_the_robot_until_another_stands_by(bridge: Bridge) -> None:
     """Without somebody who would speak for a dead driver, the robot is not driven."""
+    in_real_time = may_run_in_real_time()
     driver = make_driver(by_bridge(bridge), SystemClock())
     try:
         driven(bridge, opened(driver), CURVE)
         epoch = driver.state().epoch
         session: Any = vars(driver)["_session"]
         pid = session._standby._process.pid
-        assert not may_run_in_real_time() or os.sched_getscheduler(pid) == os.SCHED_RR
+        assert not in_real_time or os.sched_getscheduler(pid) == os.SCHED_RR
         os.kill(pid, signal.SIGSTOP)
         end_s = time.monotonic() + 2.0
         while driver.state().said is None:
