@@ -13,7 +13,7 @@ from wax.errors import SignallingError
 from wax.fanout.sound_lane import BoundedSoundLane
 from wax.fanout.video_lane import VideoLane
 from wax.rtc import rtp
-from wax.rtc.offered import with_extensions
+from wax.rtc.offer_extensions import with_extensions
 from wax.rtc.publisher import Publisher
 from wax.streams.interface import Codecs
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from wax.rtc import rtp
-from wax.rtc.offered import with_extensions
+from wax.rtc.offer_extensions import with_extensions
 
 Kind = Literal["audio", "video"]
 KINDS: Final[tuple[Kind, ...]] = ("audio", "video")

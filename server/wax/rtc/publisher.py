@@ -14,7 +14,7 @@ from wax.congestion.sender_side import SenderSideControl
 from wax.errors import SignallingError
 from wax.rtc import private, rtp
 from wax.rtc.codec_preference import prefer
-from wax.rtc.offered import with_extensions
+from wax.rtc.offer_extensions import with_extensions
 from wax.rtc.picture_sender import PictureSender
 from wax.rtc.sender import SenderContext
 from wax.rtc.sound_sender import SoundSender

@@ -3,8 +3,8 @@
 import type { PictureReport, SoundReport } from "../messages";
 import type { Heard } from "../sound/builtInPlayer";
 import { LastMinute } from "./breaks";
-import { DelayMeter } from "./delay";
 import type { Freezes } from "./freezes";
+import { DelayMeter } from "./meanDelay";
 import type { ReceiverStats } from "./stats";
 import { Tally } from "./tally";
 

@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { DelayMeter } from "./delay";
+import { DelayMeter } from "./meanDelay";
 
 it("divides what was added to the delay by what came out since", () => {
   const meter = new DelayMeter();
