@@ -1,4 +1,4 @@
-/** What is offered to whoever drives by one or two switches, in which order, when the next. */
+/** What is offered to whoever drives by one or two switches, in which order, and for how long. */
 
 import type { Direction } from "./inputState";
 

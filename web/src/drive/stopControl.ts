@@ -1,4 +1,4 @@
-/** How Stop and its release are sent, if by HTTP: `../link/stop.ts`; when: `../permissions.ts`. */
+/** How Stop and its release are sent (by HTTP: `../link/stop.ts`); when: `../permissions.ts`. */
 
 import { RequestError } from "../link/http";
 import type { Link } from "../link/link";
