@@ -24,8 +24,6 @@ pytestmark = pytest.mark.skipif(
 )
 
 REAL_TIME: Final = (os.SCHED_RR, REALTIME)
-
-
 OTHERS: Final = (os.SCHED_OTHER, 0)
 NO_CALL: Final = (-1, 1)
 """The limits of a service whose filter of system calls allows neither."""

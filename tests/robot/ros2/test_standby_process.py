@@ -83,6 +83,12 @@ def until(standby: StandbyProcess, said: Sentence | None, within_s: float = 10.0
         time.sleep(0.02)
 
 
+def ready(standby: StandbyProcess) -> subprocess.Popen[bytes]:
+    until(standby, None)
+    assert standby._process is not None
+    return standby._process
+
+
 def test_what_a_library_prints_says_nothing(play: Callable[..., StandbyProcess]) -> None:
     """Lines that are not the standby's own neither raise nor change what it said."""
     standby = play(_TRACES)
@@ -114,9 +120,7 @@ def test_one_that_freezes_is_noticed_and_another_started(
     """A standby that is mute for a second is killed; the robot is held until there is one."""
     clock = TurnedClock(100.0)
     standby = play(_LIVES, clock)
-    until(standby, None)
-    frozen = standby._process
-    assert frozen is not None
+    frozen = ready(standby)
     os.kill(frozen.pid, signal.SIGSTOP)
     os.waitpid(frozen.pid, os.WUNTRACED)
     assert standby.look() is None
@@ -136,9 +140,7 @@ def test_one_that_has_died_is_told_before_another_starts(
     """To start a process takes time, in which the robot must not move."""
     clock = TurnedClock(100.0)
     standby = play(_LIVES, clock)
-    until(standby, None)
-    process = standby._process
-    assert process is not None
+    process = ready(standby)
     process.kill()
     process.wait(5)
     clock.time_s += 5.0
@@ -153,9 +155,7 @@ def test_its_words_that_waited_are_read_before_its_silence_is_judged(
     """A driver that was frozen itself does not take its standby for dead."""
     clock = TurnedClock(100.0)
     standby = play(_LIVES, clock)
-    until(standby, None)
-    process = standby._process
-    assert process is not None
+    process = ready(standby)
     assert process.stdout is not None
     assert select.select([process.stdout], [], [], 10.0)[0]
     clock.time_s += 5.0
