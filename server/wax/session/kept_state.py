@@ -107,7 +107,7 @@ class KeptFile:
             self._changed.set()
 
     def close(self) -> bool:
-        """Return whether its thread has ended, or else the disk is too slow; safe to call twice."""
+        """Return whether its thread has ended; if not, the disk is too slow. Safe to call twice."""
         self._is_closing = True
         self._changed.set()
         if self._thread.is_alive():
