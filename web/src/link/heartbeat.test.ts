@@ -34,6 +34,17 @@ it("aligns the clock by every pong", () => {
   expect(clock.toServerMs(110)).toBe(9110);
 });
 
+it("waits longer while two pings have no answer, since more would queue behind them", () => {
+  const heartbeat = new Heartbeat(new ServerClock());
+  const pausesMs = [1, 2, 3].map(() => {
+    heartbeat.beat(100);
+    return heartbeat.pauseMs(100, false);
+  });
+  expect(pausesMs).toEqual([50, 50, 200]);
+  heartbeat.heard(pong(1, 100, 0), 400);
+  expect(heartbeat.pauseMs(400, false)).toBe(50);
+});
+
 it("is eager in the first second only", () => {
   const heartbeat = new Heartbeat(new ServerClock());
   heartbeat.beat(5000);

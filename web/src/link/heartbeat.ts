@@ -7,6 +7,8 @@ const EAGER_MS = 1000;
 /** This many answers align the clock well enough at the start. */
 const EAGER_PONGS = 6;
 const EAGER_EVERY_MS = 50;
+/** With more on the way, the next would only queue behind them. */
+const EAGER_UNANSWERED = 2;
 const KEEN_EVERY_MS = 200;
 const CALM_EVERY_MS = 1000;
 const SILENCE_MS = 3000;
@@ -66,7 +68,10 @@ export class Heartbeat {
    */
   pauseMs(nowMs: number, isKeen: boolean): number {
     const isNew = nowMs - (this.#startedMs ?? nowMs) < EAGER_MS;
-    if (isNew && this.#pongs < EAGER_PONGS) return EAGER_EVERY_MS;
+    if (isNew && this.#pongs < EAGER_PONGS) {
+      const unanswered = this.#nextId - 1 - this.#pongs;
+      return unanswered > EAGER_UNANSWERED ? KEEN_EVERY_MS : EAGER_EVERY_MS;
+    }
     return isKeen ? KEEN_EVERY_MS : CALM_EVERY_MS;
   }
 
