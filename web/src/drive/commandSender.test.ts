@@ -19,6 +19,7 @@ let sent: (Drive & { urgent: boolean })[];
 let serverMs: number | null;
 let controls: Controls;
 let waitingBytes: number;
+let linkBps: number;
 /** What is said waits until the end of the task, as in a browser. */
 let saidBytes: number;
 const hung = vi.fn();
@@ -30,6 +31,7 @@ beforeEach(() => {
   serverMs = 5000;
   controls = EMPTY;
   waitingBytes = 0;
+  linkBps = 5_000_000;
   saidBytes = 0;
   hung.mockReset();
   sender = new CommandSender({
@@ -37,7 +39,7 @@ beforeEach(() => {
     serverMs: () => serverMs,
     beat: () => "x7-_2A",
     seenServerMs: () => 4900,
-    uplink: () => ({ linkBps: 5_000_000, waitingBytes: waitingBytes + saidBytes, queuedMs: 0 }),
+    uplink: () => ({ linkBps, waitingBytes: waitingBytes + saidBytes, queuedMs: 0 }),
     hung,
     send: (drive, urgent) => {
       sent.push({ ...drive, urgent });
@@ -90,6 +92,13 @@ it("sends at the rate that was asked for while something is held", () => {
   controls = HOLDING;
   sender.begin(7, 50);
   expect(sentIn(2000)).toBe(100);
+});
+
+it("sends less often while nothing is held over a thin link", () => {
+  linkBps = 33_600;
+  sender.begin(7, 50);
+  vi.advanceTimersByTime(600);
+  expect(sentIn(3000)).toBe(20);
 });
 
 it("sends 20 times a second while nothing is held, and is at full rate from the next press on", () => {

@@ -30,11 +30,6 @@ export interface CommandSenderOptions {
 
 /** A release is sent three times, since the channel may lose any of them. */
 const AGAIN_AFTER_MS = [45, 90] as const;
-/**
- * A page on which nothing is held would be safe without sending. It still sends 20 times a second,
- * because the server must know that nothing is held before the next press may move anything.
- */
-const REST_HZ = 20;
 const REST_AFTER_MS = 500;
 /**
  * A stick that moves is reported at once no more often than this, and with the next set-point
@@ -145,7 +140,7 @@ export class CommandSender {
     const nowMs = performance.now();
     if (this.options.controls().held) this.#busyMs = nowMs;
     const isAtRest = nowMs - this.#busyMs > REST_AFTER_MS;
-    return isAtRest ? Math.min(this.#hz, REST_HZ) : this.#hz;
+    return isAtRest ? Math.min(this.#hz, this.#rate.restHz) : this.#hz;
   }
 
   #forgetRepeats(): void {

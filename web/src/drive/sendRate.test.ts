@@ -37,6 +37,16 @@ it("falls at once when the link is found to be thin, and below 20 Hz while even 
   expect(rate.next(thin, 60_000)).toBe(20);
 });
 
+it.each([
+  [null, 6.7],
+  [33_600, 6.7],
+  [608_000, 20],
+])("at rest, over a link of %s bit/s, %d Hz are enough", (linkBps, hz) => {
+  const rate = new SendRate(50);
+  rate.next({ ...WIDE, linkBps }, 0);
+  expect(rate.restHz).toBeCloseTo(hz, 1);
+});
+
 it("takes a stall of a wide link for none of its own making", () => {
   expect(new SendRate(50).next({ ...WIDE, queuedMs: 300 }, 0)).toBe(50);
 });

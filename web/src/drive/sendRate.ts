@@ -21,19 +21,26 @@ const QUEUED_MS = 60;
 /** Then a loss stops the robot for a moment, but what arrives is no older than the link makes it. */
 const CONGESTED_HZ = 10;
 const CLIMB_HZ_PER_S = 5;
+/** While nothing is held: the server must know that before the next press may move anything. */
+const REST_HZ = 20;
+/** The same on a thin link, whose uplink they would fill: none goes stale before the next. */
+const THIN_REST_HZ = 20 / 3;
 
 /**
  * The rate of set-points: as high as the server allows, lower on a slow link, at least 20 a second
- * while they do not queue. It falls at once, because a backlog delays a stop, and rises slowly. Pure.
+ * while they do not queue, fewer at rest. It falls at once, because a backlog delays a stop, and
+ * rises slowly. Pure.
  */
 export class SendRate {
   #last: { hz: number; atMs: number } | null = null;
+  #restHz = THIN_REST_HZ;
 
   constructor(private readonly maxHz: number) {}
 
   /** Returns the rate in Hz from now on. */
   next({ linkBps, waitingBytes, queuedMs }: Uplink, nowMs: number): number {
     const carriedHz = ((linkBps ?? 0) * UPLINK_SHARE) / SET_POINT_BITS;
+    this.#restHz = carriedHz < FLOOR_HZ ? THIN_REST_HZ : REST_HZ;
     const isCongested = carriedHz < FLOOR_HZ && queuedMs > QUEUED_MS;
     const leastHz = isCongested ? CONGESTED_HZ : FLOOR_HZ;
     const isFull = isCongested || waitingBytes > WAITING_BYTES;
@@ -43,5 +50,10 @@ export class SendRate {
     const hz = Math.min(wantedHz, climbedHz, this.maxHz);
     this.#last = { hz, atMs: nowMs };
     return hz;
+  }
+
+  /** The most in Hz while nothing is held. */
+  get restHz(): number {
+    return this.#restHz;
   }
 }
