@@ -233,6 +233,25 @@ describe("after the loss of a connection", () => {
     expect(peers).toHaveLength(count + 1);
   });
 
+  it("a slow link that answers after all goes on, and nothing that comes begins anew", () => {
+    const slow = peer();
+    answerFor(2);
+    link.isThin = true;
+    vi.advanceTimersByTime(4500);
+    expect(peers).toHaveLength(2);
+    for (let message = 0; message < 5; message++) {
+      vi.advanceTimersByTime(500);
+      slow.events.received("state", JSON.stringify(hello()).replace("hello", "notice"));
+    }
+    expect(peers).toHaveLength(2);
+    const late = slow.sent.at(-1);
+    slow.events.received("drive", JSON.stringify(["pong", late?.id, late?.sentMs, 9000, "x7-_2A"]));
+    expect(states.at(-1)).toEqual({ is: "connected" });
+    expect(peers[1]?.isClosed).toBe(true);
+    vi.advanceTimersByTime(1500);
+    expect(peers).toHaveLength(2);
+  });
+
   it("a slow link gets ten seconds for each attempt", () => {
     link.isThin = true;
     peer().events.lost(says(""), null);

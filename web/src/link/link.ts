@@ -1,11 +1,11 @@
 /** When one peer takes another's place; how long to wait: `reconnect.ts`; one peer: `peer.ts`. */
 
-import type { Channel, DriveIn, Ended, Operated, StateIn, StateOut } from "../messages";
+import type { Channel, DriveIn, Ended, Operated, Pong, StateIn, StateOut } from "../messages";
 import { ServerClock } from "../serverClock";
 import { ours, type Saying } from "../words/said";
 import { Heartbeat } from "./heartbeat";
 import { Peer, type PeerEvents } from "./peer";
-import { attemptAfterMs, type LostLink, patienceMs } from "./reconnect";
+import { attemptAfterMs, freshMs, type LostLink, patienceMs } from "./reconnect";
 import { readRow, writeRow } from "./rows";
 import type { Sent } from "./signalling";
 import { Silence } from "./silence";
@@ -48,8 +48,6 @@ const SHOWN_PAUSE_MS = 1500;
 const MAX_RETRY_AFTER_MS = 300_000;
 /** After a goodbye: no restart is faster, and not everybody comes back at the same instant. */
 const GOODBYE_MS = 1000;
-/** An attempt that has just begun need not be given up for another. */
-const FRESH_MS = 250;
 /** After a change of network the peer may be alive: so long it has to say so. */
 const DOUBT_MS = 150;
 /** The same where it may go on from another address, which the server checks first. */
@@ -300,7 +298,7 @@ export class Link {
 
   /** The network is back: what was sent into the dead one is given up, unless it has arrived. */
   #tryNow(): void {
-    const isOld = now() - this.#begunMs >= FRESH_MS;
+    const isOld = now() - this.#begunMs >= freshMs(this.#lostLink);
     if (isOld && !this.#isReached && now() >= this.#notBeforeMs)
       this.#begin(ours("link.no_answer"));
   }
@@ -353,7 +351,7 @@ export class Link {
     }
     if (channel === "drive") {
       const answer = readRow(text);
-      if (answer.type === "pong") this.#heartbeat.heard(answer, now());
+      if (answer.type === "pong") this.#answered(answer);
       else if (answer.type === "beat") this.#heartbeat.beaten(answer.beat);
       else this.events.operated(answer);
       return;
@@ -375,6 +373,12 @@ export class Link {
       this.#attempts = 0;
       this.#retry(message.text, GOODBYE_MS * (1 + Math.random()));
     }
+  }
+
+  #answered(pong: Pong): void {
+    this.#heartbeat.heard(pong, now());
+    // It was only slow, and a new peer costs a thin link some seconds.
+    if (this.#isRetrying && this.#isGreeted && this.isThin && !this.#isReached) this.#goOn();
   }
 
   #drop(): void {

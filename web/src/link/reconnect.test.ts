@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { attemptAfterMs, patienceMs } from "./reconnect";
+import { attemptAfterMs, freshMs, patienceMs } from "./reconnect";
 
 /** When each attempt begins, in ms after the loss. */
 function beginnings(count: number, random: number): number[] {
@@ -47,5 +47,11 @@ describe("an attempt", () => {
   it("may take ten seconds where the link was slow, or nothing is known of it", () => {
     expect(patienceMs(300, { roundTripMs: 300, isThin: true })).toBe(10_000);
     expect(patienceMs(300, null)).toBe(10_000);
+  });
+
+  it("goes on undisturbed for as long where the link was slow", () => {
+    expect(freshMs({ roundTripMs: 300, isThin: true })).toBe(10_000);
+    expect(freshMs({ roundTripMs: 300, isThin: false })).toBe(250);
+    expect(freshMs(null)).toBe(250);
   });
 });

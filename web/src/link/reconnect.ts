@@ -12,6 +12,8 @@ const SLOWER_MS = [2000, 4000, 8000] as const;
 const LAST_MS = 8300;
 const JITTER = 0.2;
 
+/** An attempt that has just begun need not be given up for another. */
+const FRESH_MS = 250;
 /** An attempt over a link of which nothing is known, or which is slow, may take this long. */
 const UNKNOWN_MS = 10_000;
 /** A connection, a request and its answer take two round trips; the third is for a lost packet. */
@@ -43,4 +45,9 @@ export interface LostLink {
 export function patienceMs(nextAfterMs: number, link: LostLink | null): number {
   if (!link || link.isThin) return Math.max(nextAfterMs, UNKNOWN_MS);
   return nextAfterMs + Math.min(ROUND_TRIPS * link.roundTripMs, MAX_TRIPS_MS);
+}
+
+/** Returns how long an attempt goes on undisturbed, whatever comes: on a thin link nothing is fast. */
+export function freshMs(link: LostLink | null): number {
+  return link?.isThin ? UNKNOWN_MS : FRESH_MS;
 }
