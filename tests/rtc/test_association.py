@@ -215,6 +215,30 @@ async def test_what_is_far_ahead_of_a_missing_chunk_is_not_taken_yet(
     assert link.peer.is_alive
 
 
+@pytest.mark.parametrize(("length", "datagrams"), [(10, 1), (1150, 2)])
+async def test_what_is_to_be_acknowledged_leaves_with_data(
+    link: Link, length: int, datagrams: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In one datagram where both fit into it, and not once more after that."""
+    sent: list[bytes] = []
+    send = link.ours.transport._send_data
+
+    async def kept(data: bytes) -> None:
+        sent.append(data)
+        await send(data)
+
+    assert await link.answers("before it")
+    await asyncio.sleep(0.3)  # until the last acknowledgement has left
+    monkeypatch.setattr(link.ours.transport, "_send_data", kept)
+    assert await link.answers("to be acknowledged")
+    link.peer.send("state", "y" * length)
+    await async_until(lambda: len(sent) == datagrams)
+    kinds = [kind for one in sent for kind, _, _ in private_association._chunks(one)]
+    assert kinds == [SackChunk.type, DataChunk.type]
+    await asyncio.sleep(0.3)
+    assert len(sent) == datagrams
+
+
 async def test_an_acknowledgement_of_what_was_not_sent_ends_it(link: Link) -> None:
     """Gaps of millions of numbers are not gone through one by one."""
     sack = SackChunk()

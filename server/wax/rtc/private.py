@@ -662,7 +662,7 @@ def break_circles(pc: RTCPeerConnection) -> None:
         # Those that the page had not closed, and what had not left.
         pc.sctp._data_channels.clear()
         pc.sctp._data_channel_queue.clear()
-        for patched in ("_handle_data", "_mark_received", "_send_sack"):
+        for patched in ("_handle_data", "_mark_received", "_send_sack", "_send_chunk"):
             vars(pc.sctp).pop(patched, None)
     for dtls in transports:
         for one in (dtls, dtls.transport, dtls.transport.iceGatherer):

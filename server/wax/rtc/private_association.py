@@ -10,6 +10,7 @@ import contextlib
 import struct
 from bisect import insort
 from collections import deque
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from aiortc import rtcsctptransport
@@ -52,36 +53,75 @@ def delay_acknowledgements(sctp: RTCSctpTransport, delay_s: float) -> None:
     """Acknowledge everything within `delay_s` together (RFC 9260, 6.2; at most 200 ms).
 
     aiortc acknowledges each message at once, in a datagram of 93 bytes: at twenty set-points a
-    second, a third of a modem's rate. Messages of many packets are acknowledged immediately.
+    second, a third of a modem's rate. What waits leaves with data, where some leaves sooner.
+    Messages of many packets are acknowledged immediately.
     """
-    acknowledge = sctp._send_sack
-    waiting: list[asyncio.TimerHandle] = []
-    under_way: set[asyncio.Task[Any]] = set()
-    came_s: deque[float] = deque(maxlen=_BURST)
+    delayed = _DelayedAcknowledgements(sctp, delay_s)
+    sctp._send_sack = delayed.send_later  # type: ignore[method-assign]
+    sctp._send_chunk = delayed.send  # type: ignore[method-assign]
 
-    async def now() -> None:
-        came_s.clear()
-        while waiting:
-            waiting.pop().cancel()
-        if sctp.state == "closed":  # while it closes, DTLS refuses data by an error of its own
+
+class _DelayedAcknowledgements:
+    def __init__(self, sctp: RTCSctpTransport, delay_s: float) -> None:
+        self._sctp = sctp
+        self._delay_s = delay_s
+        self._acknowledge, self._send_alone = sctp._send_sack, sctp._send_chunk
+        self._waiting: asyncio.TimerHandle | None = None
+        self._under_way: set[asyncio.Task[Any]] = set()
+        self._came_s: deque[float] = deque(maxlen=_BURST)
+        self._data: rtcsctptransport.Chunk | None = None
+        """What leaves in the datagram of the acknowledgement that is being sent."""
+
+    async def send_later(self) -> None:
+        loop = asyncio.get_running_loop()
+        self._came_s.append(loop.time())
+        if len(self._came_s) == _BURST and self._came_s[-1] - self._came_s[0] < _BURST_S:
+            await self._send_now()
+        elif self._waiting is None:
+            self._waiting = loop.call_later(self._delay_s, self._due)
+
+    async def send(self, chunk: rtcsctptransport.Chunk) -> None:
+        """Send a chunk; data takes along what waits to be acknowledged (RFC 9260, 6.10)."""
+        if self._waiting is not None and isinstance(chunk, rtcsctptransport.DataChunk):
+            self._data = chunk
+            await self._send_now()
+            if self._data is None:
+                return
+        data, self._data = self._data, None
+        if data is not None and data is not chunk:
+            both = _Bundle((chunk, data))
+            if len(bytes(both)) <= rtcsctptransport.USERDATA_MAX_LENGTH:
+                await self._send_alone(cast("Any", both))
+                return
+            self._data = data
+        await self._send_alone(chunk)
+
+    async def _send_now(self) -> None:
+        self._came_s.clear()
+        if self._waiting is not None:
+            self._waiting.cancel()
+            self._waiting = None
+        if (
+            self._sctp.state == "closed"
+        ):  # while it closes, DTLS refuses data by an error of its own
             return
         with contextlib.suppress(ConnectionError):  # closed meanwhile
-            await acknowledge()
+            await self._acknowledge()
 
-    def due() -> None:
-        task = asyncio.ensure_future(now())
-        under_way.add(task)
-        task.add_done_callback(under_way.discard)
+    def _due(self) -> None:
+        task = asyncio.ensure_future(self._send_now())
+        self._under_way.add(task)
+        task.add_done_callback(self._under_way.discard)
 
-    async def later() -> None:
-        loop = asyncio.get_running_loop()
-        came_s.append(loop.time())
-        if len(came_s) == _BURST and came_s[-1] - came_s[0] < _BURST_S:
-            await now()
-        elif not waiting:
-            waiting.append(loop.call_later(delay_s, due))
 
-    sctp._send_sack = later  # type: ignore[method-assign]  # see above
+@dataclass(frozen=True, slots=True)
+class _Bundle:
+    """Chunks of one packet, as aiortc writes a single one."""
+
+    chunks: tuple[rtcsctptransport.Chunk, ...]
+
+    def __bytes__(self) -> bytes:
+        return b"".join(map(bytes, self.chunks))
 
 
 def bound_association(sctp: RTCSctpTransport, on_excess: Callable[[str], None]) -> None:
