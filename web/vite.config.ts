@@ -1,16 +1,21 @@
 import type { Plugin } from "vite";
 import { defineConfig } from "vitest/config";
 
-/** Has the page ask for the player's worker with everything else, not when it is started. */
-function preloadWorker(): Plugin {
+/** Its worker and its worklet. */
+const PLAYER = /\b(playerWorker|worklet)-[^/]*\.js$/;
+
+/** Has the page ask for the built-in player with everything else, not when it is started. */
+function preloadPlayer(): Plugin {
   return {
-    name: "preload-worker",
+    name: "preload-player",
     transformIndexHtml(_html, { bundle }) {
       if (!bundle) return [];
-      const worker = Object.keys(bundle).find((name) => /\bplayerWorker-[^/]*\.js$/.test(name));
-      if (!worker) throw new Error("the player's worker is not among what was built");
-      const attrs = { rel: "modulepreload", href: `./${worker}` };
-      return [{ tag: "link", attrs, injectTo: "head" }];
+      const parts = Object.keys(bundle).filter((name) => PLAYER.test(name));
+      if (parts.length !== 2) throw new Error("the built-in player is not among what was built");
+      return parts.map((name) => {
+        const attrs = { rel: "modulepreload", href: `./${name}` };
+        return { tag: "link", attrs, injectTo: "head" };
+      });
     },
   };
 }
@@ -18,7 +23,7 @@ function preloadWorker(): Plugin {
 export default defineConfig({
   // A proxy may serve the page below a path.
   base: "./",
-  plugins: [preloadWorker()],
+  plugins: [preloadPlayer()],
   build: {
     outDir: "../server/wax/web/dist",
     emptyOutDir: true,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from wax.congestion.control import Delivery
 from wax.congestion.sender_side import SenderSideControl
 from wax.congestion.upload_budget import UploadBudget
@@ -51,6 +53,19 @@ class Line:
                     self.packet(min(left, train.payload_bytes) + 62, train=train.number)
                     left -= train.payload_bytes
         return pictures
+
+
+def test_files_take_a_quarter_of_a_free_link() -> None:
+    """Several at once share it; behind a queue they wait until it is gone."""
+    line = Line(40e3)
+    line.run(5.0, 400)
+    rate_bps = line.control.estimate(line.now_s).rate_bps
+    line.now_s += 10.0
+    waits_s = [line.control.file_sent(200, line.now_s) for _ in range(4)]
+    took_s = 8 * 252 / (0.25 * rate_bps)
+    assert waits_s == pytest.approx([took_s * number for number in (1, 2, 3, 4)], rel=0.3)
+    line.control.sent(20_000, line.now_s, is_media=False)
+    assert line.control.file_sent(200, line.now_s) >= 8 * 20_000 / rate_bps
 
 
 def test_a_fast_link_lets_every_picture_go() -> None:

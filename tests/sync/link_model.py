@@ -268,7 +268,7 @@ class Loop:
             self.record.allocations.append((now_s - self.start_s, allocation))
         may_resume = estimate.state in ("starting", "steady") and self._is_cut
         may_resume &= now_s - self._asked_s >= _RESUME_S
-        if may_resume and self.control.free_in_s(None, now_s) <= 0:
+        if may_resume and self.control.is_free_for_keyframe(now_s):
             self._asked_s, self._encoded = now_s, None
         self.allocation = allocation
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import base64
 import gzip
 import hashlib
@@ -73,10 +74,16 @@ class FakeRoom:
         self.missing: dict[str, str] = {}
         self.stops: list[tuple[object, ...]] = []
         self.left: list[tuple[str, str]] = []
+        self.file_waits_s: float | None = None
+        self.pieces = 0
 
     def role_of(self, visitor: Visitor) -> Role:
         known = any(one.identity == visitor.identity for one in self.visitors)
         return "host" if visitor.is_host else "operator" if known else "stranger"
+
+    def file_sent(self, visitor: Visitor, size_bytes: int) -> float | None:
+        self.pieces += self.file_waits_s is not None
+        return self.file_waits_s
 
     def stop_by(self, visitor: Visitor, tab: str | None) -> int:
         self.stops.append((tab, visitor.is_host))
@@ -329,6 +336,21 @@ async def test_the_page_travels_small(client: Client) -> None:
     assert int(small.headers["Content-Length"]) < 100
     assert "javascript" in small.headers["Content-Type"]
     assert await small.text() == "2" * 1000
+
+
+async def test_beside_sound_on_a_thin_link_files_come_in_small_pieces(
+    client: Client, room: FakeRoom
+) -> None:
+    """Each is counted and waits for its turn; the page itself is needed at once."""
+    room.file_waits_s = 0.02
+    loop = asyncio.get_running_loop()
+    began_s = loop.time()
+    large = await client.get("/assets/b.js", headers={"Accept-Encoding": "identity"})
+    assert await large.text() == "2" * 1000
+    assert room.pieces == 5
+    assert loop.time() - began_s >= 4 * 0.02
+    await client.get("/")
+    assert room.pieces == 5
 
 
 async def test_the_page_is_served(client: Client) -> None:

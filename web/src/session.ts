@@ -22,7 +22,7 @@ import { Link } from "./link/link";
 import { watchNetwork } from "./link/network";
 import type { Peer } from "./link/peer";
 import type { Sent } from "./link/signalling";
-import { isThin } from "./link/thin";
+import { cameOverThin, isThin } from "./link/thin";
 import { listenKey } from "./listenKey";
 import { tellsFrames, watchFrames } from "./measure/picture";
 import { measureRefresh } from "./measure/refresh";
@@ -95,6 +95,7 @@ export function startSession(): Session {
   });
   const identity = new Identity(isEmbed ? null : openStore(() => window.sessionStorage));
 
+  const words = new LateWords();
   const chime = new Chime();
   const acknowledger = new Acknowledger((received) => link.sendState(received));
 
@@ -373,6 +374,9 @@ export function startSession(): Session {
 
   /** Gets ready what watches packets; the HTML tells which, which saves a reconnection. */
   async function prepare(): Promise<void> {
+    const loaded = performance.getEntriesByType("resource") as PerformanceResourceTiming[];
+    // Beside the sound of a thin link they would take ten times as long.
+    if (cameOverThin(loaded)) await words.ask();
     const { acknowledge: acknowledges, player } = document.documentElement.dataset;
     if (acknowledges !== undefined) await acknowledger.start();
     else await sound.start(state.preferences.peek().player ?? (player ? "browser" : "auto"));
@@ -565,16 +569,15 @@ export function startSession(): Session {
   }, CLOCKS_EVERY_MS);
 
   // After the first picture and sound, but no later than the server may have something to say.
-  const words = new LateWords();
   state.link.subscribe(({ is }) => {
-    if (is === "connected") setTimeout(() => words.ask(), MEDIA_WITHIN_MS);
-    else if (is !== "connecting") words.ask();
+    if (is === "connected") setTimeout(() => void words.ask(), MEDIA_WITHIN_MS);
+    else if (is !== "connecting") void words.ask();
   });
   state.facts.subscribe(({ pictureMs, soundMs }) => {
     const wanted = wants();
     const isShown = pictureMs !== null || !wanted.picture;
     const isHeard = soundMs !== null || !wanted.sound;
-    if (isShown && isHeard && state.isConnected.peek()) words.ask();
+    if (isShown && isHeard && state.isConnected.peek()) void words.ask();
   });
 
   picture.play();

@@ -177,6 +177,9 @@ class BaselineStreams:
     def is_thin(self) -> bool:
         return True  # it estimates no rate, and is measured over modems
 
+    def file_sent(self, size_bytes: int) -> float | None:  # noqa: ARG002  # it paces nothing
+        return None
+
     def reported(self, report: PlayoutReport) -> None:
         now_s = self._clock.now_s()
         state = self._sender.state()

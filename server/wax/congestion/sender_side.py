@@ -9,7 +9,7 @@ from wax.congestion.estimator import LinkEstimator
 from wax.congestion.feedback import FeedbackSampling
 from wax.congestion.pacer import STARTING_RATE_BPS, Pacer
 from wax.congestion.upload_budget import UploadBudget
-from wax.congestion.wire_cost import payload_bytes
+from wax.congestion.wire_cost import TCP_IP_BYTES, payload_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -33,6 +33,10 @@ _FEEDBACK_S: Final = 0.1
 """Feedback comes within this and a round trip (Chromium: 50 ms); updates without it, as often."""
 _PROBE_EVERY_S: Final = 0.3
 """Without feedback, one picture leaves in this interval, to test whether the link is open again."""
+_LAST_PACKET_BITS: Final = 8 * 250
+"""What has just left on a thin link, at the smallest payload; as in `queuing_delay`."""
+_FILE_SHARE: Final = 0.25
+"""Share of the rate for files: TCP by itself would fill the link's queue, and delay the sound."""
 _RETRY_S: Final = 0.02
 """Longest wait before checking again. Ours: less than a picture's interval."""
 
@@ -64,6 +68,7 @@ class SenderSideControl(CongestionControl):
         self.other_bps = 0.0
         """The rate of everything but sound and picture: data channels and acknowledgements."""
         self._other_s = float("-inf")
+        self._files_s = float("-inf")
         self._retransmitted_bits = 0.0
         self._retransmitted_s = float("-inf")
         self._earned_bits = 0.0
@@ -105,6 +110,17 @@ class SenderSideControl(CongestionControl):
         if now_s - self._updated_s >= every_s:
             self._update(now_s)
 
+    def file_sent(self, size_bytes: int, now_s: float) -> float:
+        """Count a piece of a file that leaves now; return how long the next has to wait, in s.
+
+        Like pictures, files leave only when the link is free.
+        """
+        self.sent(size_bytes + TCP_IP_BYTES, now_s, is_media=False, has_feedback=False)
+        known = self._estimate or self.estimate(now_s)
+        took_s = 8 * (size_bytes + TCP_IP_BYTES) / (_FILE_SHARE * known.rate_bps)
+        self._files_s = max(self._files_s, now_s) + took_s
+        return max(self._files_s - now_s, self._pacer.free_in_s(now_s))
+
     def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None:
         self._estimator.delivered(deliveries, now_s)
         if now_s != self._updated_s:  # once for all that one datagram brings
@@ -122,6 +138,10 @@ class SenderSideControl(CongestionControl):
             # Anything sent behind it would only delay the sound.
             return max(wait_s, min(self._trained_s + _PROBE_EVERY_S - now_s, _RETRY_S))
         return wait_s
+
+    def is_free_for_keyframe(self, now_s: float) -> bool:
+        """Whether nothing waits on the link but a packet that has just left."""
+        return self._pacer.free_in_s(now_s) <= _LAST_PACKET_BITS / self._pacer.rate_bps
 
     def plan_train(self, size_bytes: int, now_s: float) -> Train:
         self._trained_s = now_s

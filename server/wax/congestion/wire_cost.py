@@ -10,6 +10,8 @@ if TYPE_CHECKING:
 
 UDP_IP_BYTES: Final = 28
 """IPv4 and UDP headers; every datagram costs them (RFC 791, RFC 768)."""
+TCP_IP_BYTES: Final = 52
+"""IPv4 and TCP headers with timestamps (RFC 791, RFC 9293, RFC 7323)."""
 _HEADER_BYTES: Final = UDP_IP_BYTES + 32
 """Added to the payload: IP, UDP, 12 of RTP, about 10 of its extensions, 10 of the SRTP tag."""
 _MAX_SERIALIZATION_S: Final = 0.030

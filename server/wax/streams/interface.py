@@ -144,6 +144,13 @@ class Streams(Protocol):
         """Whether the link is so slow that every datagram counts."""
         ...
 
+    def file_sent(self, size_bytes: int) -> float | None:
+        """Count a piece of a file that leaves now over a thin link.
+
+        Returns how long the next has to wait, in s; None on a link that carries files whole.
+        """
+        ...
+
     def received(self, kind: Kind, pts: int) -> None:
         """Handle the page's acknowledgement of a media unit's last packet; `pts` modulo 2³²."""
         ...

@@ -175,6 +175,13 @@ class LiveStreams:
         estimate = self._congestion.estimate(self._clock.now_s())
         return not estimate.assumed and estimate.rate_bps < _THIN_BPS
 
+    def file_sent(self, size_bytes: int) -> float | None:
+        return (
+            None
+            if not self.is_thin
+            else self._congestion.file_sent(size_bytes, self._clock.now_s())
+        )
+
     def received(self, kind: Kind, pts: int) -> None: ...
 
     def keyframe_wanted(self, camera: int | None = None) -> None:
@@ -285,7 +292,7 @@ class LiveStreams:
         return (
             estimate.state in ("starting", "steady")
             and now_s - self._asked_s >= _RESUME_S
-            and self._congestion.free_in_s(None, now_s) <= 0
+            and self._congestion.is_free_for_keyframe(now_s)
         )
 
     def _send_sound(self, lane: BoundedSoundLane, allocation: Allocation) -> None:

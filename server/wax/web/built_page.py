@@ -1,11 +1,13 @@
 """The built page in memory: what everybody asks for first, and strangers as often as they like.
 
 Everything is read, packed and hashed once. What is large goes out piece by piece, each when the
-kernel has the one before, so that a client that does not read keeps no more of it here.
+kernel has the one before, so that a client that does not read keeps no more of it here. Beside
+sound and picture on a thin link, files take their turn, in pieces that hardly delay the sound.
 """
 
 from __future__ import annotations
 
+import asyncio
 import gzip
 import hashlib
 import mimetypes
@@ -19,11 +21,14 @@ from wax.sentence import Sentence
 from wax.web.connection import Connection
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from wax.web.branding import BrandedPage
 
 _PIECE_BYTES: Final = 16_384
+_THIN_PIECE_BYTES: Final = 200
+"""As the smallest payload of a picture (`wax.congestion.wire_cost`)."""
 _MOST_PAGES: Final = 32
 """So many names and addresses of this server have a page that is kept, or one for frames."""
 _PACKED: Final = ".gz"
@@ -77,12 +82,18 @@ class BuiltPage:
             headers["Content-Security-Policy"] = frame_policy
         return await _send(request, page, headers)
 
-    async def asset(self, request: web.Request, path: str) -> web.StreamResponse:
-        """Answer with a file of the page; raises `NotForUsError`."""
+    async def asset(
+        self, request: web.Request, path: str, sent: Callable[[int], float | None]
+    ) -> web.StreamResponse:
+        """Answer with a file of the page; raises `NotForUsError`.
+
+        `sent` counts each piece, in bytes, and returns how long the next has to wait, in s; None
+        where nothing waits.
+        """
         file = self._files.get(path)
         if file is None:
             raise NotForUsError(Sentence("request.no_page"), 404)
-        return await _send(request, file, {})
+        return await _send(request, file, {}, sent)
 
     async def preview(self, request: web.Request) -> web.StreamResponse:
         """Answer with the host's picture, which other sites show beside a link to the page."""
@@ -107,7 +118,15 @@ def keeps(request: web.Request, digest: str) -> dict[str, str]:
     return {"Cache-Control": "public, max-age=3600"}
 
 
-async def _send(request: web.Request, file: _File, headers: dict[str, str]) -> web.StreamResponse:
+def _at_once(_size_bytes: int) -> None: ...
+
+
+async def _send(
+    request: web.Request,
+    file: _File,
+    headers: dict[str, str],
+    sent: Callable[[int], float | None] = _at_once,
+) -> web.StreamResponse:
     headers = {**headers, "Vary": "Accept-Encoding"}
     answer = web.StreamResponse(headers=headers)
     answer.etag = ETag(value=file.digest, is_weak=True)  # weak, since it may be packed
@@ -126,10 +145,15 @@ async def _send(request: web.Request, file: _File, headers: dict[str, str]) -> w
         return answer
     connection = request.protocol
     whole = memoryview(content)
-    for start in range(0, len(whole), _PIECE_BYTES):
-        await answer.write(whole[start : start + _PIECE_BYTES])
+    while whole:
+        wait_s = sent(_THIN_PIECE_BYTES)
+        piece_bytes = _PIECE_BYTES if wait_s is None else _THIN_PIECE_BYTES
+        await answer.write(whole[:piece_bytes])
         if isinstance(connection, Connection):
             await connection.drained()
+        whole = whole[piece_bytes:]
+        if whole and wait_s:
+            await asyncio.sleep(wait_s)
     return answer
 
 

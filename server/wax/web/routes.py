@@ -7,6 +7,7 @@ import secrets
 import zlib
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from html import escape
 from math import ceil
 from pathlib import Path
@@ -250,7 +251,8 @@ class Routes:
         return await self._built.page(request, self._guards.seen(request).origin, policy)
 
     async def asset(self, request: web.Request) -> web.StreamResponse:
-        return await self._built.asset(request, request.match_info["path"])
+        sent = partial(self._room.file_sent, request[_VISITOR])
+        return await self._built.asset(request, request.match_info["path"], sent)
 
     async def style(self, request: web.Request) -> web.Response:
         """Answer with the host's colours; with none, the page keeps its own."""

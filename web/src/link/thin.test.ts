@@ -1,9 +1,18 @@
 import { expect, it } from "vitest";
-import { isNeededForDriving, isThin } from "./thin";
+import { cameOverThin, isNeededForDriving, isThin } from "./thin";
 
 it("takes a link below 100 kbit/s for a thin one", () => {
   expect(isThin({ link_bps: 99_999 })).toBe(true);
   expect(isThin({ link_bps: 100_000 })).toBe(false);
+});
+
+it.each([
+  [60_000, 4000, false],
+  [60_000, 6000, true],
+  [2000, 6000, false], // of the round trip, not of the rate
+  [0, 6000, false], // from the browser's cache
+])("knows by %d bytes in %d ms whether the page came over a thin link", (transferSize, ms, is) => {
+  expect(cameOverThin([{ transferSize, requestStart: 100, responseEnd: 100 + ms }])).toBe(is);
 });
 
 it("keeps a thin link, or one of which nothing is known, for whoever drives", () => {

@@ -2,11 +2,28 @@
 
 import type { Served } from "../messages";
 
+/** What the browser tells of a file that it has loaded. */
+export type Loaded = Pick<
+  PerformanceResourceTiming,
+  "transferSize" | "requestStart" | "responseEnd"
+>;
+
 /** On a slower link than this, the page's own traffic matters. */
 const THIN_BPS = 100_000;
 
 export function isThin(served: Pick<Served, "link_bps">): boolean {
   return served.link_bps < THIN_BPS;
+}
+
+/** A smaller file tells more of the round trip than of the rate; so much of the page is one file. */
+const TELLING_BYTES = 20_000;
+
+/** Whether the page itself came over a thin link. */
+export function cameOverThin(loaded: readonly Loaded[]): boolean {
+  return loaded.some(({ transferSize, requestStart, responseEnd }) => {
+    const ms = responseEnd - requestStart;
+    return transferSize >= TELLING_BYTES && (8000 * transferSize) / ms < THIN_BPS;
+  });
 }
 
 /**

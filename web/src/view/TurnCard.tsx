@@ -1,6 +1,7 @@
 /** Draws the turn's card and the tab's title; what the card says and offers: `face.ts`. */
 
 import { useEffect } from "preact/hooks";
+import { isThin } from "../link/thin";
 import { alertTab } from "../tabIcon";
 import { canTell } from "../turnNotification";
 import { t } from "../words/words";
@@ -93,7 +94,7 @@ function TellMe() {
 
 /** Whoever looks at another tab sees in this one's title and icon when they are wanted. */
 function TabTitle() {
-  const { drivingTurn, callSecondsLeft, me, stopNumber, hello } = useState();
+  const { drivingTurn, callSecondsLeft, me, stopNumber, hello, served } = useState();
   const isDriving = drivingTurn.value !== null;
   const isCalled = callSecondsLeft.value !== null;
   const isNext = me.value?.place === 1;
@@ -111,7 +112,9 @@ function TabTitle() {
   useEffect(() => {
     document.title = title;
   }, [title]);
-  useEffect(() => alertTab(document, isCalled || isDriving), [isCalled, isDriving]);
+  // Over a thin link not even an icon is loaded beside the sound.
+  const isWanted = (isCalled || isDriving) && !(served.value && isThin(served.value));
+  useEffect(() => alertTab(document, isWanted), [isWanted]);
   useEffect(() => {
     if (isDriving) navigator.vibrate?.(200);
   }, [isDriving]);

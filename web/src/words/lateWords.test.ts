@@ -9,16 +9,26 @@ it("loads once, however often it is asked", () => {
   const load = vi.fn(async () => {});
   const words = new LateWords(load);
   expect(load).not.toHaveBeenCalled();
-  words.ask();
-  words.ask();
+  void words.ask();
+  void words.ask();
   expect(load).toHaveBeenCalledOnce();
+});
+
+it("tells whoever waits for it that it has loaded, or could not", async () => {
+  const load = vi.fn(async () => {});
+  load.mockRejectedValueOnce(new Error("the server is gone"));
+  const words = new LateWords(load);
+  await expect(words.ask()).resolves.toBeUndefined();
+  await vi.advanceTimersByTimeAsync(5000);
+  await expect(words.ask()).resolves.toBeUndefined();
+  expect(load).toHaveBeenCalledTimes(2);
 });
 
 it("tries again until it has loaded", async () => {
   const load = vi.fn(async () => {});
   load.mockRejectedValueOnce(new Error("the server is gone"));
   const words = new LateWords(load);
-  words.ask();
+  void words.ask();
   await vi.advanceTimersByTimeAsync(5000);
   expect(load).toHaveBeenCalledTimes(2);
   await vi.advanceTimersByTimeAsync(60_000);

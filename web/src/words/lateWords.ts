@@ -5,18 +5,21 @@ const AGAIN_MS = 5000;
 
 /** Loads the server's words once, when they are first asked for; again until they are there. */
 export class LateWords {
-  #isAsked = false;
+  #asked: Promise<void> | null = null;
 
   constructor(private readonly load: () => Promise<unknown> = loadSaid) {}
 
-  ask(): void {
-    if (this.#isAsked) return;
-    this.#isAsked = true;
-    this.load().catch(() => {
-      setTimeout(() => {
-        this.#isAsked = false;
-        this.ask();
-      }, AGAIN_MS);
-    });
+  /** Resolves when they have been loaded, or could not be at first. */
+  ask(): Promise<void> {
+    this.#asked ??= this.load().then(
+      () => {},
+      () => {
+        setTimeout(() => {
+          this.#asked = null;
+          void this.ask();
+        }, AGAIN_MS);
+      },
+    );
+    return this.#asked;
   }
 }
