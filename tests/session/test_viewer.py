@@ -436,9 +436,16 @@ def test_the_viewers_own_choice_of_policy_is_taken() -> None:
         assert playout[-1]["policy"] == policy
 
 
-def test_what_becomes_of_commands_is_told_a_few_times_a_second() -> None:
-    """Reasons that change with each command are told three times a second, the last one surely."""
+@pytest.mark.parametrize(("is_thin", "least", "most"), [(False, 3, 5), (True, 1, 2)])
+def test_what_becomes_of_commands_is_told_a_few_times_a_second(
+    is_thin: bool, least: int, most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Reasons that change with each command are told three times a second, the last one surely.
+
+    Over a thin link it is once a second.
+    """
     connected = _scene()
+    monkeypatch.setattr(LiveStreams, "is_thin", is_thin)
     for tick in range(40):
         connected.clock.time_s += 0.025
         reason = Refusal.TOO_OLD.value if tick % 2 else None
@@ -448,7 +455,7 @@ def test_what_becomes_of_commands_is_told_a_few_times_a_second() -> None:
         connected.viewer.tell_drive_status(connected.clock.now_s())
     connected.viewer.tell_drive_status(connected.clock.now_s() + 1)
     told = [m for _, m in connected.room.sent if m["type"] == "drive_status"]
-    assert 3 <= len(told) <= 5
+    assert least <= len(told) <= most
     assert told[-1]["reason"] == Refusal.TOO_OLD.value.wire()
 
 

@@ -56,6 +56,8 @@ _KEYFRAMES_HZ: Final = 0.5
 _KEYFRAMES_BURST: Final = 8
 """A browser repeats its request until a keyframe comes; everybody else pays for it."""
 _DRIVE_STATUS_S: Final = 0.3
+_THIN_DRIVE_STATUS_S: Final = 1.0
+"""Over a thin link, on which they change with every picture that is late."""
 _MAX_STOP_CHARS: Final = 32
 """Longer messages over the rate limit are not even checked for a stop."""
 
@@ -297,7 +299,8 @@ class Viewer:
         if not self.is_ready:
             return  # send it once the page is connected
         told, told_s = self._drive_told
-        if self.drive_status not in (None, told) and now_s - told_s >= _DRIVE_STATUS_S:
+        every_s = _THIN_DRIVE_STATUS_S if self.streams.is_thin else _DRIVE_STATUS_S
+        if self.drive_status not in (None, told) and now_s - told_s >= every_s:
             self._drive_told = self.drive_status, now_s
             self.send(self.drive_status)
 
