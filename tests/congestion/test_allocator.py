@@ -223,16 +223,38 @@ def test_sound_outlives_the_picture() -> None:
     """Where only sound fits the picture goes; it is tried, and comes back when it fits."""
     viewer = Viewer()
     viewer.run(5, 60e3)
+    waits = viewer.run(4, 15e3)
+    assert {(one.step, one.top_layer, one.sound) for one in waits} == {(STEPS[-1], 0, SOUNDS[-1])}
     allocations = viewer.run(60, 15e3)
-    assert allocations[5].step is None
-    assert allocations[5].sound == SOUNDS[-1]
-    assert str(allocations[5].reason) == "the link carries about 15 kbit/s, enough for sound alone"
+    assert allocations[1].step is None
+    assert allocations[1].sound == SOUNDS[-1]
+    assert str(allocations[1].reason) == "the link carries about 15 kbit/s, enough for sound alone"
     trials = [allocation for allocation in allocations if allocation.step is not None]
     assert 0 < len(trials) < 200
     assert {(allocation.step, allocation.top_layer) for allocation in trials} == {(STEPS[-1], 0)}
     allocation = viewer.run(10, 60e3)[-1]
     assert allocation.step == STEPS[-1]
     assert allocation.top_layer == STEPS[-1].layers
+
+
+def test_a_picture_now_and_then_is_kept() -> None:
+    """Where the lowest layer nearly fits, the pacer leaves out single pictures."""
+    viewer = Viewer()
+    viewer.run(5, 60e3)
+    sound, least = SOUNDS[-1], STEPS[-1]
+    fits_bps = (sound_bps(sound, 0) + 4000 + picture_bps(least, least.layers, 20e3)) / 1.1
+    seldom = viewer.run(60, fits_bps - 1000)
+    assert {(one.step, one.top_layer, one.tries) for one in seldom[5:]} == {(least, 0, False)}
+
+
+def test_a_try_asks_for_no_more_than_the_lowest_layer() -> None:
+    """However much is assumed for it, nobody knows yet what the link carries."""
+    viewer = Viewer()
+    viewer.run(5, 60e3)
+    while not viewer.run(0.1, 15e3)[0].tries:
+        assert viewer.now_s < 200
+    tried = viewer.run(4, 60e3)
+    assert {(one.step, one.top_layer, one.tries) for one in tried} == {(STEPS[-1], 0, True)}
 
 
 @pytest.mark.parametrize(

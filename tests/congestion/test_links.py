@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 from tests.ablation.links import repeated_outages
 from tests.examples import at_length
-from tests.sync.link_model import Loop, default_steps, profile
+from tests.sync.link_model import Loop, Packet, default_steps, profile
 
 from wax.sentence import Sentence
 
@@ -41,6 +41,31 @@ def test_a_modem_line_is_not_filled(feedback_s: float, seed: int) -> None:
     assert record.picture_ms(8, 30, 0.95) <= 300
     assert record.fps(8, 30) >= 5
     assert record.lost_sounds == 0
+
+
+class _Busy(Loop):
+    """A driver's link: beats, sender reports and news take 30 % of it."""
+
+    def _ping(self) -> None:
+        tick = round((self.now_s - self.start_s) / 0.1)
+        sizes = [113] * (tick % 2 == 0) + [118] * (tick % 5 == 0) + [430] * (tick % 50 == 49)
+        for size in sizes:
+            self._send(Packet(self.now_s, size, "ping"))
+        self._at(self.now_s + 0.1, self._ping)
+
+
+@pytest.mark.parametrize(("viewer", "most"), [(Loop, 0.01), (_Busy, 0.02)])
+def test_the_slowest_modem_carries_sound_and_pictures(viewer: type[Loop], most: float) -> None:
+    """On 28.8 kbit/s no picture takes 4 s to come, and next to nothing of the sound is concealed.
+
+    For a driver that is one packet of 120 ms now and then.
+    """
+    record = viewer(profile("modem-28k"), drives=viewer is _Busy).run(100)
+    played = [row for row in record.played if row[0] >= 10]
+    concealed_s, played_s = (played[-1][n] - played[0][n] for n in (1, 2))
+    assert concealed_s <= most * played_s
+    shown_s = [10.0, *(at_s for at_s, _ in record.shown if at_s > 10), 100.0]
+    assert max(later - one for one, later in pairwise(shown_s)) < 4
 
 
 @cases

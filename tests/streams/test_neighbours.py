@@ -98,7 +98,7 @@ async def test_lies_about_one_link_move_nobody_elses_rendition(seed: int) -> Non
     seen = set()
     for _ in range(round(LIES_S / STEP_S)):
         liar.lie()
-        seen.add(liar.streams.status()["rendition"])
+        seen.add(liar.streams.status()["link_bps"])
         await rig.run(STEP_S)
         assert rig.lane.rendition == best
     assert len(seen) > 1, "the lies moved nothing at all"

@@ -21,10 +21,16 @@ _KEEP_SHARE: Final = 0.95
 """Share that a step may take and keep all its layers: hysteresis."""
 _LAST_SHARE: Final = 1.1
 """Share for the smallest step: the pacer then drops single pictures, upper layers first."""
+_SELDOM_SHARE: Final = 0.8
+"""Its lowest layer is kept while this share of it fits: a picture now and then, where the pacer
+leaves out the others, is better than none."""
 _BETWEEN_S: Final = 5.0
 """Minimum time between steps: a keyframe costs as much as several pictures."""
 _FALL_HOLD_S: Final = 1.0
 """A step with dropped layers is given up after this time."""
+_GIVE_UP_HOLD_S: Final = 4.0
+"""The picture is given up when nothing of it has fitted for this long. Until then single ones wait
+for the pacer: a burst of messages is over sooner than a picture that was given up is back."""
 _FULL_QUEUE_MS: Final = 100.0
 """No keyframe is sent behind a longer queue: it would be old on arrival."""
 _PAUSE_S: Final = 5.0
@@ -57,6 +63,7 @@ class Allocator:
         self._better = Since()
         self._worse = Since()
         self._whole = Since()
+        self._unfit = Since()
         self._try_until_s = -math.inf
         self._gone_s: float | None = None
         self._pause_s = _PAUSE_S
@@ -142,10 +149,12 @@ class Allocator:
                 return
             self._move(max(target, self._at + 1))
             cut = self._needed_cut(estimate, self._at, is_last=self._at == last)
-        if cut is None and now_s >= self._try_until_s:
+        tries = now_s < self._try_until_s
+        if self._unfit.lasts(cut is None, _GIVE_UP_HOLD_S, now_s) and not tries:
             self._at, self._gone_s, self._changed_s = None, now_s, now_s
             return
-        cut = self._steps[self._at].layers if cut is None else cut
+        # Nobody knows what a try finds, so it asks for no more than the lowest layer.
+        cut = self._steps[self._at].layers if cut is None or tries else cut
         if cut > self._cut:
             self._trials.fell(now_s)
         self._cut = cut
@@ -173,7 +182,9 @@ class Allocator:
         left_bps = self._sound.left_bps(_LAST_SHARE if is_last else _KEEP_SHARE)
         step, rate_bps = self._steps[at], estimate.rate_bps
         cuts = range(step.layers + 1)
-        return next((cut for cut in cuts if picture_bps(step, cut, rate_bps) <= left_bps), None)
+        fits = (cut for cut in cuts if picture_bps(step, cut, rate_bps) <= left_bps)
+        least_bps = _SELDOM_SHARE * picture_bps(step, step.layers, rate_bps)
+        return next(fits, step.layers if is_last and least_bps <= left_bps else None)
 
     def _comes_back(self, estimate: LinkEstimate, last: int, *, calm: bool) -> bool:
         """Return whether the picture that was given up returns, or is tried."""

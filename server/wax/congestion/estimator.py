@@ -48,8 +48,8 @@ _TRIAL_FACTOR: Final = 1.5
 _HOLD_S: Final = 1.0
 """Only a train raises the rate so soon after a fall. GCC holds until the queue is empty (5.5)."""
 _CARRIED_AFTER_S: Final = 1.0
-"""Without a standing queue, whatever left within a second before this long ago has come through, so
-the link carries it. Later packets may still be in flight."""
+"""Without a queue, whatever left within a second before this long ago has come through, so the link
+carries it. Later packets may still be in flight."""
 _CARRIED_SHARE: Final = 0.95
 """This much of it is believed. With 0.9 a modem's estimate may stay below its sound after a
 download; with all of it, pictures are tried on 24 kbit/s until the sound waits."""
@@ -311,7 +311,9 @@ class LinkEstimator:
             likely_bps = min(step * self._rate_bps, self._dispersion.likely_bps(noise_s))
             self._set(max(self._rate_bps, likely_bps))
         self._increased_s = now_s
-        if not holds and self._lost < LOW_LOSS_SHARE:
+        queued_s = 0.0 if self._newest is None else self._newest[0]
+        is_empty = queued_s <= self._delay.limit_s(self._rate_bps)
+        if is_empty and not holds and self._lost < LOW_LOSS_SHARE:
             carried_bps = self._history.used_bps(now_s - _CARRIED_AFTER_S)
             self._set(max(self._rate_bps, _CARRIED_SHARE * carried_bps))
         if self._rate_bps >= ENOUGH_BPS:
