@@ -184,7 +184,7 @@ async def turn_by_key(server: Server, viewer: Viewer, key: str = "ArrowLeft") ->
 async def stands_still(server: Told, after_s: float = STANDS_WITHIN_S, for_s: float = 0.6) -> bool:
     """Return whether the robot stands `after_s` from now at the latest, and stays so for a while.
 
-    Commands come at least 20 times a second: what would move it on does so at once.
+    Commands come at least 10 times a second: what would move it on does so at once.
     """
     late_s = time.monotonic() + after_s
     asked_s, at = time.monotonic(), await pose(server)

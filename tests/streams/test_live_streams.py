@@ -254,6 +254,15 @@ async def test_a_thin_link_stays_with_what_it_carries() -> None:
     assert float(str(served["queue_ms"])) < 400
 
 
+async def test_files_wait_on_a_thin_link_alone() -> None:
+    """How long, the congestion control says; on any other link they come whole."""
+    for rate_bps, waits in ((50e3, True), (5e6, False)):
+        rig = Rig(rate_bps=rate_bps)
+        rig.begin()
+        await rig.run(3.0)
+        assert (rig.streams.file_sent(200) is not None) == waits
+
+
 async def test_a_link_that_narrows_gets_a_fresh_start_with_less() -> None:
     """What the old link carried is given up at once; the new rendition begins by a keyframe."""
     rig = Rig(rate_bps=8e6)

@@ -95,13 +95,13 @@ async def test_lies_about_one_link_move_nobody_elses_rendition(seed: int) -> Non
     liar = Liar(rig, seed)
     rig.sizes.clear()
     rig.asked.clear()
-    seen = set()
+    seen = list[float]()
     for _ in range(round(LIES_S / STEP_S)):
         liar.lie()
-        seen.add(liar.streams.status()["link_bps"])
+        seen.append(float(str(liar.streams.status()["link_bps"])))
         await rig.run(STEP_S)
         assert rig.lane.rendition == best
-    assert len(seen) > 1, "the lies moved nothing at all"
+    assert min(seen) < max(seen) / 2, "the lies moved nothing at all"
     assert set(rig.sizes) == {best}
     assert len(rig.sizes) > 20 * LIES_S
     assert rig.asked.count(best) <= LIES_S

@@ -92,6 +92,15 @@ async def _pieces(request: web.Request) -> web.StreamResponse:
     return answer
 
 
+async def _paced(request: web.Request) -> web.StreamResponse:
+    answer = web.StreamResponse()
+    await answer.prepare(request)
+    assert isinstance(request.protocol, connection.Connection)
+    await answer.write(b"one piece")
+    await request.protocol.pause(30.0)
+    raise AssertionError("it goes on for nobody")
+
+
 async def _slow(request: web.Request) -> web.Response:
     await request.read()
     request.app[PACE].thinks.set()
@@ -117,6 +126,7 @@ async def open_entrance(
             web.post("/", _echo),
             web.get("/large", _large),
             web.get("/pieces", _pieces),
+            web.get("/paced", _paced),
             web.post("/slow", _slow),
         ]
     )
@@ -369,7 +379,8 @@ async def test_what_makes_room_as_it_begins(
 
 @pytest.mark.parametrize("https", [False, True])
 @pytest.mark.parametrize(
-    "begun", [b"", GET, b"GET /pieces" + GET[5:], b"GET /large" + GET[5:], POST]
+    "begun",
+    [b"", GET, *(b"GET " + path + GET[5:] for path in (b"/pieces", b"/large", b"/paced")), POST],
 )
 async def test_who_is_gone_leaves_nothing(
     https: bool, begun: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

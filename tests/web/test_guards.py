@@ -53,6 +53,9 @@ class Deaf:
     def role_of(self, visitor: Visitor) -> Role:
         return "host"
 
+    def file_sent(self, visitor: Visitor, size_bytes: int) -> float | None:
+        return None
+
     async def answer(self, visitor: Visitor, tab: str, offer: str) -> str:
         self.asked += 1
         return "v=0 answer"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import base64
 import gzip
 import hashlib
@@ -341,14 +340,11 @@ async def test_the_page_travels_small(client: Client) -> None:
 async def test_beside_sound_on_a_thin_link_files_come_in_small_pieces(
     client: Client, room: FakeRoom
 ) -> None:
-    """Each is counted and waits for its turn; the page itself is needed at once."""
+    """Each is counted; the page itself is needed at once."""
     room.file_waits_s = 0.02
-    loop = asyncio.get_running_loop()
-    began_s = loop.time()
     large = await client.get("/assets/b.js", headers={"Accept-Encoding": "identity"})
     assert await large.text() == "2" * 1000
     assert room.pieces == 5
-    assert loop.time() - began_s >= 4 * 0.02
     await client.get("/")
     assert room.pieces == 5
 

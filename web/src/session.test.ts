@@ -122,6 +122,28 @@ function turns(): number[] {
   return peer().rows.flatMap(([type, , turn]) => (type === "drive" ? [turn as number] : []));
 }
 
+it.each([
+  ["at once where its words are there", 1000, true],
+  ["without them after twelve seconds", 11_900, false],
+])("that came over a thin link connects %s", async (_when, waitsMs, areThere) => {
+  open();
+  receive(hello({ viewer: 1 }));
+  const loaded = [{ transferSize: 60_000, responseStart: 0, responseEnd: 6000 }];
+  vi.spyOn(performance, "getEntriesByType").mockReturnValue(loaded as never);
+  let there = () => {};
+  const words = new Promise<void>((resolve) => {
+    there = resolve;
+  });
+  vi.spyOn(LateWords.prototype, "ask").mockReturnValue(words);
+  const before = peers.length;
+  startSession();
+  await vi.advanceTimersByTimeAsync(waitsMs);
+  expect(peers).toHaveLength(before);
+  if (areThere) there();
+  await vi.advanceTimersByTimeAsync(areThere ? 0 : 200);
+  expect(peers).toHaveLength(before + 1);
+});
+
 it("drives after a reconnect only when the new room says so", () => {
   open();
   receive(hello({ viewer: 1 }), room({ operator: 1, number: 7 }));

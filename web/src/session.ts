@@ -50,7 +50,7 @@ import { listenTurnOver } from "./turnOver";
 import { listenTalk } from "./voice/listenTalk";
 import { Talk } from "./voice/talk";
 import { keepAwake, needsScreen } from "./wakeLock";
-import { listenLanguage } from "./words/language";
+import { choose, listenLanguage, speak, wishes } from "./words/language";
 import { LateWords } from "./words/lateWords";
 import { ours, type Saying, says } from "./words/said";
 import { t } from "./words/words";
@@ -60,6 +60,8 @@ const CLOCKS_EVERY_MS = 200;
 const OPENING_MS = 20_000;
 /** What could not be loaded is tried again after so long. */
 const LOAD_AGAIN_MS = 5000;
+/** The page connects without its words after so long: 32 kB take 9 s over the slowest modem. */
+const WORDS_WITHIN_MS = 12_000;
 /** Where the first picture and sound have not come after so long, there may be none. */
 const MEDIA_WITHIN_MS = 4000;
 /** How long a request of the person aboard is shown. */
@@ -375,8 +377,12 @@ export function startSession(): Session {
   /** Gets ready what watches packets; the HTML tells which, which saves a reconnection. */
   async function prepare(): Promise<void> {
     const loaded = performance.getEntriesByType("resource") as PerformanceResourceTiming[];
-    // Beside the sound of a thin link they would take ten times as long.
-    if (cameOverThin(loaded)) await words.ask();
+    if (cameOverThin(loaded)) {
+      // Beside sound and picture the words would take several times as long.
+      const tag = choose(wishes(state.preferences.peek().language));
+      const late = new Promise((resolve) => setTimeout(resolve, WORDS_WITHIN_MS));
+      await Promise.race([Promise.all([words.ask(), speak(tag)]), late]);
+    }
     const { acknowledge: acknowledges, player } = document.documentElement.dataset;
     if (acknowledges !== undefined) await acknowledger.start();
     else await sound.start(state.preferences.peek().player ?? (player ? "browser" : "auto"));
@@ -583,7 +589,7 @@ export function startSession(): Session {
   picture.play();
   void prepare().then(() => {
     void enter(entry);
-    // In parallel with connecting, never before it.
+    // In parallel with connecting, where they are not there yet.
     listenLanguage(state.preferences, state.isLinkForDriving, say);
   });
 

@@ -106,7 +106,7 @@ class Allocator:
             now_s=self._now_s,
         )
         if not allowed:
-            self._at, self._gone_s = None, None
+            self._at, self._gone_s, self._unfit = None, None, Since()
             return Allocation(None, 0, encoding, redundancy, Sentence("sent.no_picture"))
         self._follow(estimate, allowed)
         reason = self._reason(estimate, allowed)

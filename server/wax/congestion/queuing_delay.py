@@ -43,7 +43,7 @@ _TARGET_S: Final = 0.030
 NADA's QTH is 50 ms, SCReAM's lowest target 100 ms."""
 _TARGET_PACKETS: Final = 1.5
 """On a thin link, it must also exceed the time of this many packets (CoDel: one MTU)."""
-_PACKET_BITS: Final = 8 * 250
+PACKET_BITS: Final = 8 * 250
 """A packet on a thin link, at the smallest payload that `wire_cost` allows."""
 _NOISE_FACTOR: Final = 3.0
 """And this multiple of the delay noise (99.7 % of a normal distribution)."""
@@ -123,7 +123,7 @@ class QueuingDelay:
 
     def limit_s(self, rate_bps: float) -> float:
         """Return the threshold, which allows for jitter and for a packet queued behind another."""
-        packets_s = _TARGET_PACKETS * _PACKET_BITS / rate_bps
+        packets_s = _TARGET_PACKETS * PACKET_BITS / rate_bps
         noise_s = min(_NOISE_FACTOR * self.noise_s, _MAX_NOISE_S)
         return max(_TARGET_S, packets_s, noise_s)
 

@@ -8,6 +8,7 @@ from wax.congestion.control import CongestionControl
 from wax.congestion.estimator import LinkEstimator
 from wax.congestion.feedback import FeedbackSampling
 from wax.congestion.pacer import STARTING_RATE_BPS, Pacer
+from wax.congestion.queuing_delay import PACKET_BITS
 from wax.congestion.upload_budget import UploadBudget
 from wax.congestion.wire_cost import TCP_IP_BYTES, payload_bytes
 
@@ -33,8 +34,8 @@ _FEEDBACK_S: Final = 0.1
 """Feedback comes within this and a round trip (Chromium: 50 ms); updates without it, as often."""
 _PROBE_EVERY_S: Final = 0.3
 """Without feedback, one picture leaves in this interval, to test whether the link is open again."""
-_LAST_PACKET_BITS: Final = 8 * 250
-"""What has just left on a thin link, at the smallest payload; as in `queuing_delay`."""
+_MOST_FILE_WAIT_S: Final = 5.0
+"""No piece of a file waits longer, however many there are and whatever is before it."""
 _FILE_SHARE: Final = 0.25
 """Share of the rate for files: TCP by itself would fill the link's queue, and delay the sound."""
 _RETRY_S: Final = 0.02
@@ -115,11 +116,13 @@ class SenderSideControl(CongestionControl):
 
         Like pictures, files leave only when the link is free.
         """
-        self.sent(size_bytes + TCP_IP_BYTES, now_s, is_media=False, has_feedback=False)
-        known = self._estimate or self.estimate(now_s)
-        took_s = 8 * (size_bytes + TCP_IP_BYTES) / (_FILE_SHARE * known.rate_bps)
-        self._files_s = max(self._files_s, now_s) + took_s
-        return max(self._files_s - now_s, self._pacer.free_in_s(now_s))
+        size_bytes += TCP_IP_BYTES
+        self._estimator.sent(size_bytes, now_s, has_feedback=False)
+        self._pacer.spend(size_bytes, now_s)
+        took_s = 8 * size_bytes / (_FILE_SHARE * self._pacer.rate_bps)
+        free_s = max(self._files_s, now_s) + took_s
+        self._files_s = min(free_s, now_s + _MOST_FILE_WAIT_S)
+        return min(max(self._files_s - now_s, self._pacer.free_in_s(now_s)), _MOST_FILE_WAIT_S)
 
     def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None:
         self._estimator.delivered(deliveries, now_s)
@@ -141,7 +144,7 @@ class SenderSideControl(CongestionControl):
 
     def is_free_for_keyframe(self, now_s: float) -> bool:
         """Whether nothing waits on the link but a packet that has just left."""
-        return self._pacer.free_in_s(now_s) <= _LAST_PACKET_BITS / self._pacer.rate_bps
+        return self._pacer.free_in_s(now_s) <= PACKET_BITS / self._pacer.rate_bps
 
     def plan_train(self, size_bytes: int, now_s: float) -> Train:
         self._trained_s = now_s

@@ -16,7 +16,7 @@ _HEADER_BYTES: Final = UDP_IP_BYTES + 32
 """Added to the payload: IP, UDP, 12 of RTP, about 10 of its extensions, 10 of the SRTP tag."""
 _MAX_SERIALIZATION_S: Final = 0.030
 """Longest serialization time of a packet, for which sound behind it waits: about one of sound."""
-_MIN_PAYLOAD_BYTES: Final = 200
+MIN_PAYLOAD_BYTES: Final = 200
 """A third of any smaller packet would be headers."""
 MAX_PAYLOAD_BYTES: Final = 1180
 """Fits any tunnel with all headers: IPv6 guarantees 1280 (RFC 8200, 5)."""
@@ -29,7 +29,7 @@ _BLOCK_BYTES: Final = 4
 def payload_bytes(rate_bps: float, most_bytes: int = MAX_PAYLOAD_BYTES) -> int:
     """Return the largest payload up to `most_bytes` that takes 30 ms, but 200 bytes at least."""
     fitting_bytes = int(rate_bps * _MAX_SERIALIZATION_S / 8) - _HEADER_BYTES
-    return max(min(fitting_bytes, most_bytes, MAX_PAYLOAD_BYTES), _MIN_PAYLOAD_BYTES)
+    return max(min(fitting_bytes, most_bytes, MAX_PAYLOAD_BYTES), MIN_PAYLOAD_BYTES)
 
 
 def sound_bps(encoding: SoundEncoding, redundancy: int) -> float:

@@ -164,9 +164,11 @@ class Peer:
         if self._congestion.uses_feedback:
             private.widen(self._pc, _EXTENSIONS)
         if self._pc.sctp is not None:
-            private_association.bound_association(self._pc.sctp, self._exceeded)
+            association = private_association.bound_association(self._pc.sctp, self._exceeded)
             private.authenticate(self._pc.sctp)
-            private_association.delay_acknowledgements(self._pc.sctp, _ACKNOWLEDGE_S)
+            private_association.delay_acknowledgements(
+                self._pc.sctp, association.acknowledgement, _ACKNOWLEDGE_S
+            )
         await self._pc.setLocalDescription(await self._pc.createAnswer())
 
     @property

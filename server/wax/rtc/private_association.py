@@ -46,31 +46,42 @@ _SACK_BYTES: Final = 28
 """A packet with a SACK that has neither gaps nor duplicates."""
 _WHOLE: Final = 0b11
 """The flags of a chunk that begins a message and ends it (RFC 9260, 3.3.1)."""
+_MAX_CHUNKS_BYTES: Final = (
+    rtcsctptransport.SCTP_MAX_PACKET_LENGTH - rtcsctptransport.SCTP_COMMON_HEADER_LENGTH
+)
 _UINT32: Final = 2**32
 
 
-def delay_acknowledgements(sctp: RTCSctpTransport, delay_s: float) -> None:
+def delay_acknowledgements(
+    sctp: RTCSctpTransport,
+    acknowledgement: Callable[[], rtcsctptransport.SackChunk | None],
+    delay_s: float,
+) -> None:
     """Acknowledge everything within `delay_s` together (RFC 9260, 6.2; at most 200 ms).
 
     aiortc acknowledges each message at once, in a datagram of 93 bytes: at twenty set-points a
     second, a third of a modem's rate. What waits leaves with data, where some leaves sooner.
     Messages of many packets are acknowledged immediately.
     """
-    delayed = _DelayedAcknowledgements(sctp, delay_s)
+    delayed = _DelayedAcknowledgements(sctp, acknowledgement, delay_s)
     sctp._send_sack = delayed.send_later  # type: ignore[method-assign]
     sctp._send_chunk = delayed.send  # type: ignore[method-assign]
 
 
 class _DelayedAcknowledgements:
-    def __init__(self, sctp: RTCSctpTransport, delay_s: float) -> None:
+    def __init__(
+        self,
+        sctp: RTCSctpTransport,
+        acknowledgement: Callable[[], rtcsctptransport.SackChunk | None],
+        delay_s: float,
+    ) -> None:
         self._sctp = sctp
+        self._acknowledgement = acknowledgement
         self._delay_s = delay_s
-        self._acknowledge, self._send_alone = sctp._send_sack, sctp._send_chunk
+        self._send_alone = sctp._send_chunk
         self._waiting: asyncio.TimerHandle | None = None
         self._under_way: set[asyncio.Task[Any]] = set()
         self._came_s: deque[float] = deque(maxlen=_BURST)
-        self._data: rtcsctptransport.Chunk | None = None
-        """What leaves in the datagram of the acknowledgement that is being sent."""
 
     async def send_later(self) -> None:
         loop = asyncio.get_running_loop()
@@ -82,31 +93,32 @@ class _DelayedAcknowledgements:
 
     async def send(self, chunk: rtcsctptransport.Chunk) -> None:
         """Send a chunk; data takes along what waits to be acknowledged (RFC 9260, 6.10)."""
-        if self._waiting is not None and isinstance(chunk, rtcsctptransport.DataChunk):
-            self._data = chunk
-            await self._send_now()
-            if self._data is None:
-                return
-        data, self._data = self._data, None
-        if data is not None and data is not chunk:
-            both = _Bundle((chunk, data))
-            if len(bytes(both)) <= rtcsctptransport.USERDATA_MAX_LENGTH:
-                await self._send_alone(cast("Any", both))
-                return
-            self._data = data
-        await self._send_alone(chunk)
+        is_data = isinstance(chunk, rtcsctptransport.DataChunk)
+        sack = self._acknowledgement() if is_data and self._stop_waiting() else None
+        if sack is None:
+            await self._send_alone(chunk)
+            return
+        both = _Bundle((sack, chunk))
+        if len(bytes(both)) <= _MAX_CHUNKS_BYTES:
+            await self._send_alone(cast("Any", both))
+        else:
+            await self._send_alone(sack)
+            await self._send_alone(chunk)
+
+    def _stop_waiting(self) -> bool:
+        """Return whether anything waited."""
+        self._came_s.clear()
+        waiting, self._waiting = self._waiting, None
+        if waiting is not None:
+            waiting.cancel()
+        return waiting is not None
 
     async def _send_now(self) -> None:
-        self._came_s.clear()
-        if self._waiting is not None:
-            self._waiting.cancel()
-            self._waiting = None
-        if (
-            self._sctp.state == "closed"
-        ):  # while it closes, DTLS refuses data by an error of its own
-            return
-        with contextlib.suppress(ConnectionError):  # closed meanwhile
-            await self._acknowledge()
+        self._stop_waiting()
+        # While it closes, DTLS refuses data by an error of its own.
+        if self._sctp.state != "closed" and (sack := self._acknowledgement()) is not None:
+            with contextlib.suppress(ConnectionError):  # closed meanwhile
+                await self._sctp._send_chunk(sack)
 
     def _due(self) -> None:
         task = asyncio.ensure_future(self._send_now())
@@ -124,8 +136,8 @@ class _Bundle:
         return b"".join(map(bytes, self.chunks))
 
 
-def bound_association(sctp: RTCSctpTransport, on_excess: Callable[[str], None]) -> None:
-    """Bound what a page can make aiortc store, search and answer; before `delay_acknowledgements`.
+def bound_association(sctp: RTCSctpTransport, on_excess: Callable[[str], None]) -> Association:
+    """Bound what a page can make aiortc store, search and answer.
 
     `on_excess` gets the reason, once. aiortc keeps fragments without bound and searches all of them
     for each new one. Beyond the bounds the page's data is ignored. Chunks far ahead of a missing
@@ -149,12 +161,9 @@ def bound_association(sctp: RTCSctpTransport, on_excess: Callable[[str], None]) 
             is_over = True
             on_excess(why)
 
-    for name, method in (
-        ("_handle_data", heard),
-        ("_mark_received", association.mark_received),
-        ("_send_sack", association.acknowledge),
-    ):
+    for name, method in (("_handle_data", heard), ("_mark_received", association.mark_received)):
         setattr(sctp, name, method)
+    return association
 
 
 class Association:
@@ -249,8 +258,8 @@ class Association:
         sctp._last_received_tsn = newest
         return False
 
-    async def acknowledge(self) -> None:
-        """Acknowledge with as many gaps and duplicates as leave it no longer than what came in.
+    def acknowledgement(self) -> rtcsctptransport.SackChunk | None:
+        """Return one with as many gaps and duplicates as leave it no longer than what came in.
 
         Numbers that are left out stay unknown to the other end, which sends them again (RFC 9260,
         6.2: as many as fit).
@@ -258,7 +267,7 @@ class Association:
         sctp = self._sctp
         newest = sctp._last_received_tsn
         if newest is None:
-            return
+            return None
         room = max(self._unanswered_bytes - _SACK_BYTES, 0) // 4
         sack = rtcsctptransport.SackChunk()
         sack.cumulative_tsn = newest
@@ -268,7 +277,7 @@ class Association:
         sctp._sack_duplicates.clear()
         sctp._sack_needed = False
         self._unanswered_bytes = 0
-        await sctp._send_chunk(sack)
+        return sack
 
 
 _crc32c: Any = cast("Any", rtcsctptransport).crc32c

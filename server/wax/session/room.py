@@ -336,7 +336,7 @@ class Room:
     def file_sent(self, visitor: Visitor, size_bytes: int) -> float | None:
         """Count a piece of a file for this browser, as `Streams.file_sent` of its viewers does."""
         own = self._viewers.of_identity(visitor.identity)
-        waits_s = [one.streams.file_sent(size_bytes) for one in own]
+        waits_s = [one.streams.file_sent(size_bytes) for one in own if one.peer is not None]
         return max((one for one in waits_s if one is not None), default=None)
 
     def stop_by(self, visitor: Visitor, tab: str | None) -> int:

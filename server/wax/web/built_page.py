@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Final
 
 from aiohttp import ETag, hdrs, web
 
+from wax.congestion.wire_cost import MIN_PAYLOAD_BYTES
 from wax.errors import NotForUsError
 from wax.sentence import Sentence
 from wax.web.connection import Connection
@@ -27,8 +28,9 @@ if TYPE_CHECKING:
     from wax.web.branding import BrandedPage
 
 _PIECE_BYTES: Final = 16_384
-_THIN_PIECE_BYTES: Final = 200
-"""As the smallest payload of a picture (`wax.congestion.wire_cost`)."""
+_PACED_S: Final = 60.0
+"""For so long a file gives way to sound and picture; then the rest comes as fast as it can, before
+the answer has taken too long (`wax.web.watch`)."""
 _MOST_PAGES: Final = 32
 """So many names and addresses of this server have a page that is kept, or one for frames."""
 _PACKED: Final = ".gz"
@@ -87,7 +89,7 @@ class BuiltPage:
     ) -> web.StreamResponse:
         """Answer with a file of the page; raises `NotForUsError`.
 
-        `sent` counts each piece, in bytes, and returns how long the next has to wait, in s; None
+        `sent` counts a piece, in bytes, and returns how long the next has to wait, in s; None
         where nothing waits.
         """
         file = self._files.get(path)
@@ -144,16 +146,17 @@ async def _send(
     if request.method == hdrs.METH_HEAD:
         return answer
     connection = request.protocol
-    whole = memoryview(content)
+    whole, loop = memoryview(content), asyncio.get_running_loop()
+    until_s = loop.time() + _PACED_S
     while whole:
-        wait_s = sent(_THIN_PIECE_BYTES)
-        piece_bytes = _PIECE_BYTES if wait_s is None else _THIN_PIECE_BYTES
+        wait_s = sent(MIN_PAYLOAD_BYTES) if loop.time() < until_s else None
+        piece_bytes = _PIECE_BYTES if wait_s is None else MIN_PAYLOAD_BYTES
         await answer.write(whole[:piece_bytes])
+        whole = whole[piece_bytes:]
         if isinstance(connection, Connection):
             await connection.drained()
-        whole = whole[piece_bytes:]
-        if whole and wait_s:
-            await asyncio.sleep(wait_s)
+            if whole and wait_s:
+                await connection.pause(wait_s)
     return answer
 
 

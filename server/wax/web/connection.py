@@ -6,8 +6,10 @@ aiohttp parses whatever comes. Here it gets one request at a time, when its send
 
 from __future__ import annotations
 
+import asyncio
 import json
 import time
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 from aiohttp import web
@@ -23,7 +25,6 @@ from wax.web.timed import timed
 from wax.web.watch import IDLE_S, ConnectionWatch
 
 if TYPE_CHECKING:
-    import asyncio
     from collections.abc import Callable, Coroutine
 
     from wax.edge.budget import Payer
@@ -234,6 +235,14 @@ class Connection(web.RequestHandler):
             # Not set as the future's: its traceback would hold this frame, and so the future.
             if self._watch is None:
                 raise ConnectionResetError("the connection is lost")
+
+    async def pause(self, wait_s: float) -> None:
+        """Write nothing for so long; raises `ConnectionError` if the connection ends meanwhile."""
+        self._drained = self._loop_of_watch.create_future()
+        with suppress(TimeoutError):
+            await asyncio.wait_for(self._drained, wait_s)
+        if self._watch is None:
+            raise ConnectionResetError("the connection is lost")
 
     async def _drain_helper(self) -> None:
         """Wait as `drained` does where aiohttp waits: the error of its own holds its frame."""

@@ -52,8 +52,8 @@ async def _hear_one(data: bytes) -> None:
     sctp._association_state = RTCSctpTransport.State.ESTABLISHED
     sctp._local_verification_tag = sctp._remote_verification_tag = _TAG
     sctp._remote_port, sctp._last_received_tsn, sctp._inbound_streams_count = 5000, _TSN, 100
-    private_association.delay_acknowledgements(sctp, 0.1)
-    private_association.bound_association(sctp, lambda _why: None)
+    association = private_association.bound_association(sctp, lambda _why: None)
+    private_association.delay_acknowledgements(sctp, association.acknowledgement, 0.1)
     # The transport ends a peer whose packet raises anything.
     with contextlib.suppress(Exception):
         await sctp._handle_data(serialize_packet(5000, 5000, _TAG, _Chunks(data)))

@@ -98,7 +98,7 @@ it("sends less often while nothing is held over a thin link", () => {
   linkBps = 33_600;
   sender.begin(7, 50);
   vi.advanceTimersByTime(600);
-  expect(sentIn(3000)).toBe(20);
+  expect(sentIn(3000)).toBe(30);
 });
 
 it("sends 20 times a second while nothing is held, and is at full rate from the next press on", () => {

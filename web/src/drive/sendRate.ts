@@ -1,3 +1,5 @@
+import { isThin } from "../link/thin";
+
 /** What is known about the uplink before a set-point is sent. */
 export interface Uplink {
   /** The server's estimate of the link to this page; null before the first. */
@@ -21,10 +23,11 @@ const QUEUED_MS = 60;
 /** Then a loss stops the robot for a moment, but what arrives is no older than the link makes it. */
 const CONGESTED_HZ = 10;
 const CLIMB_HZ_PER_S = 5;
-/** While nothing is held: the server must know that before the next press may move anything. */
+/**
+ * While nothing is held: the server must know that before the next press may move anything. Over a
+ * thin link, whose uplink they would fill, it is as often as while they queue.
+ */
 const REST_HZ = 20;
-/** The same on a thin link, whose uplink they would fill: none goes stale before the next. */
-const THIN_REST_HZ = 20 / 3;
 
 /**
  * The rate of set-points: as high as the server allows, lower on a slow link, at least 20 a second
@@ -33,14 +36,14 @@ const THIN_REST_HZ = 20 / 3;
  */
 export class SendRate {
   #last: { hz: number; atMs: number } | null = null;
-  #restHz = THIN_REST_HZ;
+  #restHz = CONGESTED_HZ;
 
   constructor(private readonly maxHz: number) {}
 
   /** Returns the rate in Hz from now on. */
   next({ linkBps, waitingBytes, queuedMs }: Uplink, nowMs: number): number {
     const carriedHz = ((linkBps ?? 0) * UPLINK_SHARE) / SET_POINT_BITS;
-    this.#restHz = carriedHz < FLOOR_HZ ? THIN_REST_HZ : REST_HZ;
+    this.#restHz = linkBps === null || isThin({ link_bps: linkBps }) ? CONGESTED_HZ : REST_HZ;
     const isCongested = carriedHz < FLOOR_HZ && queuedMs > QUEUED_MS;
     const leastHz = isCongested ? CONGESTED_HZ : FLOOR_HZ;
     const isFull = isCongested || waitingBytes > WAITING_BYTES;

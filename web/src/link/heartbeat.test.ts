@@ -34,7 +34,7 @@ it("aligns the clock by every pong", () => {
   expect(clock.toServerMs(110)).toBe(9110);
 });
 
-it("waits longer while two pings have no answer, since more would queue behind them", () => {
+it("waits longer while three pings have no answer, since more would queue behind them", () => {
   const heartbeat = new Heartbeat(new ServerClock());
   const pausesMs = [1, 2, 3].map(() => {
     heartbeat.beat(100);

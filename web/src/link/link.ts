@@ -62,8 +62,9 @@ const now = () => performance.now();
  *
  * A peer that has fallen silent is kept until the server has answered another. It is often the first
  * to hear that the network is back. It goes on if the browser told of another network, since the
- * server then follows it to another address and starts over; else another takes its place: for its
- * pictures the server would have to find out, slowly, what the link carries now.
+ * server then follows it to another address and starts over, or if a thin link was only slow; else
+ * another takes its place: for its pictures the server would have to find out, slowly, what the link
+ * carries now.
  */
 export class Link {
   clock = new ServerClock();
@@ -298,7 +299,7 @@ export class Link {
 
   /** The network is back: what was sent into the dead one is given up, unless it has arrived. */
   #tryNow(): void {
-    const isOld = now() - this.#begunMs >= freshMs(this.#lostLink);
+    const isOld = now() - this.#begunMs >= freshMs(this.isThin);
     if (isOld && !this.#isReached && now() >= this.#notBeforeMs)
       this.#begin(ours("link.no_answer"));
   }

@@ -48,6 +48,6 @@ export function patienceMs(nextAfterMs: number, link: LostLink | null): number {
 }
 
 /** Returns how long an attempt goes on undisturbed, whatever comes: on a thin link nothing is fast. */
-export function freshMs(link: LostLink | null): number {
-  return link?.isThin ? UNKNOWN_MS : FRESH_MS;
+export function freshMs(isThin: boolean): number {
+  return isThin ? UNKNOWN_MS : FRESH_MS;
 }

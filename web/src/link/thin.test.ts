@@ -12,7 +12,7 @@ it.each([
   [2000, 6000, false], // of the round trip, not of the rate
   [0, 6000, false], // from the browser's cache
 ])("knows by %d bytes in %d ms whether the page came over a thin link", (transferSize, ms, is) => {
-  expect(cameOverThin([{ transferSize, requestStart: 100, responseEnd: 100 + ms }])).toBe(is);
+  expect(cameOverThin([{ transferSize, responseStart: 100, responseEnd: 100 + ms }])).toBe(is);
 });
 
 it("keeps a thin link, or one of which nothing is known, for whoever drives", () => {

@@ -5,7 +5,7 @@ import type { Served } from "../messages";
 /** What the browser tells of a file that it has loaded. */
 export type Loaded = Pick<
   PerformanceResourceTiming,
-  "transferSize" | "requestStart" | "responseEnd"
+  "transferSize" | "responseStart" | "responseEnd"
 >;
 
 /** On a slower link than this, the page's own traffic matters. */
@@ -20,8 +20,8 @@ const TELLING_BYTES = 20_000;
 
 /** Whether the page itself came over a thin link. */
 export function cameOverThin(loaded: readonly Loaded[]): boolean {
-  return loaded.some(({ transferSize, requestStart, responseEnd }) => {
-    const ms = responseEnd - requestStart;
+  return loaded.some(({ transferSize, responseStart, responseEnd }) => {
+    const ms = responseEnd - responseStart;
     return transferSize >= TELLING_BYTES && (8000 * transferSize) / ms < THIN_BPS;
   });
 }

@@ -2,7 +2,7 @@
 import { getAllByText, getByRole, getByText, queryByRole, queryByText } from "@testing-library/dom";
 import { act } from "preact/test-utils";
 import { describe, expect, it, vi } from "vitest";
-import { aboard, hello, room } from "../testing/messages";
+import { aboard, hello, room, served } from "../testing/messages";
 import { says } from "../words/said";
 import { Hours } from "./EndedPage";
 import { actions, body, button, drawsPage, show, state } from "./page.test.setup";
@@ -72,6 +72,17 @@ describe("a call", () => {
     show({ operator: 1 });
     expect(card()).toBeNull();
     expect(document.title).toContain("You are driving");
+  });
+
+  it("changes the tab's icon, but loads none over a thin link", () => {
+    document.head.innerHTML = '<link rel="icon" href="icon.svg">';
+    const icon = () => document.querySelector("link")?.getAttribute("href");
+    call();
+    expect(icon()).toBe("icon-wanted.svg");
+    act(() => {
+      state.served.value = served({ link_bps: 28_000 });
+    });
+    expect(icon()).toBe("icon.svg");
   });
 
   it("shakes a phone that can be, once when it comes and once when one may drive", () => {
