@@ -1,21 +1,16 @@
 import type { Plugin } from "vite";
 import { defineConfig } from "vitest/config";
 
-/** Its worker and its worklet. */
-const PLAYER = /\b(playerWorker|worklet)-[^/]*\.js$/;
-
-/** Has the page ask for the built-in player with everything else, not when it is started. */
-function preloadPlayer(): Plugin {
+/** Has the page ask for the player's worker with everything else, not when it is started. */
+function preloadWorker(): Plugin {
   return {
-    name: "preload-player",
+    name: "preload-worker",
     transformIndexHtml(_html, { bundle }) {
       if (!bundle) return [];
-      const parts = Object.keys(bundle).filter((name) => PLAYER.test(name));
-      if (parts.length !== 2) throw new Error("the built-in player is not among what was built");
-      return parts.map((name) => {
-        const attrs = { rel: "modulepreload", href: `./${name}` };
-        return { tag: "link", attrs, injectTo: "head" };
-      });
+      const worker = Object.keys(bundle).find((name) => /\bplayerWorker-[^/]*\.js$/.test(name));
+      if (!worker) throw new Error("the player's worker is not among what was built");
+      const attrs = { rel: "modulepreload", href: `./${worker}` };
+      return [{ tag: "link", attrs, injectTo: "head" }];
     },
   };
 }
@@ -23,7 +18,7 @@ function preloadPlayer(): Plugin {
 export default defineConfig({
   // A proxy may serve the page below a path.
   base: "./",
-  plugins: [preloadPlayer()],
+  plugins: [preloadWorker()],
   build: {
     outDir: "../server/wax/web/dist",
     emptyOutDir: true,

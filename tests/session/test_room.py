@@ -8,6 +8,7 @@ import json
 import math
 import weakref
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 import pytest
@@ -295,6 +296,25 @@ def rig(monkeypatch: pytest.MonkeyPatch) -> Rig:
             "sync": {"operator": {"policy": "video-first"}},
         }
     )
+
+
+@pytest.mark.parametrize(
+    ("viewers", "waits_s"),
+    [([], None), ([(True, None)], None), ([(True, 0.5), (True, 2.0)], 2.0), ([(False, 2.0)], None)],
+)
+def test_a_file_waits_for_the_links_of_its_browser(
+    viewers: list[tuple[bool, float | None]], waits_s: float | None
+) -> None:
+    """For the thinnest of those that have a connection."""
+    own = [
+        SimpleNamespace(
+            peer=object() if has_peer else None,
+            streams=SimpleNamespace(file_sent=lambda _size, found=found: found),
+        )
+        for has_peer, found in viewers
+    ]
+    room = SimpleNamespace(_viewers=SimpleNamespace(of_identity=lambda _who: own))
+    assert Room.file_sent(cast("Room", room), visitor("somebody"), 200) == waits_s
 
 
 async def test_who_enters_is_greeted_and_told_the_room(rig: Rig) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from random import Random
 from typing import TYPE_CHECKING, Any, Final
 
@@ -101,7 +102,8 @@ async def test_lies_about_one_link_move_nobody_elses_rendition(seed: int) -> Non
         seen.append(float(str(liar.streams.status()["link_bps"])))
         await rig.run(STEP_S)
         assert rig.lane.rendition == best
-    assert min(seen) < max(seen) / 2, "the lies moved nothing at all"
+    falls = [one - later for one, later in pairwise(seen) if later < 0.8 * one]
+    assert falls, "the lies moved nothing at all"
     assert set(rig.sizes) == {best}
     assert len(rig.sizes) > 20 * LIES_S
     assert rig.asked.count(best) <= LIES_S

@@ -23,7 +23,7 @@ from tests.until import async_until
 from wax.clock import SystemClock
 from wax.config.settings import ServerSettings
 from wax.errors import StartError
-from wax.web import connection, connection_limits, listening, tls, tls_gate, watch
+from wax.web import built_page, connection, connection_limits, listening, tls, tls_gate, watch
 from wax.web.certificate import self_signed
 from wax.web.entrance import Entrance
 from wax.web.guards import Guards
@@ -31,7 +31,7 @@ from wax.web.routes import _tell_errors
 from wax.web.tls import make_tls
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
+    from collections.abc import AsyncIterator, Callable, Sequence
     from pathlib import Path
 
     from wax.access.access import Shown
@@ -97,8 +97,8 @@ async def _paced(request: web.Request) -> web.StreamResponse:
     await answer.prepare(request)
     assert isinstance(request.protocol, connection.Connection)
     await answer.write(b"one piece")
-    await request.protocol.pause(30.0)
-    raise AssertionError("it goes on for nobody")
+    await request.protocol.pause(3600.0)
+    return answer
 
 
 async def _slow(request: web.Request) -> web.Response:
@@ -112,6 +112,7 @@ async def _slow(request: web.Request) -> web.Response:
 async def open_entrance(
     who: Callable[[Shown, str], str | None] = lambda *_: None,
     clock: Clock | None = None,
+    more: Sequence[web.RouteDef] = (),
     **settings: Any,
 ) -> AsyncIterator[Entrance]:
     server = ServerSettings(host="127.0.0.1", port=0, **settings)
@@ -128,6 +129,7 @@ async def open_entrance(
             web.get("/pieces", _pieces),
             web.get("/paced", _paced),
             web.post("/slow", _slow),
+            *more,
         ]
     )
     entrance = Entrance(application, server, clock, make_tls(server, clock), who=who)
@@ -405,6 +407,36 @@ async def test_who_is_gone_leaves_nothing(
             assert not kept
         finally:
             gc.enable()
+
+
+async def test_a_file_that_waits_its_turn_does_so_for_a_while(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Small pieces, each after its pause; the rest is not paced, but counted."""
+    counted: list[int] = []
+    paused_s: list[float] = []
+
+    async def pause(_: connection.Connection, wait_s: float) -> None:
+        paused_s.append(wait_s)
+        if len(paused_s) == 3:
+            monkeypatch.setattr(built_page, "_PACED_S", 0.0)
+
+    def sent(size_bytes: int) -> float:
+        counted.append(size_bytes)
+        return 0.5
+
+    async def file(request: web.Request) -> web.StreamResponse:
+        made = built_page._file(bytes(1000), "text/plain")
+        return await built_page._send(request, made, {}, sent)
+
+    monkeypatch.setattr(connection.Connection, "pause", pause)
+    async with open_entrance(more=[web.get("/file", file)]) as entrance:
+        for _ in range(2):
+            asked = b"GET /file" + GET[5:-2] + b"Connection: close\r\n\r\n"
+            answer = await _until_closed(entrance.port, asked)
+            assert answer.endswith(bytes(1000))
+    assert paused_s == [0.5] * 4
+    assert counted == [200] * 5 + [16_384]
 
 
 async def test_headers_without_measure_are_refused() -> None:

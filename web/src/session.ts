@@ -41,6 +41,7 @@ import { Acknowledger } from "./receipt/acknowledge";
 import { changed } from "./roomChange";
 import type { RoomViewer } from "./rooms/roomViewer";
 import { ShownPicture } from "./shownPicture";
+import { loadAhead } from "./sound/builtInPlayer";
 import { hear } from "./sound/hearing";
 import { SoundPlayback } from "./sound/soundPlayback";
 import { createState } from "./state";
@@ -60,8 +61,8 @@ const CLOCKS_EVERY_MS = 200;
 const OPENING_MS = 20_000;
 /** What could not be loaded is tried again after so long. */
 const LOAD_AGAIN_MS = 5000;
-/** The page connects without its words after so long: 32 kB take 9 s over the slowest modem. */
-const WORDS_WITHIN_MS = 12_000;
+/** The page connects without them after so long: 34 kB take 10 s over the slowest modem. */
+const LOADED_WITHIN_MS = 12_000;
 /** Where the first picture and sound have not come after so long, there may be none. */
 const MEDIA_WITHIN_MS = 4000;
 /** How long a request of the person aboard is shown. */
@@ -374,14 +375,17 @@ export function startSession(): Session {
     link.connect();
   }
 
-  /** Gets ready what watches packets; the HTML tells which, which saves a reconnection. */
+  /**
+   * Gets ready what watches packets; the HTML tells which, which saves a reconnection. Over a thin
+   * link all that a viewer needs comes first, within bounds.
+   */
   async function prepare(): Promise<void> {
     const loaded = performance.getEntriesByType("resource") as PerformanceResourceTiming[];
     if (cameOverThin(loaded)) {
-      // Beside sound and picture the words would take several times as long.
+      // Beside sound and picture it would take several times as long.
       const tag = choose(wishes(state.preferences.peek().language));
-      const late = new Promise((resolve) => setTimeout(resolve, WORDS_WITHIN_MS));
-      await Promise.race([Promise.all([words.ask(), speak(tag)]), late]);
+      const late = new Promise((resolve) => setTimeout(resolve, LOADED_WITHIN_MS));
+      await Promise.race([Promise.all([words.ask(), speak(tag), loadAhead()]), late]);
     }
     const { acknowledge: acknowledges, player } = document.documentElement.dataset;
     if (acknowledges !== undefined) await acknowledger.start();

@@ -178,7 +178,7 @@ class Allocator:
         return next(fits, allowed[-1])
 
     def _needed_cut(self, estimate: LinkEstimate, at: int, *, is_last: bool = False) -> int | None:
-        """Return how many layers to drop, None if not even the lowest fits."""
+        """Return how many layers to drop, None if not even the lowest fits, or most of the last."""
         left_bps = self._sound.left_bps(_LAST_SHARE if is_last else _KEEP_SHARE)
         step, rate_bps = self._steps[at], estimate.rate_bps
         cuts = range(step.layers + 1)

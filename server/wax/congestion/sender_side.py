@@ -114,7 +114,7 @@ class SenderSideControl(CongestionControl):
     def file_sent(self, size_bytes: int, now_s: float) -> float:
         """Count a piece of a file that leaves now; return how long the next has to wait, in s.
 
-        Like pictures, files leave only when the link is free.
+        It waits until the link is free of all that is before it now.
         """
         size_bytes += TCP_IP_BYTES
         self._estimator.sent(size_bytes, now_s, has_feedback=False)

@@ -114,9 +114,10 @@ class _DelayedAcknowledgements:
         return waiting is not None
 
     async def _send_now(self) -> None:
-        self._stop_waiting()
-        # While it closes, DTLS refuses data by an error of its own.
-        if self._sctp.state != "closed" and (sack := self._acknowledgement()) is not None:
+        # Data may have taken it along. While it closes, DTLS refuses data by an error of its own.
+        if not self._stop_waiting() or self._sctp.state == "closed":
+            return
+        if (sack := self._acknowledgement()) is not None:
             with contextlib.suppress(ConnectionError):  # closed meanwhile
                 await self._sctp._send_chunk(sack)
 
@@ -190,7 +191,6 @@ class Association:
         if sctp.state == "closed" or data[4:8] != tag.to_bytes(4):
             return None
         taken: set[int] = set()
-        self._unanswered_bytes += len(data)
         for kind, flags, body in found[:1] if is_init else found:
             group = _ANSWERED if kind in _ANSWERED else frozenset((kind,))
             if kind not in _REPEATED and not taken.isdisjoint(group):
@@ -202,6 +202,7 @@ class Association:
                 return None
             if (why := await self._take(chunk)) is not None:
                 return why
+        self._unanswered_bytes += len(data)
         why = _excess(sctp)
         if why is None and sctp._sack_needed:
             await sctp._send_sack()

@@ -176,11 +176,9 @@ class LiveStreams:
         return not estimate.assumed and estimate.rate_bps < _THIN_BPS
 
     def file_sent(self, size_bytes: int) -> float | None:
-        return (
-            None
-            if not self.is_thin
-            else self._congestion.file_sent(size_bytes, self._clock.now_s())
-        )
+        if not self.is_thin:
+            return None
+        return self._congestion.file_sent(size_bytes, self._clock.now_s())
 
     def received(self, kind: Kind, pts: int) -> None: ...
 

@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from wax.web.branding import BrandedPage
 
 _PIECE_BYTES: Final = 16_384
-_PACED_S: Final = 60.0
-"""For so long a file gives way to sound and picture; then the rest comes as fast as it can, before
-the answer has taken too long (`wax.web.watch`)."""
+_PACED_S: Final = 40.0
+"""For so long a file gives way to sound and picture; then the rest comes as fast as it can, so that
+the answer hardly ever takes too long (`wax.web.watch`)."""
 _MOST_PAGES: Final = 32
 """So many names and addresses of this server have a page that is kept, or one for frames."""
 _PACKED: Final = ".gz"
@@ -149,13 +149,15 @@ async def _send(
     whole, loop = memoryview(content), asyncio.get_running_loop()
     until_s = loop.time() + _PACED_S
     while whole:
-        wait_s = sent(MIN_PAYLOAD_BYTES) if loop.time() < until_s else None
-        piece_bytes = _PIECE_BYTES if wait_s is None else MIN_PAYLOAD_BYTES
+        is_late = loop.time() >= until_s
+        wait_s = sent(_PIECE_BYTES if is_late else MIN_PAYLOAD_BYTES)
+        is_paced = wait_s is not None and not is_late
+        piece_bytes = MIN_PAYLOAD_BYTES if is_paced else _PIECE_BYTES
         await answer.write(whole[:piece_bytes])
         whole = whole[piece_bytes:]
         if isinstance(connection, Connection):
             await connection.drained()
-            if whole and wait_s:
+            if whole and wait_s and is_paced:
                 await connection.pause(wait_s)
     return answer
 

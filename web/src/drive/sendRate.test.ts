@@ -39,7 +39,7 @@ it("falls at once when the link is found to be thin, and below 20 Hz while even 
 
 it.each([
   [null, 10],
-  [33_600, 10],
+  [303_000, 10],
   [304_000, 20],
 ])("at rest, over a link of %s bit/s, %d Hz are enough", (linkBps, hz) => {
   const rate = new SendRate(50);

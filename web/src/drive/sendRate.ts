@@ -1,5 +1,3 @@
-import { isThin } from "../link/thin";
-
 /** What is known about the uplink before a set-point is sent. */
 export interface Uplink {
   /** The server's estimate of the link to this page; null before the first. */
@@ -25,7 +23,7 @@ const CONGESTED_HZ = 10;
 const CLIMB_HZ_PER_S = 5;
 /**
  * While nothing is held: the server must know that before the next press may move anything. Over a
- * thin link, whose uplink they would fill, it is as often as while they queue.
+ * link that is slow, or unknown yet, whose uplink they might fill, it is as often as while they queue.
  */
 const REST_HZ = 20;
 
@@ -36,14 +34,15 @@ const REST_HZ = 20;
  */
 export class SendRate {
   #last: { hz: number; atMs: number } | null = null;
-  #restHz = CONGESTED_HZ;
+  /** The most in Hz while nothing is held. */
+  restHz = CONGESTED_HZ;
 
   constructor(private readonly maxHz: number) {}
 
   /** Returns the rate in Hz from now on. */
   next({ linkBps, waitingBytes, queuedMs }: Uplink, nowMs: number): number {
     const carriedHz = ((linkBps ?? 0) * UPLINK_SHARE) / SET_POINT_BITS;
-    this.#restHz = linkBps === null || isThin({ link_bps: linkBps }) ? CONGESTED_HZ : REST_HZ;
+    this.restHz = carriedHz < FLOOR_HZ ? CONGESTED_HZ : REST_HZ;
     const isCongested = carriedHz < FLOOR_HZ && queuedMs > QUEUED_MS;
     const leastHz = isCongested ? CONGESTED_HZ : FLOOR_HZ;
     const isFull = isCongested || waitingBytes > WAITING_BYTES;
@@ -53,10 +52,5 @@ export class SendRate {
     const hz = Math.min(wantedHz, climbedHz, this.maxHz);
     this.#last = { hz, atMs: nowMs };
     return hz;
-  }
-
-  /** The most in Hz while nothing is held. */
-  get restHz(): number {
-    return this.#restHz;
   }
 }

@@ -65,6 +65,14 @@ export function routes(scope: typeof globalThis = globalThis): boolean {
   return "setSinkId" in (scope.AudioContext?.prototype ?? {});
 }
 
+/** Has the browser keep what plays, before it is needed; resolves, whether or not that succeeds. */
+export async function loadAhead(): Promise<void> {
+  await fetch(workletUrl).then(
+    (answer) => answer.arrayBuffer(),
+    () => {},
+  );
+}
+
 /**
  * Plays the sound without the browser's buffer: a worker decodes, an audio worklet plays.
  *
