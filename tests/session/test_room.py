@@ -707,6 +707,21 @@ async def test_only_operator_and_host_release(rig: Rig) -> None:
     assert ada.last("room")["stop"] is None
 
 
+async def test_a_stop_is_told_with_the_clock_that_stands(rig: Rig) -> None:
+    """One change of the page, or a button moves again from under a finger that has just come."""
+    ada = await rig.enter("ada-1111")
+    bob = await rig.enter("bob-1111")
+    ada.says(type="join")
+    rig.wait(0.3, ada, bob)
+    release = {"stop": 1, "sent_server_ms": rig.clock.time_s * 1000, "beat": ada.beat}
+    for peer, said in (bob, {"type": "stop"}), (ada, {"type": "release"} | release):
+        peer.says(**said)
+        rig.room.round(rig.clock.time_s)  # before the robot has its next set-point
+        room = ada.last("room")
+        stands = room["turn"]["stands_left_ms"] is not None
+        assert (room["stop"] is not None) is stands is (peer is bob)
+
+
 async def test_stop_and_release_by_the_second_way(rig: Rig) -> None:
     """By HTTP who is in the room stops, and the operator or the host releases."""
     ada = await rig.enter("ada-1111")

@@ -144,7 +144,7 @@ class ControlLoop:
         if self._timer.is_too_late(now_s):
             self._counts["control.late"] += 1
             self._hold(now_s, Hold.LATE)
-        self._follow(self._turns.tick(now_s, is_kept=self._is_kept()), now_s)
+        self.keep_time(now_s)
         problem = self._watch(now_s)
         turn = self._turn()
         self._target = Setpoint(reason=problem) if problem else self._decide(turn, now_s)
@@ -161,6 +161,10 @@ class ControlLoop:
             self._gate = gate.require_neutral(self._gate, now_s, Hold.FAULT)
         self._listener.steered(self._target, self._safe_driver.twist, turn.number, now_s)
         self._tell(turn, failure or self._target.reason)
+
+    def keep_time(self, now_s: float) -> None:
+        """Do what is due in the turns; a turn's clock stands while something keeps its operator."""
+        self._follow(self._turns.tick(now_s, is_kept=self._is_kept()), now_s)
 
     async def _rest(self) -> None:
         """Sleep until the next tick, an urgent command or the end of one; keep the minimum gap.
