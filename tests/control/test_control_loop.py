@@ -613,6 +613,17 @@ def test_the_turns_clock_stands_still(bench: Bench, what: str) -> None:
     assert bench.turns.ends_s == pytest.approx((ends_s or 0.0) + 60.0, abs=0.1)
 
 
+@pytest.mark.parametrize("by", [A, B])
+def test_the_next_turns_clock_stands_still_from_its_beginning(by: int) -> None:
+    """Whose own stop it is has changed with the turn, and is asked again at once."""
+    bench = Bench(turn_s=5.0)
+    bench.enter(A, B)
+    bench.loop.press_stop(says("somebody"), viewer=by)
+    while bench.turns.operator == A:
+        bench.step(5.0)
+    assert (bench.turns.stands_left_s(bench.clock.now_s()) is None) is (by == B)
+
+
 def test_no_clock_stands_still_for_their_own_stop_or_link(bench: Bench) -> None:
     """Neither pressing Stop oneself nor losing the connection makes a turn longer."""
     bench.drive()
@@ -734,6 +745,9 @@ def test_after_stop_nothing_moves(bench: Bench) -> None:
     assert bench.driver.take() == [("stop", 1), ("stop", 1)]
     bench.offer(-1.0)
     assert bench.step() == []
+    bench.clock.time_s += 60.0
+    bench.loop.keep_time()
+    assert bench.turns.operator == A, "a turn began that nobody can drive"
 
 
 # --- the robot --------------------------------------------------------------------------------

@@ -391,6 +391,16 @@ def test_the_clock_stands_still_while_something_keeps_them_from_driving() -> Non
     assert turns.tick(80.0)[0] == TurnEnded(1, A, Why.EXPIRED)
 
 
+def test_who_is_next_is_called_as_soon_as_it_goes_on() -> None:
+    """They joined while it stood, shortly before its end, and have not been seen since."""
+    turns = make(A, ready_s=10.0)
+    turns.tick(55.0, is_kept=True)
+    turns.connect(B, 56.0)
+    turns.join(B, 56.0)
+    assert turns.tick(69.0, is_kept=True) == ()
+    assert turns.tick(70.0) == (Called(B, 80.0),)
+
+
 def test_it_stands_for_a_minute_at_most() -> None:
     """Who presses Stop again and again holds up the queue by no more than that."""
     turns = make(A, B)

@@ -144,7 +144,7 @@ class ControlLoop:
         if self._timer.is_too_late(now_s):
             self._counts["control.late"] += 1
             self._hold(now_s, Hold.LATE)
-        self.keep_time(now_s)
+        self.keep_time()
         problem = self._watch(now_s)
         turn = self._turn()
         self._target = Setpoint(reason=problem) if problem else self._decide(turn, now_s)
@@ -162,9 +162,16 @@ class ControlLoop:
         self._listener.steered(self._target, self._safe_driver.twist, turn.number, now_s)
         self._tell(turn, failure or self._target.reason)
 
-    def keep_time(self, now_s: float) -> None:
-        """Do what is due in the turns; a turn's clock stands while something keeps its operator."""
-        self._follow(self._turns.tick(now_s, is_kept=self._is_kept()), now_s)
+    def keep_time(self) -> None:
+        """Do what is due in the turns; between two steps too, so that what is told of them is true.
+
+        The clock of a turn stands still while something keeps its operator from driving.
+        """
+        if self._stopped:
+            return
+        now_s = self._clock.now_s()
+        while events := self._turns.tick(now_s, is_kept=self._is_kept()):
+            self._follow(events, now_s)  # then again, for the operator who has just begun
 
     async def _rest(self) -> None:
         """Sleep until the next tick, an urgent command or the end of one; keep the minimum gap.

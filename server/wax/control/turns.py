@@ -344,6 +344,7 @@ class Turns:
             # Somebody who could not drive is not idle.
             time = turn.time.paused(is_kept, now_s)
             self._turn = replace(turn, time=time, acted_s=max(turn.acted_s, now_s))
+            events += self._catch_up(now_s)
         return tuple(events)
 
     # --- what falls due ----------------------------------------------------------------------

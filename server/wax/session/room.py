@@ -478,8 +478,8 @@ class Room:
             self._checked_s = now_s
             self.check_all()
             self._tell_hosts()
-        # Or a Stop would move the page twice: its card first, then that the clock stands.
-        self._control.keep_time(now_s)
+        # Before it is told: a Stop would move the page once, and the clock that stands again.
+        self._control.keep_time()
         problem = self._control.robot_state.said
         is_news = self._viewers.take_change() or problem != self._told_problem
         if is_news or now_s - self._looked_s >= _LOOK_S:

@@ -3,10 +3,7 @@
 import type { Served } from "../messages";
 
 /** What the browser tells of a file that it has loaded. */
-export type Loaded = Pick<
-  PerformanceResourceTiming,
-  "transferSize" | "responseStart" | "responseEnd"
->;
+type Loaded = Pick<PerformanceResourceTiming, "transferSize" | "responseStart" | "responseEnd">;
 
 /** On a slower link than this, the page's own traffic matters. */
 const THIN_BPS = 100_000;
