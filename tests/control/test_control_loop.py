@@ -615,7 +615,7 @@ def test_the_turns_clock_stands_still(bench: Bench, what: str) -> None:
 
 @pytest.mark.parametrize("by", [A, B])
 def test_the_next_turns_clock_stands_still_from_its_beginning(by: int) -> None:
-    """Whose own stop it is has changed with the turn, and is asked again at once."""
+    """With the turn changes whether the Stop is the operator's own, so that is asked again."""
     bench = Bench(turn_s=5.0)
     bench.enter(A, B)
     bench.loop.press_stop(says("somebody"), viewer=by)

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from wax.config.network import Site
+from wax.config.addresses import Site
 
 MAX_LINES = 6
 """House rules, and links: more than six are not read."""

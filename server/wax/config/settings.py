@@ -21,6 +21,7 @@ from pydantic import (
 )
 
 from wax.config import driver_tables, foreign_table, opening_hours, problems
+from wax.config.addresses import HostName, Network, PageUrl
 from wax.config.controls import (
     MAX_CONTROLS,
     MAX_GAUGES,
@@ -31,7 +32,6 @@ from wax.config.controls import (
 from wax.config.door import DoorSettings, check_server
 from wax.config.hook import MAX_HOOKS, HookSettings, check_targets
 from wax.config.mqtt import MqttSettings
-from wax.config.network import HostName, Network, PageUrl
 from wax.config.page import PageSettings
 from wax.config.publish import PublishSettings
 from wax.config.recording import RecordingSettings

@@ -478,13 +478,13 @@ class Room:
             self._checked_s = now_s
             self.check_all()
             self._tell_hosts()
-        # Before it is told: a Stop would move the page once, and the clock that stands again.
+        # Or a Stop would move the page once, and the clock that then stands would move it again.
         self._control.keep_time()
         problem = self._control.robot_state.said
         is_news = self._viewers.take_change() or problem != self._told_problem
         if is_news or now_s - self._looked_s >= _LOOK_S:
             self._looked_s, self._told_problem = now_s, problem
-            self._tell(now_s)
+            self._tell(self._clock.now_s())  # no earlier than what the clock of the turn is told
 
     def snapshot(self, now_s: float) -> messages.RoomState:
         """Return the state of the room for everybody."""
