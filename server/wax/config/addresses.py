@@ -86,3 +86,29 @@ Network = Annotated[
     ),
     AfterValidator(_network),
 ]
+
+StunUrl = Annotated[
+    str,
+    Field(
+        pattern=r"^stun:\S+$",
+        description='an address as "stun:HOST:PORT"',
+        json_schema_extra={"plural": "addresses"},
+    ),
+]
+TurnUrl = Annotated[
+    str,
+    Field(
+        pattern=r"^turns?:\S+$",
+        description='an address as "turn:HOST:PORT", "turns:HOST:PORT" or one of them with'
+        ' "?transport=tcp"',
+        json_schema_extra={"plural": "addresses"},
+    ),
+]
+IpAddress = Annotated[
+    str,
+    Field(
+        pattern=r"^[0-9A-Fa-f.:]{2,45}$",
+        description="an IPv4 or IPv6 address",
+        json_schema_extra={"plural": "addresses"},
+    ),
+]

@@ -21,7 +21,7 @@ from pydantic import (
 )
 
 from wax.config import driver_tables, foreign_table, opening_hours, problems
-from wax.config.addresses import HostName, Network, PageUrl
+from wax.config.addresses import HostName, IpAddress, Network, PageUrl, StunUrl, TurnUrl
 from wax.config.controls import (
     MAX_CONTROLS,
     MAX_GAUGES,
@@ -140,41 +140,13 @@ class MetricSettings(_Section):
     host: Annotated[str, Field(min_length=1)] = "localhost"
 
 
-StunUrl = Annotated[
-    str,
-    Field(
-        pattern=r"^stun:\S+$",
-        description='an address as "stun:HOST:PORT"',
-        json_schema_extra={"plural": "addresses"},
-    ),
-]
-TurnUrl = Annotated[
-    str,
-    Field(
-        pattern=r"^turns?:\S+$",
-        description='an address as "turn:HOST:PORT", "turns:HOST:PORT" or one of them with'
-        ' "?transport=tcp"',
-        json_schema_extra={"plural": "addresses"},
-    ),
-]
-Interface = Annotated[str, Field(min_length=1)]
-IpAddress = Annotated[
-    str,
-    Field(
-        pattern=r"^[0-9A-Fa-f.:]{2,45}$",
-        description="an IPv4 or IPv6 address",
-        json_schema_extra={"plural": "addresses"},
-    ),
-]
-
-
 class NetworkSettings(_Section):
     """`[network]`: how picture, sound and commands reach the viewers."""
 
     mode: Literal["one-port", "full-ice"] = "one-port"
     udp_port: Annotated[int, Field(ge=0, le=65535)] = 8081
     public_addresses: Annotated[list[IpAddress], Field(max_length=4)] = []
-    interfaces: Annotated[list[Interface], Field(max_length=16)] = []
+    interfaces: Annotated[list[Annotated[str, Field(min_length=1)]], Field(max_length=16)] = []
     stun: Annotated[list[StunUrl], Field(max_length=4)] = []
     upload_bps: Annotated[int, Field(ge=0, le=10_000_000_000)] = 0
 
