@@ -1,5 +1,5 @@
 import { beforeEach, expect, it, vi } from "vitest";
-import { BuiltInPlayer, lacking, routes } from "./builtInPlayer";
+import { BuiltInPlayer, lacking, loadAhead, routes } from "./builtInPlayer";
 
 class FakePort {
   onmessage: ((event: { data: unknown }) => void) | null = null;
@@ -268,4 +268,12 @@ it("knows whether it can choose the device", () => {
   expect(of({ AudioContext: { prototype: { setSinkId: 1 } } })).toBe(true);
   expect(of({ AudioContext: { prototype: {} } })).toBe(false);
   expect(of({})).toBe(false);
+});
+
+it.each([
+  ["does not come", () => Promise.reject(new TypeError())],
+  ["breaks off", async () => ({ arrayBuffer: () => Promise.reject(new TypeError()) })],
+])("keeps nobody from the page where it %s ahead", async (_what, answer) => {
+  vi.stubGlobal("fetch", answer);
+  await expect(loadAhead()).resolves.toBeUndefined();
 });

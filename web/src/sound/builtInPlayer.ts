@@ -67,10 +67,9 @@ export function routes(scope: typeof globalThis = globalThis): boolean {
 
 /** Has the browser keep what plays, before it is needed; resolves, whether or not that succeeds. */
 export async function loadAhead(): Promise<void> {
-  await fetch(workletUrl).then(
-    (answer) => answer.arrayBuffer(),
-    () => {},
-  );
+  await fetch(workletUrl)
+    .then((answer) => answer.arrayBuffer())
+    .catch(() => {});
 }
 
 /**
