@@ -6,15 +6,16 @@ import asyncio
 import io
 import os
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import pytest
 
 from wax import __version__
-from wax.__main__ import main
+from wax.__main__ import main, until_read
 from wax.edge.bounded_selector import BoundedSelector
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
 
@@ -160,6 +161,59 @@ def test_a_terminal_that_lacks_a_sign_ends_nothing(
     assert main(["--config", str(tmp_path / "робот.toml")]) == 2
     shown.seek(0)
     assert "\\u0440" in shown.read()
+
+
+@pytest.fixture
+def unread() -> Iterator[int]:
+    """Give a pipe at whose other end nobody is."""
+    read, write = os.pipe()
+    os.close(read)
+    yield write
+    os.close(write)
+
+
+@pytest.mark.parametrize("is_buffered", [True, False])
+@pytest.mark.parametrize("arguments", [["hook", "schema"], ["config", "simulated"]])
+def test_a_reader_who_has_seen_enough_ends_it(
+    arguments: list[str], unread: int, monkeypatch: pytest.MonkeyPatch, *, is_buffered: bool
+) -> None:
+    """As SIGPIPE ends other programs, whatever is printed; nothing is left to complain at exit."""
+    raw = io.FileIO(unread, "wb", closefd=False)
+    shown = io.TextIOWrapper(
+        io.BufferedWriter(raw) if is_buffered else cast("io.BufferedWriter", raw),
+        write_through=not is_buffered,
+    )
+    monkeypatch.setattr(sys, "stdout", shown)
+    status = until_read(lambda: main(arguments))
+    assert status == 141
+    shown.write("the rest")
+    shown.close()
+
+
+def test_a_version_that_nobody_reads(unread: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What ends within the reading of the arguments ends as quietly."""
+    with os.fdopen(os.dup(unread), "w") as shown:
+        monkeypatch.setattr(sys, "stdout", shown)
+        assert until_read(lambda: main(["--version"])) == 141
+
+
+def test_a_complaint_that_nobody_reads_ends_it(
+    unread: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Standard error is read by somebody else than standard output, or by nobody."""
+    with os.fdopen(os.dup(unread), "w", buffering=1) as shown:
+        monkeypatch.setattr(sys, "stderr", shown)
+        assert until_read(lambda: main(["--config", "nowhere.toml"])) == 141
+
+
+def test_another_pipe_that_breaks_is_a_fault() -> None:
+    """What is read by somebody does not hide it."""
+
+    def breaks() -> int:
+        raise BrokenPipeError
+
+    with pytest.raises(BrokenPipeError):
+        until_read(breaks)
 
 
 def test_nothing_is_written_for_everybody_to_change(

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import contextlib
 import io
 import json
 import logging
 import os
+import select
 import sys
 import threading
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NoReturn
+from typing import TYPE_CHECKING, Final, NoReturn, TextIO
 
 from wax import __version__, state_dir
 from wax.access import host_link
@@ -24,7 +24,7 @@ from wax.records.schema import EXPORTED
 from wax.telemetry import configure_logs, quiet_logs
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Sequence
 
     from wax.commands.proof.proof import Progress
     from wax.config.settings import Settings
@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 
 _INTERRUPTED: Final = 130
 """As shells have it after Ctrl-C."""
+_UNREAD: Final = 141
+"""As shells have it after SIGPIPE."""
 
 
 def command() -> NoReturn:
@@ -39,13 +41,40 @@ def command() -> NoReturn:
 
     Python would end that thread within its call, for which C++, as of OpenCV, aborts the process.
     """
-    status = main()
+    status = until_read(main)
     logging.shutdown()
     if any(thread.daemon for thread in threading.enumerate()):
-        with contextlib.suppress(OSError):  # nobody reads
-            sys.stdout.flush()
         os._exit(status)
     sys.exit(status)
+
+
+def until_read(run: Callable[[], int]) -> int:
+    """Run to the end, or until the reader of what is printed, such as `head`, has seen enough.
+
+    The signal that tells other programs so would end a server over any of its sockets.
+    """
+    try:
+        try:
+            status = run()
+        except SystemExit as ended:  # after --help and --version
+            status = int(ended.code or 0)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        unread = [stream for stream in (sys.stdout, sys.stderr) if _is_unread(stream)]
+        if not unread:
+            raise
+        with Path(os.devnull).open("wb") as nobody:
+            for stream in unread:  # what is left in it is written at the end
+                os.dup2(nobody.fileno(), stream.fileno())
+        return _UNREAD
+    return status
+
+
+def _is_unread(stream: TextIO) -> bool:
+    """Whether this is a pipe at whose other end nobody is."""
+    asked = select.poll()
+    asked.register(stream.fileno(), 0)
+    return any(events & (select.POLLERR | select.POLLHUP) for _, events in asked.poll(0))
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -397,7 +426,7 @@ def _prove_stop(arguments: argparse.Namespace) -> int:
 def _doctor(arguments: argparse.Namespace) -> int:
     from wax.commands.doctor.command import doctor
 
-    with _until_read(), quiet_logs():
+    with quiet_logs():
         return doctor(
             lambda: _settings(arguments),
             arguments.config,
@@ -406,7 +435,6 @@ def _doctor(arguments: argparse.Namespace) -> int:
             reach_url=arguments.reach,
             as_json=arguments.json,
         )
-    return 0
 
 
 def _is_lifted() -> bool:
@@ -425,8 +453,7 @@ def _records(arguments: argparse.Namespace) -> int:
 
     settings = config.load(arguments.config)
     path = arguments.file or where(settings.records, settings.server.state_dir)
-    with _until_read():
-        print(export(path, arguments.table, arguments.since, arguments.format or "table"))
+    print(export(path, arguments.table, arguments.since, arguments.format or "table"))
     return 0
 
 
@@ -443,8 +470,7 @@ def _tape(arguments: argparse.Namespace) -> int:
             shelf, arguments.names, is_all=arguments.all, before=arguments.before
         ),
     }
-    with _until_read():
-        print(acts[arguments.act]())
+    print(acts[arguments.act]())
     return 0
 
 
@@ -474,16 +500,6 @@ def _replay(arguments: argparse.Namespace) -> int:
     )
 
 
-@contextlib.contextmanager
-def _until_read() -> Iterator[None]:
-    """Print until the end, or until the reader, such as `head`, has seen enough."""
-    try:
-        yield
-        sys.stdout.flush()
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
 def _devices(_: argparse.Namespace) -> int:
     from wax.capture.list_devices import list_devices
     from wax.encode.list_encoders import list_encoders
@@ -495,8 +511,7 @@ def _devices(_: argparse.Namespace) -> int:
 
 
 def _config(arguments: argparse.Namespace) -> int:
-    with _until_read():
-        print("\n".join(config.describe_drivers(arguments.drivers)))
+    print("\n".join(config.describe_drivers(arguments.drivers)))
     return 0
 
 
