@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -114,6 +115,22 @@ def test_what_is_no_file_is_a_sentence(reader: str, kind: str, tmp_path: Path) -
     said = str(refused.value)
     assert "named" in said
     assert len(said.splitlines()) == 1
+
+
+@pytest.mark.parametrize("reader", ["relay", "room", "hook", "password", "signing key"])
+def test_a_secret_that_is_kept_from_a_service_is_a_sentence(
+    reader: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is the line by which systemd gives the service a copy."""
+
+    def refuse(*_: object) -> int:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    name = tmp_path / "secret"
+    name.touch(0o600)
+    monkeypatch.setattr(os, "open", refuse)  # root reads whatever there is
+    with pytest.raises(WaxError, match=f"Permission denied.*: LoadCredential=secret:{name}"):
+        READERS[reader](str(name))
 
 
 @pytest.mark.timeout(10)

@@ -61,9 +61,31 @@ def secret_file(name: str) -> Path:
 
     A service's user may not read the file itself.
     """
-    given = os.environ.get("CREDENTIALS_DIRECTORY", "")
+    given = _credentials()
     with contextlib.suppress(OSError):
         if given:
             check(copy := Path(given) / Path(name).name)
             return copy
     return expanded(name)
+
+
+def is_credential(path: Path) -> bool:
+    """Whether systemd has given it to this service, with an access list in place of a mode."""
+    return str(path.parent) == _credentials()
+
+
+def _credentials() -> str:
+    return os.environ.get("CREDENTIALS_DIRECTORY", "")
+
+
+def read_secret(name: str) -> bytes:
+    """Return what is in a secret's file; raises `OSError`, which says how a service gets at it."""
+    path = secret_file(name)
+    try:
+        return read_bytes(path)
+    except PermissionError as error:
+        raise PermissionError(
+            error.errno,
+            f"{reason_of(error)}; a service of systemd gets it by a line in its unit:"
+            f" LoadCredential={path.name}:{path.absolute()}",
+        ) from error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
@@ -44,6 +45,28 @@ def test_systemd_takes_every_line(unit: Path) -> None:
     verified = _analyze("verify", "--man=no", unit)
     about_ours = [line for line in verified.stderr.splitlines() if "wax" in line]
     assert (verified.returncode, about_ours) == (0, [])
+
+
+@pytest.mark.system
+def test_systemd_takes_every_line_that_waits_for_its_use(unit: Path) -> None:
+    """Whoever uncomments one need not correct it."""
+    text = re.sub(r"^#(?=\w+=)", "", unit.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    unit.write_text(text, encoding="utf-8")
+    test_systemd_takes_every_line(unit)
+
+
+def test_each_secret_of_the_manual_has_its_line() -> None:
+    """The service's user is nobody who may read a file of root's."""
+    config = UNIT.parents[1]
+    manual = "".join(
+        path.read_text(encoding="utf-8")
+        for path in (config / "README.md", UNIT.parent / "README.md")
+    )
+    named = set(re.findall(r"(?:secret|password)_file = \"(/etc/wax/([\w.-]+))\"", manual))
+    assert named
+    unit = UNIT.read_text(encoding="utf-8")
+    for path, name in named:
+        assert f"\n#LoadCredential={name}:{path}\n" in unit
 
 
 @pytest.mark.system

@@ -7,7 +7,7 @@ from typing import Annotated, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from wax.errors import StartError, reason_of
-from wax.named_file import read_bytes, secret_file
+from wax.named_file import read_secret
 
 _WebSocket = Annotated[
     str,
@@ -58,7 +58,7 @@ class PublishSettings(BaseModel):
         if not self.api_secret_file:
             return self.api_secret
         try:
-            return read_bytes(secret_file(self.api_secret_file)).decode().strip()
+            return read_secret(self.api_secret_file).decode().strip()
         except (OSError, UnicodeDecodeError) as error:
             why = reason_of(error)
             raise StartError(

@@ -9,7 +9,7 @@ import hmac
 from typing import Final
 
 from wax.errors import StartError, reason_of
-from wax.named_file import read_bytes, secret_file
+from wax.named_file import read_secret as read_file
 
 _PREFIX: Final = "whsec_"
 _LEAST_BYTES: Final = 24
@@ -20,7 +20,7 @@ _MAKE: Final = "make one: (umask 077; echo whsec_$(openssl rand -base64 32) > FI
 def read_secret(path: str, key: str) -> bytes:
     """Return the secret in a file; raises `StartError`, which names the configuration's `key`."""
     try:
-        text = read_bytes(secret_file(path)).decode("ascii").strip()
+        text = read_file(path).decode("ascii").strip()
         secret = base64.b64decode(text.removeprefix(_PREFIX), validate=True)
     except OSError as error:
         raise StartError(f"{key}: {path} cannot be read: {reason_of(error)}") from error

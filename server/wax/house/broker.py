@@ -26,7 +26,7 @@ from wax.folders import expanded
 from wax.hooks.post import not_reached
 from wax.house.discovery import OFFLINE, ONLINE, STATUS
 from wax.logs.printable import printable
-from wax.named_file import read_bytes, secret_file
+from wax.named_file import read_bytes, read_secret
 from wax.sentence import Sentence, says
 
 if TYPE_CHECKING:
@@ -271,7 +271,7 @@ def _password(path: str) -> str | None:
     if not path:
         return None
     try:
-        password = read_bytes(secret_file(path)).decode().strip()
+        password = read_secret(path).decode().strip()
     except (OSError, UnicodeDecodeError) as error:
         why = reason_of(error)
         raise StartError(f"mqtt.password_file: {path} cannot be read: {why}") from error

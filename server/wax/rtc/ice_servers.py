@@ -13,7 +13,7 @@ import hmac
 from typing import TYPE_CHECKING, Any, Final
 
 from wax.errors import StartError, reason_of
-from wax.named_file import read_bytes, secret_file
+from wax.named_file import read_secret
 
 if TYPE_CHECKING:
     from wax.config.settings import NetworkSettings, RelaySettings
@@ -65,7 +65,7 @@ def _secret(relay: RelaySettings) -> bytes:
     if not relay.secret_file:
         return relay.secret.encode()
     try:
-        secret = read_bytes(secret_file(relay.secret_file)).strip()
+        secret = read_secret(relay.secret_file).strip()
     except OSError as error:
         raise StartError(
             f"relay.secret_file: {relay.secret_file} cannot be read: {reason_of(error)};"

@@ -38,6 +38,15 @@ def test_a_key_that_others_may_read_is_refused(tmp_path: Path, mode: int) -> Non
         read_key(name)
 
 
+def test_the_copy_that_systemd_gives_a_service_is_taken(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its access list reads as a permission of the group, who has none."""
+    write(tmp_path / "key", KEY, 0o440)
+    monkeypatch.setenv("CREDENTIALS_DIRECTORY", str(tmp_path))
+    assert read_key("/etc/wax/key") == read_key(str(tmp_path / "key")) == KEY
+
+
 @pytest.mark.parametrize("data", [b"", b"secret", KEY[:31], KEY.hex().encode()[:-1], b"z" * 64])
 def test_what_is_no_key_is_refused(tmp_path: Path, data: bytes) -> None:
     """The sentence says what a key is and how to make one."""

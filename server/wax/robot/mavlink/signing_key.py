@@ -6,7 +6,7 @@ import stat
 from typing import Final
 
 from wax.errors import ConfigError, reason_of
-from wax.named_file import check, read_bytes, secret_file
+from wax.named_file import check, is_credential, read_secret, secret_file
 
 KEY_BYTES: Final = 32
 _KEY: Final = "robot.mavlink.signing_key"
@@ -16,11 +16,11 @@ def read_key(name: str) -> bytes:
     """Return the key in the file; raises `ConfigError`."""
     path = secret_file(name)
     try:
+        data = read_secret(name)
         mode = check(path).st_mode
-        data = read_bytes(path)
     except OSError as error:
         raise ConfigError(f"{_KEY}: {path} cannot be read: {reason_of(error)}") from error
-    if mode & (stat.S_IRWXG | stat.S_IRWXO):
+    if not is_credential(path) and mode & (stat.S_IRWXG | stat.S_IRWXO):
         raise ConfigError(f"{_KEY}: others may read {path}; type: chmod 600 {path}")
     if len(data) == KEY_BYTES:
         return data
