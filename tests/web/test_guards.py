@@ -96,7 +96,10 @@ class Line:
 
 
 @pytest.fixture
-async def line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Line]:
+async def line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> AsyncIterator[Line]:
+    trusted = getattr(request, "param", ["127.0.0.1"])
     (tmp_path / "assets").mkdir()
     (tmp_path / "index.html").write_text("<!doctype html>")
     (tmp_path / "assets" / "a.js").write_text("1")
@@ -112,7 +115,7 @@ async def line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator
         access=make_access(Records(clock), clock),
         offers_hz=1000.0,
         guards=Guards(
-            ServerSettings(names=["robots.example"], trusted_proxies=["127.0.0.1"]),
+            ServerSettings(names=["robots.example"], trusted_proxies=trusted),
             clock,
             lambda: ["203.0.113.7", "2001:db8::7"],
         ),
@@ -155,6 +158,19 @@ async def test_hosts_that_are_missing_double_or_in_the_target(line: Line) -> Non
     assert (await line.ask(b"GET http://[/ HTTP/1.1", line.host)).status == 400
     assert (await line.ask(b"GET http://127.0.0.1/ HTTP/1.1", line.host)).status == 200
     assert (await line.ask(b"GET / HTTP/1.0", line.host)).status == 200
+
+
+async def test_a_load_balancer_asks_for_health_without_a_name(line: Line) -> None:
+    """As HAProxy does, by HTTP/1.0, and nothing else: a browser, and HTTP/1.1, must name us."""
+    for path in (b"/healthz", b"/readyz"):
+        for method in (b"GET", b"HEAD"):
+            assert (await line.ask(b"%s %s HTTP/1.0" % (method, path))).status == 200
+        assert (await line.ask(b"GET %s HTTP/1.1" % path)).status == 400
+        assert (await line.ask(b"POST %s HTTP/1.0" % path)).status == 400
+        assert (await line.ask(b"GET %s HTTP/1.0" % path, b"Host: evil.example")).status == 421
+        assert (await line.ask(b"GET %s HTTP/1.0" % path, b"Host: [")).status == 400
+    for path in (b"/", b"/api/status", b"/healthz/", b"/assets/a.js"):
+        assert (await line.ask(b"GET %s HTTP/1.0" % path)).status == 400
 
 
 async def test_our_own_names(line: Line) -> None:
@@ -256,8 +272,33 @@ async def test_behind_a_proxy_the_page_has_the_proxys_origin(line: Line) -> None
     first, host = b"POST /api/offer HTTP/1.1", b"Host: robots.example"
     origin, https = b"Origin: https://robots.example", b"X-Forwarded-Proto: https"
     assert (await line.ask(first, host, origin, https, body=GOOD)).status == 200
-    assert (await line.ask(first, host, origin, body=GOOD)).status == 403
     inside = b"Host: inside:8080"
     assert (await line.ask(first, inside, origin, https, body=GOOD)).status == 421
     named = b"X-Forwarded-Host: robots.example"
     assert (await line.ask(first, inside, origin, https, named, body=GOOD)).status == 200
+
+
+@pytest.mark.parametrize(
+    ("line", "headers", "code"),
+    [
+        (["127.0.0.1"], [b"Origin: https://robots.example"], "request.other_than_proxy"),
+        (
+            ["127.0.0.1"],
+            [b"Origin: https://robots.example", b"Sec-Fetch-Site: cross-site"],
+            "request.other_site",
+        ),
+        ([], [b"Origin: https://robots.example"], "request.other_origin"),
+    ],
+    indirect=["line"],
+)
+async def test_what_is_to_be_done_about_another_origin(
+    line: Line, headers: list[bytes], code: str
+) -> None:
+    """A listed proxy is to say how it was asked, another is to be listed; a foreign page, none."""
+    first, host = b"POST /api/offer HTTP/1.1", b"Host: robots.example"
+    answer = await line.ask(first, host, *headers, body=GOOD)
+    assert answer.status == 403
+    told = json.loads(answer.body)
+    assert told["sentence"]["code"] == code
+    assert ("X-Forwarded-Proto expr=%{REQUEST_SCHEME}" in told["error"]) == ("proxy" in code)
+    assert line.room.asked == 0

@@ -1,4 +1,4 @@
-"""Nobody chooses the address or the origin that they are seen with."""
+"""Nobody chooses the address or the host that they are seen with."""
 
 from __future__ import annotations
 
@@ -44,6 +44,10 @@ def test_only_named_proxies_are_believed(
     [
         (["127.0.0.1"], "https", "https"),
         (["127.0.0.1"], "HTTPS", "https"),
+        (["127.0.0.1"], "https,http", "https"),
+        (["127.0.0.1"], "http, https", "http"),
+        (["127.0.0.1"], "wss", "https"),
+        (["127.0.0.1"], "ws", "http"),
         (["127.0.0.1"], "gopher", "http"),
         (["127.0.0.1"], None, "http"),
         ([], "https", "http"),
@@ -52,7 +56,7 @@ def test_only_named_proxies_are_believed(
 def test_the_scheme_is_the_connections_own(
     trusted: list[str], claimed: str | None, expected: str
 ) -> None:
-    """Or that which a named proxy has seen."""
+    """Or that which the first of the proxies has seen, by whichever protocol's name."""
     headers = {} if claimed is None else {"X-Forwarded-Proto": claimed}
     request = make_mocked_request("GET", "/", headers=headers).clone(remote="127.0.0.1")
     assert Proxies(trusted).seen(request).scheme == expected

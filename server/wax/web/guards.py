@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Final
 from urllib.parse import urlsplit
 
 import structlog
-from aiohttp import web
+from aiohttp import HttpVersion10, web
 
 from wax.errors import NotForUsError
 from wax.sentence import Sentence
 from wax.web.connection import Connection
 from wax.web.host_names import HostNames, host_of
 from wax.web.security_headers import UNDER_HTTPS, always
-from wax.web.senders import Proxies, Seen, is_same_origin
+from wax.web.senders import Proxies, Seen, is_same_origin, is_same_site
 from wax.web.sparse_log import SparseLog
 
 if TYPE_CHECKING:
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 _LOG = structlog.get_logger(__name__)
 
+_READING: Final = ("GET", "HEAD")
+_HEALTH: Final = ("/healthz", "/readyz")
 _LONGEST_PATH: Final = 200
 """More than any of ours; a file system raises errors of its own at 256."""
 _SEEN: Final = web.RequestKey("seen", Seen)
@@ -35,6 +37,11 @@ _SEEN: Final = web.RequestKey("seen", Seen)
 _NOT_OURS: Final = Sentence("request.other_name")
 _NO_NAME: Final = Sentence("request.no_name")
 _OTHER_SITE: Final = Sentence("request.other_site")
+_OTHER_ORIGIN: Final = Sentence("request.other_origin")
+_OTHER_THAN_PROXY: Final = Sentence(
+    "request.other_than_proxy",
+    {"apache": "RequestHeader set X-Forwarded-Proto expr=%{REQUEST_SCHEME}"},
+)
 
 _BROKEN: Final = Sentence("request.broken")
 
@@ -124,6 +131,8 @@ class Guards:
             named = None if request.raw_path.startswith("/") else urlsplit(request.raw_path).netloc
             target = host_of(named) if named else host
         except ValueError:
+            if not seen.host and _is_check_of_health(request):
+                return
             self._refused(request, "malformed host")
             raise NotForUsError(_NO_NAME, 400) from None
         if not (self._is_ours(host) and self._is_ours(target)):
@@ -132,12 +141,25 @@ class Guards:
         # Other sites add to a link whatever they like to know, and ask about such links.
         if len(request.raw_path.partition("?")[0]) > _LONGEST_PATH or "\0" in request.path:
             raise NotForUsError(Sentence("request.no_page"), 404)
-        if request.method not in ("GET", "HEAD") and not is_same_origin(request, seen.origin):
-            self._refused(request, "another site's page")
-            raise NotForUsError(_OTHER_SITE, 403)
+        if request.method not in _READING and not is_same_origin(request, seen.origin):
+            self._refused(request, "another site's page", ours=seen.origin)
+            raise NotForUsError(self._other_page(request), 403)
+
+    def _other_page(self, request: web.Request) -> Sentence:
+        """Say what keeps a request that changes state from being one of our page's."""
+        if not is_same_site(request):
+            return _OTHER_SITE
+        is_known = self._proxies.trusts(request.remote or "")
+        return _OTHER_THAN_PROXY if is_known else _OTHER_ORIGIN
 
     def _is_ours(self, host: str) -> bool:
         return self._names.knows(host, self._clock.now_s()) or host in self._public_addresses()
 
     def _refused(self, request: web.Request, why: str, **values: str) -> None:
         self._log.info("request refused", why=why, sender=self.sender(request), **values)
+
+
+def _is_check_of_health(request: web.Request) -> bool:
+    """Whether a load balancer asks, as HAProxy does; every browser names the host that it means."""
+    is_old = request.version <= HttpVersion10
+    return is_old and request.method in _READING and request.path in _HEALTH

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
     Address = ipaddress.IPv4Address | ipaddress.IPv6Address
 
-_SCHEMES: Final = ("http", "https")
+_SCHEMES: Final = {"http": "http", "https": "https", "ws": "http", "wss": "https"}
+"""What proxies say, and what a browser has in the origin of the page that asks."""
 _DEFAULT_PORTS: Final = {"http": ":80", "https": ":443"}
 _FOR: Final = re.compile(r'(?i)\bfor="?([^",;]*)')
 _TWO_SENDERS: Final = Sentence("request.two_senders")
@@ -97,7 +98,10 @@ class Proxies:
         if not senders and not schemes and not hosts:
             return None
         sender, hops = self._walk(remote, senders)
-        return _believed(sender, _outermost(schemes, hops), _outermost(hosts, hops), direct)
+        # Proxies that are not listed add to it, too. Whoever lies about it, about their own
+        # connection, deceives nobody but themselves; no page can make a browser do so.
+        scheme = schemes[0] if schemes else ""
+        return _believed(sender, scheme, _outermost(hosts, hops), direct)
 
     def _forwarded(self, request: web.Request, remote: Address, direct: Seen) -> Seen | None:
         elements = request.forwarded
@@ -148,25 +152,24 @@ def limited(text: str) -> str:
     return "" if address is None else _limited(address)
 
 
+def is_same_site(request: web.Request) -> bool:
+    """Whether a browser says that our own page asks, or nothing about it (Fetch Metadata)."""
+    sites = request.headers.getall("Sec-Fetch-Site", ())
+    return all(site in ("same-origin", "none") for site in sites)
+
+
 def is_same_origin(request: web.Request, origin: str) -> bool:
     """Whether a request comes from our own page, or from a program that is no browser.
 
     A browser says where a page is from with everything that changes state (Fetch, 3.1; Fetch
     Metadata). A program could claim anything, but has no cookie that somebody else was given.
     """
-    sites = request.headers.getall("Sec-Fetch-Site", ())
-    if any(site not in ("same-origin", "none") for site in sites):
-        return False
-    return all(one.lower() == origin for one in request.headers.getall("Origin", ()))
+    origins = request.headers.getall("Origin", ())
+    return is_same_site(request) and all(one.lower() == origin for one in origins)
 
 
 def _believed(sender: Address, scheme: str, host: str, direct: Seen) -> Seen:
-    scheme = scheme.lower()
-    return Seen(
-        _limited(sender),
-        scheme if scheme in _SCHEMES else direct.scheme,
-        host or direct.host,
-    )
+    return Seen(_limited(sender), _SCHEMES.get(scheme.lower(), direct.scheme), host or direct.host)
 
 
 def _values(request: web.Request, name: str) -> list[str]:
