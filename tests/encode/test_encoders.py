@@ -11,15 +11,20 @@ import numpy as np
 import pytest
 from av.packet import Packet
 from av.video.reformatter import ColorRange, Colorspace
-from tests.encode.encoders import GOOD
-from tests.examples import at_length
+from hypothesis import example, given
+from hypothesis import strategies as st
+from tests.encode.encoders import GOOD, ODD
+from tests.examples import at_length, examples
 
+from wax.capture.letterbox import black, planes
 from wax.capture.source import Picture
 from wax.config.settings import RenditionSettings
 from wax.encode.hardware import HardwareEncoder
-from wax.encode.video_encoder import PictureEncoder, VideoEncoder, resize_i420
+from wax.encode.video_encoder import IntraEncoder, PictureEncoder, VideoEncoder, resize_i420
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from wax.encode.encoded import EncodedPicture
 
 SMALL = RenditionSettings(width=160, height=120, fps=30, bitrate_bps=200_000)
@@ -225,3 +230,42 @@ def test_resize_keeps_each_plane() -> None:
     assert (small[48:60] == 90).all()
     assert (small[60:] == 30).all()
     assert resize_i420(i420, 160, 120) is i420
+
+
+EVEN = st.integers(16, 100).map(lambda half: 2 * half)
+SIZES = st.tuples(EVEN, EVEN)
+PLANES = (200, 90, 40)
+
+
+@pytest.mark.parametrize("kind", ["vp8", "h264", "hardware", "hardware nv12", "thesis"])
+@examples(300)
+@given(taken=SIZES, sent=SIZES)
+@example(taken=(64, 48), sent=(160, 90))
+@example(taken=(160, 90), sent=(64, 48))
+@example(taken=(166, 130), sent=(166, 130))
+def test_every_even_size_is_sent(kind: str, taken: tuple[int, int], sent: tuple[int, int]) -> None:
+    """A picture of any even size is decoded in that of its rendition, with its colours."""
+    rendition = SMALL.model_copy(update={"width": sent[0], "height": sent[1]})
+    i420 = black(*taken)
+    for plane, value in zip(planes(i420), PLANES, strict=True):
+        plane[:] = value
+    encoded = _maker(kind, rendition).encode(Picture(i420, 5000.0), keyframe=True)
+    assert encoded is not None
+    decoder = av.CodecContext.create("vp8" if kind in {"vp8", "thesis"} else "h264", "r")
+    assert isinstance(decoder, av.VideoCodecContext)
+    (frame,) = decoder.decode(Packet(encoded.data)) or decoder.decode(None)
+    assert (frame.width, frame.height) == sent
+    seen = planes(np.asarray(frame.to_ndarray(format="yuv420p"), np.uint8))
+    for plane, value in zip(seen, PLANES, strict=True):
+        assert np.abs(plane.astype(int) - value).max() < 20
+
+
+def _maker(kind: str, rendition: RenditionSettings) -> PictureEncoder:
+    makers: dict[str, Callable[[], PictureEncoder]] = {
+        "vp8": lambda: VideoEncoder(codec="vp8", rendition=rendition),
+        "h264": lambda: VideoEncoder(codec="h264", rendition=rendition),
+        "hardware": lambda: HardwareEncoder(GOOD, rendition),
+        "hardware nv12": lambda: HardwareEncoder(ODD, rendition),
+        "thesis": lambda: IntraEncoder(rendition),
+    }
+    return makers[kind]()

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
+from wax.capture.letterbox import planes
 from wax.capture.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ, Picture, Sound
 from wax.capture.timestamp_overlay import draw_text, wall_text
 
@@ -101,16 +102,16 @@ class TestCardVideo:
             raise RuntimeError("read before open")
         width, height, tile = self._width, self._height, self._tile
         i420 = np.empty((height * 3 // 2, width), np.uint8)
-        luma = i420[:height]
+        luma, *chroma = planes(i420)
         top = ROWS * height // 15
         # Two layers that drift apart: no motion vector describes their sum, so the encoder works.
         first = _window(tile, wall_ms // 17, wall_ms // 41, width, height)
         second = _window(tile, -wall_ms // 29, wall_ms // 13, width, height)
         cv2.addWeighted(first, 0.5, second, 0.5, 0.0, dst=luma)
-        chroma = i420[height:].reshape(2, height // 2, width // 2)
-        chroma[0] = _window(tile, wall_ms // 23, 0, width // 2, height // 2)
-        chroma[1] = _window(tile, 0, -wall_ms // 31, width // 2, height // 2)
-        chroma[:, : top // 2 + 1] = 128
+        chroma[0][:] = _window(tile, wall_ms // 23, 0, width // 2, height // 2)
+        chroma[1][:] = _window(tile, 0, -wall_ms // 31, width // 2, height // 2)
+        for plane in chroma:
+            plane[: top // 2 + 1] = 128
         self._draw_bars(luma[height * 2 // 5 :], wall_ms)
         luma[:top] = _cells(wall_ms, width, top)
         draw_text(luma, wall_text(wall_ms), bottom=height * 2 // 3)

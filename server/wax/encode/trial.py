@@ -19,6 +19,7 @@ from av.error import FFmpegError
 from av.packet import Packet
 from av.video.codeccontext import VideoCodecContext
 
+from wax.capture.letterbox import planes
 from wax.capture.source import Picture
 from wax.config.settings import RenditionSettings
 from wax.encode.hardware import Hardware, HardwareEncoder, HardwareError
@@ -108,8 +109,8 @@ class _Subject:
             raise HardwareError(f"a picture is {len(frames)} when it is decoded")
         if (frames[0].width, frames[0].height) != (self.rendition.width, self.rendition.height):
             raise HardwareError(f"its pictures have {frames[0].width}×{frames[0].height}")
-        seen = frames[0].to_ndarray(format="yuv420p")
-        if number >= _SETTLED and likeness(i420, seen, self.rendition.height) < _ALIKE:
+        seen = np.asarray(frames[0].to_ndarray(format="yuv420p"), np.uint8)
+        if number >= _SETTLED and likeness(i420, seen) < _ALIKE:
             raise HardwareError("its pictures do not look like what they show")
 
 
@@ -138,17 +139,19 @@ def waves(width: int, height: int, number: int) -> NDArray[np.uint8]:
     """Return soft waves of full contrast that move: every encoder keeps them, at any rate."""
     across = np.arange(width) / width + number / 300
     down = np.arange(height)[:, None] / height
-    luma = 126 + 90 * np.sin(2 * np.pi * across) * np.cos(2 * np.pi * down)
-    blue = 128 + 60 * np.sin(2 * np.pi * across[::2]) + 0 * down[::2]
-    red = 128 + 60 * np.cos(2 * np.pi * down[::2]) + 0 * across[::2]
-    planes = [luma.reshape(-1, width), blue.reshape(-1, width), red.reshape(-1, width)]
-    return np.concatenate(planes).round().astype(np.uint8)
+    i420 = np.empty((height * 3 // 2, width), np.uint8)
+    luma, blue, red = planes(i420)
+    luma[:] = np.round(126 + 90 * np.sin(2 * np.pi * across) * np.cos(2 * np.pi * down))
+    blue[:] = np.round(128 + 60 * np.sin(2 * np.pi * across[::2]))
+    red[:] = np.round(128 + 60 * np.cos(2 * np.pi * down[::2]))
+    return i420
 
 
-def likeness(shown: NDArray[Any], seen: NDArray[Any], height: int) -> float:
+def likeness(shown: NDArray[np.uint8], seen: NDArray[np.uint8]) -> float:
     """Return the lowest correlation of the three planes: 1 is alike, 0 grey, green or noise."""
-    planes = [(0, height), (height, height * 5 // 4), (height * 5 // 4, height * 3 // 2)]
-    return min(_correlation(shown[top:end], seen[top:end]) for top, end in planes)
+    return min(
+        _correlation(one, other) for one, other in zip(planes(shown), planes(seen), strict=True)
+    )
 
 
 def _correlation(one: NDArray[Any], other: NDArray[Any]) -> float:

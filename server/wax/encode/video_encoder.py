@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Final, Literal, Protocol
 
 import av
 import cv2
+import numpy as np
 from av.video.frame import PictureType, VideoFrame
 from av.video.reformatter import ColorRange, Colorspace
 
+from wax.capture.letterbox import planes
 from wax.encode.encoded import VIDEO_RATE_HZ, VIDEO_TIME_BASE, EncodedPicture
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from wax.capture.source import Picture
@@ -157,19 +158,19 @@ def _encode(
 
 
 def resize_i420(i420: NDArray[np.uint8], width: int, height: int) -> NDArray[np.uint8]:
-    """Scale a planar picture, shape ``(h * 3 // 2, w)``, plane by plane."""
+    """Scale a planar picture, shape ``(h * 3 // 2, w)``, plane by plane to an even size.
+
+    A chroma plane may have an odd number of rows, so that the next one begins within a row.
+    """
     old_width = i420.shape[1]
     old_height = i420.shape[0] * 2 // 3
     if (old_width, old_height) == (width, height):
         return i420
     shrink = cv2.INTER_AREA if width < old_width else cv2.INTER_LINEAR
-    luma = cv2.resize(i420[:old_height], (width, height), interpolation=shrink)
-    chroma = i420[old_height:].reshape(2, old_height // 2, old_width // 2)
-    planes = [
-        cv2.resize(plane, (width // 2, height // 2), interpolation=shrink).reshape(-1, width)
-        for plane in chroma
-    ]
-    return cv2.vconcat([luma, *planes])  # type: ignore[return-value]  # cv2 forgets the dtype
+    resized = np.empty((height * 3 // 2, width), np.uint8)
+    for plane, target in zip(planes(np.ascontiguousarray(i420)), planes(resized), strict=True):
+        cv2.resize(plane, target.shape[::-1], dst=target, interpolation=shrink)
+    return resized
 
 
 def _vp8(rendition: RenditionSettings) -> av.VideoCodecContext:
