@@ -7,6 +7,7 @@ import signal
 from typing import TYPE_CHECKING
 
 import pytest
+from playwright.async_api import expect
 
 from e2e.harness import toml
 from e2e.harness.probe import assert_live
@@ -24,6 +25,17 @@ pytestmark = pytest.mark.timeout(120)
 
 SAID_WITHIN_MS = 1000
 """A safety deadline: the operator must not mistake an old picture for a live one."""
+STOP_SAID_WITHIN_MS = 2000
+"""A safety deadline, too: until then somebody believes that the robot stands."""
+TOLD_AFTER_MS = """() => new Promise((resolve) => {
+    const pressedMs = performance.now();
+    new MutationObserver(() => {
+        const told = document.querySelector('[role="alert"]')?.textContent ?? "";
+        if (told.includes("not confirmed this Stop")) resolve(performance.now() - pressedMs);
+    }).observe(document.body, { childList: true, subtree: true });
+    const button = [...document.querySelectorAll("button")].find((one) => one.innerText === "Stop");
+    button.dispatchEvent(new PointerEvent("pointerdown", { bubbles: true }));
+})"""
 
 
 async def test_a_server_that_is_gone_is_told_within_a_second_and_found_again(
@@ -72,3 +84,20 @@ async def test_a_server_that_is_gone_is_told_within_a_second_and_found_again(
         await server.stop(signal.SIGTERM)
         _, said = await viewer.probe("said()")
         assert "The server is restarting or was switched off." in said
+
+
+async def test_a_stop_into_a_dead_line_says_so_within_two_seconds_until_it_is_taken(
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer
+) -> None:
+    """Nobody is left to believe in a Stop that did not arrive; the page itself gets it through."""
+    async with serve(tmp_path, toml.CARD) as server:
+        viewer = await open_viewer(server)
+        page = viewer.page
+        os.kill(server.pid, signal.SIGSTOP)
+        told_ms = await page.evaluate(TOLD_AFTER_MS)
+        assert told_ms < STOP_SAID_WITHIN_MS
+        assert await viewer.button("Stop").is_enabled()
+        os.kill(server.pid, signal.SIGCONT)
+        await server.until(lambda told: told["stop"] is not None, "the robot is stopped")
+        await expect(page.get_by_role("alert")).to_have_count(0, timeout=20_000)
+        await expect(page.get_by_text("You stopped the robot")).to_be_visible(timeout=20_000)

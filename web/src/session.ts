@@ -404,6 +404,7 @@ export function startSession(): Session {
   /** Sends the page's name and wishes over a new connection. */
   function greet(): void {
     const { name } = state.preferences.peek();
+    stopControl.connected();
     if (name) link.sendState({ type: "name", name });
     sendWant();
     cameras.tell();
@@ -574,6 +575,7 @@ export function startSession(): Session {
     state.pageMs.value = performance.now();
     const clock = state.isInRoom.peek() && roomViewer ? roomViewer : link.clock;
     state.serverMs.value = clock.toServerMs(performance.now());
+    stopControl.look(performance.now());
     talk.look(performance.now());
     cameras.look(performance.now(), document.hidden);
   }, CLOCKS_EVERY_MS);

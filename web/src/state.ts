@@ -155,6 +155,8 @@ export interface State extends Permissions {
   isLinkForDriving: ReadonlySignal<boolean>;
   /** The number of the stop in force, null for none. */
   stopNumber: ReadonlySignal<number | null>;
+  /** Whether this page has pressed Stop, and the server has not said in time that it took it. */
+  isStopUnconfirmed: Signal<boolean>;
   /** Whether the host lets nobody see or hear anything now. */
   isBlanked: ReadonlySignal<boolean>;
   /** Until when the host's message is shown, by this page's clock to the minute; null for good. */
@@ -237,6 +239,7 @@ export function createState(kept: Preferences): State {
     drivingTurn,
     isLinkForDriving: computed(() => isNeededForDriving(served.value, drivingTurn.value)),
     stopNumber,
+    isStopUnconfirmed: signal(false),
     ...permissions({ hello, room, me, drivingTurn, isHere }),
     isBlanked: computed(() => room.value?.host_settings.blanked === true),
     messageEndsMs: computed(() => {

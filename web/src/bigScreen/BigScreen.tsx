@@ -5,6 +5,7 @@ import type { Session } from "../actions";
 import { SessionContext, useSession, useState } from "../view/context";
 import { robotName } from "../view/robotName";
 import { StopButton } from "../view/StopButton";
+import { Toast } from "../view/Toast";
 import { keepAwake } from "../wakeLock";
 import { named } from "../words/named";
 import { said } from "../words/said";
@@ -42,6 +43,9 @@ export function BigScreen({ session }: { session: Session }) {
         <Sound />
         <div class="big-screen-stop">
           <StopButton />
+        </div>
+        <div class="big-screen-toasts">
+          <Toast />
         </div>
       </main>
     </SessionContext.Provider>

@@ -103,6 +103,16 @@ it("hides its pointer and Stop until somebody moves, and again 3 s later", () =>
   expect(isIdle()).toBe(true);
 });
 
+it("says what became of a Stop that was pressed here", () => {
+  open();
+  act(() => {
+    session.state.isStopUnconfirmed.value = true;
+    session.state.notice.value = { text: says("Too many Stops.") };
+  });
+  expect(getByRole(body, "alert").textContent).toContain("not confirmed this Stop");
+  expect(getByText(body, "Too many Stops.")).toBeTruthy();
+});
+
 it("has no control but Stop", () => {
   open();
   show({ watching: [9] });

@@ -10,6 +10,11 @@ let isOpen: boolean;
 let respond: () => Promise<Response>;
 const say = vi.fn();
 const stopNumber = signal<number | null>(null);
+const isConnected = signal(true);
+const isStopUnconfirmed = signal(false);
+const state = { stopNumber, isConnected, isStopUnconfirmed };
+/** Lets what was posted be answered. */
+const answers = () => new Promise((resolve) => setTimeout(resolve));
 let clock: ServerClock;
 let stopControl: StopControl;
 
@@ -19,6 +24,9 @@ beforeEach(() => {
   respond = async () => new Response('{"stop": 7}');
   say.mockClear();
   stopNumber.value = null;
+  isConnected.value = true;
+  isStopUnconfirmed.value = false;
+  vi.spyOn(performance, "now").mockReturnValue(0);
   clock = new ServerClock();
   vi.stubGlobal("fetch", (path: string, { body }: RequestInit) => {
     done.push(`${path} ${body}`);
@@ -35,7 +43,7 @@ beforeEach(() => {
     beat: "x7-_2A",
   };
   stopControl = new StopControl({
-    state: { stopNumber },
+    state,
     link,
     client: () => "uuid",
     letGo: () => done.push("let go"),
@@ -55,15 +63,93 @@ it("says the server's sentence when it refuses", async () => {
   await eventually(() => expect(say).toHaveBeenCalledWith(says("Only whoever drives.")));
 });
 
-it("says so when nobody answers, unless the stop is known to be latched", async () => {
-  respond = () => Promise.reject(new TypeError("Failed to fetch"));
+it.each([
+  ["nobody answers", () => Promise.reject(new TypeError("Failed to fetch"))],
+  ["the server fails", async () => new Response('{"error": "Failed."}', { status: 500 })],
+  ["a proxy answers", async () => new Response("Bad gateway", { status: 502 })],
+  ["a portal answers", async () => new Response("<h1>Log in</h1>")],
+  ["a portal answers anything", async () => new Response("{}")],
+])("shows within 2 s that it is not confirmed where %s, and goes on trying", async (_, answer) => {
+  respond = answer;
   stopControl.stop();
-  await eventually(() => expect(say).toHaveBeenCalledWith(expect.stringContaining("by hand")));
-  say.mockClear();
-  stopNumber.value = 7;
-  stopControl.stop();
-  await new Promise((resolve) => setTimeout(resolve));
+  await answers();
+  stopControl.look(1400);
+  expect(isStopUnconfirmed.value).toBe(false);
+  done = [];
+  stopControl.look(1800);
+  expect(isStopUnconfirmed.value).toBe(true);
+  expect(done).toEqual(["stop", 'api/stop {"client":"uuid"}']);
+  await answers();
+  stopControl.look(5800);
+  expect(done).toHaveLength(4);
   expect(say).not.toHaveBeenCalled();
+  stopNumber.value = 7;
+  stopControl.look(6000);
+  expect(isStopUnconfirmed.value).toBe(false);
+  done = [];
+  stopControl.look(20_000);
+  expect(done).toEqual([]);
+  expect(say).not.toHaveBeenCalled();
+});
+
+it("goes by both ways again at each press, and tells no later for that", () => {
+  respond = () => new Promise(() => {});
+  stopControl.stop();
+  vi.spyOn(performance, "now").mockReturnValue(1000);
+  done = [];
+  stopControl.stop();
+  expect(done).toEqual(["stop", 'api/stop {"client":"uuid"}', "let go"]);
+  stopControl.look(1800);
+  expect(isStopUnconfirmed.value).toBe(true);
+});
+
+it.each([
+  ["the room is silent", true, null],
+  ["the room tells of an earlier stop", true, 3],
+  ["there is no connection", false, 7],
+])("says that it was taken, by the answer, where %s", async (_, connected, inForce) => {
+  stopNumber.value = inForce;
+  isConnected.value = connected;
+  stopControl.stop();
+  await answers();
+  stopControl.look(400);
+  expect(say).not.toHaveBeenCalled();
+  stopControl.look(600);
+  expect(say).toHaveBeenCalledExactlyOnceWith(expect.stringContaining("taken"));
+  stopControl.look(5000);
+  expect([say.mock.calls.length, isStopUnconfirmed.value]).toEqual([1, false]);
+});
+
+it("leaves it to the card where the room tells of this stop", async () => {
+  stopControl.stop();
+  await answers();
+  stopNumber.value = 7;
+  stopControl.look(200);
+  stopControl.look(5000);
+  expect(say).not.toHaveBeenCalled();
+});
+
+it("goes to a new connection, too, unless the server has it", async () => {
+  respond = () => Promise.reject(new TypeError("Failed to fetch"));
+  stopControl.connected();
+  expect(done).toEqual([]);
+  stopControl.stop();
+  done = [];
+  respond = async () => new Response('{"stop": 7}');
+  stopControl.connected();
+  expect(done).toEqual(["stop", 'api/stop {"client":"uuid"}']);
+  await answers();
+  stopControl.connected();
+  expect(done).toHaveLength(2);
+});
+
+it("sends no more once the server itself refuses", async () => {
+  respond = async () => new Response('{"error": "Too often."}', { status: 429 });
+  stopControl.stop();
+  await answers();
+  done = [];
+  stopControl.look(2000);
+  expect([done, isStopUnconfirmed.value]).toEqual([[], false]);
 });
 
 it("releases by the channel, with the number, the server's time and the newest beat", () => {
@@ -73,7 +159,7 @@ it("releases by the channel, with the number, the server's time and the newest b
   stopNumber.value = 7;
   const link = { sendState, clock, beat: "x7-_2A" };
   new StopControl({
-    state: { stopNumber },
+    state,
     link,
     client: () => "uuid",
     letGo: () => {},
@@ -112,7 +198,7 @@ it("shows nobody the words of a mistake in the page", async () => {
   stopNumber.value = 7;
   respond = async () => ({}) as Response;
   stopControl.release();
-  await new Promise((resolve) => setTimeout(resolve));
+  await answers();
   expect(say).not.toHaveBeenCalled();
 });
 

@@ -6,9 +6,10 @@ import { postRelease, postStop } from "../link/stop";
 import type { State } from "../state";
 import type { Saying } from "../words/said";
 import { t } from "../words/words";
+import { StopPress } from "./stopPress";
 
 export interface StopControlOptions {
-  state: Pick<State, "stopNumber">;
+  state: Pick<State, "stopNumber" | "isConnected" | "isStopUnconfirmed">;
   link: Pick<Link, "sendState" | "clock" | "beat">;
   client: () => string;
   /** Releases everything at once. */
@@ -19,18 +20,61 @@ export interface StopControlOptions {
 
 /** Stop for everybody, and its release. */
 export class StopControl {
+  /** The press of which nobody knows yet what became. */
+  #press: StopPress | null = null;
+
   constructor(private readonly options: StopControlOptions) {}
 
-  /** Sends it by both transports at once, in any state; only then releases this page's controls. */
+  /**
+   * Sends it by both transports at once, in any state; only then releases this page's controls. It is
+   * sent again until the server has taken or refused it.
+   */
   stop(): void {
-    const { link, client, letGo, state, say } = this.options;
-    link.sendState({ type: "stop" });
-    const posted = postStop(client());
+    const { letGo, state } = this.options;
+    // Whoever presses again and again is told no later for that.
+    const press = this.#press ?? new StopPress(state.stopNumber.peek(), performance.now());
+    this.#press = press;
+    this.#send(press);
     letGo();
-    posted.catch((error: unknown) => {
-      if (error instanceof RequestError && error.isRefusal) say(error.saying);
-      else if (state.stopNumber.peek() === null) say(t("stop.not_answered"));
-    });
+  }
+
+  /** Tells whoever pressed it what has become of it, and sends it again; call a few times a second. */
+  look(nowMs: number): void {
+    const press = this.#press;
+    if (!press) return;
+    const { state, say } = this.options;
+    const stop = state.stopNumber.peek();
+    press.told(stop, nowMs);
+    state.isStopUnconfirmed.value = press.isUnconfirmed(nowMs);
+    if (press.taken !== null) {
+      const isShown = state.isConnected.peek() && stop === press.taken;
+      if (!isShown && !press.isSettled(nowMs)) return;
+      if (!isShown) say(t("stop.taken"));
+      this.#press = null;
+    } else if (press.isDue(nowMs)) {
+      press.tried(nowMs);
+      this.#send(press);
+    }
+  }
+
+  /** What was sent to the connection before may be lost with it. */
+  connected(): void {
+    if (this.#press?.taken === null) this.#send(this.#press);
+  }
+
+  #send(press: StopPress): void {
+    const { link, client, state, say } = this.options;
+    link.sendState({ type: "stop" });
+    postStop(client()).then(
+      (stop) => press.answered(stop, performance.now()),
+      (error: unknown) => {
+        if (this.#press !== press || press.taken !== null) return;
+        if (!(error instanceof RequestError && error.isFinal)) return; // it is sent again
+        this.#press = null;
+        state.isStopUnconfirmed.value = false;
+        say(error.saying);
+      },
+    );
   }
 
   /**

@@ -13,6 +13,8 @@ export class RequestError extends Error {
     readonly retryAfterMs: number | null = null,
     /** The page may not stay, and need not try again by itself. */
     readonly ended: Ended | null = null,
+    /** Our server itself says no, and why: asking again is in vain. */
+    readonly isFinal = false,
   ) {
     super(said(saying)); // for the console; a reader is told the saying
   }
@@ -61,9 +63,12 @@ export async function ask(path: string, init: RequestInit = {}): Promise<Answer>
   }
   const body = await response.json().catch(() => null);
   if (response.ok && body !== null) return body;
-  const sentence = told(body) ?? ours("link.answered", { status: String(response.status) });
+  const why = told(body);
+  const sentence = why ?? ours("link.answered", { status: String(response.status) });
   const ended = body?.ended === true ? endedFor(sentence, body.openings) : null;
-  throw new RequestError(sentence, true, retryAfterMs(response), ended);
+  // What fails with 5xx, or answers in the server's place, may be over in a moment.
+  const isFinal = why !== null && response.status >= 400 && response.status < 500;
+  throw new RequestError(sentence, true, retryAfterMs(response), ended, isFinal);
 }
 
 /** Why it was refused; what stands between the server and this page may say it in plain words. */

@@ -1,6 +1,5 @@
 import { beforeEach, expect, it, vi } from "vitest";
 import { says } from "../words/said";
-import { RequestError } from "./http";
 import { postRelease, postStop } from "./stop";
 
 const fetching = vi.fn();
@@ -22,12 +21,21 @@ it("posts a stop in the same task, ahead of other requests and beyond the life o
       priority: "high",
     }),
   );
-  await posted;
+  expect(await posted).toBe(7);
+});
+
+it("takes an answer without a stop for none", async () => {
+  fetching.mockResolvedValue(new Response('{"ok": true}'));
+  await expect(postStop("c")).rejects.toMatchObject({ isFinal: false });
 });
 
 it("tells a refusal from silence", async () => {
   fetching.mockResolvedValue(new Response('{"error": "Only whoever drives."}', { status: 403 }));
-  await expect(postStop("c")).rejects.toEqual(new RequestError(says("Only whoever drives."), true));
+  await expect(postStop("c")).rejects.toMatchObject({
+    saying: says("Only whoever drives."),
+    isRefusal: true,
+    isFinal: true,
+  });
   fetching.mockRejectedValue(new TypeError("Failed to fetch"));
   await expect(postStop("c")).rejects.toMatchObject({ isRefusal: false });
 });

@@ -1,16 +1,24 @@
 /** Stop and its release by HTTP; when, and what goes by the channel: `drive/stopControl.ts`. */
 
-import { post } from "./http";
+import { ours } from "../words/said";
+import { post, RequestError } from "./http";
 
 const STOP_MS = 5000;
 
 /**
  * Presses Stop by HTTP, in parallel with the state channel; the request survives the page being
- * closed. It resolves when the stop is latched; throws `RequestError`.
+ * closed. Returns the number of the stop, once it is latched; throws `RequestError`.
  */
-export async function postStop(client: string): Promise<void> {
+export async function postStop(client: string): Promise<number> {
   const signal = AbortSignal.timeout(STOP_MS);
-  await post("api/stop", { client }, { keepalive: true, priority: "high", signal });
+  const { stop } = await post(
+    "api/stop",
+    { client },
+    { keepalive: true, priority: "high", signal },
+  );
+  if (typeof stop === "number") return stop;
+  // A portal that wants a login answers everything.
+  throw new RequestError(ours("link.no_answer"), false);
 }
 
 /** Releases the stop with this number when there is no channel; throws `RequestError`. */

@@ -1,5 +1,5 @@
 // @vitest-environment dom
-import { getByText, queryByRole, queryByText } from "@testing-library/dom";
+import { getByRole, getByText, queryByRole, queryByText } from "@testing-library/dom";
 import { act } from "preact/test-utils";
 import { beforeEach, describe, expect, it, vi } from "vitest";
 import { hello, pressedBy, room } from "../testing/messages";
@@ -72,6 +72,20 @@ describe("Stop", () => {
     });
     expect(button("Stop").disabled).toBe(false);
   });
+});
+
+it("says for as long as it is so that a Stop is not confirmed, and lets it be pressed again", () => {
+  show({ operator: 2, watching: [1] });
+  expect(queryByRole(body, "alert")).toBeNull();
+  act(() => {
+    state.isStopUnconfirmed.value = true;
+  });
+  expect(getByRole(body, "alert").textContent).toContain("not confirmed this Stop");
+  expect(button("Stop").disabled).toBe(false);
+  act(() => {
+    state.isStopUnconfirmed.value = false;
+  });
+  expect(queryByRole(body, "alert")).toBeNull();
 });
 
 describe("a stop that is latched", () => {

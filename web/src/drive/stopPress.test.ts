@@ -1,0 +1,48 @@
+import { expect, it } from "vitest";
+import { StopPress } from "./stopPress";
+
+it("is unconfirmed once 1.6 s have brought neither an answer nor another stop", () => {
+  const press = new StopPress(null, 1000);
+  press.told(null, 1200);
+  expect(press.isUnconfirmed(2599)).toBe(false);
+  expect(press.isUnconfirmed(2600)).toBe(true);
+  press.answered(3, 2700);
+  expect(press.isUnconfirmed(2700)).toBe(false);
+});
+
+it("is taken as the first stop that the server or the room tells", () => {
+  const answered = new StopPress(null, 0);
+  answered.answered(3, 100);
+  answered.told(4, 200);
+  expect(answered.taken).toBe(3);
+  const told = new StopPress(null, 0);
+  told.told(4, 100);
+  expect(told.taken).toBe(4);
+});
+
+it("takes a stop that was in force before for no answer, since it may be released by now", () => {
+  const press = new StopPress(3, 0);
+  press.told(3, 2000);
+  expect([press.taken, press.isUnconfirmed(2000)]).toEqual([null, true]);
+  press.told(4, 2100);
+  expect(press.taken).toBe(4);
+});
+
+it("is sent again when it counts as unconfirmed, and then every 4 s", () => {
+  const press = new StopPress(null, 0);
+  expect(press.isDue(1599)).toBe(false);
+  expect(press.isDue(1600)).toBe(true);
+  press.tried(1600);
+  expect(press.isDue(5599)).toBe(false);
+  expect(press.isDue(5600)).toBe(true);
+  press.answered(3, 5600);
+  expect(press.isDue(9999)).toBe(false);
+});
+
+it("gives the card 0.6 s from the answer to show the stop", () => {
+  const press = new StopPress(null, 0);
+  expect(press.isSettled(9000)).toBe(false);
+  press.answered(3, 9000);
+  press.told(3, 9500);
+  expect([press.isSettled(9599), press.isSettled(9600)]).toEqual([false, true]);
+});
