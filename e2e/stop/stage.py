@@ -78,7 +78,7 @@ _RAMP_S: Final = 1.5
 _LONG_TURNS: Final = {"turns": {"turn_s": 3600.0, "grace_s": 0.5}}
 
 STOPS_AT_EACH_TRIAL: Final = {
-    "stop": {"max_per_minute": 10_000, "max_per_minute_per_address": 10_000}
+    "stop": {"max_per_minute": 10_000, "max_per_minute_per_address": 10_000, "release_after_s": 0}
 }
 """For observers who press Stop in each trial, far more often than people may."""
 

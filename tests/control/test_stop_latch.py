@@ -4,12 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import cast
 
 import pytest
 from tests.control.rules import VOUCHED
 
 from wax.control.reasons import Refusal
-from wax.control.stop_latch import LatchedStop, Releaser, StopLatch, press, release
+from wax.control.stop_latch import (
+    LatchedStop,
+    Releaser,
+    StopLatch,
+    adds_nothing,
+    press,
+    release,
+)
 from wax.control.turn_view import TurnView
 from wax.sentence import says
 
@@ -44,6 +52,7 @@ RELEASED = {
     "a stamp ahead by the line's delay": (ADA, 2, 101.149),
     "the host's stamp, a little ahead": ("host", 2, 101.049),
 }
+LOST_TURN = replace(TURN, present=False)
 
 
 @pytest.mark.parametrize(("by", "number", "sent_s"), RELEASED.values(), ids=RELEASED)
@@ -51,7 +60,9 @@ def test_released(by: Releaser, number: int, sent_s: float | None) -> None:
     """The operator and the host can release the stop."""
     after, refusal = release(PRESSED, by, number, sent_s, turn=TURN, now_s=NOW_S)
     assert refusal is None
-    assert after == replace(PRESSED, stop=None)
+    assert after == StopLatch(newest=2, pressed_s=100.0)
+    if by != ADA:
+        assert release(PRESSED, by, number, sent_s, turn=LOST_TURN, now_s=NOW_S)[1] is None
 
 
 def test_only_the_host_releases_the_hosts_stop() -> None:
@@ -65,7 +76,7 @@ def test_only_the_host_releases_the_hosts_stop() -> None:
             refusal = release(latch, other, 1, 100.0, turn=TURN, now_s=NOW_S)[1]
             assert refusal is Refusal.THE_HOSTS_STOP
         assert release(latch, "host", 1, 100.0, turn=TURN, now_s=NOW_S) == (
-            replace(latch, stop=None),
+            StopLatch(newest=1, pressed_s=latch.pressed_s),
             None,
         )
 
@@ -118,3 +129,82 @@ def test_what_is_not_latched_is_not_released() -> None:
     """A release while no stop lasts is refused, also a repeated one."""
     free, _ = release(PRESSED, ADA, 2, 100.5, turn=TURN, now_s=NOW_S)
     assert release(free, ADA, 2, 100.5, turn=TURN, now_s=NOW_S) == (free, Refusal.OTHER_STOP)
+
+
+RELEASE_AFTER_S = 3.0
+
+
+def pressed(*presses: tuple[int | None, float]) -> StopLatch:
+    latch = StopLatch()
+    for viewer, now_s in presses:
+        latch = press(latch, says("?"), now_s, viewer=viewer, release_after_s=RELEASE_AFTER_S)
+    return latch
+
+
+EVE = 3
+EARLY = {
+    "somebody else's": (((BOB, 0.0),), 3.0),
+    "one from outside the room": (((None, 0.0),), 3.0),
+    "the operator's own": (((ADA, 0.0),), 0.0),
+    "the operator's own, twice": (((ADA, 0.0), (ADA, 1.0)), 1.0),
+    "again by the same": (((BOB, 0.0), (BOB, 2.9)), 3.0),
+    "again by another, once longer": (((BOB, 0.0), (EVE, 1.0)), 4.0),
+    "not twice longer": (((BOB, 0.0), (EVE, 1.0), (BOB, 3.9), (None, 3.9)), 4.0),
+    "the operator's behind somebody else's": (((BOB, 0.0), (ADA, 1.0)), 4.0),
+    "somebody else's behind the operator's": (((ADA, 0.0), (BOB, 2.9)), 5.9),
+    "again by the same, later": (((BOB, 0.0), (BOB, 3.0)), 6.0),
+    "the operator's, when somebody else's may be released": (((BOB, 0.0), (ADA, 3.0)), 3.0),
+}
+
+
+@pytest.mark.parametrize(("presses", "until_s"), EARLY.values(), ids=EARLY)
+def test_the_operator_releases_somebody_elses_stop_later(
+    presses: tuple[tuple[int | None, float], ...], until_s: float
+) -> None:
+    """Somebody else's stop lasts for its time before an operator may release it."""
+    latch, newest_s = pressed(*presses), presses[-1][1]
+    for now_s in (newest_s, until_s - 0.001):
+        if newest_s <= now_s < until_s:
+            asked = release(latch, ADA, 1, None, turn=TURN, now_s=now_s)
+            assert asked == (latch, Refusal.RELEASED_EARLY)
+    for releaser, now_s in ((ADA, max(newest_s, until_s)), ("host", newest_s), ("house", newest_s)):
+        by = cast("Releaser", releaser)
+        assert release(latch, by, 1, None, turn=TURN, now_s=now_s)[1] is None
+
+
+def test_the_next_stop_has_its_own_time() -> None:
+    """A stop pressed after an early release by the host lasts for a time of its own."""
+    free, _ = release(pressed((BOB, 0.0)), "host", 1, None, turn=TURN, now_s=1.0)
+    assert not adds_nothing(free, BOB, 1.0)
+    latch = press(free, says("Bob"), 1.0, viewer=BOB, release_after_s=RELEASE_AFTER_S)
+    assert release(latch, ADA, 2, None, turn=TURN, now_s=3.999)[1] is Refusal.RELEASED_EARLY
+    assert release(latch, ADA, 2, None, turn=TURN, now_s=4.0)[1] is None
+
+
+def test_what_a_press_adds() -> None:
+    """A press before the release adds nothing, unless another viewer alone has pressed the stop."""
+    latch = pressed((BOB, 0.0))
+    assert adds_nothing(latch, BOB, 2.9)
+    assert not adds_nothing(latch, EVE, 2.9)
+    assert not adds_nothing(latch, BOB, 3.0)
+    assert adds_nothing(pressed((BOB, 0.0), (EVE, 1.0)), ADA, 3.9)
+
+
+def test_a_press_that_adds_nothing_is_still_one() -> None:
+    """It outdates releases sent before it, and makes the stop the host's."""
+    latch = press(pressed((None, 0.0)), says("the host"), 1.0, by_host=True)
+    assert latch.stop is not None
+    assert latch.stop.by_host
+    assert release(latch, "host", 1, 0.9, turn=TURN, now_s=1.0)[1] is Refusal.OTHER_STOP
+
+
+def test_an_early_release_of_another_stop_is_of_another_stop() -> None:
+    """The operator hears what waiting cannot mend rather than that it is early."""
+    early = release(pressed((BOB, 0.0)), ADA, 2, None, turn=TURN, now_s=0.0)
+    assert early[1] is Refusal.OTHER_STOP
+
+
+def test_without_a_time_of_its_own_a_stop_may_be_released_at_once() -> None:
+    """A host may have the operator release any stop at once."""
+    latch = press(StopLatch(), says("Bob"), 0.0, viewer=BOB)
+    assert release(latch, ADA, 1, None, turn=TURN, now_s=0.0)[1] is None

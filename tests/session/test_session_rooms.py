@@ -236,9 +236,10 @@ async def test_who_has_a_seat_stops_the_robot_within_a_budget(rig: Rig) -> None:
     latched = rig.room.snapshot(rig.clock.time_s).stop
     assert latched is not None
     assert (latched.number, latched.by) == (number, FROM_ROOM)
-    pressed = (rig.room.stop_by(EVE, TAB) for _ in range(1000))
-    with pytest.raises(ForbiddenError, match=str(TOO_OFTEN)):
-        list(pressed)
+    with pytest.raises(ForbiddenError, match=str(TOO_OFTEN)):  # noqa: PT012 - the one too many
+        for _ in range(10):
+            rig.clock.time_s += 3.0
+            rig.room.stop_by(EVE, TAB)
 
 
 # --- the queue -------------------------------------------------------------------------------

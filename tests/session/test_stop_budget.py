@@ -49,8 +49,15 @@ class Control:
     def __init__(self) -> None:
         self.asked: list[tuple[object, ...]] = []
         self.refusal: Refusal | None = None
+        self.is_pressed = False
 
-    def press_stop(self, by: Sentence, *, viewer: int | None, by_host: bool) -> int:
+    def would_add_nothing(self, viewer: int | None) -> bool:
+        return self.is_pressed
+
+    def press_stop(
+        self, by: Sentence, *, viewer: int | None, by_host: bool, release_after_s: float
+    ) -> int:
+        assert release_after_s == StopSettings().release_after_s
         self.asked.append((by, viewer, by_host))
         return 7
 
@@ -133,6 +140,24 @@ def test_unknown_people_stop_nothing(control: Control) -> None:
     with pytest.raises(ForbiddenError):
         stops(control).press(None, is_host=False)
     assert control.asked == []
+
+
+def test_a_press_that_adds_nothing_is_free(control: Control) -> None:
+    """A press that adds nothing counts against no budget, and an ignored one is still ignored."""
+    clock, decisions = TurnedClock(), HostDecisions()
+    budget = stops(control, clock=clock, decisions=decisions)
+    control.is_pressed = True
+    for _ in range(10):
+        budget.press(BOB, is_host=False)
+    control.is_pressed = False
+    for _ in range(3):
+        budget.press(BOB, is_host=False)
+    with pytest.raises(ForbiddenError, match=str(TOO_OFTEN)):
+        budget.press(BOB, is_host=False)
+    control.is_pressed = True
+    decisions.muted.add("bob")
+    with pytest.raises(ForbiddenError, match=str(MUTED)):
+        budget.press(BOB, is_host=False)
 
 
 def test_who_is_muted_stops_nothing(control: Control) -> None:

@@ -507,6 +507,7 @@ class StopSettings(_Section):
     by: Literal["everybody", "operator"] = "everybody"
     max_per_minute: Annotated[int, Field(ge=1, le=10_000)] = 6
     max_per_minute_per_address: Annotated[int, Field(ge=1, le=10_000)] = 20
+    release_after_s: Annotated[float, Field(ge=0, le=60)] = 3.0
 
 
 Byte = Annotated[int, Field(ge=0, le=255)]

@@ -317,16 +317,29 @@ class ControlLoop:
 
     # --- stop, and what else keeps the robot standing ------------------------------------------
 
-    def press_stop(self, by: Sentence, *, viewer: int | None = None, by_host: bool = False) -> int:
+    def press_stop(
+        self,
+        by: Sentence,
+        *,
+        viewer: int | None = None,
+        by_host: bool = False,
+        release_after_s: float = 0.0,
+    ) -> int:
         """Stop the robot now, before anything else, until the stop is released.
 
-        Returns the number of the stop in force. `by` tells people who it was.
+        Returns the number of the stop in force. `by` tells people who it was. An operator who
+        has not pressed it alone may release it after `release_after_s`.
         """
         try:
             self._safe_driver.stop_even_if_lent(self._turns.number)
         finally:
             self._latch = stop_latch.press(
-                self._latch, by, self._clock.now_s(), viewer=viewer, by_host=by_host
+                self._latch,
+                by,
+                self._clock.now_s(),
+                viewer=viewer,
+                by_host=by_host,
+                release_after_s=release_after_s,
             )
         self._controls.let_go()
         self._counts["stops.pressed"] += 1
@@ -346,6 +359,10 @@ class ControlLoop:
         if refusal is None:
             self._hold(now_s, Hold.STOPPED)
         return refusal
+
+    def would_add_nothing(self, viewer: int | None) -> bool:
+        """Return whether a press by this viewer would leave the stop in force as it is."""
+        return stop_latch.adds_nothing(self._latch, viewer, self._clock.now_s())
 
     @property
     def latched(self) -> LatchedStop | None:

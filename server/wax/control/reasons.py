@@ -33,6 +33,7 @@ class Refusal(Enum):
     NOT_YOUR_STOP = Sentence("stop.not_yours")
     THE_HOSTS_STOP = Sentence("stop.the_hosts")
     OTHER_STOP = Sentence("stop.other")
+    RELEASED_EARLY = Sentence("stop.released_early")
     RELEASED_LATE = Sentence("stop.released_late")
     NO_SUCH_CONTROL = Sentence("control.unknown")
     NOT_YOUR_CONTROL = Sentence("control.not_yours")

@@ -2,7 +2,8 @@
 
 Each stop has a rising number, and a release names the stop that it is for. A release for an earlier
 stop, one that took too long to arrive, or one sent before somebody pressed again has no effect. A
-stop that the host has pressed, too, only the host releases.
+stop that the host has pressed, too, only the host releases. An operator may not release somebody
+else's stop for the first seconds, so that a bystander has time to act.
 A release moves nothing: the loop asks for a neutral command after it.
 """
 
@@ -41,11 +42,22 @@ class LatchedStop:
 
 @dataclass(frozen=True, slots=True)
 class StopLatch:
-    """`newest` is the number of the newest stop, 0 before the first; `stop` the one in force."""
+    """`newest` is the number of the newest stop, 0 before the first; `stop` the one in force.
+
+    Before `releasable_s` no operator may release it but `sole_presser`, the only viewer who has
+    pressed it until then; None where there is none.
+    """
 
     newest: int = 0
     stop: LatchedStop | None = None
     pressed_s: float = -math.inf
+    releasable_s: float = -math.inf
+    sole_presser: int | None = None
+
+
+def adds_nothing(latch: StopLatch, viewer: int | None, now_s: float) -> bool:
+    """Return whether a press by this viewer would leave the stop in force as it is."""
+    return now_s < latch.releasable_s and latch.sole_presser in (None, viewer)
 
 
 def press(
@@ -55,15 +67,27 @@ def press(
     *,
     viewer: int | None = None,
     by_host: bool = False,
+    release_after_s: float = 0.0,
 ) -> StopLatch:
     """Latch a stop; pressing again keeps its number and the name.
+
+    Only after `release_after_s` may an operator release it. A second viewer's press within that
+    time makes it begin anew, once: presses that cost nothing keep no robot standing for ever.
 
     A release sent before the second press has no effect all the same, however late it arrives:
     otherwise whoever presses all the time would make every release one for an earlier stop.
     """
     stop = latch.stop or LatchedStop(latch.newest + 1, by, viewer)
     stop = replace(stop, by_host=stop.by_host or by_host)
-    return StopLatch(newest=stop.number, stop=stop, pressed_s=now_s)
+    if adds_nothing(latch, viewer, now_s):
+        return replace(latch, stop=stop, pressed_s=now_s)
+    return StopLatch(
+        newest=stop.number,
+        stop=stop,
+        pressed_s=now_s,
+        releasable_s=now_s + release_after_s,
+        sole_presser=None if now_s < latch.releasable_s else viewer,
+    )
 
 
 def release(
@@ -85,7 +109,11 @@ def release(
         refusal = Refusal.OTHER_STOP
     if refusal is None and sent_s is not None:
         refusal = _untimely(latch, sent_s, turn.one_way_s if isinstance(by, int) else None, now_s)
-    return (replace(latch, stop=None) if refusal is None else latch), refusal
+    if refusal is None and _is_early(latch, by, now_s):
+        refusal = Refusal.RELEASED_EARLY
+    if refusal is not None:
+        return latch, refusal
+    return StopLatch(newest=latch.newest, pressed_s=latch.pressed_s), None
 
 
 def _not_entitled(by: Releaser, turn: TurnView, stop: LatchedStop | None) -> Refusal | None:
@@ -96,6 +124,10 @@ def _not_entitled(by: Releaser, turn: TurnView, stop: LatchedStop | None) -> Ref
     if stop is not None and stop.by_host:
         return Refusal.THE_HOSTS_STOP
     return None if turn.present or by == "house" else Refusal.LOST
+
+
+def _is_early(latch: StopLatch, by: Releaser, now_s: float) -> bool:
+    return isinstance(by, int) and by != latch.sole_presser and now_s < latch.releasable_s
 
 
 def _untimely(

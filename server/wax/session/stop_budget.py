@@ -9,6 +9,7 @@ least `KNOWN_S`. So whoever was here before a flood of new browsers stops the ro
 The price: somebody new, at an address whose budget others have just used up, is not heard. It takes
 an attacker at their own address, and the robot was stopped twelve times within that minute. The
 operator's and the host's own presses always count, and so do everybody's at other addresses.
+A press that leaves the stop in force as it is costs nothing.
 The host sees who presses, by address, since browsers are cheap, and can ignore an address.
 """
 
@@ -110,12 +111,12 @@ class StopBudget:
         drives = viewer is not None and viewer.number == self._turns.operator
         by = HOST if viewer is None else _named(viewer)
         if not (drives or is_host):
-            self._check(None if viewer is None else viewer.visitor, by)
+            self._check(viewer, None if viewer is None else viewer.visitor, by)
         return self._press(viewer, by, self._role(viewer, is_host))
 
     def press_from_room(self, visitor: Visitor) -> int:
         """Do the same for somebody who watches in a room of the cluster."""
-        self._check(visitor, FROM_ROOM)
+        self._check(None, visitor, FROM_ROOM)
         return self._press(None, FROM_ROOM, "observer")
 
     def press_from_house(self) -> int:
@@ -159,7 +160,10 @@ class StopBudget:
 
     def _press(self, viewer: Viewer | None, by: Sentence, role: StopRole) -> int:
         number = self._control.press_stop(
-            by, viewer=None if viewer is None else viewer.number, by_host=role == "host"
+            by,
+            viewer=None if viewer is None else viewer.number,
+            by_host=role == "host",
+            release_after_s=self._settings.release_after_s,
         )
         self._in_force = "host" if role == "host" else self._in_force or role
         self._keep()
@@ -183,7 +187,7 @@ class StopBudget:
         drives = viewer is not None and viewer.number == self._turns.operator
         return "operator" if drives else "observer"
 
-    def _check(self, visitor: Visitor | None, by: Sentence) -> None:
+    def _check(self, viewer: Viewer | None, visitor: Visitor | None, by: Sentence) -> None:
         if visitor is None or self._settings.by != "everybody":
             raise ForbiddenError(ONLY_THE_OPERATOR_STOPS)
         now_s = self._clock.now_s()
@@ -191,7 +195,8 @@ class StopBudget:
         decisions = self._decisions
         if visitor.identity in decisions.muted or visitor.address in decisions.muted_addresses:
             raise ForbiddenError(MUTED)
-        if not self._has_budget(visitor, now_s):
+        is_free = self._control.would_add_nothing(None if viewer is None else viewer.number)
+        if not is_free and not self._has_budget(visitor, now_s):
             raise ForbiddenError(TOO_OFTEN)
 
     def _has_budget(self, visitor: Visitor, now_s: float) -> bool:
