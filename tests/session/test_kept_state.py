@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -187,7 +189,7 @@ def test_what_may_have_been_written_is_written_again(
     assert KeptFile(str(tmp_path)).before == KeptState()
 
 
-def _fail(_: Path) -> None:
+def _fail(*_: object) -> None:
     raise OSError(5, "Input/output error")
 
 
@@ -207,6 +209,42 @@ def test_what_could_not_be_written_is_tried_again(
     until(second.close)
     until(file.close)
     assert KeptFile(str(tmp_path / "folder")).before.stop == "host"
+
+
+def test_a_full_disk_has_room_for_a_stop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As large as it may be: no file can be made any more, and the one that is there not grow."""
+    file = kept(tmp_path)
+    until((tmp_path / FILE).exists)
+    room_bytes = (tmp_path / FILE).stat().st_size
+    opened = os.open
+
+    def full(path: Path, flags: int, *mode: int) -> int:
+        if flags & os.O_CREAT:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return opened(path, flags, *mode)
+
+    monkeypatch.setattr(os, "open", full)
+    largest = KeptState(
+        **{name: True for name in KeptState.model_fields if name.startswith(("is_", "are_"))},
+        stop="observer",
+        max_fraction=1 / 3,
+        closed_until_s=-1e300 / 3,
+    )
+    file.keep(largest)
+    until(file.close)
+    monkeypatch.undo()
+    assert (KeptFile(str(tmp_path)).before, file.problems()) == (largest, [])
+    assert (tmp_path / FILE).stat().st_size == room_bytes
+
+
+def test_it_is_told_from_the_start_that_a_stop_would_have_no_room(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the disk was full before there was a file."""
+    monkeypatch.setattr(kept_state, "_replace", _fail)
+    file = kept(tmp_path)
+    until(lambda: [one.code for one in file.problems()] == ["kept.unwritten"])
+    until(file.close)
 
 
 def test_what_was_not_read_is_not_written_over(

@@ -35,6 +35,8 @@ _AGAIN_S: Final = 10.0
 """What could not be written is tried again after this."""
 _CLOSE_S: Final = 0.5
 """How long the end waits for a slow disk."""
+_FILE_BYTES: Final = 512
+"""More than any state needs: a file of one size is written over where there is no room to grow."""
 
 
 class KeptState(BaseModel):
@@ -62,7 +64,8 @@ _DOUBT: Final = KeptState(stop="host", is_blanked=True, are_voices_muted=True)
 class KeptFile:
     """Keeps the newest state, in a thread: a disk may take longer than a Stop may.
 
-    `state_folder` as configured; `before` is what the last server kept.
+    `state_folder` as configured; `before` is what the last server kept. The file is there from the
+    start, so that a Stop has room once the disk is full.
     """
 
     def __init__(self, state_folder: str) -> None:
@@ -73,7 +76,7 @@ class KeptFile:
         except StateError as error:
             self._fail(error)
         self.before = self._read()
-        self._kept: KeptState | None = None if self.before is _DOUBT else self.before
+        self._kept: KeptState | None = None
         self._wanted = self.before
         self._lock: TextIO | None = None
         self._changed = threading.Event()
@@ -157,19 +160,18 @@ class KeptFile:
             return _DOUBT
 
     def _write(self, state: KeptState) -> None:
-        """Replace the file at once and for good: who presses Stop may cut the power next."""
+        """Write at once and for good: who presses Stop may cut the power next."""
         if self._path is None:
             return
-        new = self._path.with_suffix(".new")
+        content = state.model_dump_json().encode().ljust(_FILE_BYTES)
         try:
             self._claim()
             state_dir.prepare(self._path.parent)
-            new.unlink(missing_ok=True)
-            with os.fdopen(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
-                file.write(state.model_dump_json())
-                file.flush()
-                os.fsync(file.fileno())
-            new.replace(self._path)
+            try:
+                _replace(self._path, content)
+            except OSError:
+                if not _is_written_over(self._path, content):
+                    raise
             _sync(self._path.parent)
         except (OSError, StateError) as error:
             self._kept = None  # it may have been replaced all the same
@@ -186,6 +188,33 @@ class KeptFile:
 
 def _reason_of(error: Exception) -> str:
     return "it is damaged" if isinstance(error, ValidationError) else reason_of(error)
+
+
+def _replace(path: Path, content: bytes) -> None:
+    """Put another file in its place, whole or not at all; raises `OSError`."""
+    new = path.with_suffix(".new")
+    new.unlink(missing_ok=True)
+    with os.fdopen(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+    new.replace(path)
+
+
+def _is_written_over(path: Path, content: bytes) -> bool:
+    """Write into the file that is there, which a full disk allows, and return whether that went.
+
+    One that the power cuts in two says nothing, and so counts as a Stop.
+    """
+    try:
+        with os.fdopen(os.open(path, os.O_WRONLY), "wb") as file:
+            file.write(content)
+            file.truncate()
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError:
+        return False
+    return True
 
 
 def _sync(folder: Path) -> None:
