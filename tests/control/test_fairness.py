@@ -65,9 +65,23 @@ def test_what_is_long_ago_is_forgotten() -> None:
     assert not fairness.yields(ANN, WINDOW_S + 60.0)
 
 
-def test_only_the_last_hour_is_kept() -> None:
-    """Ten thousand turns leave no more than an hour of them."""
-    fairness = make(cooldown_s=3600.0)
+def test_what_is_kept_does_not_grow_with_turns() -> None:
+    """A hundred thousand turns of twenty people leave no more than these people's last hour."""
+    fairness = make(max_share_per_person=0.5)
+    people = [Person(str(number)) for number in range(20)]
+    for number in range(100_000):
+        fairness.drove(people[number % 20], number * 0.1, number * 0.1 + 0.1)
+    assert sum(len(minute.driven_ms) for minute in fairness._minutes) <= 20 * (WINDOW_S / 60 + 1)
+    assert fairness._all_ms <= (WINDOW_S + 60.0) * 1000
+
+
+def test_nobody_is_kept_for_longer_than_an_hour() -> None:
+    """Ten thousand people who drove one after another leave those of the last hour, then none."""
+    fairness = make(cooldown_s=3600.0, max_share_per_person=0.5)
     for number in range(10_000):
         fairness.drove(Person(str(number)), number * 10.0, number * 10.0 + 10.0)
-    assert len(fairness._driven) == len(fairness._last_s) == WINDOW_S / 10.0
+    kept = fairness._last_s, fairness._by_person_ms
+    assert all(len(each) <= WINDOW_S / 10.0 + 6 for each in kept)
+    assert not fairness.yields(ANN, 100_020.0 + WINDOW_S)
+    assert [len(each) for each in (*kept, fairness._by_address_ms, fairness._minutes)] == [0] * 4
+    assert fairness._all_ms == 0

@@ -6,15 +6,16 @@ Nobody is kept from an idle robot by any of this: each rule only lets others go 
 from __future__ import annotations
 
 import math
-from collections import deque
-from dataclasses import dataclass
+from collections import Counter, deque
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from wax.config.settings import TurnSettings
 
 WINDOW_S: Final = 3600.0
-"""Shares are of the time that was driven during this long."""
+"""Shares are of the turns that ended within this time, or up to a minute before."""
+_MINUTE_S: Final = 60.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,32 +31,49 @@ class Person:
     may_queue: bool = True
 
 
-@dataclass(frozen=True, slots=True)
-class _Driven:
-    person: Person
-    begun_s: float
-    ended_s: float
+@dataclass(slots=True)
+class _Minute:
+    """What was driven in turns that ended up to `end_s`, by each person at each address."""
 
-    def within(self, since_s: float) -> float:
-        return self.ended_s - max(self.begun_s, since_s)
+    end_s: float
+    driven_ms: Counter[tuple[str, str]] = field(default_factory=Counter)
 
 
 class Fairness:
-    """Remembers the turns of the last hour, and ranks people by them."""
+    """Remembers the turns of the last hour, minute by minute, and ranks people by them.
+
+    Ranking costs the same after any number of turns, and what is kept grows with people alone.
+    """
 
     def __init__(self, settings: TurnSettings) -> None:
         self._settings = settings
-        self._driven: deque[_Driven] = deque()
+        self._minutes: deque[_Minute] = deque()
+        self._all_ms = 0
+        self._by_person_ms = Counter[str]()
+        self._by_address_ms = Counter[str]()
         self._last_s: dict[str, float] = {}  # when each person's newest turn ended
 
     def drove(self, person: Person, begun_s: float, ended_s: float) -> None:
         """Remember a turn that is over."""
-        self._driven.append(_Driven(person, begun_s, ended_s))
+        self._forget(ended_s)
+        end_s = math.ceil(ended_s / _MINUTE_S) * _MINUTE_S
+        if not self._minutes or self._minutes[-1].end_s < end_s:
+            self._minutes.append(_Minute(end_s))
+        driven_ms = round((ended_s - begun_s) * 1000)
+        self._minutes[-1].driven_ms[person.key, person.address] += driven_ms
+        self._by_person_ms[person.key] += driven_ms
+        self._by_address_ms[person.address] += driven_ms
+        self._all_ms += driven_ms
         self._last_s[person.key] = ended_s
-        while self._driven[0].ended_s <= ended_s - WINDOW_S:
-            old = self._driven.popleft()
-            if self._last_s[old.person.key] == old.ended_s:
-                del self._last_s[old.person.key]
+
+    def _forget(self, now_s: float) -> None:
+        while self._minutes and self._minutes[0].end_s <= now_s - WINDOW_S:
+            for (key, address), driven_ms in self._minutes.popleft().driven_ms.items():
+                _take(self._by_person_ms, key, driven_ms)
+                _take(self._by_address_ms, address, driven_ms)
+                self._all_ms -= driven_ms
+                if self._last_s.get(key, math.inf) <= now_s - WINDOW_S:
+                    del self._last_s[key]
 
     def rank(self, person: Person, now_s: float) -> tuple[bool, bool, bool]:
         """Return what sorts before what: rested, invited, within their share."""
@@ -77,9 +95,12 @@ class Fairness:
         shares = self._settings.max_share_per_person, self._settings.max_share_per_address
         if shares == (1.0, 1.0):
             return False
-        since_s = now_s - WINDOW_S
-        recent = [one for one in self._driven if one.ended_s > since_s]
-        all_s = sum(one.within(since_s) for one in recent)
-        own_s = sum(one.within(since_s) for one in recent if one.person.key == person.key)
-        near_s = sum(one.within(since_s) for one in recent if one.person.address == person.address)
-        return own_s > shares[0] * all_s or near_s > shares[1] * all_s
+        self._forget(now_s)
+        own_ms, near_ms = self._by_person_ms[person.key], self._by_address_ms[person.address]
+        return own_ms > shares[0] * self._all_ms or near_ms > shares[1] * self._all_ms
+
+
+def _take(from_ms: Counter[str], key: str, driven_ms: int) -> None:
+    from_ms[key] -= driven_ms
+    if not from_ms[key]:
+        del from_ms[key]
