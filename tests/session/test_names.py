@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wax.protocol.messages import MAX_NAME_CHARS
+from wax.session import names
 from wax.session.names import clean_name, refusal
 
 
@@ -95,3 +96,13 @@ def test_looking_alike_is_mutual(one: str, other: str) -> None:
         refusal(one, []) is not None or refusal(other, []) is not None
     )
     assert refusal(one, [one]) is not None
+
+
+def test_each_name_is_looked_through_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A new name among a hundred costs what it is made of, not what all the others are made of."""
+    others = [f"{chr(0xFDFA) * 20}{number:03}" for number in range(100)]
+    assert refusal("Ada", others) is None
+    looked: list[str] = []
+    monkeypatch.setattr(names, "skeleton", lambda name: looked.append(name) or name)
+    assert refusal("Grace", others) is None
+    assert looked == ["Grace"]

@@ -35,6 +35,7 @@ from wax.driver.interface import (
     Twist,
 )
 from wax.errors import ForbiddenError, FullError, NoPlaceError, SignallingError
+from wax.fanout.batches import PORTION
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
 from wax.protocol import room_change
@@ -1060,3 +1061,22 @@ async def test_nobody_keeps_a_tape_that_there_is_not(rig: Rig, is_host: bool) ->
 
 def _by(name: str) -> dict[str, Any]:
     return Sentence("by.named", {"name": name}).wire()
+
+
+@pytest.mark.usefixtures("rig")
+async def test_what_was_put_off_is_done_for_a_few_viewers_in_a_pass() -> None:
+    """Names changed in step by many cost no pass of the event loop more than a few of them."""
+    rig = Rig({})
+    peers = [await rig.enter(f"guest-{number}") for number in range(6)]
+    for number, peer in enumerate(peers):
+        for name in ("Early", "Late"):
+            peer.says(type="name", name=f"{name} {number}")
+    rig.clock.time_s += 3.0
+    rig.room.round(rig.clock.time_s)
+
+    def renamed() -> int:
+        return sum(viewer.name.startswith("Late") for viewer in rig.viewers)
+
+    assert renamed() == PORTION
+    await asyncio.sleep(0)
+    assert renamed() == len(peers)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from wax.protocol.messages import MAX_NAME_CHARS
@@ -51,9 +52,13 @@ def refusal(name: str, others: Iterable[str], robot: str = "") -> Sentence | Non
     return None
 
 
-def _looks(name: str) -> set[str]:
-    """Return what a name is and what it looks like, which case may change: Ι is ι, and like l."""
-    return {_folded(name), _folded(skeleton(name))}
+@lru_cache(maxsize=1024)
+def _looks(name: str) -> frozenset[str]:
+    """Return what a name is and what it looks like, which case may change: Ι is ι, and like l.
+
+    Kept, since each new name is compared with everybody's: some characters become 18 of others.
+    """
+    return frozenset({_folded(name), _folded(skeleton(name))})
 
 
 def _folded(name: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import structlog
@@ -11,6 +12,7 @@ import structlog
 from wax.access.permissions import check
 from wax.control.fairness import Person
 from wax.errors import ForbiddenError, FullError, NotAdmittedError
+from wax.fanout.batches import in_batches
 from wax.house.commands import ReleaseAt
 from wax.protocol import messages, room_change
 from wax.sentence import Sentence
@@ -469,9 +471,7 @@ class Room:
         """Run one round; the rate of rounds does not depend on how much changes."""
         self._sweep(now_s)
         self._rooms.round(now_s)
-        for viewer in self._viewers:
-            with viewer.boundary:
-                viewer.settle(now_s)
+        in_batches([partial(_settle, viewer, now_s) for viewer in self._viewers])
         if self._voices is not None:
             self._voices.settle(now_s)
         if now_s - self._checked_s >= _CHECK_S:
@@ -567,6 +567,11 @@ class Room:
     def _news_for_rooms(self) -> str | None:
         now_s = self._clock.now_s()
         return self._rooms.news(self.snapshot(now_s), now_s)
+
+
+def _settle(viewer: Viewer, now_s: float) -> None:
+    with viewer.boundary:
+        viewer.settle(now_s)
 
 
 def _person(viewer: Viewer) -> Person:
