@@ -92,11 +92,13 @@ def test_a_secret_must_be_named() -> None:
         "http://0.0.0.0:8080/x",
         "https://robot.example.org:8080/x",
         "http://192.0.2.7:8080/x",
+        "http://Müller.example:8080/x",
     ],
 )
 def test_the_servers_own_port_is_refused(url: str) -> None:
     """By each name and address that the configuration knows for it."""
-    server = {"host": "192.0.2.7", "public_url": "https://robot.example.org"}
+    server: dict[str, Any] = {"host": "192.0.2.7", "public_url": "https://robot.example.org"}
+    server["names"] = ["xn--mller-kva.example"]
     assert "is this server itself; name the program" in _problem(url, server=server)
 
 

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from tests.web.test_preview_picture import encoded
 
 from wax.config.page import PageSettings
+from wax.config.settings import ServerSettings
 from wax.errors import NotForUsError
 from wax.web.branding import BrandedPage
 
@@ -175,7 +176,11 @@ def test_a_pasted_link_becomes_the_picture_where_a_site_may_show_it(tmp_path: Pa
         (f"{ORIGIN}/", {"format": "xml"}, 501),
         (f"{ORIGIN}.evil.example/", {}, 404),
         (f"{ORIGIN}/assets/a.js", {}, 404),
+        (f"{ORIGIN}0/", {}, 404),
+        ("http://robot.example/", {}, 404),
+        ("ftp://robot.example:8080/", {}, 404),
         ("https://museum.example/", {}, 404),
+        ("https://", {}, 404),
         ("", {}, 404),
     ],
 )
@@ -220,3 +225,23 @@ def test_whatever_a_host_writes_is_text(name: str, sentence: str) -> None:
     assert page.root["data-sentence"] == sentence
     assert page.meta["description"] == page.meta["og:description"] == sentence
     assert page.tags == plain.tags
+
+
+@pytest.mark.parametrize(
+    "url",
+    [
+        "https://Müller.EXAMPLE/Robot/",
+        "HTTPS://XN--MLLER-KVA.example:443/Robot",
+        "http://xn--mller-kva.example/Robot/?utm_source=x",
+        "http://müller.example:80/Robot",
+        "https://xn--mller-kva.example./Robot",
+    ],
+)
+def test_a_link_is_the_pages_however_it_is_written(url: str) -> None:
+    """By http or https, with the usual port or none, and in whichever letters."""
+    server = ServerSettings(public_url="https://müller.example/Robot")
+    own = BrandedPage(PageSettings(embed_on=["https://a.example"]), public_url=server.public_url)
+    told = own.oembed({"url": url}, ORIGIN)
+    assert told["provider_url"] == "https://xn--mller-kva.example/Robot/"
+    with pytest.raises(NotForUsError):
+        own.oembed({"url": url.replace("Robot", "robot")}, ORIGIN)

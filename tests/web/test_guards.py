@@ -140,7 +140,7 @@ async def test_a_request_for_another_host(line: Line) -> None:
 async def test_a_malformed_host(line: Line) -> None:
     """Neither a name nor an address: 400, and no way to the page or to the robot."""
     for text in (text for text in MALFORMED if text.strip() == text):
-        raw = b"Host: " + text.encode()
+        raw = b"Host: " + text.encode("utf-8", "surrogateescape")
         assert (await line.ask(b"GET / HTTP/1.1", raw)).status == 400, text
         assert (await line.ask(b"POST /api/offer HTTP/1.1", raw, body=GOOD)).status == 400, text
     assert line.room.asked == 0

@@ -37,9 +37,12 @@ MALFORMED = (
     "local host",
     "localhost\t",
     "localhost,evil",
-    "lo\u0441alhost",
     "-localhost",
     ".localhost",
+    "\u200elocalhost",
+    "localhost\uff1a80",
+    "localhost:\u0668\u0660",
+    "local\udc80host",
     "loca%6chost",
     "localhost\\",
     "a" * 300,
@@ -74,6 +77,10 @@ FOREIGN = (
     "localhost..",
     "localhost.localdomain",
     "a.b.c.d.e",
+    "lo\u0441alhost",
+    "\uff4cocalhost",
+    "\u0661\u0662\u0667.0.0.1",
+    "m\xfcller.example",
 )
 
 
@@ -120,6 +127,13 @@ def test_what_is_not_ours(text: str, names: HostNames) -> None:
 def test_what_is_ours(text: str, names: HostNames) -> None:
     """Configured names, this machine's name and addresses, and however they are written."""
     assert names.knows(host_of(text), 0.0)
+
+
+@pytest.mark.parametrize("text", ["xn--mller-kva.example:8080", "M\xdcLLER.example"])
+def test_an_international_name_is_ours(text: str, names: HostNames) -> None:
+    """As browsers send it, and as a program does that knows nothing of them."""
+    assert not names.knows(host_of(text), 0.0)
+    assert HostNames(["xn--mller-kva.example"]).knows(host_of(text), 0.0)
 
 
 def test_a_new_address_is_found(names: HostNames, monkeypatch: pytest.MonkeyPatch) -> None:

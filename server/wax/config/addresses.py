@@ -7,7 +7,23 @@ import re
 from typing import Annotated, Final
 from urllib.parse import urlsplit
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
+
+from wax.config import host_spelling
+
+
+def _host(text: object) -> object:
+    return host_spelling.of_host(text) if isinstance(text, str) else text
+
+
+def _url(text: object) -> object:
+    return host_spelling.of_url(text) if isinstance(text, str) else text
+
+
+ONE_HOST: Final = BeforeValidator(_host)
+"""A host is kept as browsers send it, in whichever letters it was written."""
+ONE_URL: Final = BeforeValidator(_url)
+"""So is the host of an address."""
 
 
 def _network(text: str) -> str:
@@ -20,13 +36,17 @@ def _network(text: str) -> str:
     return text
 
 
+_NAME: Final = r"[A-Za-z0-9_]([A-Za-z0-9._-]{0,251}[A-Za-z0-9_])?"
+"""An underscore is in many a container's name, if in no name of DNS for a host."""
+
 HostName = Annotated[
     str,
     Field(
-        pattern=r"^[A-Za-z0-9]([A-Za-z0-9.-]{0,251}[A-Za-z0-9])?$",
+        pattern=rf"^{_NAME}$",
         description='a host name or address without port, as "robot.example.org"',
         json_schema_extra={"plural": "addresses"},
     ),
+    ONE_HOST,
 ]
 
 
@@ -43,9 +63,9 @@ def _site(text: str) -> str:
         raise ValueError(f"{text!r} has a path; write the whole site, {site['origin']!r}")
     if not 0 < int(site["port"] or 443) < 65536:
         raise ValueError(f"{text!r} has no valid port; leave it out, or correct it")
-    if site["scheme"].lower() == "http" and not _HERE.fullmatch(site["host"]):
+    if site["scheme"] == "http" and not _HERE.fullmatch(site["host"]):
         raise ValueError(f"{text!r} can be forged on its way; name a site with https, or localhost")
-    return text.lower()
+    return text
 
 
 _SITE: Final = re.compile(
@@ -59,6 +79,7 @@ _HERE: Final = re.compile(r"127\.0\.0\.1|(.+\.)?localhost", re.IGNORECASE)
 Site = Annotated[
     str,
     Field(description='a site as "https://museum.example"', json_schema_extra={"plural": "sites"}),
+    ONE_URL,
     AfterValidator(_site),
 ]
 
@@ -71,10 +92,11 @@ def _page_url(text: str) -> str:
 PageUrl = Annotated[
     str,
     Field(
-        pattern=r"^(https?://([A-Za-z0-9]([A-Za-z0-9.-]{0,251}[A-Za-z0-9])?|\[[0-9A-Fa-f:.]{2,45}\])"
+        pattern=rf"^(https?://({_NAME}|\[[0-9A-Fa-f:.]{{2,45}}\])"
         r"(:[0-9]{1,5})?(/[A-Za-z0-9._~-]+)*)?$",
         description='empty, or an address as "https://robot.example.org", without "/" at its end',
     ),
+    ONE_URL,
     AfterValidator(_page_url),
 ]
 
@@ -94,6 +116,7 @@ StunUrl = Annotated[
         description='an address as "stun:HOST:PORT"',
         json_schema_extra={"plural": "addresses"},
     ),
+    ONE_URL,
 ]
 TurnUrl = Annotated[
     str,
@@ -103,6 +126,7 @@ TurnUrl = Annotated[
         ' "?transport=tcp"',
         json_schema_extra={"plural": "addresses"},
     ),
+    ONE_URL,
 ]
 IpAddress = Annotated[
     str,

@@ -9,7 +9,8 @@ from urllib.parse import urlsplit
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from wax.config import allowed
+from wax.config import allowed, host_spelling
+from wax.config.addresses import ONE_URL
 from wax.protocol.events import NAMES
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ HookUrl = Annotated[
         max_length=2000,
         description='an address as "https://example.org/hook", without a user\'s name',
     ),
+    ONE_URL,
     AfterValidator(_whole),
 ]
 
@@ -90,8 +92,9 @@ def check_targets(
 
 def _host(name: str) -> str:
     """Return what is the same for two spellings of a host, without asking anybody."""
-    name = name.strip("[]").rstrip(".").lower()
+    name = name.strip("[]").rstrip(".")
     try:
+        name = host_spelling.of_host(name)
         address = ipaddress.ip_address(name)
     except ValueError:
         return name

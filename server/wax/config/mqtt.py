@@ -7,6 +7,8 @@ from urllib.parse import urlsplit
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
+from wax.config.addresses import ONE_URL
+
 
 def _whole(url: str) -> str:
     if url and urlsplit(url).port == 0:  # raises ValueError for what is no port
@@ -26,6 +28,7 @@ class MqttSettings(BaseModel):
             description='empty, or an address as "mqtts://broker.example.org", without a user\'s'
             " name",
         ),
+        ONE_URL,
         AfterValidator(_whole),
     ] = ""
     user: Annotated[str, Field(max_length=200)] = ""

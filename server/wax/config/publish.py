@@ -6,6 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from wax.config.addresses import ONE_URL
 from wax.errors import StartError, reason_of
 from wax.named_file import read_secret
 
@@ -15,6 +16,7 @@ _WebSocket = Annotated[
         pattern=r"^(wss?://[^\s/?#]+[^\s?#]*)?$",
         description='an address as "wss://livekit.example.org"',
     ),
+    ONE_URL,
 ]
 _Http = Annotated[
     str,
@@ -22,6 +24,7 @@ _Http = Annotated[
         pattern=r"^(https?://[^\s/?#]+[^\s?#]*)?$",
         description='an address as "https://media.example.org"',
     ),
+    ONE_URL,
 ]
 
 

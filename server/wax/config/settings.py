@@ -21,7 +21,7 @@ from pydantic import (
 )
 
 from wax.config import driver_tables, foreign_table, opening_hours, problems
-from wax.config.addresses import HostName, IpAddress, Network, PageUrl, StunUrl, TurnUrl
+from wax.config.addresses import ONE_HOST, HostName, IpAddress, Network, PageUrl, StunUrl, TurnUrl
 from wax.config.controls import (
     MAX_CONTROLS,
     MAX_GAUGES,
@@ -55,7 +55,7 @@ class _Section(BaseModel):
 class ServerSettings(_Section):
     """`[server]`: where the page is served, and to how many viewers."""
 
-    host: Annotated[str, Field(min_length=1)] = "localhost"
+    host: Annotated[str, Field(min_length=1), ONE_HOST] = "localhost"
     port: Annotated[int, Field(ge=0, le=65535)] = 8080
     max_viewers: Annotated[int, Field(ge=1, le=1000)] = 100
     state_dir: str = ""

@@ -65,7 +65,7 @@ class Guards:
         listening = [] if server.host in ("0.0.0.0", "::") else [server.host]
         self._names = HostNames([*server.all_names, *listening])
         # A browser keeps this for all ports of a name: not for localhost, where others serve too.
-        self._public = frozenset(name.lower() for name in server.all_names)
+        self._public = frozenset(server.all_names)
         self._proxies = Proxies(server.trusted_proxies)
         self._clock = clock
         self._log = SparseLog(_LOG, clock)

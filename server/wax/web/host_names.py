@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, Final
 
 import ifaddr
 
+from wax.config.host_spelling import spellings
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
 _AUTHORITY: Final = re.compile(
-    r"(?:\[(?P<v6>[0-9A-Fa-f:.]{2,45})\]|(?P<name>[A-Za-z0-9](?:[A-Za-z0-9._-]{0,252})))"
-    r"(?::[0-9]{1,5})?"
+    r"(?:\[(?P<v6>[0-9A-Fa-f:.]{2,45})\]|(?P<name>\w[\w.-]{0,252}))(?P<port>:[0-9]{1,5})?"
 )
 
 _LOCAL: Final = ("localhost", "127.0.0.1", "::1")
@@ -26,12 +27,18 @@ _LOCAL: Final = ("localhost", "127.0.0.1", "::1")
 
 def host_of(authority: str) -> str:
     """Return the host of a `Host` header, in lower case; raises `ValueError` if it is malformed."""
+    return host_and_port(authority)[0]
+
+
+def host_and_port(authority: str) -> tuple[str, str]:
+    """Return the host as `host_of` does, and the port with its colon, or nothing."""
     found = _AUTHORITY.fullmatch(authority)
     if found is None:
         raise ValueError("not a host")
+    port = found["port"] or ""
     if (literal := found["v6"]) is not None:
-        return str(ipaddress.IPv6Address(literal))
-    return found["name"].lower().removesuffix(".")
+        return str(ipaddress.IPv6Address(literal)), port
+    return found["name"].lower().removesuffix("."), port
 
 
 def own_addresses() -> set[str]:
@@ -52,10 +59,13 @@ def own_names() -> set[str]:
 
 
 class HostNames:
-    """The names by which this server is known: `configured` ones, and the machine's own."""
+    """The names by which this server is known: `configured` ones, and the machine's own.
+
+    An international name is known in its own letters, too: whoever is no browser may send them.
+    """
 
     def __init__(self, configured: Iterable[str]) -> None:
-        self._names = own_names() | {name.lower() for name in configured}
+        self._names = own_names().union(*map(spellings, configured))
         self._addresses = own_addresses()
         self._looked_s = float("-inf")
 

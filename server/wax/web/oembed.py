@@ -9,8 +9,10 @@ from html import escape
 from typing import TYPE_CHECKING, Final
 from urllib.parse import quote
 
+from wax.config.host_spelling import DEFAULT_PORTS, spellings
 from wax.errors import NotForUsError
 from wax.sentence import Sentence
+from wax.web.host_names import host_and_port
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -51,11 +53,11 @@ def answer(
 ) -> dict[str, object]:
     """Return the answer for a link to the page at `base`, whose picture is `shown_at` its address.
 
-    Raises `NotForUsError` for any other link, and for XML. Of the link nothing is passed on, since
+    Raises `NotForUsError` for any other page, and for XML. Of the link nothing is passed on, since
     it may have a secret in it.
     """
     url = asked.get("url", "").partition("#")[0].partition("?")[0]
-    if url.removesuffix("/") != base:
+    if not _is_same_page(url, base):
         raise NotForUsError(_NO_PAGE, 404)
     if asked.get("format", "json") != "json":
         raise NotForUsError(_NO_PAGE, 501)
@@ -77,6 +79,26 @@ def answer(
         told["thumbnail_url"] = shown_at
         told["thumbnail_width"], told["thumbnail_height"] = picture.width, picture.height
     return told
+
+
+def _is_same_page(url: str, base: str) -> bool:
+    """Whether an address is that of the page, by http or https, however it is written."""
+    try:
+        host, *where = _parts(url)
+    except ValueError:
+        return False
+    own_host, *own = _parts(base)
+    return where == own and host in spellings(own_host)
+
+
+def _parts(url: str) -> tuple[str, str, str]:
+    """Return host, port if it is not its scheme's, and path; raises `ValueError`."""
+    scheme, _, rest = url.partition("://")
+    authority, _, path = rest.partition("/")
+    host, port = host_and_port(authority)
+    if (usual := DEFAULT_PORTS.get(scheme.lower())) is None:
+        raise ValueError("not a page's scheme")
+    return host, port.removesuffix(usual), path.removesuffix("/")
 
 
 def _high(width: int) -> int:

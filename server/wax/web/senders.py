@@ -7,6 +7,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from wax.config.host_spelling import DEFAULT_PORTS
 from wax.errors import NotForUsError
 from wax.sentence import Sentence
 
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 
 _SCHEMES: Final = {"http": "http", "https": "https", "ws": "http", "wss": "https"}
 """What proxies say, and what a browser has in the origin of the page that asks."""
-_DEFAULT_PORTS: Final = {"http": ":80", "https": ":443"}
 _FOR: Final = re.compile(r'(?i)\bfor="?([^",;]*)')
 _TWO_SENDERS: Final = Sentence("request.two_senders")
 
@@ -44,7 +44,7 @@ class Seen:
     @property
     def origin(self) -> str:
         """The origin of our page in this browser (RFC 6454, 6.2)."""
-        return f"{self.scheme}://{self.host.removesuffix(_DEFAULT_PORTS[self.scheme])}".lower()
+        return f"{self.scheme}://{self.host.removesuffix(DEFAULT_PORTS[self.scheme])}".lower()
 
 
 class Proxies:

@@ -72,7 +72,7 @@ class Tls:
         if not self.is_self_signed:
             return Certificate(Path(self._settings.certificate), Path(self._settings.key))
         now = datetime.fromtimestamp(self._clock.wall_ms() / 1000, UTC)
-        names = own_names() | {name.lower() for name in self._settings.all_names}
+        names = own_names() | {*self._settings.all_names}
         folder = state_dir.prepare(state_dir.find(self._settings.state_dir))
         return self_signed(folder, names | _lasting(own_addresses()), now)
 
