@@ -387,6 +387,7 @@ describe("when the network has changed", () => {
   describe("and the server follows a peer to another address", () => {
     const SILENCE_MS = 1000;
     const CHECK_MS = 350;
+    const MOVE_MS = 300;
 
     /** Drives until nothing arrives any more, for a second. */
     function isDoubtful(): InstanceType<typeof FakePeer> {
@@ -416,10 +417,42 @@ describe("when the network has changed", () => {
       await vi.advanceTimersByTimeAsync(CHECK_MS);
       expect(peers.at(-1)?.mayOffer).toBe(true);
       peer().events.reached();
+      peer().events.offered();
       old.events.received("drive", JSON.stringify(["beat", "x7-_2A"]));
+      link.heard();
       expect(peer().isClosed).toBe(false);
       open();
       expect(old.isClosed).toBe(true);
+    });
+
+    it("takes a picture for a sign that the peer goes on", async () => {
+      const old = isDoubtful();
+      vi.advanceTimersByTime(100);
+      link.heard();
+      await vi.advanceTimersByTimeAsync(CHECK_MS);
+      expect(peers.filter(({ isClosed }) => !isClosed)).toEqual([old]);
+      expect(states.at(-1)).toEqual({ is: "connected" });
+    });
+
+    it("has the peer go on that says so late, but before another is offered", async () => {
+      const old = isDoubtful();
+      await vi.advanceTimersByTimeAsync(CHECK_MS);
+      link.heard();
+      expect(peers.filter(({ isClosed }) => !isClosed)).toEqual([old]);
+    });
+
+    it.each([
+      { isThin: false, pings: 7 },
+      { isThin: true, pings: 1 },
+    ])("is asked again and again, over a thin link ($isThin) once", ({ isThin, pings }) => {
+      open();
+      playFor(6);
+      peer().mayMove = true;
+      link.isThin = isThin;
+      const before = peer().sent.length;
+      link.networkChanged();
+      vi.advanceTimersByTime(MOVE_MS);
+      expect(peers[0]?.sent.length).toBe(before + pings);
     });
 
     it("is one question, whatever else tells of it", () => {

@@ -52,6 +52,8 @@ const GOODBYE_MS = 1000;
 const DOUBT_MS = 150;
 /** The same where it may go on from another address, which the server checks first. */
 const MOVE_MS = 300;
+/** Meanwhile it pings so often: what is sent before the browser has found the new way is lost. */
+const MOVING_EVERY_MS = 50;
 /** A network that is being left is often slow: no longer than this is allowed for its delay. */
 const MOST_DELAY_MS = 1000;
 
@@ -83,8 +85,10 @@ export class Link {
   /** The one that is tried in its place. */
   #next: Peer | null = null;
   #isRetrying = false;
-  /** The peer may go on by another network: until it says so, or has not, no other is offered. */
+  /** The peer may go on by another network: until it does, or has not, no other is offered. */
   #isMoving = false;
+  /** The same, and longer: whatever comes of the peer has it go on as long as no other is offered. */
+  #mayGoOn = false;
   /** Whether the attempt has had any answer from the server. */
   #isReached = false;
   #attempts = 0;
@@ -143,10 +147,13 @@ export class Link {
       ? MOVE_MS + Math.min(2 * slowestMs, MOST_DELAY_MS)
       : DOUBT_MS + slowestMs;
     const askedMs = now();
-    this.#isMoving = mayMove;
+    this.#isMoving = this.#mayGoOn = mayMove;
     this.#ping();
+    const asking =
+      mayMove && !this.isThin ? setInterval(() => this.#ping(), MOVING_EVERY_MS) : undefined;
     const asked = new Promise<void>((resolve) => {
       setTimeout(() => {
+        clearInterval(asking);
         this.#isMoving = false;
         const isHeard = this.#silence.sinceMs > askedMs;
         if (!isHeard && this.#peer && !this.#isRetrying) this.#lose(ours("link.silent"));
@@ -180,6 +187,7 @@ export class Link {
   heard(): void {
     this.#silence.heard(now());
     if (this.#state.is === "silent") this.#change({ is: "connected" });
+    if (this.#mayGoOn && this.#isRetrying && this.#isGreeted) this.#goOn();
   }
 
   // --- attempts ------------------------------------------------------------------------------
@@ -190,7 +198,10 @@ export class Link {
     this.#next?.close();
     const events: PeerEvents = {
       reached: () => this.#reached(),
-      offered: this.events.offered,
+      offered: () => {
+        this.#mayGoOn = false;
+        this.events.offered();
+      },
       answered: () => this.#take(peer),
       opened: () => this.#opened(),
       received: (channel, text) => this.#received(channel, text),
@@ -219,7 +230,7 @@ export class Link {
     clearTimeout(this.#trying);
     this.#next?.close();
     this.#next = null;
-    this.#isRetrying = false;
+    this.#isRetrying = this.#mayGoOn = false;
     this.#heartbeat.forgive();
     this.#change({ is: "connected" });
   }
@@ -346,10 +357,7 @@ export class Link {
 
   #received(channel: Channel, text: string): void {
     this.heard();
-    if (this.#isRetrying && this.#isGreeted) {
-      if (this.#isMoving) this.#goOn();
-      else this.#tryNow();
-    }
+    if (this.#isRetrying && this.#isGreeted) this.#tryNow();
     if (channel === "drive") {
       const answer = readRow(text);
       if (answer.type === "pong") this.#answered(answer);
@@ -394,6 +402,7 @@ export class Link {
     clearInterval(this.#looking);
     this.#peer?.close();
     this.#peer = null;
+    this.#mayGoOn = false;
     this.#connectedMs = Number.POSITIVE_INFINITY;
   }
 
