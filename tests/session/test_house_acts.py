@@ -57,6 +57,9 @@ async def test_where_configured_it_releases(releasing: Rig) -> None:
     """As of when it was wanted (the clock on the wall says 0): what a broker held back is late."""
     releasing.room.house_acts(STOP)
     releasing.clock.time_s += 1.0
+    for wall_ms, said in ((-5000, "sent 5 s ago.* clock is behind"), (60, "in 0.06 s: .*ahead")):
+        with pytest.raises(ForbiddenError, match=said):
+            releasing.room.house_acts(ReleaseAt(wall_ms))
     for wall_ms in (-2001, 51):
         with pytest.raises(ForbiddenError):
             releasing.room.house_acts(ReleaseAt(wall_ms))

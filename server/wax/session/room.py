@@ -366,8 +366,7 @@ class Room:
             case ReleaseAt():
                 if not self._settings.mqtt.release:
                     raise ForbiddenError(Sentence("may.operator"))
-                age_s = (self._clock.wall_ms() - act.wall_ms) / 1000
-                self._stops.release_from_house(self._clock.now_s() - age_s)
+                self._stops.release_from_house((self._clock.wall_ms() - act.wall_ms) / 1000)
             case _:
                 try:
                     self._host_acts.handle_from_house(act)

@@ -18,6 +18,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from wax.control.reasons import Refusal
 from wax.errors import ForbiddenError
 from wax.sentence import Sentence
 from wax.session.minute_limits import MinuteLimits
@@ -134,10 +135,17 @@ class StopBudget:
         by: Releaser = "host" if is_host else None if viewer is None else viewer.number
         self._release(viewer, by, stop, sent_s, self._role(viewer, is_host))
 
-    def release_from_house(self, sent_s: float) -> None:
-        """Release the stop in force, as of when that was wanted; raises `ForbiddenError`."""
-        stop = self._control.latched
-        self._release(None, "house", 0 if stop is None else stop.number, sent_s, "house")
+    def release_from_house(self, age_s: float) -> None:
+        """Release the stop in force, as that was wanted so long ago; raises `ForbiddenError`.
+
+        The age is by the sender's clock: where it differs from ours, to press again is in vain.
+        """
+        stop, sent_s = self._control.latched, self._clock.now_s() - age_s
+        said = {
+            Refusal.RELEASED_LATE: Sentence("house.release_late", {"s": round(age_s, 1)}),
+            Refusal.FROM_FUTURE: Sentence("house.release_early", {"s": round(-age_s, 2)}),
+        }
+        self._release(None, "house", 0 if stop is None else stop.number, sent_s, "house", said=said)
 
     def pressers(self) -> list[PressingAddress]:
         """Return the addresses of the last ten minutes, and those that are ignored; newest first.
@@ -171,11 +179,18 @@ class StopBudget:
         return number
 
     def _release(
-        self, viewer: Viewer | None, by: Releaser, stop: int, sent_s: float | None, role: StopRole
+        self,
+        viewer: Viewer | None,
+        by: Releaser,
+        stop: int,
+        sent_s: float | None,
+        role: StopRole,
+        *,
+        said: Mapping[Refusal, Sentence] | None = None,
     ) -> None:
         refusal = self._control.release_stop(by, stop, sent_s)
         if refusal is not None:
-            raise ForbiddenError(refusal.value)
+            raise ForbiddenError((said or {}).get(refusal, refusal.value))
         self._in_force = None
         self._keep()
         name = str(HOUSE if by == "house" else HOST) if viewer is None else viewer.name
