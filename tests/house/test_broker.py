@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 import resource
 import signal
 import socket
 import ssl
+import subprocess
 import threading
 from contextlib import ExitStack, contextmanager
 from datetime import UTC, datetime
@@ -14,6 +16,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from paho.mqtt.client import DisconnectFlags
+from paho.mqtt.packettypes import PacketTypes
+from paho.mqtt.reasoncodes import ReasonCode
 from tests.house.mosquitto import AtHome, Mosquitto, running
 from tests.turned_clock import TurnedClock
 from tests.until import until
@@ -23,15 +28,14 @@ from wax.commands.doctor import command
 from wax.commands.doctor.verdict import Check, examine
 from wax.config.mqtt import MqttSettings
 from wax.config.settings import Settings
-from wax.house import broker
-from wax.house.broker import KEPT_S, MOST_EVENTS, BrokerError, BrokerLink
+from wax.house import broker, connection, probes
+from wax.house.broker import KEPT_S, MOST_EVENTS, BrokerLink
+from wax.house.connection import BrokerError, Connection
 from wax.sentence import Sentence
 from wax.web.certificate import self_signed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-
-    from paho.mqtt.client import Client
 
 pytestmark = pytest.mark.system
 
@@ -43,14 +47,18 @@ def _soon(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class Kept(BrokerLink):
-    """A link of which the test has the client, and what was taken."""
+    """A link of which the test has the connection, and what was taken."""
 
-    client: Client
+    connection: Connection
     taken: list[tuple[str, bytes, bool]]
 
-    def _reach(self) -> Client:
-        self.client = super()._reach()
-        return self.client
+    def _reach(self) -> Connection:
+        self.connection = super()._reach()
+        return self.connection
+
+    def break_off(self) -> None:
+        """End the connection as a network does."""
+        self.connection.client.socket().shutdown(socket.SHUT_RDWR)  # type: ignore[union-attr]
 
 
 def _link(port: int, scheme: str = "mqtt", host: str = "localhost", **keys: Any) -> Kept:
@@ -60,8 +68,14 @@ def _link(port: int, scheme: str = "mqtt", host: str = "localhost", **keys: Any)
     def take(topic: str, payload: bytes, is_retained: bool) -> None:
         taken.append((topic, payload, is_retained))
 
-    asks = ["rover/stop/set"]
-    link = Kept(settings, SystemClock(), topic="rover", asks=asks, take=take)
+    link = Kept(
+        settings,
+        SystemClock(),
+        topic="rover",
+        asks={"rover/stop/set": "rover/stop/status"},
+        birth="homeassistant/status",
+        take=take,
+    )
     link.taken = taken
     link.states = {"rover/queue": "0"}
     return link
@@ -110,7 +124,7 @@ def test_only_live_and_bounded_messages_come_in(tmp_path: Path) -> None:
                 link.taken.clear()
                 if number == 0:
                     home.heard.clear()
-                    link.client.socket().shutdown(socket.SHUT_RDWR)  # type: ignore[union-attr]
+                    link.break_off()
 
 
 def _heard(home: AtHome, link: Kept) -> bool:
@@ -123,7 +137,7 @@ def test_a_flood_is_left_before_driving_waits_for_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What came before acts, the host reads why, and it is tried again."""
-    monkeypatch.setattr(broker, "MOST_PER_S", 50)
+    monkeypatch.setattr(connection, "MOST_PER_S", 50)
     said: list[str | None] = []
     clock = TurnedClock()  # all come at once, however long that takes
 
@@ -138,7 +152,7 @@ def test_a_flood_is_left_before_driving_waits_for_it(
     ):
         monkeypatch.setattr(link._ended, "wait", wait)
         until(lambda: link.is_connected)
-        link._clock = clock
+        link._clock = link.connection._clock = clock
         for number in range(100):
             home.says("rover/stop/set", str(number), qos=0)
         until(lambda: said and link.is_connected)
@@ -156,12 +170,10 @@ def test_nothing_is_read_of_what_is_too_large() -> None:
         socket.create_server(("localhost", 0)) as other,
         _answering(other, accepted, taken + publishes) as heard,
     ):
-        link = _link(other.getsockname()[1])
-        client = link._reach()
-        assert b"\x21\x00\x14" in heard[0]  # Receive Maximum (MQTT 5, 3.1.2.11.3)
-        assert b"\x27\x00\x00\x04\x00" in heard[0]  # Maximum Packet Size
         with pytest.raises(BrokerError, match="The connection has ended: a network protocol error"):
-            link._serve(client)
+            _link(other.getsockname()[1]).check()
+        assert b"\x21\x00\x14" in heard[0]  # Receive Maximum (MQTT 5, 3.1.2.11.3)
+        assert b"\x27\x00\x00\x08\x00" in heard[0]  # Maximum Packet Size
 
 
 def _code(link: BrokerLink) -> str | None:
@@ -177,7 +189,7 @@ def test_a_lost_server_is_told_by_the_broker(tmp_path: Path) -> None:
     ):
         until(lambda: home.value("rover/queue") == "0")
         home.heard.clear()
-        link.client.socket().shutdown(socket.SHUT_RDWR)  # type: ignore[union-attr]
+        link.break_off()
         until(lambda: ("rover/status", "offline") in home.said)
         until(lambda: home.value("rover/queue") == "0")
         assert home.value("rover/status") == "online"
@@ -224,7 +236,7 @@ def test_it_is_tried_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(broker, "_FIRST_WAIT_S", 1.0)
     link, waited_s = _link(1), list[float]()
 
-    def reach() -> Client:
+    def reach() -> Connection:
         link.is_connected = len(waited_s) == 7
         raise BrokerError(Sentence("hook.silent", {"limit": 1}))
 
@@ -243,7 +255,7 @@ def test_a_broker_that_hangs_holds_up_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It is left, tried again, said, and served when it goes on."""
-    monkeypatch.setattr(broker, "KEEPALIVE_S", 1)
+    monkeypatch.setattr(connection, "KEEPALIVE_S", 1)
     monkeypatch.setattr(broker, "LIMIT_S", 1.0)
     with running(tmp_path) as mosquitto, _linked(mosquitto.port) as link:
         until(lambda: link.is_connected)
@@ -313,6 +325,214 @@ def test_a_topic_that_is_kept_from_us_is_said() -> None:
         _link(other.getsockname()[1]).check()
 
 
+class Acl:
+    """Who may what at a broker, as mosquitto has it: the robot's rights, and all to those at home.
+
+    mosquitto grants every subscription, and drops what may not be read when it would be delivered.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._file = folder / "acl"
+        self._password = folder / "password"
+        self._password.write_text("secret")
+        users = folder / "users"
+        command = ["mosquitto_passwd", "-b", "-c", str(users), "rover", "secret"]
+        subprocess.run(command, check=True, capture_output=True)
+        self.lines = ["allow_anonymous true", f"password_file {users}", f"acl_file {self._file}"]
+        self.keys = {"user": "rover", "password_file": str(self._password)}
+
+    def allow(self, *rights: str, broker: Mosquitto | None = None) -> None:
+        lines = ["topic readwrite #", "user rover", *(f"topic {one}" for one in rights)]
+        self._file.write_text("\n".join([*lines, ""]))
+        if broker is not None:
+            broker.signal(signal.SIGHUP)
+
+
+ALL = ("readwrite rover/#", "readwrite homeassistant/#")
+
+
+def test_a_stop_that_does_not_arrive_is_not_offered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor said to be online before it is tried; the host reads which topic, until it arrives."""
+    monkeypatch.setattr(probes, "AGAIN_S", 0.2)
+    monkeypatch.setattr(probes, "LIMIT_S", 0.2)
+    monkeypatch.setattr(probes, "PERIOD_S", 0.2)
+    acl = Acl(tmp_path)
+    acl.allow("write rover/#")
+    with running(tmp_path, *acl.lines) as mosquitto, AtHome(mosquitto.port) as home:
+        with _linked(mosquitto.port, **acl.keys) as link:
+            until(lambda: home.value("rover/status") == "online")
+            assert home.value("rover/stop/status") == "offline"
+            until(lambda: link.troubles)
+            said = "What is sent to rover/stop/set does not arrive here within .* read there"
+            assert re.match(said, str(link.troubles[0]))
+            acl.allow(*ALL, broker=mosquitto)
+            until(lambda: home.value("rover/stop/status") == "online")
+            until(lambda: not link.troubles)
+            acl.allow("write rover/#", broker=mosquitto)  # while the connection stands
+            until(lambda: home.value("rover/stop/status") == "offline")
+        assert ("rover/stop/status", "online") not in home.said[: home.said.index(OFFERED)]
+        assert link.taken == []
+
+
+OFFERED = ("rover/status", "online")
+
+
+def test_a_stop_that_cannot_be_tried_is_not_offered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the robot may read its commands but write none; the host reads that."""
+    monkeypatch.setattr(probes, "LIMIT_S", 0.2)
+    acl = Acl(tmp_path)
+    acl.allow("write rover/+", "write rover/+/status", "read rover/#")
+    with (
+        running(tmp_path, *acl.lines) as mosquitto,
+        AtHome(mosquitto.port) as home,
+        _linked(mosquitto.port, **acl.keys) as link,
+    ):
+        until(lambda: link.troubles)
+        assert link.troubles[0] == Sentence("house.not_proven", {"topics": "rover/stop/set"})
+        until(lambda: home.value("rover/stop/status") == "offline")
+
+
+def test_what_may_not_be_said_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The device that Home Assistant does not find; it is said again until it may."""
+    monkeypatch.setattr(connection, "AGAIN_S", 0.2)
+    acl, device = Acl(tmp_path), "homeassistant/device/rover/config"
+    acl.allow("readwrite rover/#")
+    with (
+        running(tmp_path, *acl.lines) as mosquitto,
+        AtHome(mosquitto.port) as home,
+        _linked(mosquitto.port, **acl.keys) as link,
+    ):
+        link.states = {device: "{}"}
+        until(lambda: link.troubles)
+        values = {"topics": device, "why": "Not authorized"}
+        assert link.troubles == [Sentence("house.not_said", values)]
+        acl.allow(*ALL, broker=mosquitto)
+        until(lambda: home.value(device) == "{}")
+        until(lambda: not link.troubles)
+
+
+def test_an_old_will_has_not_the_last_word(tmp_path: Path) -> None:
+    """A power cut: the broker still has the old connection, and tells of its end when it likes."""
+    with running(tmp_path) as mosquitto, AtHome(mosquitto.port) as home:
+        old = _link(mosquitto.port)._reach()
+        with _linked(mosquitto.port) as link:
+            until(lambda: home.value("rover/status") == "online")
+            with pytest.raises(BrokerError):  # its place is taken: no will is left
+                until(old.step)
+            home.says("rover/status", "offline", retain=True)  # as of one that was another client
+            until(lambda: home.said[-1] == ("rover/status", "online"))
+            assert link.troubles == []
+
+
+def test_a_status_that_does_not_stay_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is kept says something else, and goes on doing so."""
+    monkeypatch.setattr(connection, "AGAIN_S", 0.2)
+    acl = Acl(tmp_path)
+    acl.allow("readwrite rover/stop/#", "read rover/status")
+    with running(tmp_path, *acl.lines) as mosquitto, AtHome(mosquitto.port) as home:
+        home.says("rover/status", "offline", retain=True)
+        with _linked(mosquitto.port, **acl.keys) as link:
+            until(lambda: "house.not_kept" in [one.code for one in link.troubles])
+
+
+def test_whoever_takes_our_place_is_told_of(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Once we are back, though the broker says nothing of it; and then nobody hurries any more."""
+    monkeypatch.setattr(broker, "_LONGEST_WAIT_S", 0.1)
+    waited_s: list[float] = []
+    with running(tmp_path) as mosquitto, _linked(mosquitto.port) as link:
+        wait = link._ended.wait
+
+        def wait_as_long(wait_s: float) -> None:
+            waited_s.append(wait_s)
+            wait(wait_s)
+
+        monkeypatch.setattr(link._ended, "wait", wait_as_long)
+        for number in range(1, 3):
+            until(lambda: link.is_connected)
+            rival = _link(mosquitto.port)._reach()
+            until(lambda: len(waited_s) == number)  # noqa: B023 - at once
+            until(lambda: link.is_connected and link.troubles)
+            assert link.troubles[0].code == "house.taken_over"
+            with pytest.raises(BrokerError):
+                until(rival.step)
+        assert waited_s == [0.05, 0.1]
+
+
+def test_what_our_own_connections_leave_is_no_rivals(tmp_path: Path) -> None:
+    """Neither an earlier process's status nor our own will; the doctor comes as another client."""
+    with running(tmp_path) as mosquitto, AtHome(mosquitto.port) as home:
+        with _linked(mosquitto.port):
+            until(lambda: home.value("rover/status") == "online")
+        with _linked(mosquitto.port) as link:
+            until(lambda: home.value("rover/status") == "online")
+            home.heard.clear()
+            link.break_off()
+            until(lambda: home.value("rover/status") == "online")
+            until(lambda: link.connection._listening is None)
+            assert link.troubles == []
+
+
+def test_a_broker_that_says_who_took_our_place_is_believed() -> None:
+    """By its reason code."""
+    accepted, taken = b"\x20\x03\x00\x00\x00", b"\x90\x04\x00\x01\x00\x01"
+    with (
+        socket.create_server(("localhost", 0)) as other,
+        _answering(other, accepted, taken, b"\xe0\x02\x8e\x00"),
+        pytest.raises(BrokerError, match="Another server has this one's place"),
+    ):
+        _link(other.getsockname()[1]).check()
+
+
+def test_home_assistants_start_has_all_said_again(tmp_path: Path) -> None:
+    """It may have lost what was kept; what is retained of an earlier start means nothing."""
+    with running(tmp_path) as mosquitto, AtHome(mosquitto.port) as home:
+        home.says("homeassistant/status", "online", retain=True)
+        with _linked(mosquitto.port):
+            until(lambda: ("rover/queue", "0") in home.said)
+            home.says("homeassistant/status", "offline")
+            home.says("homeassistant/status", "online")
+            until(lambda: home.said.count(("rover/queue", "0")) == 2)
+            assert home.said.count(("rover/status", "online")) == 2
+
+
+def test_a_broker_may_want_an_identifier(tmp_path: Path) -> None:
+    """It has one that lasts."""
+    with running(tmp_path, "allow_zero_length_clientid false") as mosquitto:
+        _link(mosquitto.port).check()
+
+
+def test_what_a_broker_ends_the_connection_for_is_left_or_told() -> None:
+    """Some do so instead of refusing: our own status is then no longer listened to."""
+    accepted, taken = b"\x20\x03\x00\x00\x00", b"\x90\x04\x00\x01\x00\x01"
+    unauthorized = b"\xe0\x02\x87\x00"
+    with socket.create_server(("localhost", 0)) as other:
+        link = _link(other.getsockname()[1])
+        with _answering(other, accepted, taken, unauthorized) as heard:
+            opened = link._connection("server")
+            with pytest.raises(BrokerError) as ended:
+                opened.open("localhost", link._port, 5)
+        assert b"wax-probe" in heard[2]
+        values = {"topics": "rover/stop/set", "why": "Not authorized"}
+        assert ended.value.sentence == Sentence("house.not_said", values)
+        opened._listening = 5
+        opened._sent_away(
+            opened.client,
+            None,
+            DisconnectFlags(is_disconnect_packet_from_server=True),
+            ReasonCode(PacketTypes.DISCONNECT, identifier=0x87),
+            None,
+        )
+        assert not opened.may_listen
+
+
 def test_the_end_waits_for_no_broker_that_is_silent(monkeypatch: pytest.MonkeyPatch) -> None:
     """There is nobody to tell."""
 
@@ -348,17 +568,50 @@ def test_the_doctor_tries_the_broker(tmp_path: Path) -> None:
     with running(tmp_path) as mosquitto, AtHome(mosquitto.port) as home:
         settings = Settings.model_validate({"mqtt": {"url": f"mqtt://localhost:{mosquitto.port}"}})
         verdict = examine(Check("MQTT broker", lambda: command._broker(settings)))
-        said = f"localhost:{mosquitto.port} accepts this server; topics begin with wax/wax/."
-        assert (verdict.level, verdict.sentence) == ("ok", said)
+        said = f"localhost:{mosquitto.port} accepts this server, and commands arrive; topics"
+        assert (verdict.level, verdict.sentence) == ("ok", f"{said} begin with wax/wax/.")
         with AtHome(mosquitto.port) as other:
             other.says("end", "x")
         until(lambda: "end" in home.heard)
-        assert list(home.heard) == ["end"]
+        assert all(text.startswith("wax-probe ") for topic, text in home.said if topic != "end")
     verdict = examine(Check("MQTT broker", lambda: command._broker(settings)))
     assert (verdict.level, verdict.sentence) == (
         "bad",
         "It cannot be reached: Connection refused.",
     )
+
+
+def test_the_doctor_says_which_command_does_not_arrive(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However well the broker accepts it."""
+    monkeypatch.setattr(probes, "LIMIT_S", 0.2)
+    acl = Acl(tmp_path)
+    acl.allow("write wax/#", "read wax/wax/+/set")
+    with running(tmp_path, *acl.lines) as mosquitto:
+        mqtt = {"url": f"mqtt://localhost:{mosquitto.port}", **acl.keys}
+        settings = Settings.model_validate({"mqtt": mqtt})
+        verdict = examine(Check("MQTT broker", lambda: command._broker(settings)))
+        assert verdict.level == "ok"
+        acl.allow("deny wax/wax/open/set", "readwrite wax/#", broker=mosquitto)
+        verdict = examine(Check("MQTT broker", lambda: command._broker(settings)))
+        assert verdict.level == "bad"
+        assert "wax/wax/open/set" in verdict.sentence
+        assert "stop" not in verdict.sentence
+
+
+def test_the_doctor_neither_stops_nor_replaces_a_server(tmp_path: Path) -> None:
+    """That runs: its probes come by the same topics."""
+    with (
+        running(tmp_path) as mosquitto,
+        AtHome(mosquitto.port) as home,
+        _linked(mosquitto.port) as link,
+    ):
+        until(lambda: home.value("rover/status") == "online")
+        _link(mosquitto.port).check()
+        until(lambda: _heard(home, link))
+        assert {payload for _, payload, _ in link.taken} == {b"NOW"}
+        assert ("rover/status", "offline") not in home.said
 
 
 @contextmanager

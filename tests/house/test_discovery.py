@@ -48,19 +48,31 @@ class BinarySensor(_Entity):
     device_class: Literal["problem"] | None = None
 
 
-class Button(_Entity):
+class Way(_Schema):
+    """…/integrations/mqtt/#using-availability-topics; "online" and "offline" are the defaults."""
+
+    topic: Topic
+
+
+class _Commanded(_Entity):
+    """With a list of its own, all of which must be "online"; `availability_topic` excludes it."""
+
+    command_topic: Topic
+    availability: Annotated[list[Way], Field(min_length=1)]
+    availability_mode: Literal["all"]
+
+
+class Button(_Commanded):
     """…/integrations/button.mqtt/."""
 
     platform: Literal["button"]
-    command_topic: Topic
     command_template: Text | None = None
 
 
-class Switch(_Entity):
+class Switch(_Commanded):
     """…/integrations/switch.mqtt/; "ON" and "OFF" are the defaults."""
 
     platform: Literal["switch"]
-    command_topic: Topic
     state_topic: Topic
 
 
@@ -88,7 +100,7 @@ class Payload(_Schema):
 
     device: Device
     origin: Origin
-    availability_topic: Topic
+    availability: list[Way]
     qos: Literal[0, 1, 2]
     components: dict[str, Sensor | BinarySensor | Button | Switch | Gone]
 
@@ -146,9 +158,26 @@ def test_every_entity_is_there() -> None:
         "paused_switch": "switch",
         "blanked_switch": "switch",
     }
-    assert told["availability_topic"] == "a/b/status"
+    assert told["availability"] == [{"topic": "a/b/status"}]
     assert told["components"]["gauge_temperature"]["state_topic"] == "a/b/gauge/temperature"
     assert told["components"]["stop"]["command_topic"] == "a/b/stop/set"
+
+
+def test_what_commands_is_there_while_its_way_leads_here() -> None:
+    """And while the robot is; each has a way of its own."""
+    _, told = _told({"mqtt": {"release": True, "topic": "a/b"}})
+    ways = {
+        key: [way["topic"] for way in one["availability"]]
+        for key, one in told["components"].items()
+        if "command_topic" in one
+    }
+    assert ways == {
+        "stop": ["a/b/status", "a/b/stop/status"],
+        "release": ["a/b/status", "a/b/release/status"],
+        "open_switch": ["a/b/status", "a/b/open/status"],
+        "paused_switch": ["a/b/status", "a/b/paused/status"],
+        "blanked_switch": ["a/b/status", "a/b/blanked/status"],
+    }
 
 
 def test_what_is_not_allowed_is_removed() -> None:

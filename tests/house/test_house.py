@@ -31,11 +31,14 @@ class Link:
 
     name = "home:1883"
     problem: Sentence | None = None
+    troubles: tuple[Sentence, ...] = ()
     is_connected = True
     lost = expired = 0
 
-    def __init__(self, *_: object, topic: str, asks: list[str], take: object) -> None:
-        self.topic, self.asks = topic, asks
+    def __init__(
+        self, *_: object, topic: str, asks: dict[str, str], birth: str, take: object
+    ) -> None:
+        self.topic, self.asks, self.birth = topic, asks, birth
         self.states: dict[str, str] = {}
         self.events: list[dict[str, Any]] = []
 
@@ -139,6 +142,15 @@ async def test_only_what_may_act_is_listened_to(rig: Rig, monkeypatch: pytest.Mo
     names = ["stop", "open", "paused", "blanked"]
     assert sorted(rig.link.asks) == sorted(f"rover/{name}/set" for name in names)
     assert "rover/release/set" in Rig(monkeypatch, release=True).link.asks
+    assert rig.link.asks["rover/stop/set"] == "rover/stop/status"
+
+
+async def test_home_assistants_start_is_heard_where_it_is_told(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By its prefix; who announces nothing has nothing to announce again."""
+    assert rig.link.birth == "homeassistant/status"
+    assert Rig(monkeypatch, discovery="").link.birth == ""
 
 
 async def test_a_command_acts_at_once_and_is_seen(rig: Rig) -> None:
@@ -235,6 +247,17 @@ async def test_a_refusal_is_counted_and_said(rig: Rig) -> None:
     assert logs[0]["why"] == str(Sentence("may.operator"))
 
 
+async def test_the_host_reads_a_refusal_for_a_minute(rig: Rig) -> None:
+    """Nobody at home can."""
+    rig.refuses = True
+    rig.hears("paused", b"ON")
+    await asyncio.sleep(0)
+    said = f"What somebody wanted by MQTT was refused: {Sentence('may.operator')}"
+    assert [str(one) for one in rig.house.problems()] == [said]
+    rig.clock.time_s += 60.0
+    assert rig.house.problems() == []
+
+
 async def test_a_bug_here_reaches_nobody(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     """What raises in the look or the act is said once; the room and the loop go on."""
 
@@ -269,6 +292,17 @@ async def test_the_host_reads_that_the_broker_is_away(rig: Rig) -> None:
     told = rig.house.status()
     assert told is not None
     assert told["problem"] == "It does not answer within 10 s."
+
+
+async def test_the_host_reads_what_the_broker_keeps_from_the_robot(rig: Rig) -> None:
+    """On the page and in the status; while there is no connection, only that."""
+    rig.link.troubles = (Sentence("house.not_kept", {"topic": "rover/status"}),)
+    assert rig.house.problems() == list(rig.link.troubles)
+    told = rig.house.status()
+    assert told is not None
+    assert told["problem"] == str(rig.link.troubles[0])
+    rig.link.problem = Sentence("hook.silent", {"limit": 10.0})
+    assert [one.code for one in rig.house.problems()] == ["house.away"]
 
 
 def test_without_a_url_nothing_is_loaded(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.house.slug import slug
+from wax.house.slug import client_id, slug
 
 
 @pytest.mark.parametrize(
@@ -47,3 +47,12 @@ def test_two_names_stay_two(one: str, other: str) -> None:
         return re.sub(r"[ _/-]+", "_", text.lower()).strip("_")
 
     assert slug(one) != slug(other) or plain(one) == plain(other)
+
+
+@given(st.text(min_size=1, max_size=100))
+def test_every_broker_takes_the_identifier(topic: str) -> None:
+    """1 to 23 letters and digits (MQTT 5, 3.1.3.1): the same for a topic, another for each use."""
+    own = client_id(topic, "server")
+    assert re.fullmatch("[0-9a-z]{1,23}", own)
+    assert own == client_id(topic, "server") != client_id(topic, "trial")
+    assert own != client_id(f"{topic}1", "server")

@@ -1,38 +1,32 @@
 """The connection to the broker, in a thread of its own: nothing of the server waits for it.
 
 paho looks names up, shakes hands and reads for as long as the other end takes; in the event loop
-that would be everybody's delay, and Stop's too. It speaks MQTT 5, whose brokers send nothing larger
-than they are asked to, and no retained copies where nobody wants them; one that does is left.
+that would be everybody's delay, and Stop's too.
 """
 
 from __future__ import annotations
 
-import selectors
+import secrets
 import ssl
 import threading
 from collections import deque
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 from urllib.parse import urlsplit
 
 import structlog
-from paho.mqtt import client as paho
-from paho.mqtt.enums import CallbackAPIVersion, MQTTErrorCode
-from paho.mqtt.packettypes import PacketTypes
-from paho.mqtt.properties import Properties
-from paho.mqtt.subscribeoptions import SubscribeOptions
 
-from wax.errors import StartError, WaxError, reason_of
+from wax.errors import StartError, reason_of
 from wax.folders import expanded
 from wax.hooks.post import not_reached
-from wax.house.discovery import OFFLINE, ONLINE, STATUS
+from wax.house.connection import BrokerError, Connection
+from wax.house.discovery import STATUS
+from wax.house.slug import client_id
 from wax.logs.printable import printable
 from wax.named_file import read_bytes, read_secret
 from wax.sentence import Sentence, says
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
-
-    from paho.mqtt.reasoncodes import ReasonCode
 
     from wax.clock import Clock
     from wax.config.mqtt import MqttSettings
@@ -41,28 +35,16 @@ _LOG = structlog.get_logger(__name__)
 
 LIMIT_S: Final = 10.0
 """How long a broker may take to accept a connection."""
-KEEPALIVE_S: Final = 15
-"""A broker that hangs is left after twice this; it tells of us that we are gone after 1.5 times."""
-MOST_BYTES: Final = 1024
 MOST_EVENTS: Final = 200
-MOST_PER_S: Final = 2000
-"""Reading more would take the interpreter from the event loop, and with it from driving."""
-_READS: Final = 4
-"""What the largest message takes: its kind, its length in two bytes, the rest."""
 KEPT_S: Final = 60.0
 """Old events would switch something that has long been otherwise; states are what lasts."""
 _FIRST_WAIT_S: Final = 1.0
 _LONGEST_WAIT_S: Final = 30.0
-_LOOP_S: Final = 0.1
+RIVAL_S: Final = 60.0
+"""So long the host is told of another server in our place; to be sooner back would be a fight."""
 _MOST_CHARS: Final = 120
-_MOST_HELD: Final = 20
-"""Messages that the broker may have begun and not finished (QoS 2), which paho keeps."""
 _MOST_PASSWORD_CHARS: Final = 1000
 _PORTS: Final = {"mqtt": 1883, "mqtts": 8883}
-
-
-class BrokerError(WaxError):
-    """What keeps this server from its broker, in a sentence for the host."""
 
 
 class BrokerLink:
@@ -70,8 +52,12 @@ class BrokerLink:
 
     `states` are what each topic says now: whoever sets them replaces all of them. `asks` are the
     topics whose messages are given to `take`, in this thread: topic, payload, whether it is a
-    retained copy. `problem` is why there is no connection, None while there is one. `lost` counts
-    the events that were too many, `expired` those that were too old.
+    retained copy; each with the topic that says whether they arrive. "online" at the topic `birth`
+    has everything said again.
+
+    `is_connected` is true once each way for commands has been tried. `problem` is why there is no
+    connection, None while there is one; `troubles` are what is kept from it. `lost` counts the
+    events that were too many, `expired` those that were too old.
     """
 
     def __init__(
@@ -80,13 +66,15 @@ class BrokerLink:
         clock: Clock,
         *,
         topic: str,
-        asks: Sequence[str],
+        asks: Mapping[str, str],
+        birth: str,
         take: Callable[[str, bytes, bool], None],
     ) -> None:
         parts = urlsplit(settings.url)
         self.name = parts.netloc
         self.states: Mapping[str, str] = {}
         self.problem: Sentence | None = None
+        self.troubles: Sequence[Sentence] = ()
         self.is_connected = False
         self.lost = self.expired = 0
         self._host, self._port = str(parts.hostname), parts.port or _PORTS[parts.scheme]
@@ -95,12 +83,13 @@ class BrokerLink:
         self._clock = clock
         self._topic = topic
         self._asks = asks
+        self._birth = birth
         self._take = take
-        self._refusal: ReasonCode | None = None
-        self._said: dict[str, str] = {}
+        self._may_listen = True
+        self._mark, self._is_return = secrets.token_hex(8), False
+        self._rival: tuple[float, Sentence] | None = None
+        self._is_fight = False
         self._events: deque[tuple[float, str]] = deque(maxlen=MOST_EVENTS)
-        most = MOST_PER_S * _READS
-        self._read_s: deque[float] = deque([float("-inf")] * most, maxlen=most)
         self._ended = threading.Event()
         # A daemon: a name server that hangs must not keep the process.
         self._thread = threading.Thread(target=self._run, name="mqtt", daemon=True)
@@ -120,141 +109,112 @@ class BrokerLink:
         self._events.append((self._clock.now_s(), event))
 
     def check(self) -> None:
-        """Connect once and leave; raises `BrokerError`."""
+        """Connect once, try each way for commands, and leave; raises `BrokerError`.
+
+        As another client and without a will: the server that runs keeps its session, and nobody at
+        home is told anything.
+        """
         try:
-            self._reach().disconnect()
+            connection = self._connection("trial")
+            connection.open(self._host, self._port, LIMIT_S)
+            connection.client.disconnect()
+            connection.close()
         except (BrokerError, OSError) as error:
             raise BrokerError(_why(error)) from error
+        if found := connection.troubles():
+            raise BrokerError(" ".join(str(one) for one in found))
 
     def _run(self) -> None:
         failures = 0
         while not self._ended.is_set():
+            self._is_fight = False
             try:
                 self._serve(self._reach())
             except Exception as error:  # paho's too: driving does not need it
                 why = _why(error)
                 if why != self.problem:
                     _LOG.warning("no connection to the MQTT broker", broker=self.name, why=str(why))
-                self.problem = why
+                self.problem, self.troubles = why, ()
             failures = 1 if self.is_connected else min(failures + 1, 10)
             self.is_connected = False
-            self._ended.wait(min(_FIRST_WAIT_S * 2 ** (failures - 1), _LONGEST_WAIT_S))
+            wait_s = min(_FIRST_WAIT_S * 2 ** (failures - 1), _LONGEST_WAIT_S)
+            self._ended.wait(_LONGEST_WAIT_S if self._is_fight else wait_s)
 
-    def _reach(self) -> paho.Client:
-        """Return a client that the broker accepts and hears; raises `BrokerError` or `OSError`."""
-        client = _Client(self._before_read)
-        client.connect_timeout = LIMIT_S
-        client.on_connect = self._accepted
-        client.on_subscribe = self._subscribed
-        client.on_message = self._arrived
-        client.will_set(f"{self._topic}/{STATUS}", OFFLINE, qos=1, retain=True)
-        if self._user:
-            client.username_pw_set(self._user, self._password)
-        if self._tls is not None:
-            client.tls_set_context(self._tls)
-        asked = Properties(PacketTypes.CONNECT)  # type: ignore[no-untyped-call]  # paho's
-        asked.MaximumPacketSize = MOST_BYTES
-        asked.ReceiveMaximum = _MOST_HELD
-        self._refusal = None
-        client.connect(self._host, self._port, KEEPALIVE_S, properties=asked)
-        end_s = self._clock.now_s() + LIMIT_S
-        while not self.is_connected:
-            if self._clock.now_s() > end_s:
-                raise TimeoutError
-            self._step(client)
-        return client
+    def _reach(self) -> Connection:
+        """Return a connection that the broker accepts and hears; raises as `open` does."""
+        connection = self._connection("server")
+        connection.will()
+        connection.open(self._host, self._port, LIMIT_S)
+        self.problem, self.is_connected, self._is_return = None, True, True
+        return connection
 
-    def _serve(self, client: paho.Client) -> None:
+    def _connection(self, use: str) -> Connection:
+        return Connection(
+            client_id(self._topic, use),
+            self._clock,
+            mark=self._mark,
+            is_return=self._is_return,
+            status=f"{self._topic}/{STATUS}",
+            asks=self._asks,
+            take=self._take,
+            login=(self._user, self._password) if self._user else None,
+            tls=self._tls,
+        )
+
+    def _serve(self, connection: Connection) -> None:
         """Publish and listen until the end; raises what ends it before."""
-        self._said.clear()
         _LOG.info("connected to the MQTT broker", broker=self.name)
-        while not self._ended.is_set():
-            self._step(client)
-            self._say(client)
-        self._say(client)
-        client.publish(f"{self._topic}/{STATUS}", OFFLINE, retain=True)
-        client.disconnect()
+        try:
+            if self._may_listen:
+                connection.listen(self._birth)
+            while not self._ended.is_set():
+                connection.step()
+                self._say(connection)
+                self._tell(connection)
+        except BrokerError:
+            self._note_end(connection)
+            raise
+        else:
+            self._say(connection)
+            connection.leave()
+        finally:
+            connection.close()
 
-    def _step(self, client: paho.Client) -> None:
-        """Read and write what there is; paho's own `loop` would need a descriptor below 1,024."""
-        line: Any = client.socket()
-        code = paho.MQTT_ERR_CONN_LOST
-        if line is not None:
-            wanted = selectors.EVENT_READ | (selectors.EVENT_WRITE if client.want_write() else 0)
-            with selectors.DefaultSelector() as waiting:
-                waiting.register(line, wanted)
-                waiting.select(0 if self._tls is not None and line.pending() else _LOOP_S)
-            code = client.loop_read() or client.loop_write() or client.loop_misc()
-        if self._refusal is not None:
-            raise BrokerError(Sentence("house.refused", {"why": str(self._refusal)}))
-        if code != paho.MQTT_ERR_SUCCESS:
-            raise BrokerError(_lost(code))
-
-    def _say(self, client: paho.Client) -> None:
+    def _say(self, connection: Connection) -> None:
         """Publish what is new, as far as the broker takes it: what it does not take waits here."""
-        for topic, payload in ({f"{self._topic}/{STATUS}": ONLINE} | dict(self.states)).items():
-            if client.want_write():
-                return
-            if self._said.get(topic) != payload:
-                client.publish(topic, payload, retain=True)
-                self._said[topic] = payload
-        while self._events and not client.want_write():
+        connection.say(self.states)
+        while self._events and connection.publications.may():
             at_s, event = self._events.popleft()
-            if self._clock.now_s() - at_s > KEPT_S:
+            now_s = self._clock.now_s()
+            if now_s - at_s > KEPT_S:
                 self.expired += 1
             else:
-                client.publish(f"{self._topic}/event", event)
+                connection.publications.publish(f"{self._topic}/event", event, now_s)
 
-    def _accepted(
-        self, client: paho.Client, _data: Any, _flags: Any, answer: ReasonCode, _more: Any
-    ) -> None:
-        if answer.is_failure:
-            self._refusal = answer
-            return
-        options = SubscribeOptions(qos=1, retainHandling=SubscribeOptions.RETAIN_DO_NOT_SEND)
-        client.subscribe([(topic, options) for topic in self._asks])
+    def _tell(self, connection: Connection) -> None:
+        """Have the host told what is kept from this server."""
+        self._note_rival(connection)
+        found = connection.troubles()
+        if self._rival is not None and self._has_rival():
+            found.append(self._rival[1])
+        for one in found:
+            if one not in self.troubles:
+                _LOG.warning(
+                    "something is wrong at the MQTT broker", broker=self.name, why=str(one)
+                )
+        self.troubles = found
 
-    def _subscribed(
-        self, _client: paho.Client, _data: Any, _mid: int, answers: list[ReasonCode], _more: Any
-    ) -> None:
-        """Be connected if no topic is kept from us: else a Stop at home would do nothing."""
-        self._refusal = next((one for one in answers if one.is_failure), None)
-        if self._refusal is None:
-            self.problem = None
-            self.is_connected = True
+    def _note_end(self, connection: Connection) -> None:
+        self._may_listen &= connection.may_listen
+        self._is_fight = self._has_rival()
+        self._note_rival(connection)
 
-    def _arrived(self, _client: paho.Client, _data: Any, message: paho.MQTTMessage) -> None:
-        self._take(message.topic, bytes(message.payload), message.retain)
+    def _note_rival(self, connection: Connection) -> None:
+        if connection.rival is not None:
+            self._rival, connection.rival = (self._clock.now_s(), connection.rival), None
 
-    def _before_read(self, n_bytes: int) -> None:
-        """Raise `BrokerError` where too much comes at once; what came before has acted."""
-        if n_bytes > MOST_BYTES:
-            raise BrokerError(_lost(paho.MQTT_ERR_PROTOCOL))
-        now_s, before_s = self._clock.now_s(), self._read_s[0]
-        self._read_s.append(now_s)
-        if now_s - before_s < 1:
-            raise BrokerError(Sentence("house.flooded", {"n": MOST_PER_S}))
-
-
-class _Client(paho.Client):
-    """paho's, which tells how much it is about to read.
-
-    By itself it takes what a broker announces, up to 256 MB of one packet, and holds it all.
-    """
-
-    def __init__(self, before_read: Callable[[int], None]) -> None:
-        super().__init__(
-            CallbackAPIVersion.VERSION2, protocol=paho.MQTTv5, reconnect_on_failure=False
-        )
-        self._before_read = before_read
-
-    def _sock_recv(self, bufsize: int) -> bytes:
-        self._before_read(bufsize)
-        return super()._sock_recv(bufsize)
-
-
-def _lost(code: MQTTErrorCode) -> Sentence:
-    return Sentence("house.lost", {"why": paho.error_string(code).rstrip(".").lower()})
+    def _has_rival(self) -> bool:
+        return self._rival is not None and self._clock.now_s() - self._rival[0] < RIVAL_S
 
 
 def _why(error: Exception) -> Sentence:

@@ -29,6 +29,20 @@ def topic_of(settings: Settings) -> str:
     return settings.mqtt.topic or f"wax/{slug(settings.page.name)}"
 
 
+def command_topic(topic: str, name: str) -> str:
+    return f"{topic}/{name}/set"
+
+
+def way_topic(topic: str, name: str) -> str:
+    """Return where it is said whether what is sent to the `command_topic` arrives."""
+    return f"{topic}/{name}/{STATUS}"
+
+
+def birth_topic(settings: Settings) -> str:
+    """Return where Home Assistant says that it has started; empty where it is told nothing."""
+    return f"{settings.mqtt.discovery}/{STATUS}" if settings.mqtt.discovery else ""
+
+
 def gauge_key(name: str) -> str:
     """Return the levels of a gauge, and its id with "/" for "_"; its name is fit for both."""
     return f"gauge/{name}"
@@ -47,12 +61,20 @@ def discovery(settings: Settings, software: str) -> tuple[str, dict[str, Any]]:
     def shows(key: str, platform: str, name: str, **more: object) -> None:
         add(key.replace("/", "_"), platform, name, state_topic=f"{topic}/{key}", **more)
 
+    def commands_by(key: str) -> dict[str, object]:
+        """Return what makes a component unavailable while its way does not lead here."""
+        ways = [{"topic": one} for one in (f"{topic}/{STATUS}", way_topic(topic, key))]
+        return {
+            "command_topic": command_topic(topic, key),
+            "availability": ways,
+            "availability_mode": "all",
+        }
+
     def button(key: str, name: str, **more: object) -> None:
-        add(key, "button", name, command_topic=f"{topic}/{key}/set", **more)
+        add(key, "button", name, **commands_by(key), **more)
 
     def switch(key: str, name: str) -> None:
-        states = {"state_topic": f"{topic}/{key}", "command_topic": f"{topic}/{key}/set"}
-        add(f"{key}_switch", "switch", name, **states)
+        add(f"{key}_switch", "switch", name, state_topic=f"{topic}/{key}", **commands_by(key))
 
     shows("queue", "sensor", "Queue", **_MEASURED)
     shows("viewers", "sensor", "Viewers", **_MEASURED)
@@ -84,7 +106,8 @@ def discovery(settings: Settings, software: str) -> tuple[str, dict[str, Any]]:
         | {"sw_version": software}
         | (page_url if settings.server.public_url else {}),
         "origin": {"name": "WAX", "sw_version": software},
-        "availability_topic": f"{topic}/{STATUS}",
+        # As a list, which a component's own replaces; an `availability_topic` would exclude it.
+        "availability": [{"topic": f"{topic}/{STATUS}"}],
         "qos": 1,
         "components": components,
     }

@@ -15,7 +15,7 @@ from wax.error_boundary import FirstErrorLogged
 from wax.errors import ForbiddenError, StartError
 from wax.house import commands
 from wax.house.commands import OFF, ON
-from wax.house.discovery import discovery, topic_of
+from wax.house.discovery import birth_topic, command_topic, discovery, topic_of, way_topic
 from wax.protocol.events import FaultEvent, StopEvent, StoppedByItself, nameless
 from wax.sentence import Sentence
 
@@ -38,6 +38,8 @@ _STOP_GAP_S: Final = 0.04
 """The same of Stop, which acts within 100 ms whatever was pressed before."""
 _LOOK_S: Final = 1.0
 _LAST_S: Final = 1.0
+_TOLD_S: Final = 60.0
+"""So long the host is told that a command was refused: nobody at home reads why."""
 
 
 def broker_link(
@@ -52,8 +54,9 @@ def broker_link(
         ) from error
     topic, may_release = topic_of(settings), settings.mqtt.release
     names = [name for name in commands.NAMES if name != commands.RELEASE or may_release]
-    asks = [f"{topic}/{name}/set" for name in names]
-    return BrokerLink(settings.mqtt, clock, topic=topic, asks=asks, take=take)
+    asks = {command_topic(topic, name): way_topic(topic, name) for name in names}
+    birth = birth_topic(settings)
+    return BrokerLink(settings.mqtt, clock, topic=topic, asks=asks, birth=birth, take=take)
 
 
 class House:
@@ -87,6 +90,7 @@ class House:
         self._newest: dict[str, bytes] = {}
         self._taken_s: dict[str, float] = {}
         self._is_garbage_told = False
+        self._refused: tuple[float, Sentence] | None = None
         self.counts = dict.fromkeys(("retained", "overtaken", "garbage", "refused"), 0)
         self._contained = FirstErrorLogged("the house is not told")
         self._link = None
@@ -122,10 +126,11 @@ class House:
         link = self._link
         if link is None:
             return None
+        why = link.troubles if link.problem is None else [link.problem]
         return {
             "broker": link.name,
             "connected": link.is_connected,
-            "problem": None if link.problem is None else str(link.problem),
+            "problem": " ".join(str(one) for one in why) or None,
             "lost": link.lost + link.expired,
             **self.counts,
         }
@@ -133,9 +138,14 @@ class House:
     def problems(self) -> list[Sentence]:
         """Return what the host is to know."""
         link = self._link
-        if link is None or link.problem is None:
+        if link is None:
             return []
-        return [Sentence("house.away", {"broker": link.name, "why": link.problem})]
+        if link.problem is not None:
+            return [Sentence("house.away", {"broker": link.name, "why": link.problem})]
+        told = list(link.troubles)
+        if self._refused is not None and self._clock.now_s() - self._refused[0] < _TOLD_S:
+            told.append(Sentence("house.act_refused", {"why": self._refused[1]}))
+        return told
 
     def _note(self, event: Event) -> None:
         match event:
@@ -210,5 +220,6 @@ class House:
                 self._act(act)
             except ForbiddenError as error:
                 self.counts["refused"] += 1
+                self._refused = self._clock.now_s(), error.sentence
                 _LOG.warning("refused by MQTT", topic=name, why=str(error))
         self._look()

@@ -22,3 +22,12 @@ def slug(text: str) -> str:
         return kept
     digest = hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:8]
     return f"{kept}_{digest}".strip("_")
+
+
+def client_id(topic: str, use: str) -> str:
+    """Return the identifier of a robot's client for one use, the same for the same topic.
+
+    Up to 23 letters and digits, what every broker takes (MQTT 5, 3.1.3.1).
+    """
+    plain = re.sub(r"[^a-z0-9]", "", slug(topic))[:15]
+    return plain + hashlib.sha256(f"{use} {topic}".encode()).hexdigest()[:8]

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
 _DEVICE_S: Final = 15.0
 """OpenCV waits for a camera for 10 s, and gives up then."""
-_BROKER_S: Final = 20.0
-"""To connect, and then to be accepted."""
+_BROKER_S: Final = 25.0
+"""To connect, to be accepted, and to try whether commands arrive."""
 _ENCODERS_S: Final = 2 * LIMIT_S + 4
 """Trials of encoders that hang, and then a second of encoding."""
 
@@ -135,10 +135,13 @@ def _hook(number: int, hook: HookSettings) -> Verdict:
 
 
 def _broker(settings: Settings) -> Verdict:
-    """Connect to the broker and leave, telling it nothing; raises `BrokerError` or `StartError`."""
+    """Connect, try whether commands arrive, leave; raises `BrokerError` or `StartError`."""
     link = broker_link(settings, SystemClock())
     link.check()
-    return ok(f"{link.name} accepts this server; topics begin with {topic_of(settings)}/.")
+    return ok(
+        f"{link.name} accepts this server, and commands arrive; topics begin with"
+        f" {topic_of(settings)}/."
+    )
 
 
 def _configuration(read: Callable[[], Settings], path: Path | None) -> tuple[Settings, Verdict]:

@@ -1,0 +1,305 @@
+"""One connection to a broker, by MQTT 5.
+
+Its brokers send nothing larger than they are asked to, and no retained copies where nobody wants
+them; one that does is left.
+"""
+
+from __future__ import annotations
+
+import selectors
+from collections import deque
+from typing import TYPE_CHECKING, Any, Final
+
+from paho.mqtt import client as paho
+from paho.mqtt.enums import CallbackAPIVersion
+from paho.mqtt.packettypes import PacketTypes
+from paho.mqtt.properties import Properties
+from paho.mqtt.subscribeoptions import SubscribeOptions
+
+from wax.errors import WaxError
+from wax.house.discovery import OFFLINE, ONLINE
+from wax.house.probes import Probes
+from wax.house.publications import MOST_AWAITED, Publications
+from wax.house.troubles import not_said, troubles
+from wax.sentence import Sentence
+
+if TYPE_CHECKING:
+    import ssl
+    from collections.abc import Callable, Mapping
+
+    from paho.mqtt.client import DisconnectFlags
+    from paho.mqtt.reasoncodes import ReasonCode
+
+    from wax.clock import Clock
+
+KEEPALIVE_S: Final = 15
+"""A broker that hangs is left after twice this; it tells of us that we are gone after 1.5 times."""
+MOST_BYTES: Final = 2048
+"""A probe of Stop has 1,024 beside its topic."""
+MOST_PER_S: Final = 2000
+"""Reading more would take the interpreter from the event loop, and with it from driving."""
+_READS: Final = 4
+"""What the largest message takes: its kind, its length in two bytes, the rest."""
+AGAIN_S: Final = 10.0
+"""What was refused or does not stay is said again so often; all of it, no more often."""
+_CORRECTED_S: Final = 1.0
+_LOOP_S: Final = 0.1
+_MOST_HELD: Final = 20
+"""Messages that the broker may have begun and not finished (QoS 2), which paho keeps."""
+_MARK: Final = "wax-server"
+"""The user property of a status: which process says it."""
+_NOT_AUTHORIZED: Final = 0x87
+_TAKEN_OVER: Final = 0x8E
+
+
+class BrokerError(WaxError):
+    """What keeps this server from its broker, in a sentence for the host."""
+
+
+class Connection:
+    """Belongs to one thread. `asks`, `take` and what `listen` hears are as of `BrokerLink`.
+
+    A client's identifier lasts, and so a new connection ends an old one that the broker has not
+    given up: else it would tell that one's will when we are long back. `rival` says that another
+    server does so to us: `mark` is the name of this process, and `is_return` whether it has been
+    connected before. `may_listen` is false where the broker ends the connection for it.
+    """
+
+    def __init__(
+        self,
+        client_id: str,
+        clock: Clock,
+        *,
+        mark: str,
+        is_return: bool,
+        status: str,
+        asks: Mapping[str, str],
+        take: Callable[[str, bytes, bool], None],
+        login: tuple[str, str | None] | None,
+        tls: ssl.SSLContext | None,
+    ) -> None:
+        self.client = _Client(client_id, self._before_read)
+        self.client.on_connect = self._accepted
+        self.client.on_subscribe = self._subscribed
+        self.client.on_message = self._arrived
+        self.client.on_disconnect = self._sent_away
+        if login is not None:
+            self.client.username_pw_set(*login)
+        if tls is not None:
+            self.client.tls_set_context(tls)
+        self.publications = Publications(self.client)
+        self.rival: Sentence | None = None
+        self.may_listen = True
+        self._id, self._mark, self._clock = client_id, mark, clock
+        self._is_return = is_return
+        self._status, self._asks, self._take = status, asks, take
+        self._tls = tls
+        self._probes = Probes(asks)
+        self._is_heard = False
+        self._end: Sentence | None = None
+        self._birth = ""
+        self._listening: int | None = None
+        self._wrong_s: float | None = None
+        self._is_born = False
+        self._again_s = self._corrected_s = self._all_s = float("-inf")
+        most = MOST_PER_S * _READS
+        self._read_s: deque[float] = deque([float("-inf")] * most, maxlen=most)
+
+    def will(self) -> None:
+        """Have the broker say that this server is gone."""
+        marked = self._marked(PacketTypes.WILLMESSAGE)
+        self.client.will_set(self._status, OFFLINE, 1, retain=True, properties=marked)
+
+    def open(self, host: str, port: int, limit_s: float) -> None:
+        """Be accepted and heard, and try each way; raises `BrokerError` or `OSError`, closed."""
+        try:
+            self._open(host, port, limit_s)
+        except BaseException:
+            self.close()
+            raise
+
+    def _open(self, host: str, port: int, limit_s: float) -> None:
+        self.client.connect_timeout = limit_s
+        asked = Properties(PacketTypes.CONNECT)  # type: ignore[no-untyped-call]  # paho's
+        asked.MaximumPacketSize = MOST_BYTES
+        asked.ReceiveMaximum = _MOST_HELD
+        self.client.connect(host, port, KEEPALIVE_S, properties=asked)
+        end_s = self._clock.now_s() + limit_s
+        while not self._is_heard:
+            if self._clock.now_s() > end_s:
+                raise TimeoutError
+            self.step()
+        while not self._probes.are_tried():
+            self.step()
+
+    def listen(self, birth: str) -> None:
+        """Hear what is useful, but not needed: our own status, and `birth`, if not empty."""
+        self._birth = birth
+        heard = [(self._status, SubscribeOptions(qos=1)), *([(birth, _live())] if birth else [])]
+        _, self._listening = self.client.subscribe(heard)
+
+    def step(self) -> None:
+        """Read and write what there is; paho's own `loop` would need a descriptor below 1,024."""
+        client = self.client
+        line: Any = client.socket()
+        code = paho.MQTT_ERR_CONN_LOST
+        if line is not None:
+            wanted = selectors.EVENT_READ | (selectors.EVENT_WRITE if client.want_write() else 0)
+            with selectors.DefaultSelector() as waiting:
+                waiting.register(line, wanted)
+                waiting.select(0 if self._tls is not None and line.pending() else _LOOP_S)
+            code = client.loop_read() or client.loop_write() or client.loop_misc()
+        now_s = self._clock.now_s()
+        if self.publications.awaited_s(now_s) > 2 * KEEPALIVE_S:
+            code = paho.MQTT_ERR_KEEPALIVE
+        if self._end is not None:
+            raise BrokerError(self._end)
+        if code != paho.MQTT_ERR_SUCCESS:
+            raise BrokerError(_lost(paho.error_string(code)))
+        for topic, payload in self._probes.due(now_s) if self._is_heard else ():
+            if self.publications.may():
+                self.publications.publish(topic, payload, now_s)
+
+    def say(self, states: Mapping[str, str]) -> None:
+        """Publish what is new: by which ways commands arrive, that we are there, and these."""
+        now_s, publications = self._clock.now_s(), self.publications
+        if now_s - self._again_s >= AGAIN_S:
+            self._again_s = now_s
+            publications.forget(publications.refused)
+            publications.forget([] if self._wrong_s is None else [self._status])
+        if self._is_born and now_s - self._all_s >= AGAIN_S:
+            self._is_born, self._all_s = False, now_s
+            publications.forget_all()
+        ways = {
+            told: ONLINE if self._probes.is_open(topic) else OFFLINE
+            for topic, told in self._asks.items()
+        }
+        for topic, payload in (ways | {self._status: ONLINE} | dict(states)).items():
+            if not publications.may():
+                return
+            marked = self._marked(PacketTypes.PUBLISH) if topic == self._status else None
+            publications.state(topic, payload, now_s, marked)
+
+    def leave(self) -> None:
+        """Say that this server ends."""
+        marked = self._marked(PacketTypes.PUBLISH)
+        self.client.publish(self._status, OFFLINE, retain=True, properties=marked)
+        self.client.disconnect()
+
+    def close(self) -> None:
+        """Let go of the line, which paho leaves to whoever collects it."""
+        line: Any = self.client.socket()
+        if line is not None:
+            line.close()
+
+    def troubles(self) -> list[Sentence]:
+        """Return what the host is to know of this connection."""
+        found = troubles(self._asks, self._probes.closed(), self.publications.refused)
+        if self._wrong_s is not None and self._clock.now_s() - self._wrong_s > AGAIN_S:
+            found.append(Sentence("house.not_kept", {"topic": self._status}))
+        return found
+
+    def _accepted(
+        self, client: paho.Client, _data: Any, _flags: Any, answer: ReasonCode, more: Any
+    ) -> None:
+        if answer.is_failure:
+            self._end = Sentence("house.refused", {"why": str(answer)})
+            return
+        self.publications.limit(getattr(more, "ReceiveMaximum", MOST_AWAITED))
+        client.subscribe([(topic, _live()) for topic in self._asks])
+
+    def _subscribed(
+        self, _client: paho.Client, _data: Any, mid: int, answers: list[ReasonCode], _more: Any
+    ) -> None:
+        """Be heard if no topic is kept from us: else a Stop at home would do nothing."""
+        if mid == self._listening:
+            self._listening = None
+            return
+        refusal = next((one for one in answers if one.is_failure), None)
+        self._is_heard = refusal is None
+        if refusal is not None:
+            self._end = Sentence("house.refused", {"why": str(refusal)})
+
+    def _sent_away(
+        self, _client: paho.Client, _data: Any, flags: DisconnectFlags, why: ReasonCode, _more: Any
+    ) -> None:
+        """Note why the broker ends the connection, as some do instead of refusing one thing."""
+        if not flags.is_disconnect_packet_from_server:
+            return
+        unanswered = self.publications.awaited()
+        self._end = _lost(str(why))
+        if why.value == _TAKEN_OVER:  # mosquitto 2.0 does not say so
+            self._end = self.rival = self._taken_over()
+        elif why.value == _NOT_AUTHORIZED and self._listening is not None:
+            self.may_listen = False
+        elif why.value == _NOT_AUTHORIZED and unanswered:
+            self._end = not_said(unanswered, why)
+
+    def _arrived(self, _client: paho.Client, _data: Any, message: paho.MQTTMessage) -> None:
+        topic, payload, now_s = message.topic, bytes(message.payload), self._clock.now_s()
+        if topic == self._status:
+            said_by = dict(getattr(message.properties, "UserProperty", [])).get(_MARK, self._mark)
+            is_online, is_live = payload == ONLINE.encode(), not message.retain
+            if said_by != self._mark and (is_online if is_live else self._is_return):
+                self.rival = self._taken_over()
+            self._hear_status(is_online=is_online, is_live=is_live, now_s=now_s)
+        elif topic == self._birth:
+            self._is_born |= payload == ONLINE.encode() and not message.retain
+        elif not self._probes.take(topic, payload, now_s):
+            self._take(topic, payload, message.retain)
+
+    def _hear_status(self, *, is_online: bool, is_live: bool, now_s: float) -> None:
+        """Say again that we are there where an old will, or somebody else, says that we are not."""
+        if is_online:
+            self._wrong_s = None
+            return
+        self._wrong_s = now_s if self._wrong_s is None else self._wrong_s
+        if is_live and now_s - self._corrected_s >= _CORRECTED_S:
+            self._corrected_s = now_s
+            self.publications.forget([self._status])
+
+    def _taken_over(self) -> Sentence:
+        return Sentence("house.taken_over", {"client": self._id})
+
+    def _marked(self, packet: int) -> Properties:
+        made = Properties(packet)  # type: ignore[no-untyped-call]  # paho's
+        made.UserProperty = [(_MARK, self._mark)]
+        return made
+
+    def _before_read(self, n_bytes: int) -> None:
+        """Raise `BrokerError` where too much comes at once; what came before has acted."""
+        if n_bytes > MOST_BYTES:
+            raise BrokerError(_lost(paho.error_string(paho.MQTT_ERR_PROTOCOL)))
+        now_s, before_s = self._clock.now_s(), self._read_s[0]
+        self._read_s.append(now_s)
+        if now_s - before_s < 1:
+            raise BrokerError(Sentence("house.flooded", {"n": MOST_PER_S}))
+
+
+class _Client(paho.Client):
+    """paho's, which tells how much it is about to read.
+
+    By itself it takes what a broker announces, up to 256 MB of one packet, and holds it all.
+    """
+
+    def __init__(self, client_id: str, before_read: Callable[[int], None]) -> None:
+        super().__init__(
+            CallbackAPIVersion.VERSION2,
+            client_id,
+            protocol=paho.MQTTv5,
+            reconnect_on_failure=False,
+        )
+        self._before_read = before_read
+
+    def _sock_recv(self, bufsize: int) -> bytes:
+        self._before_read(bufsize)
+        return super()._sock_recv(bufsize)
+
+
+def _live() -> SubscribeOptions:
+    """Return how a topic is heard without retained copies."""
+    return SubscribeOptions(qos=1, retainHandling=SubscribeOptions.RETAIN_DO_NOT_SEND)
+
+
+def _lost(why: str) -> Sentence:
+    return Sentence("house.lost", {"why": why.rstrip(".").lower()})
