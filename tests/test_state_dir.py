@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
 from wax import state_dir
 from wax.errors import StateError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 
 @pytest.mark.parametrize(
@@ -67,3 +72,50 @@ def test_a_folder_that_cannot_be_is_a_sentence(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(StateError, match=r"file.*state_dir"):
         state_dir.prepare(tmp_path / "file" / "wax")
+
+
+@pytest.mark.parametrize("fails", ["write", "fsync", "replace"])
+def test_a_file_is_replaced_as_a_whole(
+    fails: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Wherever it breaks off, there is the old one; it is on the disk before it is the new one."""
+    path = tmp_path / "kept.json"
+    state_dir.replace(path, b"old")
+    acts: list[str] = []
+
+    def act(name: str, then: Callable[..., object]) -> Callable[..., object]:
+        def done(*given: object) -> object:
+            acts.append(name)
+            if name == fails:
+                raise OSError(errno.EIO, "it breaks")
+            return then(*given)
+
+        return done
+
+    monkeypatch.setattr(os, "fdopen", act("write", os.fdopen))
+    monkeypatch.setattr(os, "fsync", act("fsync", os.fsync))
+    monkeypatch.setattr(Path, "replace", act("replace", Path.replace))
+    with pytest.raises(OSError, match="it breaks"):
+        state_dir.replace(path, b"new")
+    assert path.read_bytes() == b"old"
+    assert acts == ["write", "fsync", "replace"][: len(acts)]
+    fails = ""
+    state_dir.replace(path, b"new")
+    assert path.read_bytes() == b"new"
+    assert acts[-4:] == ["write", "fsync", "replace", "fsync"]
+    assert path.stat().st_mode & 0o777 == 0o600
+
+
+def test_a_file_that_somebody_has_is_no_one_elses(tmp_path: Path) -> None:
+    """Until it is closed; those that only look may do so together."""
+    path = tmp_path / "locked"
+    path.touch()
+    with path.open("rb") as first, path.open("rb") as second:
+        state_dir.lock(first, shared=True)
+        state_dir.lock(second, shared=True)
+        with pytest.raises(BlockingIOError):
+            state_dir.lock(first)
+        second.close()
+        state_dir.lock(first)
+        with path.open("rb") as third, pytest.raises(BlockingIOError):
+            state_dir.lock(third, shared=True)

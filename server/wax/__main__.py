@@ -282,9 +282,9 @@ def _add_records(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def _add_tape(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     tape = commands.add_parser(
         "tape",
-        help="list, keep or delete what was recorded",
-        description="List, keep or delete what [recording] has put on disk, also while it records."
-        " Times are in UTC.",
+        help="list, keep, repair or delete what was recorded",
+        description="List, keep, repair or delete what [recording] has put on disk, also while it"
+        " records. Times are in UTC.",
     )
     _takes_config(tape)
     tape.add_argument("--folder", type=Path, metavar="DIR", help="if it is not as configured")
@@ -292,6 +292,7 @@ def _add_tape(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     acts.add_parser("list", help="show what there is")
     keep = acts.add_parser("keep", help="keep parts until somebody deletes them")
     keep.add_argument("names", nargs="+", metavar="NAME", help="as `wax tape list` has them")
+    acts.add_parser("repair", help="mend what a killed server or a power cut has cut off")
     delete = acts.add_parser("delete", help="delete parts, kept or not")
     delete.add_argument("names", nargs="*", metavar="NAME", help="as `wax tape list` has them")
     delete.add_argument("--all", action="store_true", help="everything")
@@ -458,7 +459,7 @@ def _records(arguments: argparse.Namespace) -> int:
 
 
 def _tape(arguments: argparse.Namespace) -> int:
-    from wax.tape.command import tape_delete, tape_keep, tape_list
+    from wax.tape.command import tape_delete, tape_keep, tape_list, tape_repair
     from wax.tape.shelf import Shelf, where
 
     settings = config.load(arguments.config)
@@ -466,6 +467,7 @@ def _tape(arguments: argparse.Namespace) -> int:
     acts = {
         "list": lambda: tape_list(shelf),
         "keep": lambda: tape_keep(shelf, arguments.names),
+        "repair": lambda: tape_repair(shelf),
         "delete": lambda: tape_delete(
             shelf, arguments.names, is_all=arguments.all, before=arguments.before
         ),

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from wax.errors import StateError, reason_of
 from wax.folders import expanded
 from wax.named_file import check
 
+if sys.platform != "win32":
+    import fcntl
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from typing import IO
 
 
 def find(configured: str = "", environment: Mapping[str, str] = os.environ) -> Path:
@@ -52,6 +58,45 @@ def make_private(path: Path) -> None:
     os.close(os.open(path, os.O_CREAT | os.O_RDWR, 0o600))
     if path.stat().st_mode & 0o077:
         path.chmod(0o600)
+
+
+def replace(path: Path, data: bytes, mode: int = 0o600) -> None:
+    """Replace a file at once and for good: a power cut leaves the old one or this one, whole.
+
+    Raises `OSError`.
+    """
+    new = path.with_suffix(".new")
+    new.unlink(missing_ok=True)
+    with os.fdopen(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), "wb") as file:
+        file.write(data)
+    sync(new)
+    new.replace(path)
+    sync(path.parent)
+
+
+def sync(path: Path) -> None:
+    """Return when what is in a file, or which files a folder has, outlasts a power cut.
+
+    Without this Linux writes it within half a minute. Raises `OSError`.
+    """
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # not every file system can do so with a folder
+            raise
+    finally:
+        os.close(descriptor)
+
+
+def lock(file: IO[Any], *, waits: bool = False, shared: bool = False) -> None:
+    """Have a file alone until it is closed, which the end of the process does, too.
+
+    `shared` with whoever also only looks. Raises `BlockingIOError` while somebody else has it,
+    unless this `waits`; `OSError` where the file system has no locks.
+    """
+    how = fcntl.LOCK_SH if shared else fcntl.LOCK_EX
+    fcntl.flock(file, how if waits else how | fcntl.LOCK_NB)
 
 
 def _at_home(name: str) -> Path:

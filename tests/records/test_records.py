@@ -27,7 +27,7 @@ from wax.clock import SystemClock
 from wax.config.settings import RecordSettings
 from wax.records import schema, writer
 from wax.records.entries import Ban, HostCookie, Invited, Lasting, LinkSummary, RecordedPerson
-from wax.records.file import open_for_reading
+from wax.records.file import open_for_reading, open_for_writing
 from wax.records.opening import load_lasting, open_records
 from wax.records.records import Records
 from wax.records.writer import RecordWriter
@@ -465,3 +465,9 @@ def test_rows_are_plain_values(path: Path) -> None:
         records.session_began(ADA, address="2001:db8:1:2::/64", role="guest")
     json.dumps(rows(path, "sessions"))
     assert rows(path, "sessions")[0]["address"] == "2001:db8:1::/48"
+
+
+def test_a_power_cut_takes_no_commit(path: Path) -> None:
+    """Each is on the disk when it is done (SQLite, PRAGMA synchronous: 2 is FULL)."""
+    with closing(open_for_writing(path)) as file:
+        assert file.execute("PRAGMA synchronous").fetchone() == (2,)

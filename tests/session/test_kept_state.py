@@ -11,6 +11,7 @@ from structlog.testing import capture_logs
 from tests.session.test_room import FakePeer, Rig
 from tests.until import until
 
+from wax import state_dir
 from wax.control.stop_latch import LatchedStop
 from wax.protocol import messages
 from wax.session import entry as entry_module
@@ -180,7 +181,8 @@ def test_what_may_have_been_written_is_written_again(
 ) -> None:
     """Back to what the file said before a write that failed at its very end."""
     file = kept(tmp_path)
-    monkeypatch.setattr(kept_state, "_sync", _fail)
+    sync = state_dir.sync
+    monkeypatch.setattr(state_dir, "sync", lambda path: sync(path) if path.is_file() else _fail())
     file.keep(KeptState(stop="host"))
     until(file.problems)
     monkeypatch.undo()
@@ -241,7 +243,7 @@ def test_it_is_told_from_the_start_that_a_stop_would_have_no_room(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where the disk was full before there was a file."""
-    monkeypatch.setattr(kept_state, "_replace", _fail)
+    monkeypatch.setattr(state_dir, "replace", _fail)
     file = kept(tmp_path)
     until(lambda: [one.code for one in file.problems()] == ["kept.unwritten"])
     until(file.close)

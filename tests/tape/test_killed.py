@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING, Final
 
 import av
 import pytest
+from mcap.reader import make_reader
 from tests.tape.filming import CAMERA_LATER_S
 
 from wax.protocol.tape_events import Filmed
 from wax.tape.reading import read_events
+from wax.tape.repair import Mended, repair
 from wax.tape.repaired import repaired
 from wax.tape.shelf import Shelf
 
@@ -68,6 +70,11 @@ def _check(folder: Path, captured_s: float) -> None:
     (filmed,) = (one for one in read.events if isinstance(one.event, Filmed))
     assert filmed.at_ms / 1000 == pytest.approx(CAMERA_LATER_S, abs=0.001)
     assert read.length_ms / 1000 >= captured_s - LOST_S
+    assert repair(Shelf(folder)) == Mended([part.name])
+    for path in (part.media, camera):
+        assert _ends_s(path, "video")["video"] >= captured_s - CAMERA_LATER_S - LOST_S
+    with part.events.open("rb") as file:
+        assert len(list(make_reader(file).iter_messages())) == len(read.events)
 
 
 def _kill_and_check(folder: Path, codec: Codec) -> None:

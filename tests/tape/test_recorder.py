@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import av
@@ -247,3 +248,33 @@ def test_what_is_deleted_while_it_is_written_harms_nothing(rig: Rig) -> None:
     rig.recorder.stop(20.0)
     assert rig.recorder.problem is None
     assert len(rig.shelf.parts()) == 1
+
+
+def test_a_power_cut_costs_a_second(
+    rig: Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What was told a second ago has been given to the disk for good, as has most of the film."""
+    kept = tmp_path / "kept"
+    kept.mkdir()
+
+    def keep(descriptor: int) -> None:
+        for path in rig.shelf.folder.iterdir():
+            if os.path.samestat(path.stat(), os.fstat(descriptor)):
+                (tmp_path / "new").write_bytes(path.read_bytes())
+                (tmp_path / "new").replace(kept / path.name)
+
+    def told() -> int:
+        return sum(len(read_events(path).events) for path in kept.glob("*.mcap"))
+
+    monkeypatch.setattr(os, "fsync", keep)
+    rig.recorder.start()
+    for second in range(4):
+        rig.film(BEGIN_S + second, 1.0)
+        rig.recorder.event(STOPPED, BEGIN_S + second + 0.5)
+        until(lambda: rig.recorder.waiting == 0)
+        rig.clock.time_s = BEGIN_S + second + 1.5
+        until(lambda: told() == second + 1)  # noqa: B023  # it is asked at once
+    (film,) = kept.glob("*.webm")
+    with av.open(str(film)) as media:
+        assert max(frame.time or 0.0 for frame in media.decode(video=0)) >= 3.0
+    rig.recorder.stop(20.0)

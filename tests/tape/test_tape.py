@@ -8,11 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from tests.turned_clock import TurnedClock
+from tests.until import async_until
 
 from wax.capture.source import Sound
 from wax.config.settings import Settings
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
+from wax.tape.event_ending import ending_of
+from wax.tape.shelf import EVENTS, Shelf
 from wax.tape.tape import TapeFeed
 from wax.telemetry import Counters
 
@@ -80,6 +83,21 @@ async def test_an_error_in_the_fan_out_ends_the_tape_and_nothing_else(rig: Rig) 
     assert rig.tape.recorder.problem is not None
     assert "restart" in str(rig.tape.recorder.problem)
     assert rig.counters.snapshot() == {"viewer faults": 1}
+
+
+@pytest.mark.system
+async def test_what_was_cut_off_is_mended_at_the_next_start(tmp_path: Path) -> None:
+    """By another process, while the new part is recorded already."""
+    shelf = Shelf(tmp_path / "tape")
+    shelf.prepare()
+    torn = shelf.path("wax-20261123T140000Z", EVENTS)
+    torn.write_bytes(b"\x89MCAP0\r\n")
+    rig = Rig(shelf.folder)
+    rig.video.start()
+    rig.tape.start()
+    await async_until(lambda: ending_of(torn) == "mended")
+    rig.tape.stop()
+    rig.video.stop()
 
 
 async def test_sound_is_left_out_where_it_is_not_to_be_recorded(tmp_path: Path) -> None:

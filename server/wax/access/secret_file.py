@@ -29,7 +29,7 @@ def load_secret(state: str) -> bytes:
         if len(kept) == SECRET_BYTES:
             return kept
         made = secrets.token_bytes(SECRET_BYTES)
-        path.write_bytes(made)
+        state_dir.replace(path, made)
     except (OSError, StateError) as error:
         _LOG.warning("invitations end with the server: its secret cannot be kept", error=str(error))
         return secrets.token_bytes(SECRET_BYTES)

@@ -7,7 +7,6 @@ must not release what somebody has ordered.
 from __future__ import annotations
 
 import os
-import sys
 import threading
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -19,9 +18,6 @@ from wax.errors import StateError, reason_of
 from wax.named_file import read_bytes
 from wax.protocol.events import StopRole
 from wax.sentence import Sentence
-
-if sys.platform != "win32":
-    import fcntl
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -168,11 +164,11 @@ class KeptFile:
             self._claim()
             state_dir.prepare(self._path.parent)
             try:
-                _replace(self._path, content)
+                state_dir.replace(self._path, content)
             except OSError:
                 if not _is_written_over(self._path, content):
                     raise
-            _sync(self._path.parent)
+                state_dir.sync(self._path.parent)
         except (OSError, StateError) as error:
             self._kept = None  # it may have been replaced all the same
             self._fail(error)
@@ -188,17 +184,6 @@ class KeptFile:
 
 def _reason_of(error: Exception) -> str:
     return "it is damaged" if isinstance(error, ValidationError) else reason_of(error)
-
-
-def _replace(path: Path, content: bytes) -> None:
-    """Put another file in its place, whole or not at all; raises `OSError`."""
-    new = path.with_suffix(".new")
-    new.unlink(missing_ok=True)
-    with os.fdopen(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    new.replace(path)
 
 
 def _is_written_over(path: Path, content: bytes) -> bool:
@@ -217,19 +202,11 @@ def _is_written_over(path: Path, content: bytes) -> bool:
     return True
 
 
-def _sync(folder: Path) -> None:
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
 def _locked(path: Path) -> TextIO:
     """Return a file that is this process's until it is closed; raises `OSError`."""
     file = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT, 0o600), "r+")
     try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        state_dir.lock(file)
     except BlockingIOError:
         file.close()
         raise

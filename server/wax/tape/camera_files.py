@@ -33,7 +33,7 @@ class CameraFormat:
 class CameraFiles:
     """Cameras count from 1, in the order of `cameras`; `name` is that of the part.
 
-    Not thread-safe but for `has`. `picture` and `close` may raise `OSError` or `av.FFmpegError`.
+    Not thread-safe but for `has`. All methods but that may raise `OSError` or `av.FFmpegError`.
     """
 
     def __init__(
@@ -58,6 +58,11 @@ class CameraFiles:
         if file is not None:
             file.picture(picture)
         return begins
+
+    def sync(self) -> None:
+        """Have all but the newest pictures outlast a power cut."""
+        for file in self._files.values():
+            file.sync()
 
     def close(self) -> None:
         """Finish all files, also where one of them fails."""

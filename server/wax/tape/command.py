@@ -1,4 +1,4 @@
-"""`wax tape`: lists, keeps and deletes what is on the tape, also while a server records."""
+"""`wax tape`: lists, keeps, mends and deletes what is on the tape, also while a server records."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Final
 
 from wax.errors import ConfigError, StateError, reason_of
+from wax.tape.event_ending import ending_of
+from wax.tape.repair import repair
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -14,19 +16,31 @@ if TYPE_CHECKING:
 
 _KEPT: Final = {None: "", "host": "kept", "operator": "kept by an operator", "fault": "a fault"}
 
+_ENDS: Final = {
+    "whole": "",
+    "mended": "cut off, mended",
+    "open": "being written",
+    "cut": "cut off",
+}
+_HOW_TO_MEND: Final = (
+    "What is cut off ends where the server was killed or lost its power. `wax tape repair` mends it"
+    " so that other programs read it; so does the next start of a server that records."
+)
+
 
 def tape_list(shelf: Shelf) -> str:
     """Return a table of what is there, the oldest first; times are in UTC."""
     parts = shelf.parts()
     if not parts:
         return f"Nothing is recorded in {shelf.folder}."
-    lines = [("name", "began", "length", "MB", "why it is kept")]
+    lines = [("name", "began", "length", "MB", "end", "why it is kept")]
     lines += [
         (
             one.name,
             f"{datetime.fromtimestamp(one.began_s, UTC):%Y-%m-%d %H:%M:%S}",
             f"{max(0.0, one.ended_s - one.began_s):.0f} s",
             f"{one.size_bytes / 1e6:.1f}",
+            _end_of(one),
             _KEPT[one.kept],
         )
         for one in parts
@@ -36,7 +50,18 @@ def tape_list(shelf: Shelf) -> str:
         "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()
         for line in lines
     ]
-    return "\n".join([*table, f"{_counted(parts)} in {shelf.folder}"])
+    how = [_HOW_TO_MEND] if any(line[4] == _ENDS["cut"] for line in lines) else []
+    return "\n".join([*table, f"{_counted(parts)} in {shelf.folder}", *how])
+
+
+def tape_repair(shelf: Shelf) -> str:
+    """Give what was cut off its end; raises `StateError` for what could not be mended."""
+    mended = repair(shelf)
+    if mended.problems:
+        raise StateError("\n".join(mended.problems))
+    if not mended.parts:
+        return f"Nothing that is finished is cut off in {shelf.folder}."
+    return "\n".join(f"Mended: {name}" for name in mended.parts)
 
 
 def tape_keep(shelf: Shelf, names: Sequence[str]) -> str:
@@ -64,6 +89,15 @@ def tape_delete(
         parts = _named(shelf, names)
     _each(parts, lambda one: shelf.delete(one.name))
     return f"Deleted: {_counted(parts)}."
+
+
+def _end_of(part: Shelved) -> str:
+    if part.events is None:
+        return ""
+    try:
+        return _ENDS[ending_of(part.events)]
+    except OSError as error:
+        return reason_of(error)
 
 
 def _named(shelf: Shelf, names: Sequence[str]) -> list[Shelved]:

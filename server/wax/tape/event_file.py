@@ -3,11 +3,17 @@
 Each topic has its JSON schema inside. Times are nanoseconds since 1970, made of the server's clock
 and one offset for as long as it runs: they are in step with the picture even while somebody sets
 the machine's clock.
+
+What is added is given to the system by `flush`, which a killed process cannot take back, and to the
+disk by `sync`, which a power cut cannot. A part that is being written is locked; one that is not
+and has no end was cut off (`event_ending.py`).
 """
 
 from __future__ import annotations
 
 import json
+import os
+from contextlib import suppress
 from functools import cache
 from typing import TYPE_CHECKING, Final
 
@@ -18,13 +24,24 @@ from wax.protocol.tape_events import FORMAT, topic
 
 if TYPE_CHECKING:
     from pathlib import Path
+    from typing import IO
 
     from wax.protocol.tape_events import TapeEvent
 
 METADATA: Final = "wax.tape"
 """The name of the metadata record at the beginning; its keys are below."""
+CUT: Final = "wax.tape.cut"
+"""The name of the metadata record at the end of a file that was cut off and got its end later."""
 VERSION: Final = "format"
 ORIGIN: Final = "origin_ns"
+
+
+def begin(file: IO[bytes], origin_ns: int) -> Writer:
+    """Begin a file of events whose time 0 is `origin_ns` since 1970; may raise `OSError`."""
+    writer = Writer(file, compression=CompressionType.ZSTD)
+    writer.start(library=f"wax {__version__}")
+    writer.add_metadata(METADATA, {VERSION: str(FORMAT), ORIGIN: str(origin_ns)})
+    return writer
 
 
 class EventFile:
@@ -39,11 +56,10 @@ class EventFile:
         self._origin_ns = self._ns(origin_s)
         self._file = path.open("wb")
         try:
-            self._writer = Writer(self._file, compression=CompressionType.ZSTD)
-            self._writer.start(library=f"wax {__version__}")
-            self._writer.add_metadata(
-                METADATA, {VERSION: str(FORMAT), ORIGIN: str(self._origin_ns)}
-            )
+            with suppress(OSError):  # not every file system has locks
+                state_dir.lock(self._file, waits=True)
+            self._file.truncate(0)  # whoever mends may have found it before the lock
+            self._writer = begin(self._file, self._origin_ns)
             self._file.flush()
         except BaseException:
             self._file.close()
@@ -64,10 +80,17 @@ class EventFile:
         """Give what was added to the system, which keeps it even if this process is killed."""
         self._writer.flush()  # type: ignore[no-untyped-call]  # the library leaves it out
 
+    def sync(self) -> None:
+        """Have what was added outlast a power cut."""
+        self.flush()
+        os.fsync(self._file.fileno())
+
     def close(self) -> None:
-        """Finish the file, with its index; it is closed even if that fails."""
+        """Finish the file, with its index, for good; it is closed even if that fails."""
         try:
             self._writer.finish()  # type: ignore[no-untyped-call]  # the same
+            self._file.flush()
+            os.fsync(self._file.fileno())
         finally:
             self._file.close()
 

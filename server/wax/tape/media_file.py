@@ -6,6 +6,7 @@ which can be played without what would follow it: a server that is killed loses 
 
 from __future__ import annotations
 
+from contextlib import suppress
 from fractions import Fraction
 from typing import TYPE_CHECKING, Final, Literal
 
@@ -65,6 +66,7 @@ class TapeFile:
         sound_channels: int = 1,
     ) -> None:
         state_dir.make_private(path)
+        self._path = path
         self._origin_s = origin_s
         self._container: OutputContainer = av.open(
             str(path), "w", format=_FORMATS[codec], container_options=_COMMON | _OPTIONS[codec]
@@ -126,9 +128,15 @@ class TapeFile:
         packet.stream = self._sound
         self._container.mux_one(packet)
 
+    def sync(self) -> None:
+        """Have all but the newest piece outlast a power cut."""
+        with suppress(FileNotFoundError):  # deleted by somebody meanwhile
+            state_dir.sync(self._path)
+
     def close(self) -> None:
-        """Finish the file, which makes it quick to seek in."""
+        """Finish the file for good, which makes it quick to seek in."""
         self._container.close()
+        self.sync()
 
     def _is_next(self, stream: str, pts: int) -> bool:
         """Whether this follows what was written; the muxers refuse what does not."""

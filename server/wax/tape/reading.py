@@ -14,7 +14,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 
 from wax.errors import ProtocolError, StateError, reason_of
 from wax.protocol.tape_events import EVENTS, FORMAT, Placed, parse_event, topic
-from wax.tape.event_file import METADATA, ORIGIN, VERSION
+from wax.tape.event_file import CUT, METADATA, ORIGIN, VERSION
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -106,9 +106,11 @@ class _Records:
         self._unpacked_bytes = 0
 
     def __iter__(self) -> Iterator[McapRecord]:
+        was_cut = False
         try:
             for record in self._reader.records:
-                self.is_whole = isinstance(record, Footer)
+                was_cut = was_cut or (isinstance(record, Metadata) and record.name == CUT)
+                self.is_whole = isinstance(record, Footer) and not was_cut
                 if isinstance(record, Chunk):
                     yield from self._unpacked(record)
                 else:
@@ -119,13 +121,23 @@ class _Records:
             self.is_whole = False
 
     def _unpacked(self, chunk: Chunk) -> Sequence[McapRecord]:
-        """Unpack what this package has packed; raises anything for what it has not."""
-        size = zstandard.frame_content_size(chunk.data)
-        if chunk.compression != "zstd" or size != chunk.uncompressed_size:
-            raise ValueError
-        self._unpacked_bytes += size
+        self._unpacked_bytes += _packed_bytes(chunk)
         _check_size(self._path, self._unpacked_bytes)
-        return breakup_chunk(chunk, validate_crc=True)
+        return unpack(chunk)
+
+
+def unpack(chunk: Chunk) -> Sequence[McapRecord]:
+    """Unpack what this package has packed; raises anything for what it has not."""
+    if _packed_bytes(chunk) > _MOST_BYTES:
+        raise ValueError
+    return breakup_chunk(chunk, validate_crc=True)
+
+
+def _packed_bytes(chunk: Chunk) -> int:
+    size = zstandard.frame_content_size(chunk.data)
+    if chunk.compression != "zstd" or size != chunk.uncompressed_size:
+        raise ValueError
+    return size
 
 
 def _check_size(path: Path, size: int) -> None:

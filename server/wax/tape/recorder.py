@@ -2,6 +2,11 @@
 
 What is to be written waits in a queue. When that is full, the disk is too slow: then all is left
 out until the queue is empty again, a new part begins, and what is missing is written down.
+
+A killed server loses what came after the last `FLUSH_S`, a power cut what came after the last sync,
+which follow each other by `SYNC_S`. On ext4 each costs the disk some 30 KB beside what is recorded,
+3 GB a day: a quarter of what a day of 1 Mbit/s takes. A memory card that needs long for one is
+asked less often, so that three quarters of the time are left for writing.
 """
 
 from __future__ import annotations
@@ -40,6 +45,8 @@ _LOG = structlog.get_logger(__name__)
 MOST_WAITING: Final = 4000
 """Ten seconds of pictures, sound and driving."""
 FLUSH_S: Final = 0.4
+SYNC_S: Final = 0.8
+_SYNC_SHARE: Final = 0.25
 _WAIT_S: Final = 0.2
 RETRY_S: Final = 20.0
 _PRUNE_S: Final = 600.0
@@ -162,6 +169,7 @@ class Recorder:
         )
         self._lasting: dict[Hashable, TapeEvent] = {}
         self._flushed_s = self._pruned_s = self._measured_s = float("-inf")
+        self._sync_due_s = float("-inf")
         self._logged: Sentence | None = None
 
     def start(self) -> None:
@@ -339,7 +347,12 @@ class Recorder:
     def _look_after(self) -> None:
         """Do what is due now and then."""
         now_s = self._clock.now_s()
-        if self._segment is not None and now_s - self._flushed_s >= FLUSH_S:
+        if self._segment is not None and now_s >= self._sync_due_s:
+            self._flushed_s = now_s
+            self._segment.sync()
+            took_s = self._clock.now_s() - now_s
+            self._sync_due_s = now_s + max(SYNC_S, took_s / _SYNC_SHARE)
+        elif self._segment is not None and now_s - self._flushed_s >= FLUSH_S:
             self._flushed_s = now_s
             self._segment.flush()
         if now_s - self._measured_s >= _ROOM_S:

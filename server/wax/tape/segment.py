@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import av
 
+from wax import state_dir
 from wax.protocol.tape_events import Filmed
 from wax.tape.camera_files import CameraFiles
 from wax.tape.event_file import EventFile
@@ -47,6 +48,7 @@ class Segment:
         sound_channels: int = 1,
         cameras: Sequence[CameraFormat] = (),
     ) -> None:
+        self._folder = shelf.folder
         self.name = shelf.new_name((zero_ns + origin_s * 1e9) / 1e6)
         self._formats = cameras
         self._cameras = CameraFiles(shelf, self.name, cameras, origin_s=origin_s)
@@ -92,10 +94,21 @@ class Segment:
         """See that no more than the newest half a second is lost if this process is killed."""
         self._events.flush()
 
+    def sync(self) -> None:
+        """See that no more than the newest half a second is lost if the power is cut now."""
+        self._events.sync()
+        if self._media is not None:
+            self._media.sync()
+        self._cameras.sync()
+        state_dir.sync(self._folder)  # where a camera's file may be new
+
     def close(self) -> None:
-        """Finish all files, also where one of them fails."""
+        """Finish all files, also where one of them fails.
+
+        The events come last: where they have an end, the rest of the part was closed, too.
+        """
         with ExitStack() as closing:
-            closing.callback(self._cameras.close)
+            closing.callback(self._events.close)
             if self._media is not None:
                 closing.callback(self._media.close)
-            closing.callback(self._events.close)
+            closing.callback(self._cameras.close)

@@ -49,6 +49,11 @@ _TIME: Final = "%Y%m%dT%H%M%S"
 _MOST_IN_A_SECOND: Final = 1000
 
 
+def unready(path: Path) -> Path:
+    """Return where what will replace a file of a part is written; it is no part's itself."""
+    return path.with_name(f"{path.name}.unready")
+
+
 def ending_of(file: str) -> str:
     """Return the ending by which a file's name says what it is to its part; "" for none of ours."""
     return next((one for one in _ENDINGS if file.endswith(one)), "")
@@ -144,11 +149,16 @@ class Shelf:
             return
         state_dir.make_private(mark)
         mark.write_text(by, encoding="ascii")
+        state_dir.sync(mark)
+        state_dir.sync(self.folder)
 
     def delete(self, name: str) -> None:
         """Delete a part with all its files; safe to call twice. Raises `OSError`."""
-        for ending in _ENDINGS:
-            self.path(name, ending).unlink(missing_ok=True)
+        # The events before picture and sound: whoever mends these looks whether those are there.
+        for ending in reversed(_ENDINGS):
+            path = self.path(name, ending)
+            path.unlink(missing_ok=True)
+            unready(path).unlink(missing_ok=True)
 
     def _part(self, name: str, endings: Sequence[str]) -> Shelved | None:
         files = {ending: self.folder / (name + ending) for ending in endings}

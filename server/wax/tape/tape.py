@@ -11,6 +11,7 @@ from wax.sentence import Sentence
 from wax.streams.rendition_ladder import sound_encodings
 from wax.tape.camera_track import CameraTrack, format_of
 from wax.tape.recorder import Format, Recorder
+from wax.tape.repair import repair_beside
 from wax.tape.shelf import Shelf, where
 
 if TYPE_CHECKING:
@@ -59,8 +60,9 @@ class TapeFeed:
         self._picture_lane: VideoLane | None = None
         self._sound_lane: BoundedSoundLane | None = None
         recorded = cameras if settings.recording.cameras else ()
+        self._folder = where(settings.recording, settings.server.state_dir)
         self.recorder = Recorder(
-            Shelf(where(settings.recording, settings.server.state_dir)),
+            Shelf(self._folder),
             settings=settings.recording,
             format=Format(
                 codec=settings.video.codec,
@@ -89,6 +91,7 @@ class TapeFeed:
 
     def start(self) -> None:
         """Begin, on the event loop."""
+        repair_beside(self._folder)
         self.recorder.start()
         if self._video is not None:
             self._picture_lane = self._video.add(self._boundary)

@@ -1,0 +1,124 @@
+"""Mends the parts that a killed server or a power cut has left without their end.
+
+As a process of its own it does so beside a server that starts: `python -m wax.tape.repair` reads
+the folder from its input, and writes a sentence for each part. FFmpeg reads damaged files there,
+and Python computes, away from the process that drives.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import structlog
+
+from wax.errors import StateError, reason_of
+from wax.machine import python_module
+from wax.state_dir import lock
+from wax.tape.event_ending import ending_of, finish
+from wax.tape.repaired import finish_media
+from wax.tape.shelf import Shelf
+
+if TYPE_CHECKING:
+    from wax.tape.shelf import Shelved
+
+_LOG = structlog.get_logger(__name__)
+
+_MODULE: Final = "wax.tape.repair"
+_WITHIN_S: Final = 900.0
+_NICENESS: Final = 19
+
+
+@dataclass(slots=True)
+class Mended:
+    """The parts that have their end now, and a sentence for each file that could not be mended."""
+
+    parts: list[str] = field(default_factory=list)
+    problems: list[str] = field(default_factory=list)
+
+
+def repair(shelf: Shelf) -> Mended:
+    """Mend all parts that were cut off; raises `StateError` if the folder cannot be read.
+
+    What is being written, by whichever server, is locked and stays untouched.
+    """
+    mended = Mended()
+    for part in shelf.parts():
+        if part.events is None:
+            continue
+        try:
+            if ending_of(part.events) == "cut" and _mend(part, part.events, mended.problems):
+                mended.parts.append(part.name)
+        except FileNotFoundError:  # deleted meanwhile
+            continue
+        except (OSError, StateError) as error:
+            mended.problems.append(f"{part.name}: {reason_of(error)}")
+    return mended
+
+
+def _mend(part: Shelved, events: Path, problems: list[str]) -> bool:
+    """Finish the files of a part, its events last; whether it was still to be done."""
+    with events.open("r+b") as file:
+        try:
+            lock(file)
+        except OSError:
+            return False
+        if ending_of(events) != "open":  # another program was faster
+            return False
+        status = os.fstat(file.fileno())
+        media = () if part.media is None else (part.media,)
+        for path in (*media, *part.cameras.values()):
+            try:
+                finish_media(path, is_there=events.exists)
+            except StateError as error:
+                problems.append(str(error))
+        finish(file, round(part.began_s * 1e9))
+        file.flush()
+        os.fsync(file.fileno())
+        # By its time one sees when the part ended, and how long it is kept.
+        os.utime(file.fileno(), ns=(status.st_atime_ns, status.st_mtime_ns))
+    return True
+
+
+def repair_beside(folder: Path) -> None:
+    """Mend in another process if there is something to mend; returns at once."""
+    threading.Thread(target=_ask, args=(folder,), name="tape repair", daemon=True).start()
+
+
+def _ask(folder: Path) -> None:
+    try:
+        if not any(_is_cut(one) for one in Shelf(folder).parts()):
+            return
+        answer = python_module.ask(_MODULE, os.fsencode(folder), _WITHIN_S)
+    except (OSError, StateError, subprocess.TimeoutExpired) as error:
+        _LOG.warning("what was cut off the tape is not mended", why=reason_of(error))
+        return
+    for line in answer.stdout.decode(errors="replace").splitlines():
+        _LOG.info("the tape was cut off when a server ended", part=line)
+    if answer.returncode:
+        _LOG.warning("what was cut off the tape is not mended", status=answer.returncode)
+
+
+def _is_cut(part: Shelved) -> bool:
+    with suppress(OSError):
+        return part.events is not None and ending_of(part.events) == "cut"
+    return False
+
+
+def main() -> int:
+    """Mend the folder that is read, at the lowest priority."""
+    os.nice(_NICENESS)
+    mended = repair(Shelf(Path(os.fsdecode(sys.stdin.buffer.read()))))
+    lines = [*(f"{name}: is mended" for name in mended.parts), *mended.problems]
+    sys.stdout.write("".join(f"{line}\n" for line in lines))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
