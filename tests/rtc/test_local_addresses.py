@@ -6,7 +6,7 @@ import ifaddr
 import pytest
 from ifaddr import IP, Adapter
 
-from wax.rtc.local_addresses import local_addresses
+from wax.rtc.local_addresses import is_ours, local_addresses
 
 LOOPBACK = Adapter("lo", "lo", [IP("127.0.0.1", 8, "lo"), IP(("::1", 0, 0), 128, "lo")], index=1)
 CABLE = Adapter(
@@ -42,3 +42,9 @@ def test_the_chosen_ones_are_offered(
     """All but loopback unless some are chosen; loopback where there is nothing else."""
     monkeypatch.setattr(ifaddr, "get_adapters", lambda: adapters)
     assert local_addresses(chosen) == offered
+
+
+def test_what_this_machine_has_is_its_own() -> None:
+    """An address of the loopback is, one for documentation is not."""
+    assert is_ours("127.0.0.1")
+    assert not is_ours("192.0.2.1")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
+import socket
 from typing import TYPE_CHECKING
 
 import ifaddr
@@ -29,3 +30,14 @@ def local_addresses(interfaces: Collection[str] = ()) -> list[str]:
             if interfaces or not ipaddress.ip_address(address).is_loopback:
                 found.append(address)
     return found or ([] if interfaces else ["127.0.0.1"])
+
+
+def is_ours(address: str) -> bool:
+    """Whether this machine has the address now, loopback included."""
+    family = socket.AF_INET6 if ":" in address else socket.AF_INET
+    try:
+        with socket.socket(family, socket.SOCK_DGRAM) as line:
+            line.bind((address, 0))
+    except OSError:
+        return False
+    return True

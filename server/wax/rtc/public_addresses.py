@@ -1,6 +1,7 @@
 """The public addresses that viewers are offered: configured ones, and what STUN servers see.
 
-A household's address changes with its provider's whims, so it is asked for again.
+A household's address changes with its provider's whims, so it is asked for again. What was seen of
+an address that this machine has no more, as in another Wi-Fi, is of another network.
 """
 
 from __future__ import annotations
@@ -11,7 +12,8 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax.rtc.stun_query import StunError, public_address
+from wax.rtc.local_addresses import is_ours
+from wax.rtc.stun_query import Seen, StunError, ask
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -21,29 +23,34 @@ _LOG = structlog.get_logger(__name__)
 _EVERY_S: Final = 300.0
 _AGAIN_S: Final = 30.0
 """After no server has answered."""
+_LOOK_S: Final = 2.0
+"""How often to look whether this machine is still where it was seen."""
 
 
 class PublicAddresses:
     """`fixed` addresses, and the one that the first of `servers` that answers sees.
 
-    `ask` blocks, and raises `StunError`.
+    `ask` blocks, and raises `StunError`. `is_ours` tells whether this machine has an address now.
     """
 
     def __init__(
         self,
         fixed: Sequence[str],
         servers: Sequence[str],
-        ask: Callable[[str], str] = public_address,
+        ask: Callable[[str], Seen] = ask,
+        is_ours: Callable[[str], bool] = is_ours,
     ) -> None:
         self._fixed = fixed
         self._servers = servers
         self._ask = ask
-        self._seen: str | None = None
+        self._is_ours = is_ours
+        self._seen: Seen | None = None
         self._problem: str | None = None
 
     def now(self) -> list[str]:
         """Return the addresses, without repetition."""
-        return list(dict.fromkeys([*self._fixed, *([self._seen] if self._seen else [])]))
+        seen = [] if self._seen is None or self._has_moved else [self._seen.public]
+        return list(dict.fromkeys([*self._fixed, *seen]))
 
     async def run(self) -> None:
         """Keep them up to date until cancelled."""
@@ -51,10 +58,15 @@ class PublicAddresses:
             await asyncio.Event().wait()
         while True:
             is_known = await self.look()
-            await asyncio.sleep(_EVERY_S if is_known else _AGAIN_S)
+            for _ in range(round((_EVERY_S if is_known else _AGAIN_S) / _LOOK_S)):
+                await asyncio.sleep(_LOOK_S)
+                if self._has_moved:
+                    break
 
     async def look(self) -> bool:
-        """Ask until one answers; what was seen before stays otherwise."""
+        """Ask until one answers; what was seen before in this network stays otherwise."""
+        if self._has_moved:
+            self._seen = None
         problem = ""
         for server in self._servers:
             try:
@@ -62,8 +74,8 @@ class PublicAddresses:
             except StunError as error:
                 problem = str(error)
                 continue
-            if seen != self._seen:
-                _LOG.info("viewers elsewhere are offered the public address", address=seen)
+            if self._seen is None or seen.public != self._seen.public:
+                _LOG.info("viewers elsewhere are offered the public address", address=seen.public)
             self._seen, self._problem = seen, None
             return True
         if problem != self._problem:
@@ -71,20 +83,24 @@ class PublicAddresses:
             self._problem = problem
         return False
 
-    async def _in_thread(self, server: str) -> str:
+    @property
+    def _has_moved(self) -> bool:
+        return self._seen is not None and not self._is_ours(self._seen.own)
+
+    async def _in_thread(self, server: str) -> Seen:
         """Ask without blocking; a name server that hangs does not delay the end of the process."""
         loop = asyncio.get_running_loop()
-        answer: asyncio.Future[str] = loop.create_future()
+        answer: asyncio.Future[Seen] = loop.create_future()
 
         def ask() -> None:
             try:
-                found: str | StunError = self._ask(server)
+                found: Seen | StunError = self._ask(server)
             except StunError as error:
                 found = error
             if not loop.is_closed():
                 loop.call_soon_threadsafe(tell, found)
 
-        def tell(found: str | StunError) -> None:
+        def tell(found: Seen | StunError) -> None:
             if answer.done():
                 return
             if isinstance(found, StunError):

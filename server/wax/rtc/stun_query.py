@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import socket
 import struct
-from typing import Final
+from typing import Final, NamedTuple
 
 from aioice import stun
 
@@ -20,8 +20,20 @@ class StunError(WaxError):
     """The STUN server cannot be asked, or does not answer."""
 
 
+class Seen(NamedTuple):
+    """The address under which a STUN server saw `own`, one of this machine's."""
+
+    public: str
+    own: str
+
+
 def public_address(server: str) -> str:
-    """Return the address that `server`, as ``HOST`` or ``HOST:PORT``, sees; raises `StunError`.
+    """Return the address that a server sees, as `ask` does."""
+    return ask(server).public
+
+
+def ask(server: str) -> Seen:
+    """Ask `server`, as ``HOST`` or ``HOST:PORT``; raises `StunError`.
 
     Blocks for 3 s at most, and as long as the name takes.
     """
@@ -41,7 +53,7 @@ def public_address(server: str) -> str:
                 except TimeoutError:
                     continue
                 if found is not None:
-                    return found
+                    return Seen(found, line.getsockname()[0])
     except OSError as error:
         raise StunError(f"the STUN server {server} cannot be asked: {reason_of(error)}") from error
     raise StunError(f"the STUN server {server} does not answer")
