@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 import pytest
+from playwright.async_api import expect
 
 from e2e.harness.viewer import box_of
 from e2e.test_drive import PHONE
@@ -21,7 +22,18 @@ THUMB_PX: Final = 48
 DRIVE_BUTTONS: Final = ("Forward", "Back", "Left", "Right")
 LAYOUTS: Final = ((1280, 800), (900, 560), (390, 844), (844, 390))
 """A large window, the smallest that counts as one, and a phone held upright and across."""
+SMALL: Final = ((320, 480), (320, 568), (360, 640), (480, 320), (800, 560))
 PANELS: Final = ("People", "Settings", "Details", "Safety")
+
+STOP_IS_WHOLE: Final = """() => {
+    const stop = document.querySelector(".stop-button");
+    const { left, right, top, bottom } = stop.getBoundingClientRect();
+    const across = [left + 16, (left + right) / 2, right - 16];
+    const along = [top + 8, (top + bottom) / 2, bottom - 8];
+    const isIn = left >= 0 && top >= 0 && right <= innerWidth && bottom <= innerHeight;
+    const isHit = (x, y) => stop.contains(document.elementFromPoint(x, y));
+    return isIn && across.every((x) => along.every((y) => isHit(x, y)));
+}"""
 
 
 def _overlap(one: FloatRect, other: FloatRect) -> bool:
@@ -114,3 +126,17 @@ async def test_who_waits_can_read_why(server: Server, open_viewer: OpenViewer) -
         colour = "one => getComputedStyle(one).color"
         assert await hint.evaluate(colour) == await viewer.button("Safety").evaluate(colour)
         await viewer.leave()
+
+
+async def test_stop_is_whole_in_a_small_window(server: Server, open_viewer: OpenViewer) -> None:
+    """Whoever drives, or has stopped the robot, can press all of Stop without scrolling."""
+    viewer = await open_viewer(server, drives=True)
+    for is_stopped in (False, True):
+        if is_stopped:
+            await viewer.button("Stop").click()
+            await expect(viewer.page.get_by_text("You stopped the robot")).to_be_visible()
+        for size in SMALL:
+            await viewer.resize(*size)
+            assert await viewer.page.evaluate(STOP_IS_WHOLE), (size, is_stopped)
+    await viewer.release_stop()
+    await viewer.leave()

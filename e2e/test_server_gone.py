@@ -31,7 +31,7 @@ TOLD_AFTER_MS = """() => new Promise((resolve) => {
     const pressedMs = performance.now();
     new MutationObserver(() => {
         const told = document.querySelector('[role="alert"]')?.textContent ?? "";
-        if (told.includes("not confirmed this Stop")) resolve(performance.now() - pressedMs);
+        if (told.includes("Stop is not confirmed")) resolve(performance.now() - pressedMs);
     }).observe(document.body, { childList: true, subtree: true });
     const button = [...document.querySelectorAll("button")].find((one) => one.innerText === "Stop");
     button.dispatchEvent(new PointerEvent("pointerdown", { bubbles: true }));

@@ -476,9 +476,9 @@ export function startSession(): Session {
     setLanguage: (language) => prefer({ language }),
     keep: prefer,
     async tellMe(on) {
-      const tells = on && (await askToTell());
-      prefer({ tells });
-      if (on && !tells) say(t("face.tell_refused"));
+      const why = on ? await askToTell() : null;
+      prefer({ tells: on && why === null });
+      if (why) say(t(why));
     },
     setAxis: (name, position) => controller.setAxis(name, position),
     recentre: () => controller.recentre(),

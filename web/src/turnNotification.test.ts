@@ -125,15 +125,21 @@ it("is not offered where there are no notifications, or the answer was no", () =
 });
 
 it("has its worker ready once it is allowed, and leaves it where it is not", async () => {
-  expect(await askToTell()).toBe(true);
+  expect(await askToTell()).toBeNull();
   expect(register).toHaveBeenCalledWith("tell.js");
   register.mockClear();
   permission = "denied";
-  expect(await askToTell()).toBe(false);
+  expect(await askToTell()).toBe("face.tell_refused");
   expect(register).not.toHaveBeenCalled();
   permission = "granted";
   register.mockRejectedValueOnce(new TypeError("no such file"));
-  expect(await askToTell()).toBe(false);
+  expect(await askToTell()).toBe("late.failed");
+});
+
+it("blames the certificate, and no setting, where the browser takes no worker for it", async () => {
+  const why = "Failed to register a ServiceWorker: An SSL certificate error occurred.";
+  register.mockRejectedValueOnce(new DOMException(why, "SecurityError"));
+  expect(await askToTell()).toBe("face.tell_certificate");
 });
 
 it("brings the page to the front when it is pressed", async () => {

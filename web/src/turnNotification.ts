@@ -17,16 +17,21 @@ export function canTell(): boolean {
   return has && Notification.permission !== "denied";
 }
 
-/** Asks for permission, which a browser lets a page do after a press only; returns whether it has it. */
-export async function askToTell(): Promise<boolean> {
-  if ((await Notification.requestPermission()) !== "granted") return false;
+/** Why this browser tells of no turn, and what to do about it. */
+export type NotTold = "face.tell_refused" | "face.tell_certificate" | "late.failed";
+
+/** Asks for permission, which a browser lets a page do after a press only; null if it tells now. */
+export async function askToTell(): Promise<NotTold | null> {
+  if ((await Notification.requestPermission()) !== "granted") return "face.tell_refused";
   try {
     // Phones show notifications only through a worker; relative, as the page may be below a path.
     await navigator.serviceWorker.register("tell.js");
     await navigator.serviceWorker.ready;
-    return true;
-  } catch {
-    return false;
+    return null;
+  } catch (error) {
+    // No worker comes from where people clicked through the browser's warning of the certificate.
+    const isUntrusted = (error as Partial<Error> | null)?.name === "SecurityError";
+    return isUntrusted ? "face.tell_certificate" : "late.failed";
   }
 }
 

@@ -4,6 +4,7 @@ import { useEffect, useMemo, useRef } from "preact/hooks";
 import type { Session } from "../actions";
 import { SessionContext, useSession, useState } from "../view/context";
 import { robotName } from "../view/robotName";
+import { StopAlarm } from "../view/StopAlarm";
 import { StopButton } from "../view/StopButton";
 import { Toast } from "../view/Toast";
 import { keepAwake } from "../wakeLock";
@@ -45,6 +46,7 @@ export function BigScreen({ session }: { session: Session }) {
           <StopButton />
         </div>
         <div class="big-screen-toasts">
+          <StopAlarm />
           <Toast />
         </div>
       </main>

@@ -109,7 +109,7 @@ it("says what became of a Stop that was pressed here", () => {
     session.state.isStopUnconfirmed.value = true;
     session.state.notice.value = { text: says("Too many Stops.") };
   });
-  expect(getByRole(body, "alert").textContent).toContain("not confirmed this Stop");
+  expect(getByRole(body, "alert").textContent).toContain("Stop is not confirmed");
   expect(getByText(body, "Too many Stops.")).toBeTruthy();
 });
 

@@ -5,6 +5,7 @@ import { DrivePanel } from "./DrivePanel";
 import { EndedPage } from "./EndedPage";
 import { Panels } from "./Panels";
 import { Picture } from "./Picture";
+import { StopAlarm } from "./StopAlarm";
 import { TurnCard } from "./TurnCard";
 import { Welcome } from "./Welcome";
 
@@ -29,6 +30,7 @@ function Page({ session: { state } }: { session: Session }) {
   ];
   return (
     <main class={kinds.join(" ")}>
+      <StopAlarm />
       <Picture />
       <div class="rail">
         <Banners />

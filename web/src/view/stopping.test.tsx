@@ -80,7 +80,7 @@ it("says for as long as it is so that a Stop is not confirmed, and lets it be pr
   act(() => {
     state.isStopUnconfirmed.value = true;
   });
-  expect(getByRole(body, "alert").textContent).toContain("not confirmed this Stop");
+  expect(getByRole(body, "alert").textContent).toContain("Stop is not confirmed");
   expect(button("Stop").disabled).toBe(false);
   act(() => {
     state.isStopUnconfirmed.value = false;

@@ -137,7 +137,8 @@ def open_container(address: str, transport: Transport = "auto") -> InputContaine
         raise SourceError(Sentence("file.not_there", {"name": name})) from None
     except (FFmpegError, OSError) as error:
         why = reason_of(error)
-        raise SourceError(Sentence("file.not_open", {"name": name, "why": why})) from None
+        code = "file.not_open_network" if is_network(address) else "file.not_open"
+        raise SourceError(Sentence(code, {"name": name, "why": why})) from None
 
 
 def _open_http(address: str) -> InputContainer | None:
