@@ -137,8 +137,11 @@ def open_container(address: str, transport: Transport = "auto") -> InputContaine
         raise SourceError(Sentence("file.not_there", {"name": name})) from None
     except (FFmpegError, OSError) as error:
         why = reason_of(error)
-        code = "file.not_open_network" if is_network(address) else "file.not_open"
-        raise SourceError(Sentence(code, {"name": name, "why": why})) from None
+        if is_network(address):
+            said = Sentence("file.not_open_network", {"name": name, "why": why})
+        else:
+            said = Sentence("file.not_open", {"name": name, "why": why})
+        raise SourceError(said) from None
 
 
 def _open_http(address: str) -> InputContainer | None:
