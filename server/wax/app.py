@@ -79,6 +79,7 @@ from wax.web import descriptors
 from wax.web.branding import BrandedPage
 from wax.web.entrance import Entrance
 from wax.web.guards import Guards
+from wax.web.opening_calendar import OpeningCalendar
 from wax.web.page_urls import page_urls
 from wax.web.routes import Routes
 from wax.web.tls import make_tls
@@ -664,16 +665,17 @@ def _branding(settings: Settings, service: Service, *, has_voice: bool) -> Brand
     return BrandedPage(settings.page, data, settings.server.public_url)
 
 
-def _calendar(settings: Settings, clock: Clock) -> bytes | None:
-    """Return the file of the opening hours; None where the robot is always open."""
+def _calendar(settings: Settings, clock: Clock) -> OpeningCalendar | None:
+    """Return the calendar of the opening hours; None where the robot is always open."""
     access = settings.access
     if not access.hours:
         return None
-    from wax.web.opening_calendar import opening_calendar  # noqa: PLC0415 - a fifth of a second
-
     hours = OpeningHours.of(access.hours, zone_of(access.time_zone))
-    now = datetime.fromtimestamp(clock.wall_ms() / 1000, UTC)
-    return opening_calendar(hours, settings.page, settings.server.public_url, now)
+
+    def now() -> datetime:
+        return datetime.fromtimestamp(clock.wall_ms() / 1000, UTC)
+
+    return OpeningCalendar(hours, settings.page, settings.server.public_url, now)
 
 
 def _page_data(service: Service, sync: RoleSyncSettings, *, has_voice: bool) -> dict[str, str]:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime, timedelta, timezone
+from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING, Any
-from zoneinfo import ZoneInfo
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from icalendar import Calendar
@@ -14,14 +12,14 @@ from tests.examples import examples
 
 from wax.config.opening_hours import OpeningHours, zone_of
 from wax.config.page import PageSettings
-from wax.web.opening_calendar import opening_calendar
+from wax.web.opening_calendar import OpeningCalendar
 
 if TYPE_CHECKING:
-    from icalendar import Event, TimezoneDaylight, TimezoneStandard
+    from icalendar import Event
 
 BERLIN = "Europe/Berlin"
 AUTUMN = datetime(2026, 10, 20, 12, 0, tzinfo=UTC)
-"""Five days before the clock is put back in Berlin, where it is put forward on 2027-03-28."""
+"""A Tuesday, five days before the clock is put back in Berlin."""
 URL = "https://robot.example.org"
 
 
@@ -33,75 +31,54 @@ def made(
     public_url: str = URL,
 ) -> bytes:
     hours = OpeningHours.of(texts, zone_of(zone))
-    return opening_calendar(hours, PageSettings(name=name, sentence="Say hello."), public_url, now)
+    page = PageSettings(name=name, sentence="Say hello.")
+    return OpeningCalendar(hours, page, public_url, lambda: now).file()
 
 
 def events(file: bytes) -> list[Event]:
     return Calendar.from_ical(file).events
 
 
-def span(event: Event) -> tuple[datetime, datetime]:
-    opens, closes = event.start, event.end
-    assert isinstance(opens, datetime)
-    assert isinstance(closes, datetime)
-    return opens, closes
+def spans(file: bytes) -> list[tuple[Any, Any]]:
+    return [(one.start, one.end) for one in events(file)]
 
 
-def spans(file: bytes, days: int) -> list[tuple[datetime, datetime]]:
-    """Return what a reader shows of so many days: events as often as they repeat, but on some."""
-    found = []
-    for event in events(file):
-        first, last = span(event)
-        length = last.astimezone(UTC) - first.astimezone(UTC)
-        if event.rrules:
-            (rule,) = event.rrules
-            each = [first + timedelta(days=ahead) for ahead in range(days)]
-            each = [one for one in each if one.strftime("%a")[:2].upper() in rule["BYDAY"]]
-            shown = [one for one in each if one not in event.exdates]
-        else:
-            shown = [first]
-        found += [(one.astimezone(UTC), one.astimezone(UTC) + length) for one in shown]
-    return found
-
-
-def test_a_week_of_hours_is_an_event_that_repeats() -> None:
-    """In the robot's time zone, whose rules are in the file; nobody is busy because of it."""
-    weekly, night = events(made("mon-fri 09:00-18:00", "sat 22:00-02:00"))
+def test_each_opening_is_an_event_in_utc() -> None:
+    """Which no reader can take for another time; nobody is busy because of it."""
     text = made("mon-fri 09:00-18:00").decode()
-    assert "DTSTART;TZID=Europe/Berlin:20261020T090000\r\n" in text
-    assert "DTEND;TZID=Europe/Berlin:20261020T180000\r\n" in text
-    assert "RRULE:FREQ=WEEKLY;BYDAY=MO,TU,WE,TH,FR\r\n" in text
-    assert "BEGIN:VTIMEZONE\r\nTZID:Europe/Berlin\r\n" in text
-    assert "REFRESH-INTERVAL;VALUE=DURATION:P1D\r\n" in text
-    assert (weekly["summary"], weekly["description"]) == ("Rover", "Say hello.")
-    assert (weekly["url"], weekly["transp"]) == (f"{URL}/", "TRANSPARENT")
-    opens, closes = span(night)
-    assert closes - opens == timedelta(hours=4)
+    assert "\r\nDTSTART:20261020T070000Z\r\nDTEND:20261020T160000Z\r\n" in text
+    assert "\r\nREFRESH-INTERVAL;VALUE=DURATION:P1D\r\n" in text
+    assert "RRULE" not in text
+    assert "TZID" not in text
+    first = events(made("mon-fri 09:00-18:00"))[0]
+    assert (first["summary"], first["description"]) == ("Rover", "Say hello.")
+    assert (first["url"], first["transp"]) == (f"{URL}/", "TRANSPARENT")
 
 
-def test_the_zones_rules_put_the_clock_back_and_forward() -> None:
-    """On the second, for a reader that does not know the zone's name."""
-    (zone,) = Calendar.from_ical(made("mon 09:00-18:00")).timezones
-    rules: list[TimezoneStandard | TimezoneDaylight] = [*zone.standard, *zone.daylight]
-    begins = {one.DTSTART.replace(tzinfo=timezone(one.TZOFFSETFROM)) for one in rules}
-    begins |= {
-        day.replace(tzinfo=timezone(one.TZOFFSETFROM)) for one in rules for day, _ in one.rdates
-    }
-    assert datetime(2026, 10, 25, 1, tzinfo=UTC) in begins
-    assert {
-        datetime(year, 3, day, 1, tzinfo=UTC) for year, day in ((2027, 28), (2028, 26))
-    } < begins
-
-
-def test_a_night_on_which_the_clock_is_changed_is_an_event_of_its_own() -> None:
-    """From ten to five that night is eight hours, and not left to how a reader counts."""
-    weekly, *nights = events(made("sat 22:00-05:00"))
-    # A year has two, and two years are looked ahead.
-    assert weekly.exdates[0] == datetime(2026, 10, 24, 22, tzinfo=ZoneInfo(BERLIN))
-    assert [span(one) for one in nights[:2]] == [
+def test_the_clock_is_changed_within_them() -> None:
+    """From ten to five that night is eight hours, and nine in the morning is an hour later."""
+    assert spans(made("sat 22:00-05:00", "mon 09:00-18:00"))[:2] == [
+        (datetime(2026, 10, 19, 7, tzinfo=UTC), datetime(2026, 10, 19, 16, tzinfo=UTC)),
         (datetime(2026, 10, 24, 20, tzinfo=UTC), datetime(2026, 10, 25, 4, tzinfo=UTC)),
-        (datetime(2027, 3, 27, 21, tzinfo=UTC), datetime(2027, 3, 28, 3, tzinfo=UTC)),
     ]
+    assert (
+        datetime(2026, 10, 26, 8, tzinfo=UTC),
+        datetime(2026, 10, 26, 17, tzinfo=UTC),
+    ) in spans(made("mon 09:00-18:00"))
+
+
+def test_it_goes_on_with_the_days() -> None:
+    """Made once a day, and the night that has begun is still there."""
+    now = AUTUMN
+    hours = OpeningHours.of(["mon-sun 22:00-05:00"], zone_of(BERLIN))
+    calendar = OpeningCalendar(hours, PageSettings(), "", lambda: now)
+    first = calendar.file()
+    now += timedelta(hours=9)
+    assert calendar.file() is first
+    now += timedelta(hours=5)
+    second = calendar.file()
+    assert spans(second)[0][0] == datetime(2026, 10, 20, 20, tzinfo=UTC)
+    assert spans(second)[:-1] == spans(first)[1:]
 
 
 def test_it_is_the_same_after_a_restart() -> None:
@@ -113,47 +90,44 @@ def test_it_is_the_same_after_a_restart() -> None:
 
     own = uids()
     assert len(set(own)) == len(own)
-    assert uids(now=AUTUMN + timedelta(days=3)) == own
+    assert set(own[6:]) < set(uids(now=AUTUMN + timedelta(days=7)))
     assert not set(own) & set(uids(public_url="https://other.example.org"))
     assert not set(own) & set(uids(public_url=""))
 
 
 def test_what_a_host_writes_is_text() -> None:
     """A name with the format's own marks, in any writing, adds no property and no event."""
-    name = "R;o,v\\e:r 🤖 " + "ü" * 20
-    (event,) = events(made("mon 09:00-18:00", name=name))
-    assert event["summary"] == name
-
-
-@pytest.mark.parametrize("zone", ["UTC", "Asia/Kolkata", "America/New_York"])
-def test_any_zone_has_its_rules(zone: str) -> None:
-    """None are needed for UTC, and one that never changes its clock has one."""
-    calendar = Calendar.from_ical(made("mon 09:00-18:00", zone=zone))
-    assert calendar.get_missing_tzids() == set()
-    assert len(calendar.walk("VTIMEZONE")) == (zone != "UTC")
+    name = "R;o,v\\e:r 🤖 " + "🤖" * 20
+    file = made("mon 09:00-18:00", name=name)
+    assert {one["summary"] for one in events(file)} == {name}
+    assert max(map(len, file.split(b"\r\n"))) <= 75
+    for line in file.split(b"\r\n"):
+        line.decode()  # no character is cut
 
 
 DAY = st.sampled_from(["mon", "tue-thu", "sat", "sun", "sat-mon"])
 CLOCK = st.integers(0, 47).map(lambda half: f"{half // 2:02}:{half % 2 * 30:02}")
+ZONES = [BERLIN, "America/New_York", "Australia/Lord_Howe", "Africa/Casablanca", "UTC"]
 
 
 @examples(100)
 @given(
     st.lists(st.tuples(DAY, CLOCK, CLOCK), min_size=1, max_size=3),
-    st.sampled_from([BERLIN, "America/New_York", "Australia/Lord_Howe"]),
+    st.sampled_from(ZONES),
     st.integers(0, 365).map(lambda days: AUTUMN + timedelta(days=days)),
 )
 def test_the_calendar_says_what_the_door_does(
     windows: list[tuple[str, str, str]], zone: str, now: datetime
 ) -> None:
-    """For half a year, with its change of the clock: the same openings, to the minute."""
+    """For weeks: it is open from each beginning to the end, and at no other time."""
     texts = [f"{days} {opens}-{closes}" for days, opens, closes in windows]
     hours = OpeningHours.of(texts, zone_of(zone))
-    today = now.astimezone(hours.zone).date()
-    each = [(today + timedelta(days=day), one) for day in range(190) for one in hours.windows]
-    said = {hours.on(day, one) for day, one in each if day.weekday() in one.days} - {None}
-    shown = set(spans(opening_calendar(hours, PageSettings(), "", now), 190))
-    until = now + timedelta(days=185)
-    assert {one for one in shown if one[0] < until} == {
-        one for one in said if one and one[0] < until
-    }
+    shown = spans(OpeningCalendar(hours, PageSettings(), "", lambda: now).file())
+    for opens, closes in shown:
+        assert hours.is_open(opens)
+        assert hours.is_open(closes - timedelta(minutes=1))
+    begins, ends = {opens for opens, _ in shown}, {closes for _, closes in shown}
+    for week in range(7):
+        for opens, closes in hours.openings(now + timedelta(days=7 * week)):
+            assert opens in begins
+            assert closes in ends

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from wax.web.branding import BrandedPage
+    from wax.web.opening_calendar import OpeningCalendar
 
 _PIECE_BYTES: Final = 16_384
 _PACED_S: Final = 40.0
@@ -49,12 +50,15 @@ class _File:
 class BuiltPage:
     """Reads `folder`; raises `OSError` if there is no page. `branded` makes it the host's.
 
-    `calendar` is the file of the opening hours, None where the robot is always open.
+    `calendar` is that of the opening hours, None where the robot is always open.
     """
 
-    def __init__(self, folder: Path, branded: BrandedPage, calendar: bytes | None = None) -> None:
+    def __init__(
+        self, folder: Path, branded: BrandedPage, calendar: OpeningCalendar | None = None
+    ) -> None:
         self._branded = branded
-        self._calendar = None if calendar is None else _file(calendar, _CALENDAR_TYPE)
+        self._calendar = calendar
+        self._hours: _File | None = None
         self._index = (folder / "index.html").read_text(encoding="utf-8")
         self._pages: dict[tuple[str, bool], _File] = {}
         self._files = {
@@ -110,7 +114,10 @@ class BuiltPage:
         """Answer with the opening hours; raises `NotForUsError` where there are none."""
         if self._calendar is None:
             raise NotForUsError(Sentence("request.always_open"), 404)
-        return await _send(request, self._calendar, {"Cache-Control": "public, max-age=3600"})
+        content = self._calendar.file()
+        if self._hours is None or self._hours.content is not content:
+            self._hours = _file(content, _CALENDAR_TYPE)
+        return await _send(request, self._hours, {"Cache-Control": "public, max-age=3600"})
 
 
 def keeps(request: web.Request, digest: str) -> dict[str, str]:

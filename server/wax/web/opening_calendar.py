@@ -1,109 +1,105 @@
 """The opening hours as a calendar (RFC 5545) to which people subscribe.
 
-Each window is an event that repeats weekly in the robot's time zone, whose rules are beside it, so
-that everybody's calendar shows it in theirs. Where the clock is changed during a window, readers
-differ in what repeating means (RFC 5545, 3.3.10 and 3.8.5.3): such a day is left out of it, and is
-an event of its own, in UTC.
+Each opening of the coming weeks is an event of its own, in UTC. An event that repeats takes the
+rules of the time zone, and programs read these differently: some are an hour off for half of the
+year, and a zone that changes its clock by the moon, such as Morocco's, has no rule.
 """
 
 from __future__ import annotations
 
-from datetime import timedelta
+from datetime import UTC, timedelta
 from typing import TYPE_CHECKING, Final
 from uuid import NAMESPACE_URL, uuid5
 
-from icalendar import Calendar, Event
-
-from wax.config.opening_hours import DAYS
-
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
     from datetime import date, datetime
 
-    from icalendar import TimezoneDaylight, TimezoneStandard
-
-    from wax.config.opening_hours import OpeningHours, Window
+    from wax.config.opening_hours import OpeningHours
     from wax.config.page import PageSettings
 
-_MADE_BY: Final = "-//WAX//opening hours//EN"
-_EXACT_DAYS: Final = 2 * 366
-"""So far ahead is looked for changes of the clock; each start of the server looks anew."""
-_ZONE_DAYS: Final = 10 * 366
-"""So far ahead the rules of the time zone are told."""
+_WEEKS: Final = 8
+"""So far ahead, though nobody reads the file again for a month."""
+_LINE_BYTES: Final = 75
+"""Longer lines go on in the next, which begins with a space (RFC 5545, 3.1)."""
+_ESCAPES: Final = str.maketrans({"\\": "\\\\", ";": "\\;", ",": "\\,"})
 
 
-def opening_calendar(
-    hours: OpeningHours, page: PageSettings, public_url: str, now: datetime
-) -> bytes:
-    """Return the file, from the day of `now` on; takes some 10 ms."""
-    today = now.astimezone(hours.zone).date()
-    calendar = Calendar.new(prodid=_MADE_BY, name=page.name)
-    calendar.add("refresh-interval", timedelta(days=1), {"value": "DURATION"})
-    # The same tomorrow, so that whoever imports the file again has nothing twice.
-    robot = uuid5(NAMESPACE_URL, public_url or page.name)
-    calendar["uid"] = str(robot)
-    for window in dict.fromkeys(hours.windows):
-        for event in _events(hours, window, today):
-            which = "weekly" if event.rrules else event.start.isoformat()
-            event.add("uid", str(uuid5(robot, f"{window} {which}")))
-            event.add("dtstamp", now)
-            event.add("summary", page.name)
-            event.add("transp", "TRANSPARENT")  # nobody is busy because the robot is open
-            if page.sentence:
-                event.add("description", page.sentence)
-            if public_url:
-                event.add("url", f"{public_url}/")
-            calendar.add_component(event)
-    calendar.add_missing_timezones(today - timedelta(days=1), today + timedelta(days=_ZONE_DAYS))
-    for zone in calendar.timezones:
-        rules: list[TimezoneStandard | TimezoneDaylight] = [*zone.standard, *zone.daylight]
-        for rule in rules:
-            _put_forward_in_time(rule)
-    file: bytes = calendar.to_ical()
-    return file
+class OpeningCalendar:
+    """`now` tells the time (aware); the file is made anew on each day on which somebody asks."""
+
+    def __init__(
+        self, hours: OpeningHours, page: PageSettings, public_url: str, now: Callable[[], datetime]
+    ) -> None:
+        self._hours = hours
+        self._page = page
+        self._url = public_url
+        self._now = now
+        self._day: date | None = None
+        self._file = b""
+
+    def file(self) -> bytes:
+        """Return the file, from yesterday on; making it takes a few milliseconds."""
+        now = self._now()
+        day = now.astimezone(self._hours.zone).date()
+        if day != self._day:
+            self._day = day
+            self._file = b"".join(map(_folded, self._lines(day, _time(now))))
+        return self._file
+
+    def _lines(self, today: date, made: str) -> Iterator[str]:
+        name = self._page.name.translate(_ESCAPES)
+        # The same tomorrow, so that whoever imports the file again has nothing twice.
+        robot = uuid5(NAMESPACE_URL, self._url or self._page.name)
+        yield "BEGIN:VCALENDAR"
+        yield "VERSION:2.0"
+        yield "PRODID:-//WAX//opening hours//EN"
+        yield f"UID:{robot}"
+        yield f"NAME:{name}"
+        yield f"X-WR-CALNAME:{name}"
+        yield "REFRESH-INTERVAL;VALUE=DURATION:P1D"
+        yield "X-PUBLISHED-TTL:P1D"
+        for opens, closes in self._openings(today):
+            begins, ends = _time(opens), _time(closes)
+            yield "BEGIN:VEVENT"
+            yield f"UID:{uuid5(robot, f'{begins}/{ends}')}"
+            yield f"DTSTAMP:{made}"
+            yield f"DTSTART:{begins}"
+            yield f"DTEND:{ends}"
+            yield f"SUMMARY:{name}"
+            yield "TRANSP:TRANSPARENT"  # nobody is busy because the robot is open
+            if self._page.sentence:
+                yield f"DESCRIPTION:{self._page.sentence.translate(_ESCAPES)}"
+            if self._url:
+                yield f"URL:{self._url}/"
+            yield "END:VEVENT"
+        yield "END:VCALENDAR"
+
+    def _openings(self, today: date) -> list[tuple[datetime, datetime]]:
+        """Return when it opens and closes, from yesterday on: a night's opening may still last."""
+        days = [today + timedelta(days=ahead) for ahead in range(-1, 7 * _WEEKS)]
+        found = {
+            self._hours.on(day, window)
+            for window in self._hours.windows
+            for day in days
+            if day.weekday() in window.days
+        }
+        return sorted(span for span in found if span is not None)
 
 
-def _put_forward_in_time(rule: TimezoneStandard | TimezoneDaylight) -> None:
-    """Begin a rule that puts the clock forward by the clock before it (RFC 5545, 3.6.5).
-
-    icalendar begins it at the first time that is shown after it.
-    """
-    gap = rule.TZOFFSETTO - rule.TZOFFSETFROM
-    if gap > timedelta():
-        rule.DTSTART -= gap
-        rule.rdates = [begins - gap for begins, _ in rule.rdates]
+def _time(moment: datetime) -> str:
+    return f"{moment.astimezone(UTC):%Y%m%dT%H%M%SZ}"
 
 
-def _events(hours: OpeningHours, window: Window, today: date) -> list[Event]:
-    days = [today + timedelta(days=ahead) for ahead in range(_EXACT_DAYS)]
-    days = [day for day in days if day.weekday() in window.days]
-    odd = [day for day in days if not _is_usual(hours, window, day)]
-    first = next(day for day in days if day not in odd)
-    weekly = Event()
-    weekly.add("dtstart", hours.local(first, window.opens))
-    weekly.add("dtend", hours.local(first, window.closes_after))
-    weekly.add("rrule", {"freq": "weekly", "byday": [_byday(day) for day in sorted(window.days)]})
-    if odd:
-        weekly.add("exdate", [hours.local(day, window.opens) for day in odd])
-    return [weekly, *(_once(*span) for day in odd if (span := hours.on(day, window)) is not None)]
-
-
-def _is_usual(hours: OpeningHours, window: Window, day: date) -> bool:
-    """Whether the window begins when a clock shows its time, and is as long as the clock says."""
-    span = hours.on(day, window)
-    if span is None:
-        return False
-    opens, closes = span
-    shown = opens.astimezone(hours.zone).replace(tzinfo=None)
-    is_shown = shown == hours.local(day, window.opens).replace(tzinfo=None)
-    return is_shown and closes - opens == timedelta(minutes=window.closes_after - window.opens)
-
-
-def _once(opens: datetime, closes: datetime) -> Event:
-    event = Event()
-    event.add("dtstart", opens)
-    event.add("dtend", closes)
-    return event
-
-
-def _byday(day: int) -> str:
-    return DAYS[day][:2].upper()
+def _folded(line: str) -> bytes:
+    """Return a line with its end, cut where no character is."""
+    rest, cut = line.encode(), b""
+    room = _LINE_BYTES
+    while len(rest) > room:
+        end = room
+        while rest[end] & 0xC0 == 0x80:  # within a character
+            end -= 1
+        cut += rest[:end] + b"\r\n "
+        rest = rest[end:]
+        room = _LINE_BYTES - 1
+    return cut + rest + b"\r\n"

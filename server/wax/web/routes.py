@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from wax.session.room import Room
     from wax.web.branding import BrandedPage
     from wax.web.guards import Guards
+    from wax.web.opening_calendar import OpeningCalendar
 
     Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
@@ -164,7 +165,7 @@ class Lifted(BaseModel):
 class Routes:
     """Answers HTTP; `status` makes the status page's JSON, `missing` tells what is not ready.
 
-    `calendar` is the file of the opening hours, None where the robot is always open.
+    `calendar` is that of the opening hours, None where the robot is always open.
     """
 
     def __init__(
@@ -180,7 +181,7 @@ class Routes:
         access: Access,
         offers_hz: float,
         missing: Callable[[], dict[str, str]],
-        calendar: bytes | None = None,
+        calendar: OpeningCalendar | None = None,
     ) -> None:
         self._guards = guards
         self._access = access
