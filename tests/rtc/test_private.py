@@ -15,6 +15,7 @@ import aioice.stun
 import pylibsrtp
 import pytest
 from aiortc import (
+    RTCCertificate,
     RTCDtlsTransport,
     RTCIceGatherer,
     RTCIceTransport,
@@ -59,6 +60,7 @@ def test_all_private_parts_are_there() -> None:
         (rtcicetransport, "Connection"),
         (RTCIceGatherer, "getLocalParameters"),
         (pylibsrtp, "_srtp_assert"),
+        (RTCCertificate, "_create_ssl_context"),
         (RTCDtlsTransport, "_handle_rtcp_data"),
         (RTCDtlsTransport, "_handle_rtp_data"),
         (RTCDtlsTransport, "_register_rtp_sender"),
@@ -92,6 +94,8 @@ def test_a_part_that_moved_is_named(
     [
         (RTCPeerConnection, "__init__", "__pendingRemoteDescription"),
         (RTCPeerConnection, "__init__", "__currentRemoteDescription"),
+        (RTCPeerConnection, "__init__", "__certificates"),
+        (RTCDtlsTransport, "__init__", "__local_certificate"),
         (RTCRtpTransceiver, "__init__", "__sender"),
         (RTCRtpTransceiver, "__init__", "__receiver"),
         (RTCRtpReceiver, "__init__", "_track"),

@@ -20,6 +20,13 @@ _RTCP: Final = range(192, 224)
 """Payload types that are RTCP's where both share a port (RFC 5761, 4)."""
 _RECORD_BYTES: Final = 13
 _ALERT: Final = 21
+_HANDSHAKE: Final = 22
+_MESSAGE_BYTES: Final = 12
+"""The header of a handshake's message, or of each fragment of it (RFC 6347, 4.2.2)."""
+_CERTIFICATE: Final = 11
+MAX_CERTIFICATE_BYTES: Final = 2048
+"""Browsers send one that they have signed themselves, of 300 to 800 bytes; OpenSSL would take
+100,000, and verify each signature of their chain in one go."""
 _CONTENT: Final = range(20, 27)
 _DTLS_13: Final = range(32, 64)
 """Records with the short header are encrypted (RFC 9147, 4.1)."""
@@ -34,6 +41,18 @@ def is_plausible(data: bytes) -> bool:
         least = _LEAST_RTCP_BYTES if data[1] in _RTCP else _LEAST_RTP_BYTES
         return len(data) >= least
     return first in _DTLS_13 or (first in _CONTENT and _has_whole_records(data))
+
+
+def has_long_certificate(data: bytes) -> bool:
+    """Whether a plausible datagram has a part of a certificate that is longer than browsers'."""
+    at = 0
+    while at < len(data) and data[at] in _CONTENT:
+        begin, epoch = at + _RECORD_BYTES, data[at + 3] << 8 | data[at + 4]
+        end = begin + (data[at + 11] << 8 | data[at + 12])
+        if epoch == 0 and data[at] == _HANDSHAKE and _announces_long(data[begin:end]):
+            return True
+        at = end
+    return False
 
 
 def source(data: bytes) -> bytes | None:
@@ -70,3 +89,13 @@ def _has_whole_records(data: bytes) -> bool:
             return False
         at += _RECORD_BYTES + length
     return at == len(data)
+
+
+def _announces_long(messages: bytes) -> bool:
+    at = 0
+    while at + _MESSAGE_BYTES <= len(messages):
+        length = int.from_bytes(messages[at + 1 : at + 4])
+        if messages[at] == _CERTIFICATE and length > MAX_CERTIFICATE_BYTES:
+            return True
+        at += _MESSAGE_BYTES + int.from_bytes(messages[at + 9 : at + 12])
+    return False

@@ -22,6 +22,7 @@ import aioice.stun
 import pylibsrtp
 import structlog
 from aiortc import (
+    RTCCertificate,
     RTCDtlsTransport,
     RTCIceGatherer,
     RTCIceTransport,
@@ -40,6 +41,8 @@ from aiortc.rtcrtpparameters import (
     RTCRtpHeaderExtensionParameters,
 )
 from aiortc.rtcrtptransceiver import RTCRtpTransceiver
+from cryptography.hazmat.primitives.asymmetric import ec, ed25519, rsa
+from OpenSSL import SSL
 
 from wax.errors import StartError
 from wax.rtc import datagram
@@ -53,6 +56,7 @@ if TYPE_CHECKING:
     from aiortc.rtcrtpparameters import RTCRtpReceiveParameters, RTCRtpSendParameters
     from aiortc.rtp import AnyRtcpPacket
     from aiortc.sdp import MediaDescription, SessionDescription
+    from OpenSSL import crypto
 
     from wax.edge.turnstile import Meter
 
@@ -64,6 +68,8 @@ _RECEIVER: Final = "_RTCRtpTransceiver__receiver"
 _RATE: Final = "_RTCRtpReceiver__remote_bitrate_estimator"
 _OFFER: Final = "_RTCPeerConnection__pendingRemoteDescription"
 _ANSWER: Final = "_RTCPeerConnection__currentRemoteDescription"
+_CERTIFICATES: Final = "_RTCPeerConnection__certificates"
+_CERTIFICATE: Final = "_RTCDtlsTransport__local_certificate"
 _FEEDBACK: Final = RTCRtcpFeedback(type="transport-cc")
 _RED: Final = "audio/red"
 _MAX_WAITING: Final = 128
@@ -73,6 +79,9 @@ RELAY_AFTER_S: Final = 0.8
 """Longer than aioice takes to repeat a check, which is the first that two NATs let through."""
 MOST_HELD: Final = 64
 """Datagrams that wait so: they are taken all at once, and a flood by the relay would delay Stop."""
+_MAX_RSA_BITS: Final = 4096
+_MAX_RSA_EXPONENT: Final = 2**32
+"""Keys have 65537; one of 3,072 bits takes OpenSSL 7 ms."""
 _MAX_SOURCES: Final = 32
 """Of one browser: a few for its reports, and one for a voice."""
 
@@ -115,6 +124,10 @@ def check() -> None:
                 "aioice.ice.StunProtocol.datagram_received",
                 "datagram_received" in vars(aioice.ice.StunProtocol),
             ),
+            (
+                "RTCCertificate._create_ssl_context",
+                hasattr(RTCCertificate, "_create_ssl_context"),
+            ),
             ("RTCDtlsTransport._recv_next", hasattr(RTCDtlsTransport, "_recv_next")),
             ("RTCIceTransport._recv", sets(RTCIceTransport, "_recv")),
             (
@@ -125,6 +138,8 @@ def check() -> None:
                 "RTCPeerConnection.__currentRemoteDescription",
                 sets(RTCPeerConnection, _ANSWER),
             ),
+            ("RTCPeerConnection.__certificates", sets(RTCPeerConnection, _CERTIFICATES)),
+            ("RTCDtlsTransport.__local_certificate", sets(RTCDtlsTransport, _CERTIFICATE)),
             ("RTCRtpTransceiver.__sender", sets(RTCRtpTransceiver, _SENDER)),
             ("RTCRtpTransceiver.__receiver", sets(RTCRtpTransceiver, _RECEIVER)),
             ("RTCRtpReceiver._track", sets(RTCRtpReceiver, "_track")),
@@ -220,6 +235,7 @@ def install() -> None:
     aioice.ice.Connection.data_received = _data_received  # type: ignore[assignment,method-assign]
     cast("Any", aioice.ice.StunProtocol).datagram_received = _datagram_received
     cast("Any", RTCDtlsTransport)._recv_next = _receive_next
+    cast("Any", RTCCertificate)._create_ssl_context = _ssl_context
     aioice.stun.parse_message = _parsed_stun
     cast("Any", rtcicetransport).Connection = _connection
     cast("Any", RTCIceGatherer).getLocalParameters = _local_parameters
@@ -294,8 +310,9 @@ _found_addresses = aioice.ice.get_host_addresses
 class _Guard:
     """What is received by one ICE transport, without what nobody genuine can have sent."""
 
-    def __init__(self, receive: Callable[[], Awaitable[bytes]]) -> None:
+    def __init__(self, receive: Callable[[], Awaitable[bytes]], *, is_known: bool) -> None:
         self._receive = receive
+        self._is_known = is_known
         self.taken = 0
         self.sources: set[bytes] = set()
         """SSRCs that had the keys: libsrtp keeps a state of each for ever."""
@@ -308,6 +325,8 @@ class _Guard:
 
     def _may_pass(self, data: bytes) -> bool:
         if not datagram.is_plausible(data):
+            return False
+        if not self._is_known and datagram.has_long_certificate(data):
             return False
         source = datagram.source(data)
         return source is None or source in self.sources or len(self.sources) < _MAX_SOURCES
@@ -326,7 +345,7 @@ async def _receive_next(dtls: RTCDtlsTransport) -> None:
     """
     ice: Any = dtls.transport
     if not isinstance(ice._recv, _Guard):
-        ice._recv = _Guard(ice._recv)
+        ice._recv = _Guard(ice._recv, is_known=_is_known(getattr(dtls, _CERTIFICATE)))
     before = ice._recv.taken
     try:
         await _take_next(dtls)
@@ -339,6 +358,41 @@ async def _receive_next(dtls: RTCDtlsTransport) -> None:
 
 
 _take_next = RTCDtlsTransport._recv_next
+
+
+def knows_other_end(pc: RTCPeerConnection) -> None:
+    """Let the other end, which the host has named, show whatever certificate it has."""
+    for certificate in getattr(pc, _CERTIFICATES):
+        vars(certificate)["is_other_end_known"] = True
+
+
+def _is_known(certificate: RTCCertificate) -> bool:
+    return "is_other_end_known" in vars(certificate)
+
+
+def _ssl_context(certificate: RTCCertificate, srtp_profiles: list[Any]) -> SSL.Context:
+    """Build no chain of certificates: the fingerprint in the offer vouches for the leaf alone."""
+    context: SSL.Context = _make_ssl_context(certificate, srtp_profiles=srtp_profiles)
+    if _is_known(certificate):
+        return context
+    context.set_verify(SSL.VERIFY_PEER | SSL.VERIFY_FAIL_IF_NO_PEER_CERT, _is_cheap_leaf)
+    return context
+
+
+_make_ssl_context = RTCCertificate._create_ssl_context
+
+
+def _is_cheap_leaf(
+    _connection: SSL.Connection, certificate: crypto.X509, _error: int, depth: int, _ok: int
+) -> bool:
+    """Return whether verifying signatures by this certificate's key takes under a millisecond.
+
+    OpenSSL asks before it verifies any: it finds that nobody it knows has signed the chain.
+    """
+    key = certificate.get_pubkey().to_cryptography_key() if depth == 0 else None
+    if isinstance(key, rsa.RSAPublicKey):
+        return key.key_size <= _MAX_RSA_BITS and key.public_numbers().e <= _MAX_RSA_EXPONENT
+    return isinstance(key, (ec.EllipticCurvePublicKey, ed25519.Ed25519PublicKey))
 
 
 def _data_received(connection: aioice.ice.Connection, data: bytes, component: int) -> None:

@@ -67,6 +67,7 @@ class Publisher:
         self._changed = asyncio.Event()
         self._tap = TransportTap(SenderSideControl(_ignore), clock.now_s, _nothing)
         self._pc = RTCPeerConnection(RTCConfiguration(iceServers=[]))
+        private.knows_other_end(self._pc)
         self._pc.on("connectionstatechange", self._changed.set)
         self._senders: list[Sender] = []
         self._unanswered: dict[Kind, _Sent] = {}
