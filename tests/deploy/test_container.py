@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import datetime
 import json
 import re
 import shutil
@@ -17,6 +18,8 @@ from aiohttp.test_utils import TestServer
 
 from wax import __main__ as command
 from wax.config.settings import Settings
+from wax.monitoring import alive
+from wax.web.certificate import self_signed
 
 ROOT = Path(__file__).parents[2]
 FILE = ROOT / "config" / "deploy" / "Containerfile"
@@ -60,7 +63,6 @@ def test_it_runs_as_nobody_special_at_the_ports_of_the_configuration() -> None:
     assert names.index("USER") < names.index("ENTRYPOINT")
     tcp, udp = _of(run, "EXPOSE")[0].split()
     assert (tcp, udp) == (f"{Settings().server.port}/tcp", "8081/udp")
-    assert f"127.0.0.1:{Settings().server.port}/healthz" in _of(run, "HEALTHCHECK")[0]
 
 
 def test_the_command_understands_its_arguments() -> None:
@@ -71,16 +73,18 @@ def test_the_command_understands_its_arguments() -> None:
     assert json.loads(_of(run, "ENTRYPOINT")[0]) == ["/opt/wax/bin/wax"]
 
 
-async def test_its_health_check_tells_a_server_from_none() -> None:
-    """The command as it is written, at a port of the test, succeeds while somebody answers only."""
+@pytest.mark.parametrize("is_https", [False, True])
+async def test_its_health_check_tells_a_server_from_none(tmp_path: Path, is_https: bool) -> None:
+    """The command as it is written, at the port of its configuration, by HTTP or HTTPS."""
     check = _of(_stages()[-1], "HEALTHCHECK")[0]
-    _, code, text = json.loads(check[check.index("[") :])
+    _, *words, config = json.loads(check[check.index("[") :])
+    assert config == "/etc/wax/wax.toml"
+    assert Settings().server.port == alive.PORT
 
     async def status(port: int) -> int:
-        here = text.replace(f":{Settings().server.port}/", f":{port}/")
-        assert here != text
+        (tmp_path / "wax.toml").write_text(f"[server]\nport = {port}\n")
         process = await asyncio.create_subprocess_exec(
-            sys.executable, code, here, stderr=asyncio.subprocess.DEVNULL
+            sys.executable, *words, tmp_path / "wax.toml", stderr=asyncio.subprocess.DEVNULL
         )
         return await process.wait()
 
@@ -89,10 +93,19 @@ async def test_its_health_check_tells_a_server_from_none() -> None:
 
     application = web.Application()
     application.router.add_get("/healthz", healthy)
-    async with TestServer(application) as server:
-        assert server.port is not None
-        assert await status(server.port) == 0
-    assert await status(server.port) != 0
+    made = self_signed(tmp_path, ["robot.example"], datetime.datetime.now(datetime.UTC))
+    server = TestServer(application)
+    await server.start_server(ssl=made.context() if is_https else None)
+    port = server.port
+    assert port is not None
+    assert await status(port) == 0
+    await server.close()
+    assert await status(port) != 0
+
+
+def test_what_the_server_starts_is_in_it() -> None:
+    """The tunnel to a door is a program of its own."""
+    assert "openssh-client" in " ".join(_of(_stages()[-1], "RUN")).split()
 
 
 def test_every_package_is_checked() -> None:
