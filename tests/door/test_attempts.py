@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import pytest
+
 from wax.door import ssh
 from wax.door.attempts import HOPELESS_S, LONGEST_S, STEADY_S, Attempts
 
@@ -38,9 +40,10 @@ def test_whoever_waits_for_the_door_waits_five_seconds_at_most() -> None:
     assert LONGEST_S + ssh.CONNECT_S <= 5
 
 
-def test_what_only_the_host_can_mend_is_not_tried_all_the_time() -> None:
+@pytest.mark.parametrize("code", ["host_key", "no_user"])
+def test_what_only_the_host_can_mend_is_not_tried_all_the_time(code: str) -> None:
     """A wrong key does not become right by itself; the door need not hear of it each second."""
-    assert Attempts().ended("host_key", 0.0) == HOPELESS_S
+    assert Attempts().ended(code, 0.0) == HOPELESS_S
 
 
 def test_a_second_robot_with_the_same_line_leaves_the_first_its_place() -> None:

@@ -55,7 +55,8 @@ DOOR = DoorSettings(
         ("Timeout, server robot.example.org not responding.", "stalled"),
         ("kex_exchange_identification: Connection closed by remote host", "ended"),
         ("Connection to robot.example.org closed by remote host.", "ended"),
-        ("No user exists for uid 61234", "failed"),
+        ("No user exists for uid 61234", "no_user"),
+        ("ssh: what nobody knows yet", "failed"),
         ("", "failed"),
     ],
 )

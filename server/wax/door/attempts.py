@@ -16,7 +16,7 @@ LONGEST_S: Final = 1.0
 HOPELESS_S: Final = 10.0
 _OWN_TAKES: Final = 12
 """So often in a row a port may be held by our own last connection, which the door soon closes."""
-HOPELESS: Final = frozenset({"host_key", "key", "key_file", "no_ssh"})
+HOPELESS: Final = frozenset({"host_key", "key", "key_file", "no_ssh", "no_user"})
 """What nobody mends but the host."""
 _OTHER: Final = 4
 """Once a way has worked, the other is tried each so many failures."""

@@ -42,6 +42,7 @@ _OPTIONS: Final = (
 _MEANS: Final = tuple(
     (re.compile(pattern, re.IGNORECASE), code)
     for pattern, code in (
+        (r"no user exists for uid", "no_user"),
         (r"identification has changed|host key verification failed", "host_key"),
         (r"no ed25519 host key|no matching host key type", "host_key"),
         (r"could not resolve|not known|no address associated", "name"),
@@ -90,6 +91,8 @@ def problem(door: DoorSettings, said: list[str]) -> Sentence:
     if kind is None:
         why = says(printable(lines[-1].rstrip("."), _MOST_CHARS) if lines else "ssh ended")
         return Sentence("tunnel.failed", {"host": door.host, "why": why})
+    if kind == "no_user":
+        return Sentence("tunnel.no_user")
     if kind == "key_file":
         return Sentence("tunnel.key_file", {"file": door.key_file})
     if kind == "taken":
