@@ -6,18 +6,18 @@ and renditions are all of the upright one.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
 
 from wax.capture.letterbox import planes
-from wax.capture.source import Picture
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from wax.capture.source import VideoSource
+    from wax.capture.source import Picture, VideoSource
     from wax.config.settings import VideoSettings
 
 _FLIP: Final = {(True, True): -1, (True, False): 1, (False, True): 0}
@@ -48,9 +48,7 @@ class Upright:
 
     def read(self) -> Picture:
         picture = self._source.read()
-        return Picture(
-            turned(picture.i420, self._quarters, mirror=self._mirror), picture.captured_s
-        )
+        return replace(picture, i420=turned(picture.i420, self._quarters, mirror=self._mirror))
 
     def close(self) -> None:
         self._source.close()
