@@ -30,7 +30,7 @@ from wax.config.mqtt import MqttSettings
 from wax.config.settings import Settings
 from wax.house import broker, connection, probes
 from wax.house.broker import KEPT_S, MOST_EVENTS, BrokerLink
-from wax.house.connection import BrokerError, Connection
+from wax.house.connection import BrokerConnection, BrokerError
 from wax.sentence import Sentence
 from wax.web.certificate import self_signed
 
@@ -49,10 +49,10 @@ def _soon(monkeypatch: pytest.MonkeyPatch) -> None:
 class Kept(BrokerLink):
     """A link of which the test has the connection, and what was taken."""
 
-    connection: Connection
+    connection: BrokerConnection
     taken: list[tuple[str, bytes, bool]]
 
-    def _reach(self) -> Connection:
+    def _reach(self) -> BrokerConnection:
         self.connection = super()._reach()
         return self.connection
 
@@ -236,7 +236,7 @@ def test_it_is_tried_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(broker, "_FIRST_WAIT_S", 1.0)
     link, waited_s = _link(1), list[float]()
 
-    def reach() -> Connection:
+    def reach() -> BrokerConnection:
         link.is_connected = len(waited_s) == 7
         raise BrokerError(Sentence("hook.silent", {"limit": 1}))
 

@@ -13,7 +13,7 @@ from tests.until import async_until
 
 from wax.rtc.local_addresses import is_ours
 from wax.rtc.public_addresses import PublicAddresses
-from wax.rtc.stun_query import Seen, StunError
+from wax.rtc.stun_query import StunAnswer, StunError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -62,9 +62,9 @@ async def test_what_a_stun_server_sees_is_offered_too() -> None:
 
 async def test_a_silent_server_takes_nothing_away() -> None:
     """The address that was seen before is the best guess."""
-    answers = iter([Seen("203.0.113.7", "127.0.0.1")])
+    answers = iter([StunAnswer("203.0.113.7", "127.0.0.1")])
 
-    def ask(server: str) -> Seen:
+    def ask(server: str) -> StunAnswer:
         assert server == "stun.example:3478"
         try:
             return next(answers)
@@ -82,10 +82,10 @@ async def test_in_another_network_the_old_public_address_is_offered_no_more(
 ) -> None:
     """It goes with the address it was seen of, and the new one is asked for within seconds."""
     monkeypatch.setattr("wax.rtc.public_addresses._LOOK_S", 0.01)
-    home, cafe = Seen("203.0.113.7", "192.168.0.5"), Seen("198.51.100.9", "10.0.0.5")
+    home, cafe = StunAnswer("203.0.113.7", "192.168.0.5"), StunAnswer("198.51.100.9", "10.0.0.5")
     here = home
 
-    def ask(_server: str) -> Seen:
+    def ask(_server: str) -> StunAnswer:
         return here
 
     addresses = PublicAddresses([], ["stun:stun.example"], ask, lambda own: own == here.own)
@@ -100,9 +100,9 @@ async def test_in_another_network_the_old_public_address_is_offered_no_more(
 
 async def test_an_address_that_went_with_its_network_is_no_guess() -> None:
     """Where no server answers in the new network, nothing is offered of the old one."""
-    answers = iter([Seen("203.0.113.7", "192.0.2.1")])
+    answers = iter([StunAnswer("203.0.113.7", "192.0.2.1")])
 
-    def ask(_server: str) -> Seen:
+    def ask(_server: str) -> StunAnswer:
         try:
             return next(answers)
         except StopIteration:
@@ -117,7 +117,7 @@ async def test_an_address_that_went_with_its_network_is_no_guess() -> None:
 async def test_without_a_server_nobody_is_asked() -> None:
     """It waits for its end."""
 
-    def ask(server: str) -> Seen:
+    def ask(server: str) -> StunAnswer:
         raise AssertionError(server)
 
     running = asyncio.create_task(PublicAddresses([], [], ask).run())

@@ -103,6 +103,11 @@ def test_each_name_is_looked_through_once(monkeypatch: pytest.MonkeyPatch) -> No
     others = [f"{chr(0xFDFA) * 20}{number:03}" for number in range(100)]
     assert refusal("Ada", others) is None
     looked: list[str] = []
-    monkeypatch.setattr(names, "skeleton", lambda name: looked.append(name) or name)
+
+    def note(name: str) -> str:
+        looked.append(name)
+        return name
+
+    monkeypatch.setattr(names, "skeleton", note)
     assert refusal("Grace", others) is None
     assert looked == ["Grace"]

@@ -18,7 +18,7 @@ import structlog
 from wax.errors import StartError, reason_of
 from wax.folders import expanded
 from wax.hooks.post import not_reached
-from wax.house.connection import BrokerError, Connection
+from wax.house.connection import BrokerConnection, BrokerError
 from wax.house.discovery import STATUS
 from wax.house.slug import client_id
 from wax.logs.printable import printable
@@ -140,7 +140,7 @@ class BrokerLink:
             wait_s = min(_FIRST_WAIT_S * 2 ** (failures - 1), _LONGEST_WAIT_S)
             self._ended.wait(_LONGEST_WAIT_S if self._is_fight else wait_s)
 
-    def _reach(self) -> Connection:
+    def _reach(self) -> BrokerConnection:
         """Return a connection that the broker accepts and hears; raises as `open` does."""
         connection = self._connection("server")
         connection.will()
@@ -148,8 +148,8 @@ class BrokerLink:
         self.problem, self.is_connected, self._is_return = None, True, True
         return connection
 
-    def _connection(self, use: str) -> Connection:
-        return Connection(
+    def _connection(self, use: str) -> BrokerConnection:
+        return BrokerConnection(
             client_id(self._topic, use),
             self._clock,
             mark=self._mark,
@@ -161,7 +161,7 @@ class BrokerLink:
             tls=self._tls,
         )
 
-    def _serve(self, connection: Connection) -> None:
+    def _serve(self, connection: BrokerConnection) -> None:
         """Publish and listen until the end; raises what ends it before."""
         _LOG.info("connected to the MQTT broker", broker=self.name)
         try:
@@ -180,7 +180,7 @@ class BrokerLink:
         finally:
             connection.close()
 
-    def _say(self, connection: Connection) -> None:
+    def _say(self, connection: BrokerConnection) -> None:
         """Publish what is new, as far as the broker takes it: what it does not take waits here."""
         connection.say(self.states)
         while self._events and connection.publications.may():
@@ -191,7 +191,7 @@ class BrokerLink:
             else:
                 connection.publications.publish(f"{self._topic}/event", event, now_s)
 
-    def _tell(self, connection: Connection) -> None:
+    def _tell(self, connection: BrokerConnection) -> None:
         """Have the host told what is kept from this server."""
         self._note_rival(connection)
         found = connection.troubles()
@@ -204,12 +204,12 @@ class BrokerLink:
                 )
         self.troubles = found
 
-    def _note_end(self, connection: Connection) -> None:
+    def _note_end(self, connection: BrokerConnection) -> None:
         self._may_listen &= connection.may_listen
         self._is_fight = self._has_rival()
         self._note_rival(connection)
 
-    def _note_rival(self, connection: Connection) -> None:
+    def _note_rival(self, connection: BrokerConnection) -> None:
         if connection.rival is not None:
             self._rival, connection.rival = (self._clock.now_s(), connection.rival), None
 

@@ -56,7 +56,7 @@ class BrokerError(WaxError):
     """What keeps this server from its broker, in a sentence for the host."""
 
 
-class Connection:
+class BrokerConnection:
     """Belongs to one thread. `asks`, `take` and what `listen` hears are as of `BrokerLink`.
 
     A client's identifier lasts, and so a new connection ends an old one that the broker has not

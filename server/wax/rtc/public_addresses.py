@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 import structlog
 
 from wax.rtc.local_addresses import is_ours
-from wax.rtc.stun_query import Seen, StunError, ask
+from wax.rtc.stun_query import StunAnswer, StunError, ask
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -37,14 +37,14 @@ class PublicAddresses:
         self,
         fixed: Sequence[str],
         servers: Sequence[str],
-        ask: Callable[[str], Seen] = ask,
+        ask: Callable[[str], StunAnswer] = ask,
         is_ours: Callable[[str], bool] = is_ours,
     ) -> None:
         self._fixed = fixed
         self._servers = servers
         self._ask = ask
         self._is_ours = is_ours
-        self._seen: Seen | None = None
+        self._seen: StunAnswer | None = None
         self._problem: str | None = None
 
     def now(self) -> list[str]:
@@ -87,20 +87,20 @@ class PublicAddresses:
     def _has_moved(self) -> bool:
         return self._seen is not None and not self._is_ours(self._seen.own)
 
-    async def _in_thread(self, server: str) -> Seen:
+    async def _in_thread(self, server: str) -> StunAnswer:
         """Ask without blocking; a name server that hangs does not delay the end of the process."""
         loop = asyncio.get_running_loop()
-        answer: asyncio.Future[Seen] = loop.create_future()
+        answer: asyncio.Future[StunAnswer] = loop.create_future()
 
         def ask() -> None:
             try:
-                found: Seen | StunError = self._ask(server)
+                found: StunAnswer | StunError = self._ask(server)
             except StunError as error:
                 found = error
             if not loop.is_closed():
                 loop.call_soon_threadsafe(tell, found)
 
-        def tell(found: Seen | StunError) -> None:
+        def tell(found: StunAnswer | StunError) -> None:
             if answer.done():
                 return
             if isinstance(found, StunError):

@@ -20,7 +20,7 @@ class StunError(WaxError):
     """The STUN server cannot be asked, or does not answer."""
 
 
-class Seen(NamedTuple):
+class StunAnswer(NamedTuple):
     """The address under which a STUN server saw `own`, one of this machine's."""
 
     public: str
@@ -32,7 +32,7 @@ def public_address(server: str) -> str:
     return ask(server).public
 
 
-def ask(server: str) -> Seen:
+def ask(server: str) -> StunAnswer:
     """Ask `server`, as ``HOST`` or ``HOST:PORT``; raises `StunError`.
 
     Blocks for 3 s at most, and as long as the name takes.
@@ -53,7 +53,7 @@ def ask(server: str) -> Seen:
                 except TimeoutError:
                     continue
                 if found is not None:
-                    return Seen(found, line.getsockname()[0])
+                    return StunAnswer(found, line.getsockname()[0])
     except OSError as error:
         raise StunError(f"the STUN server {server} cannot be asked: {reason_of(error)}") from error
     raise StunError(f"the STUN server {server} does not answer")
