@@ -65,7 +65,7 @@ class SidewaysRobot:
 def test_every_camera_is_turned_as_its_table_says(
     rotate: int, mirror: bool, size: tuple[int, int]
 ) -> None:
-    """The driving view and a camera beside it turn by their own settings, and keep time and error."""
+    """The driving view and a camera beside it turn by their own settings; their time stays."""
     keys = {"source": "robot", "rotate": rotate, "mirror": mirror}
     robot, clock = SidewaysRobot(), SystemClock()
     view = DrivingViewSettings.model_validate(keys)
