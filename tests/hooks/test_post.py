@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 from aiohttp.client_proto import ResponseHandler
 from tests.hooks.receiver import Receiver, receiving
+from tests.tls_server import pair, server_context, serving
 from tests.turned_clock import turn_loop
 from tests.until import async_until
 
@@ -19,6 +20,7 @@ from wax.hooks.post import HookError, _is_own, post, session
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
+    from pathlib import Path
 
 MESSAGE = Message("msg_1", "queue.empty", b'{"type":"queue.empty"}', 0.0)
 LIMIT_S = 60.0
@@ -109,11 +111,11 @@ async def test_an_answer_that_drips_holds_nobody_up(receiver: Receiver, wants_an
 
 
 async def test_nobody_there_is_a_sentence() -> None:
-    """With the system's reason."""
+    """It says what to check there."""
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         port = taken.getsockname()[1]
-        with pytest.raises(HookError, match=r"cannot be reached: .*[Rr]efused"):
+        with pytest.raises(HookError, match=r"Nobody listens at .* \(connection refused\)"):
             await _post(f"http://127.0.0.1:{port}/")
 
 
@@ -143,7 +145,9 @@ async def test_what_is_no_http_is_a_sentence(said: bytes) -> None:
     async with _babbling(said) as url:
         with pytest.raises(HookError) as refused:
             await _post(url)
-    assert str(refused.value) == "It cannot be reached: the answer is not HTTP."
+    assert refused.value.sentence.code == "unreachable.no_http"
+    assert "secret-path" not in str(refused.value)
+    assert "SSH" not in str(refused.value)
 
 
 async def test_announcements_without_end_come_a_few_at_a_time(
@@ -224,3 +228,15 @@ async def test_what_can_be_no_name_is_a_sentence(name: str) -> None:
     with pytest.raises(HookError) as refused:
         await _post(f"http://{name}/secret-path")
     assert str(refused.value) == "It cannot be reached: no such name can be."
+
+
+@pytest.mark.parametrize("plain", [None, b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n"])
+async def test_a_receiver_that_expects_tls_is_a_sentence(
+    tmp_path: Path, plain: bytes | None
+) -> None:
+    """Whether it hangs up at an address with http:// or answers 400, as most do."""
+    with (
+        serving(server_context(pair(tmp_path)), plain=plain) as port,
+        pytest.raises(HookError, match="write https:// in its address"),
+    ):
+        await _post(f"http://localhost:{port}/secret-path")

@@ -284,7 +284,7 @@ async def test_the_end_waits_a_second_at_most(rig: Rig) -> None:
 async def test_the_host_reads_that_the_broker_is_away(rig: Rig) -> None:
     """With why, in their language; nothing while all is well."""
     assert rig.house.problems() == []
-    rig.link.problem = Sentence("hook.silent", {"limit": 10.0})
+    rig.link.problem = Sentence("unreachable.silent", {"limit": 10.0})
     assert [str(one) for one in rig.house.problems()] == [
         "There is no connection to the MQTT broker home:1883; it is tried again."
         " It does not answer within 10 s."

@@ -14,12 +14,13 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import aiohttp
 import jwt
 
-from wax.cluster.errors import RoomError
+from wax.cluster.errors import RoomError, not_reached
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Mapping
 
-_TIMEOUT: Final = aiohttp.ClientTimeout(total=3.0)
+_LIMIT_S: Final = 3.0
+_TIMEOUT: Final = aiohttp.ClientTimeout(total=_LIMIT_S)
 _SERVICE_TOKEN_S: Final = 60
 _PUBLISH_TOKEN_S: Final = 60
 """For the one request of WHIP; a session outlives its token."""
@@ -157,4 +158,4 @@ class LiveKitRoom:
             ) as response:
                 yield response
         except (aiohttp.ClientError, TimeoutError, ValueError) as error:
-            raise RoomError(f"{self.url} does not answer: {str(error) or 'too slow'}") from error
+            raise await not_reached(self.url, error, _LIMIT_S) from error

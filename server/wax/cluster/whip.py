@@ -8,7 +8,7 @@ from urllib.parse import urljoin
 
 import aiohttp
 
-from wax.cluster.errors import RoomError
+from wax.cluster.errors import RoomError, not_reached
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -40,7 +40,7 @@ class WhipSession:
             ) as response:
                 told = (await response.content.read(_MAX_ANSWER_BYTES)).decode(errors="replace")
         except (aiohttp.ClientError, TimeoutError) as error:
-            raise RoomError(f"{self._url} does not answer: {str(error) or 'too slow'}") from error
+            raise await not_reached(self._url, error, _OFFER_S) from error
         if response.status != 201:
             raise RoomError(f"{self._url} refuses to publish ({response.status}): {told[:200]}")
         if (location := response.headers.get("Location")) is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import email.utils
 import http.client
 import ssl
@@ -11,7 +12,9 @@ from typing import Final
 
 from wax.door.over_https import PATH
 from wax.logs.printable import printable
+from wax.second_look import explained
 from wax.sentence import Sentence, says
+from wax.unreachable import Target, is_certificate
 
 _ANSWER_S: Final = 5.0
 _MOST_BYTES: Final = 1000
@@ -33,11 +36,7 @@ def look(url: str, wall_s: float, here: str | None) -> Sentence | None:
     except urllib.error.HTTPError as error:
         problem = _unopened(url, f"{error.code} {error.reason}")
     except (OSError, ValueError, http.client.HTTPException) as error:
-        why = getattr(error, "reason", error)
-        if isinstance(why, ssl.SSLCertVerificationError):
-            problem = Sentence("tunnel.certificate", {"url": url, "why": says(why.verify_message)})
-        else:
-            problem = _unopened(url, str(why) or type(why).__name__)
+        problem = _not_reached(url, error, wall_s)
     off_s = _clock_off_s(url, wall_s)
     if off_s is not None and abs(off_s) > CLOCK_OFF_S:
         return Sentence("tunnel.clock", {"n": round(abs(off_s) / 60)})
@@ -81,6 +80,17 @@ def _clock_off_s(url: str, wall_s: float) -> float | None:
 def _unopened(url: str, why: str) -> Sentence:
     """Return the problem; whoever answers there may have written the reason."""
     return Sentence("tunnel.page", {"url": url, "why": says(printable(why, _MOST_CHARS))})
+
+
+def _not_reached(url: str, error: Exception, wall_s: float) -> Sentence:
+    target = Target.of(url, _ANSWER_S)
+    if target is None:
+        return _unopened(url, type(error).__name__)
+    now = datetime.datetime.fromtimestamp(wall_s, datetime.UTC)
+    return Sentence(
+        "tunnel.certificate" if is_certificate(error) else "tunnel.not_reached",
+        {"url": url, "why": explained(target, error, now)},
+    )
 
 
 class _Stay(urllib.request.HTTPRedirectHandler):

@@ -1,10 +1,10 @@
-"""Post one event: whatever the other end does, it costs three seconds and a few kilobytes."""
+"""Post one event: whatever the other end does, it costs four seconds and a few kilobytes."""
 
 from __future__ import annotations
 
 import asyncio
+import datetime
 import errno
-import os
 import socket
 import threading
 from contextlib import suppress
@@ -14,10 +14,11 @@ import aiohttp
 from aiohttp.abc import AbstractResolver, ResolveResult
 
 from wax import __version__
-from wax.errors import WaxError, reason_of
+from wax.errors import WaxError
 from wax.hooks.signature import headers
-from wax.logs.printable import printable
+from wax.second_look import explained_aside
 from wax.sentence import Sentence
+from wax.unreachable import Target
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -25,12 +26,13 @@ if TYPE_CHECKING:
     from wax.hooks.outbox import Message
 
 LIMIT_S: Final = 3.0
+_LOOK_S: Final = 1.0
+"""More, to find out why an event was not taken."""
 _BUFFER_BYTES: Final = 2048
-_MOST_CHARS: Final = 120
 _REDIRECTS: Final = range(300, 400)
 _WELL: Final = range(200, 300)
 _NO_NAME: Final = "no such name can be"
-_CONNECTING: Final = (errno.ECONNREFUSED, errno.EHOSTUNREACH, errno.ENETUNREACH)
+_BAD_REQUEST: Final = 400
 
 
 class HookError(WaxError):
@@ -84,27 +86,23 @@ async def post(
                 begins = await response.content.read(_BUFFER_BYTES)
     except (aiohttp.ClientError, OSError, ValueError) as error:  # a TimeoutError is an OSError
         if not status:
-            raise HookError(not_reached(error, limit_s)) from error
+            raise HookError(await _why(url, error, unix_s, limit_s)) from error
     if status in _REDIRECTS:
         raise HookError(Sentence("hook.redirects", {"status": str(status)}))
+    if status == _BAD_REQUEST and url.startswith("http:"):  # so do most that expect TLS answer
+        told = await _why(url, ConnectionAbortedError(), unix_s, limit_s)
+        if told.code == "unreachable.tls":
+            raise HookError(told)
     if status not in _WELL:
         raise HookError(Sentence("hook.answers", {"status": str(status)}))
     return status, begins
 
 
-def not_reached(error: Exception, limit_s: float) -> Sentence:
-    """Return why another program is not reached, for the host."""
-    if isinstance(error, TimeoutError):
-        return Sentence("hook.silent", {"limit": limit_s})
-    if isinstance(error, aiohttp.ClientResponseError):  # which repeats the URL, and a stranger
-        why = "the answer is not HTTP"
-    elif isinstance(error, aiohttp.InvalidURL):  # which repeats it, too
-        why = _NO_NAME
-    else:
-        why = reason_of(error)
-    if isinstance(error, OSError) and error.errno in _CONNECTING:
-        why = os.strerror(error.errno)  # asyncio's own words are for those who know it
-    return Sentence("hook.not_reached", {"why": printable(why, _MOST_CHARS)})
+async def _why(url: str, error: Exception, unix_s: int, limit_s: float) -> Sentence:
+    target = Target.of(url, limit_s)
+    assert target is not None, "the configuration takes no other address"
+    now = datetime.datetime.fromtimestamp(unix_s, datetime.UTC)
+    return await explained_aside(target, error, now, _LOOK_S)
 
 
 def _is_own(family: int, address: str) -> bool:

@@ -6,6 +6,7 @@ that would be everybody's delay, and Stop's too.
 
 from __future__ import annotations
 
+import datetime
 import secrets
 import ssl
 import threading
@@ -17,13 +18,14 @@ import structlog
 
 from wax.errors import StartError, reason_of
 from wax.folders import expanded
-from wax.hooks.post import not_reached
 from wax.house.connection import BrokerConnection, BrokerError
 from wax.house.discovery import STATUS
 from wax.house.slug import client_id
 from wax.logs.printable import printable
 from wax.named_file import read_bytes, read_secret
+from wax.second_look import explained
 from wax.sentence import Sentence, says
+from wax.unreachable import CLOSED, Target
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -44,7 +46,6 @@ RIVAL_S: Final = 60.0
 """So long the host is told of another server in our place; to be sooner back would be a fight."""
 _MOST_CHARS: Final = 120
 _MOST_PASSWORD_CHARS: Final = 1000
-_PORTS: Final = {"mqtt": 1883, "mqtts": 8883}
 
 
 class BrokerLink:
@@ -77,7 +78,11 @@ class BrokerLink:
         self.troubles: Sequence[Sentence] = ()
         self.is_connected = False
         self.lost = self.expired = 0
-        self._host, self._port = str(parts.hostname), parts.port or _PORTS[parts.scheme]
+        target = Target.of(
+            settings.url, LIMIT_S, ca_key="[mqtt] ca_file", has_ca=bool(settings.ca_file)
+        )
+        assert target is not None, "the configuration takes no other address"
+        self._target = target
         self._user, self._password = settings.user, _password(settings.password_file)
         self._tls = _tls(settings.ca_file) if parts.scheme == "mqtts" else None
         self._clock = clock
@@ -116,13 +121,22 @@ class BrokerLink:
         """
         try:
             connection = self._connection("trial")
-            connection.open(self._host, self._port, LIMIT_S)
+            connection.open(self._target.host, self._target.port, LIMIT_S)
             connection.client.disconnect()
             connection.close()
         except (BrokerError, OSError) as error:
-            raise BrokerError(_why(error)) from error
+            raise BrokerError(self._why(error)) from error
         if found := connection.troubles():
             raise BrokerError(" ".join(str(one) for one in found))
+
+    def _why(self, error: Exception) -> Sentence:
+        if isinstance(error, BrokerError):
+            return error.sentence
+        if not isinstance(error, OSError):
+            return says(printable(repr(error), _MOST_CHARS))
+        now = datetime.datetime.fromtimestamp(self._clock.wall_ms() / 1000, datetime.UTC)
+        told = explained(self._target, error, now)
+        return Sentence("house.no_mqtt", {"at": self._target.at}) if told.code == CLOSED else told
 
     def _run(self) -> None:
         failures = 0
@@ -131,7 +145,7 @@ class BrokerLink:
             try:
                 self._serve(self._reach())
             except Exception as error:  # paho's too: driving does not need it
-                why = _why(error)
+                why = self._why(error)
                 if why != self.problem:
                     _LOG.warning("no connection to the MQTT broker", broker=self.name, why=str(why))
                 self.problem, self.troubles = why, ()
@@ -144,7 +158,7 @@ class BrokerLink:
         """Return a connection that the broker accepts and hears; raises as `open` does."""
         connection = self._connection("server")
         connection.will()
-        connection.open(self._host, self._port, LIMIT_S)
+        connection.open(self._target.host, self._target.port, LIMIT_S)
         self.problem, self.is_connected, self._is_return = None, True, True
         return connection
 
@@ -215,16 +229,6 @@ class BrokerLink:
 
     def _has_rival(self) -> bool:
         return self._rival is not None and self._clock.now_s() - self._rival[0] < RIVAL_S
-
-
-def _why(error: Exception) -> Sentence:
-    if isinstance(error, BrokerError):
-        return error.sentence
-    if isinstance(error, ssl.SSLCertVerificationError):
-        return Sentence("house.certificate", {"why": printable(error.verify_message, _MOST_CHARS)})
-    if isinstance(error, OSError):
-        return not_reached(error, LIMIT_S)
-    return says(printable(repr(error), _MOST_CHARS))
 
 
 def _password(path: str) -> str | None:

@@ -49,6 +49,7 @@ _MOST_HELD: Final = 20
 _MARK: Final = "wax-server"
 """The user property of a status: which process says it."""
 _NOT_AUTHORIZED: Final = 0x87
+_OLD: Final = "Unsupported protocol version"
 _TAKEN_OVER: Final = 0x8E
 
 
@@ -95,7 +96,7 @@ class BrokerConnection:
         self._status, self._asks, self._take = status, asks, take
         self._tls = tls
         self._probes = Probes(asks)
-        self._is_heard = False
+        self._is_accepted = self._is_heard = False
         self._end: Sentence | None = None
         self._birth = ""
         self._listening: int | None = None
@@ -154,6 +155,8 @@ class BrokerConnection:
             code = paho.MQTT_ERR_KEEPALIVE
         if self._end is not None:
             raise BrokerError(self._end)
+        if code != paho.MQTT_ERR_SUCCESS and not self._is_accepted:
+            raise ConnectionAbortedError  # by whom or why is for a second look
         if code != paho.MQTT_ERR_SUCCESS:
             raise BrokerError(_lost(paho.error_string(code)))
         for topic, payload in self._probes.due(now_s) if self._is_heard else ():
@@ -203,8 +206,11 @@ class BrokerConnection:
         self, client: paho.Client, _data: Any, _flags: Any, answer: ReasonCode, more: Any
     ) -> None:
         if answer.is_failure:
-            self._end = Sentence("house.refused", {"why": str(answer)})
+            is_old = str(answer) == _OLD
+            refused = Sentence("house.refused", {"why": str(answer)})
+            self._end = Sentence("house.old") if is_old else refused
             return
+        self._is_accepted = True
         self.publications.limit(getattr(more, "ReceiveMaximum", MOST_AWAITED))
         client.subscribe([(topic, _live()) for topic in self._asks])
 

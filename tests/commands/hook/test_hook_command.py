@@ -37,7 +37,7 @@ async def test_each_gets_a_sample_and_is_told_of(tmp_path: Path) -> None:
     assert said[0].startswith(f"hook {name}: taken within ")
     assert r" ms, with status 200, and says: thanks\x1b[31m xxx" in said[0]
     assert len(said[0]) < 300
-    assert said[2].startswith("hook 2 (127.0.0.1:9): not taken. It cannot be reached: ")
+    assert said[2].startswith("hook 2 (127.0.0.1:9): not taken. Nobody listens at 127.0.0.1:9 ")
     body = json.loads(receiver.asked[0][2])
     assert (body["type"], body["timestamp"]) == ("hook.test", "1970-01-01T00:00:00.000+00:00")
 

@@ -112,7 +112,7 @@ describe("the host's panel", () => {
   it("says which program takes no events, as long as that is so", () => {
     showHost();
     const hook = "1 (example.org)";
-    const why = { code: "hook.silent", values: { limit: 3 } };
+    const why = { code: "unreachable.silent", values: { limit: 3 } };
     act(() => tells({ problems: [{ code: "hook.waiting", values: { hook, n: 2, why } }] }));
     expect(getByText(panel(), /2 events wait for hook/).textContent).toBe(
       "2 events wait for hook 1 (example.org). It does not answer within 3 s.",

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
 _DEVICE_S: Final = 15.0
 """OpenCV waits for a camera for 10 s, and gives up then."""
-_BROKER_S: Final = 25.0
-"""To connect, to be accepted, and to try whether commands arrive."""
+_BROKER_S: Final = 28.0
+"""To connect, to be accepted, to try whether commands arrive, or to find out why not."""
 _ENCODERS_S: Final = 2 * LIMIT_S + 4
 """Trials of encoders that hang, and then a second of encoding."""
 

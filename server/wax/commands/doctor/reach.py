@@ -10,7 +10,7 @@ import ssl
 import time
 import urllib.error
 import urllib.request
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import urlsplit
 
 from pydantic_core import from_json
@@ -18,6 +18,11 @@ from pydantic_core import from_json
 from wax.client import Client
 from wax.commands.doctor.verdict import Verdict, bad, ok, warning
 from wax.errors import ConfigError, SignallingError
+from wax.second_look import explained
+from wax.unreachable import Target
+
+if TYPE_CHECKING:
+    from wax.sentence import Sentence
 
 _ANSWER_S: Final = 5.0
 _PICTURE_S: Final = 5.0
@@ -52,22 +57,20 @@ def page(url: str) -> Verdict:
             "Check the proxy in front, and server.names.",
         )
     except OSError as error:
-        why = getattr(error, "reason", error)
-        if isinstance(why, ssl.SSLCertVerificationError):
-            return bad(
-                f"{url} has a certificate that is not trusted: {why.verify_message}.",
-                "Get one from a public authority; a self-signed one is for the local network.",
-            )
-        if isinstance(why, socket.gaierror):
-            return bad(f"The name of {url} has no address.", "Add it to the DNS.")
         return bad(
-            f"{url} does not answer: {why}.",
+            f"{url} does not open. {_why(url, error)}",
             "Check that the server runs, that the router forwards the TCP port to it, and the"
             " firewalls on the way.",
         )
     if "WAX" not in text:
         return warning(f"{url} answers, but not with a page of WAX.", "Check where it leads.")
     return ok(f"The page at {url} opens.")
+
+
+def _why(url: str, error: Exception) -> Sentence:
+    target = Target.of(url, _ANSWER_S)
+    assert target is not None, "checked_url() comes first"
+    return explained(target, error, datetime.datetime.now(datetime.UTC))
 
 
 def certificate(url: str) -> Verdict:
@@ -90,12 +93,12 @@ def certificate(url: str) -> Verdict:
         seen = ssl.get_server_certificate((host, port), timeout=_ANSWER_S)
         fingerprint = hashlib.sha256(ssl.PEM_cert_to_DER_cert(seen)).digest().hex(":").upper()
         return bad(
-            f"The certificate is not trusted: {error.verify_message}. Its SHA-256 fingerprint is"
+            f"The certificate is not trusted. {_why(url, error)} Its SHA-256 fingerprint is"
             f" {fingerprint}.",
             "If the server made it, compare this with the server's own words; browsers ask once.",
         )
     except OSError as error:
-        return bad(f"No certificate is shown: {error}.", "See the page's verdict above.")
+        return bad(f"No certificate is shown. {_why(url, error)}", "See the page's verdict above.")
     ends_s = ssl.cert_time_to_seconds(str(found["notAfter"]))
     ends = datetime.datetime.fromtimestamp(ends_s, datetime.UTC)
     left = ends - datetime.datetime.now(datetime.UTC)

@@ -1,0 +1,126 @@
+"""Reach somebody once more, to find out why it failed; blocks.
+
+OpenSSL tells nothing of a certificate that it does not trust, aiohttp and FFmpeg little of how a
+connection ended, and a plain port that is spoken to by TLS nothing at all.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import ssl
+import threading
+from contextlib import suppress
+from typing import TYPE_CHECKING, Final
+
+from cryptography import x509
+from cryptography.x509.oid import ExtensionOID, NameOID
+
+from wax.unreachable import Seen, is_certificate, says_enough, why
+
+if TYPE_CHECKING:
+    import datetime
+
+    from wax.sentence import Sentence
+    from wax.unreachable import Target
+
+LIMIT_S: Final = 2.0
+"""For the connection, and again for what the other end says; its name takes as long as it takes."""
+
+
+def explained(
+    target: Target, error: Exception, now: datetime.datetime, limit_s: float = LIMIT_S
+) -> Sentence:
+    """Return why a target is not reached, with a second look where the error says too little."""
+    if says_enough(error):
+        return why(target, error, now, connecting=True)
+    try:
+        line = socket.create_connection((target.host, target.port), timeout=limit_s)
+    except UnicodeError:  # no name can be so
+        return why(target, error, now)
+    except OSError as found:  # an error that says much is kept, should this be another failure
+        return why(target, error if is_certificate(error) else found, now, connecting=True)
+    with line:
+        seen = Seen(speaks_tls=None)
+        if target.has_tls or not isinstance(error, TimeoutError):
+            hears_out = target.has_tls and not is_certificate(error)
+            seen = _spoken_to(line, target.host, hears_out=hears_out)
+    return why(target, error, now, seen)
+
+
+async def explained_aside(
+    target: Target, error: Exception, now: datetime.datetime, limit_s: float = LIMIT_S
+) -> Sentence:
+    """Return the same within `limit_s`, from a thread that holds up nobody."""
+    if says_enough(error):
+        return why(target, error, now, connecting=True)
+    loop = asyncio.get_running_loop()
+    told: asyncio.Future[Sentence] = loop.create_future()
+
+    def tell(sentence: Sentence) -> None:
+        if not told.done():
+            told.set_result(sentence)
+
+    def look() -> None:
+        sentence = explained(target, error, now, limit_s)
+        with suppress(RuntimeError):  # the server has ended meanwhile
+            loop.call_soon_threadsafe(tell, sentence)
+
+    threading.Thread(target=look, name=f"look at {target.host}", daemon=True).start()
+    try:
+        async with asyncio.timeout(limit_s):
+            return await told
+    except TimeoutError:
+        return why(target, error, now)
+
+
+def _spoken_to(line: socket.socket, host: str, *, hears_out: bool) -> Seen:
+    """Shake hands, trusting nobody and saying nothing."""
+    context = ssl.create_default_context()
+    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+    try:
+        with context.wrap_socket(line, server_hostname=host) as secured:
+            shown = secured.getpeercert(binary_form=True)
+            refusal = _word_after(secured) if hears_out else None
+    except TimeoutError:
+        return Seen(speaks_tls=None)
+    except ssl.SSLError as error:
+        is_alert = "ALERT" in (getattr(error, "reason", None) or "")
+        return Seen(speaks_tls=is_alert, refusal=error if is_alert else None)
+    except (OSError, ValueError):  # it hangs up
+        return Seen(speaks_tls=False)
+    return _read(shown, refusal)
+
+
+def _word_after(secured: ssl.SSLSocket) -> ssl.SSLError | None:
+    """Return what TLS 1.3 says only after the handshake: that it wants a client's certificate."""
+    try:
+        secured.recv(1)
+    except ssl.SSLError as error:
+        return error
+    except OSError:  # a TimeoutError, too: it waits for us
+        return None
+    return None
+
+
+def _read(shown: bytes | None, refusal: ssl.SSLError | None) -> Seen:
+    try:
+        certificate = x509.load_der_x509_certificate(shown or b"")
+        begins, ends = certificate.not_valid_before_utc, certificate.not_valid_after_utc
+    except ValueError:
+        return Seen(speaks_tls=True, refusal=refusal)
+    return Seen(True, _names(certificate), begins, ends, refusal)
+
+
+def _names(certificate: x509.Certificate) -> tuple[str, ...]:
+    try:
+        found = certificate.extensions.get_extension_for_oid(ExtensionOID.SUBJECT_ALTERNATIVE_NAME)
+        value = found.value
+        assert isinstance(value, x509.SubjectAlternativeName)
+        dns = value.get_values_for_type(x509.DNSName)
+        return (*dns, *map(str, value.get_values_for_type(x509.IPAddress)))
+    except (x509.ExtensionNotFound, ValueError):
+        return tuple(
+            str(one.value)
+            for one in certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
+        )
