@@ -58,6 +58,21 @@ def test_what_was_left_out_is_told() -> None:
     assert tell_left_out(None, "", {"_record": record()}).keys() == {"_record"}
 
 
+@pytest.mark.parametrize("event", ["text", {"event": "ours", "exc_info": True}])
+def test_a_line_after_a_flood_has_no_traceback(event: Any) -> None:
+    """The first hundred have one; a flood of tracebacks would fill the disk."""
+    rig = Rig()
+    error = ValueError()
+    lines: list[tuple[logging.LogRecord, bool]] = []
+    for _ in range(102):
+        line = logging.LogRecord("x", logging.ERROR, "x.py", 1, event, None, None)
+        line.exc_info = (ValueError, error, None)
+        rig.now_s += 1 if len(lines) == 101 else 0
+        lines.append((line, rig.limit.filter(line)))
+    assert [line.exc_info is not None for line, passed in lines if passed] == [True] * 100 + [False]
+    assert "exc_info" not in str(lines[-1][0].msg)
+
+
 def test_the_kinds_do_not_grow_without_end() -> None:
     """However many there are."""
     rig = Rig()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import hmac
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 import pytest
 from aiortc import RTCPeerConnection, RTCSctpTransport
+from aiortc.rtcdtlstransport import State
 from aiortc.rtcsctptransport import (
     Chunk,
     CookieEchoChunk,
@@ -450,3 +452,26 @@ async def test_streams_that_are_only_named_count(link: Link) -> None:
     chunk.streams = [(number, 0) for number in range(4000)]
     await link.take(chunk)
     assert await link.ends()
+
+
+@pytest.mark.parametrize("is_closed", [True, False])
+async def test_what_is_sent_while_dtls_closes_is_lost_in_silence(
+    link: Link, is_closed: bool
+) -> None:
+    """No task of aiortc ends with an error that nobody retrieves, nor is anything repeated."""
+    told: list[dict[str, Any]] = []
+    asyncio.get_running_loop().set_exception_handler(lambda _, context: told.append(context))
+    sctp, dtls = link.ours, cast("Any", link.ours.transport)
+    next(iter(sctp._data_channels.values())).send("x")
+    if is_closed:
+        sctp._set_state(sctp.State.CLOSED)
+        dtls._state = State.CLOSED
+    else:
+        dtls._ssl.shutdown()
+    sent = asyncio.ensure_future(sctp._transmit())
+    await asyncio.wait([sent])
+    await asyncio.sleep(0)
+    gc.collect()
+    assert sent.exception() is None
+    assert told == []
+    assert not is_closed or sctp._t3_handle is None

@@ -17,13 +17,15 @@ _BURST: Final = 100
 _RATE_HZ: Final = 1.0
 _MAX_KINDS: Final = 1000
 _LEFT_OUT: Final = "left_out"
+_TRACES: Final = frozenset(("exc_info", "exception", "stack", "stack_info"))
 
 
 class RepeatLimit(logging.Filter):
     """Lets a hundred lines of one kind through, and then one a second.
 
     A kind is an event of ours, or a place in a library's code. The next line let through tells how
-    many were left out. Safe in any thread: the worst of a race is a line too many.
+    many were left out, and has no traceback: a hundred had one. Safe in any thread: the worst of a
+    race is a line too many.
     """
 
     def __init__(self, now_s: Callable[[], float] = time.monotonic) -> None:
@@ -43,6 +45,7 @@ class RepeatLimit(logging.Filter):
         self._kinds[kind] = (left - 1, now_s, 0)
         if left_out:
             setattr(record, _LEFT_OUT, left_out)
+            _drop_trace(record)
         return True
 
 
@@ -69,6 +72,12 @@ def _tidy_trace(trace: str) -> str:
     """Keep its lines, and of a long one the end, which says what happened."""
     lines = [printable(line, _MAX_CHARS) for line in trace[-_MAX_TRACE_CHARS:].split("\n")]
     return "\n".join(lines)
+
+
+def _drop_trace(record: logging.LogRecord) -> None:
+    record.exc_info = record.exc_text = record.stack_info = None
+    if isinstance(record.msg, dict):
+        record.msg = {key: value for key, value in record.msg.items() if key not in _TRACES}
 
 
 def _kind(record: logging.LogRecord) -> Hashable:

@@ -176,6 +176,8 @@ def check() -> None:
                     "_mark_received",
                     "_receive_chunk",
                     "_send_chunk",
+                    "_t3_start",
+                    "_t3_restart",
                     "_send_sack",
                     "_set_state",
                 )

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import struct
 from bisect import insort
 from collections import deque
@@ -14,6 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from aiortc import rtcsctptransport
+from OpenSSL import SSL
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
@@ -78,7 +78,7 @@ class _DelayedAcknowledgements:
         self._sctp = sctp
         self._acknowledgement = acknowledgement
         self._delay_s = delay_s
-        self._send_alone = sctp._send_chunk
+        self._send_chunk = sctp._send_chunk
         self._waiting: asyncio.TimerHandle | None = None
         self._under_way: set[asyncio.Task[Any]] = set()
         self._came_s: deque[float] = deque(maxlen=_BURST)
@@ -105,6 +105,19 @@ class _DelayedAcknowledgements:
             await self._send_alone(sack)
             await self._send_alone(chunk)
 
+    async def _send_alone(self, chunk: rtcsctptransport.Chunk) -> None:
+        """Send a packet; it counts as lost where DTLS has closed or is closing.
+
+        aiortc sends in tasks that nobody awaits: an error there only fills the log.
+        """
+        try:
+            await self._send_chunk(chunk)
+        except (ConnectionError, SSL.Error):
+            if self._sctp.state == "closed":
+                # What is lost now is never acknowledged, and aiortc would repeat it for ever.
+                for name in ("_t3_start", "_t3_restart"):
+                    setattr(self._sctp, name, _do_nothing)
+
     def _stop_waiting(self) -> bool:
         """Return whether anything waited."""
         self._came_s.clear()
@@ -118,13 +131,16 @@ class _DelayedAcknowledgements:
         if not self._stop_waiting() or self._sctp.state == "closed":
             return
         if (sack := self._acknowledgement()) is not None:
-            with contextlib.suppress(ConnectionError):  # closed meanwhile
-                await self._sctp._send_chunk(sack)
+            await self._sctp._send_chunk(sack)
 
     def _due(self) -> None:
         task = asyncio.ensure_future(self._send_now())
         self._under_way.add(task)
         task.add_done_callback(self._under_way.discard)
+
+
+def _do_nothing() -> None:
+    pass
 
 
 @dataclass(frozen=True, slots=True)

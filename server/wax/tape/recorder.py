@@ -4,9 +4,9 @@ What is to be written waits in a queue. When that is full, the disk is too slow:
 out until the queue is empty again, a new part begins, and what is missing is written down.
 
 A killed server loses what came after the last `FLUSH_S`, a power cut what came after the last sync,
-which follow each other by `SYNC_S`. On ext4 each costs the disk some 30 KB beside what is recorded,
-3 GB a day: a quarter of what a day of 1 Mbit/s takes. A memory card that needs long for one is
-asked less often, so that three quarters of the time are left for writing.
+which follow each other by `SYNC_S`. Each costs the disk some writes beside what is recorded; how
+many depends on its file system. A memory card that needs long for one is asked less often, so that
+three quarters of the time are left for writing.
 """
 
 from __future__ import annotations
