@@ -12,13 +12,15 @@ from dataclasses import replace
 
 import pytest
 
-from wax.unreachable import Seen, Target, why
+from wax.unreachable import Target, TlsAnswer, why
 
 NOW = datetime.datetime(2026, 3, 1, 12, tzinfo=datetime.UTC)
 DAY = datetime.timedelta(days=1)
 PLAIN = Target("http", "home", 80, 3.0)
 TLS = Target("mqtts", "home", 8883, 3.0, ca_key="[mqtt] ca_file")
-SHOWN = Seen(speaks_tls=True, names=("a.example", "b.example"), begins=NOW - DAY, ends=NOW + DAY)
+SHOWN = TlsAnswer(
+    speaks_tls=True, names=("a.example", "b.example"), begins=NOW - DAY, ends=NOW + DAY
+)
 
 
 def tls_error(reason: str) -> ssl.SSLError:
@@ -62,7 +64,9 @@ def test_no_connection_is_not_a_silent_program() -> None:
     """One is looked for at firewalls, the other in the program."""
     connecting = why(PLAIN, TimeoutError(), NOW, connecting=True)
     assert str(connecting).startswith("No connection to home:80 is made within 3 s")
-    assert str(why(PLAIN, TimeoutError(), NOW, Seen(None))).startswith("home:80 accepts the conn")
+    assert str(why(PLAIN, TimeoutError(), NOW, TlsAnswer(None))).startswith(
+        "home:80 accepts the conn"
+    )
 
 
 @pytest.mark.parametrize(
@@ -81,19 +85,21 @@ def test_each_failure_of_a_handshake_has_its_sentence(reason: str, kind: str) ->
     error = tls_error(reason)
     assert why(TLS, error, NOW).code == f"unreachable.{kind}"
     if kind not in ("failed", "no_tls"):
-        seen = Seen(speaks_tls=True, refusal=error)
+        seen = TlsAnswer(speaks_tls=True, refusal=error)
         assert why(TLS, ConnectionResetError(), NOW, seen).code == f"unreachable.{kind}"
 
 
 def test_the_wrong_one_of_two_ports_is_said() -> None:
     """Encrypted where it is plain, and the other way round, with what to write."""
-    told = why(TLS, ConnectionResetError(), NOW, Seen(speaks_tls=False))
+    told = why(TLS, ConnectionResetError(), NOW, TlsAnswer(speaks_tls=False))
     assert told.code == "unreachable.no_tls"
     assert "write mqtt:// in" in str(told)
     told = why(PLAIN, ConnectionResetError(), NOW, SHOWN)
     assert told.code == "unreachable.tls"
     assert "write https:// in" in str(told)
-    assert why(PLAIN, ConnectionResetError(), NOW, Seen(speaks_tls=False)).code.endswith("closed")
+    assert why(PLAIN, ConnectionResetError(), NOW, TlsAnswer(speaks_tls=False)).code.endswith(
+        "closed"
+    )
 
 
 @pytest.mark.parametrize(
@@ -113,7 +119,7 @@ def test_the_wrong_one_of_two_ports_is_said() -> None:
     ],
 )
 def test_each_fault_of_a_certificate_has_its_advice(
-    code: int, seen: Seen | None, says: str
+    code: int, seen: TlsAnswer | None, says: str
 ) -> None:
     """The authority's file is named only where the authority is the matter."""
     assert re.search(says, str(why(TLS, untrusted(code), NOW, seen)))

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 from cryptography import x509
 from cryptography.x509.oid import ExtensionOID, NameOID
 
-from wax.unreachable import Seen, is_certificate, says_enough, why
+from wax.unreachable import TlsAnswer, is_certificate, says_enough, why
 
 if TYPE_CHECKING:
     import datetime
@@ -41,7 +41,7 @@ def explained(
     except OSError as found:  # an error that says much is kept, should this be another failure
         return why(target, error if is_certificate(error) else found, now, connecting=True)
     with line:
-        seen = Seen(speaks_tls=None)
+        seen = TlsAnswer(speaks_tls=None)
         if target.has_tls or not isinstance(error, TimeoutError):
             hears_out = target.has_tls and not is_certificate(error)
             seen = _spoken_to(line, target.host, hears_out=hears_out)
@@ -74,7 +74,7 @@ async def explained_aside(
         return why(target, error, now)
 
 
-def _spoken_to(line: socket.socket, host: str, *, hears_out: bool) -> Seen:
+def _spoken_to(line: socket.socket, host: str, *, hears_out: bool) -> TlsAnswer:
     """Shake hands, trusting nobody and saying nothing."""
     context = ssl.create_default_context()
     context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
@@ -83,12 +83,12 @@ def _spoken_to(line: socket.socket, host: str, *, hears_out: bool) -> Seen:
             shown = secured.getpeercert(binary_form=True)
             refusal = _word_after(secured) if hears_out else None
     except TimeoutError:
-        return Seen(speaks_tls=None)
+        return TlsAnswer(speaks_tls=None)
     except ssl.SSLError as error:
         is_alert = "ALERT" in (getattr(error, "reason", None) or "")
-        return Seen(speaks_tls=is_alert, refusal=error if is_alert else None)
+        return TlsAnswer(speaks_tls=is_alert, refusal=error if is_alert else None)
     except (OSError, ValueError):  # it hangs up
-        return Seen(speaks_tls=False)
+        return TlsAnswer(speaks_tls=False)
     return _read(shown, refusal)
 
 
@@ -103,13 +103,13 @@ def _word_after(secured: ssl.SSLSocket) -> ssl.SSLError | None:
     return None
 
 
-def _read(shown: bytes | None, refusal: ssl.SSLError | None) -> Seen:
+def _read(shown: bytes | None, refusal: ssl.SSLError | None) -> TlsAnswer:
     try:
         certificate = x509.load_der_x509_certificate(shown or b"")
         begins, ends = certificate.not_valid_before_utc, certificate.not_valid_after_utc
     except ValueError:
-        return Seen(speaks_tls=True, refusal=refusal)
-    return Seen(True, _names(certificate), begins, ends, refusal)
+        return TlsAnswer(speaks_tls=True, refusal=refusal)
+    return TlsAnswer(True, _names(certificate), begins, ends, refusal)
 
 
 def _names(certificate: x509.Certificate) -> tuple[str, ...]:

@@ -1,7 +1,7 @@
 """Why another program is not reached, and what to do: one sentence for each way to fail. Pure.
 
 An error alone often says too little: whoever is spoken to in plain text where TLS is due closes
-without a word. Then it takes what a second look has `Seen` (`second_look.py`).
+without a word. Then it takes what a second look has `TlsAnswer` (`second_look.py`).
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ class Target:
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class TlsAnswer:
     """What the other end did when it was spoken to by TLS.
 
     `speaks_tls` is None where it waited; `begins` and `ends` are those of its own certificate;
@@ -135,7 +135,7 @@ def why(
     target: Target,
     error: Exception,
     now: datetime.datetime,
-    seen: Seen | None = None,
+    seen: TlsAnswer | None = None,
     *,
     connecting: bool = False,
 ) -> Sentence:
@@ -157,7 +157,7 @@ def why(
     return told or _by_socket(target, error, seen, connecting=connecting)
 
 
-def _by_second_look(target: Target, seen: Seen | None) -> Sentence | None:
+def _by_second_look(target: Target, seen: TlsAnswer | None) -> Sentence | None:
     if seen is None or seen.speaks_tls is None:
         return None
     if seen.speaks_tls and not target.has_tls:
@@ -172,7 +172,7 @@ def _by_second_look(target: Target, seen: Seen | None) -> Sentence | None:
 
 
 def _by_socket(
-    target: Target, error: Exception, seen: Seen | None, *, connecting: bool
+    target: Target, error: Exception, seen: TlsAnswer | None, *, connecting: bool
 ) -> Sentence:
     number = error.errno if isinstance(error, OSError) else None
     if isinstance(error, TimeoutError):
@@ -192,7 +192,7 @@ def _by_socket(
     return told
 
 
-def _too_late(target: Target, seen: Seen | None, *, connecting: bool) -> Sentence:
+def _too_late(target: Target, seen: TlsAnswer | None, *, connecting: bool) -> Sentence:
     if connecting:
         return Sentence("unreachable.no_connection", {"at": target.at, "limit": target.limit_s})
     if seen is None:
@@ -225,7 +225,7 @@ def _certificate(
     target: Target,
     error: ssl.SSLCertVerificationError,
     now: datetime.datetime,
-    seen: Seen | None,
+    seen: TlsAnswer | None,
 ) -> Sentence:
     code = error.verify_code
     if code in _OTHER_NAME:
@@ -244,14 +244,14 @@ def _certificate(
     )
 
 
-def _other_name(target: Target, seen: Seen | None) -> Sentence:
+def _other_name(target: Target, seen: TlsAnswer | None) -> Sentence:
     if seen is None or not seen.names:
         return Sentence("unreachable.other_name_only", {"host": target.host})
     names = printable(", ".join(seen.names[:_MOST_NAMES]), _MOST_CHARS)
     return Sentence("unreachable.other_name", {"host": target.host, "names": names})
 
 
-def _out_of_time(now: datetime.datetime, seen: Seen | None, *, is_over: bool) -> Sentence:
+def _out_of_time(now: datetime.datetime, seen: TlsAnswer | None, *, is_over: bool) -> Sentence:
     """Say when it was or will be valid, unless it is one between it and the authority."""
     ends, begins = (None, None) if seen is None else (seen.ends, seen.begins)
     clock = f"{now:%Y-%m-%d %H:%M} UTC"
