@@ -66,6 +66,10 @@ def test_an_unknown_event_is_answered_with_all_that_there_are() -> None:
     ("keys", "says"),
     [
         ({"secret_file": ""}, 'hook[0].secret_file: got ""; allowed is a text that is not empty'),
+        (
+            {"ca_file": "/x", "url": "http://home/h"},
+            "hook[0]: ca_file is for an encrypted connection; write url as https://",
+        ),
         ({"retries": 3}, "hook[0].retries: there is no such key"),
         ({"names": "yes"}, 'hook[0].names: got "yes"; allowed is true or false'),
     ],

@@ -23,6 +23,7 @@ class Receiver:
         self.status = 204
         self.does = "answers"
         self.text = ""
+        self.retry_after = ""
         self.sent_bytes = 0
         self.port = 0
         self.ended = asyncio.Event()
@@ -33,7 +34,7 @@ class Receiver:
         return f"http://127.0.0.1:{self.port}/secret-path"
 
     async def handle(self, request: web.Request) -> web.StreamResponse:
-        self.asked.append((request.path, dict(request.headers), await request.read()))
+        self.asked.append((request.raw_path, dict(request.headers), await request.read()))
         self.arrived.put_nowait(None)
         try:
             if self.does == "hangs":
@@ -43,7 +44,8 @@ class Receiver:
         finally:
             self.ended.set()
         location = {"Location": "/elsewhere"} if 300 <= self.status < 400 else {}
-        return web.Response(status=self.status, text=self.text or None, headers=location)
+        later = {"Retry-After": self.retry_after} if self.retry_after else {}
+        return web.Response(status=self.status, text=self.text or None, headers=location | later)
 
     async def _stream(self, request: web.Request) -> NoReturn:
         """Send until the other end has had enough."""

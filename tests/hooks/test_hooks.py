@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,7 @@ from wax.errors import StartError
 from wax.hooks.hooks import Hook, Hooks
 from wax.hooks.outbox import KEPT_S
 from wax.hooks.post import session
-from wax.protocol.events import Removed, TapeKept
+from wax.protocol.events import Removed, StopEvent, TapeKept
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
 BANNED = Removed(type="viewer.banned", viewer=2, name="Eve")
 KEPT = TapeKept(by="host")
+STOP = StopEvent(type="stop.pressed", stop=1, role="host", name=None)
 
 
 class Rig:
@@ -68,7 +70,7 @@ async def test_only_what_a_hook_asks_for_is_posted(rig: Rig) -> None:
     rig.receiver.asked.clear()
     await rig.step(everything, 3)
     assert [one["type"] for one in rig.bodies()] == ["viewer.banned", "tape.kept"]
-    assert (everything.outbox.taken, len(everything.outbox)) == (2, 0)
+    assert (everything.news.taken, len(everything.news)) == (2, 0)
 
 
 @pytest.mark.parametrize(("keys", "name"), [({}, None), ({"names": True}, "Eve")])
@@ -117,7 +119,7 @@ async def test_what_failed_is_tried_again_as_the_same(rig: Rig) -> None:
 
 
 async def test_ten_minutes_of_nothing_lose_the_event(rig: Rig) -> None:
-    """Fifteen attempts, a line each; the host reads that it waits, and then that it is lost."""
+    """Fifteen attempts, one line; the host reads that it waits, and then that it is lost."""
     hooks = Hooks([rig.settings()], rig.clock, lambda: 0)
     [hook] = hooks._hooks
     hooks.put(KEPT)
@@ -128,21 +130,94 @@ async def test_ten_minutes_of_nothing_lose_the_event(rig: Rig) -> None:
             assert [str(one) for one in hooks.problems()] == [
                 f"An event waits for hook {hook.name}. It answers with status 503."
             ]
-            while len(hook.outbox):
+            while len(hook.news):
                 rig.clock.time_s += 1.0
                 await hook.step(http)
-    assert len(logs) == len(rig.receiver.asked) == 15
+    assert (len(logs), len(rig.receiver.asked)) == (1, 15)
     assert rig.clock.time_s == pytest.approx(1000.0 + KEPT_S, abs=2)
     assert str(hooks.problems()[0]) == f"An event for hook {hook.name} was lost."
     assert hooks.status() == [
         {
             "name": hook.name,
             "problem": "It answers with status 503.",
+            "disabled": False,
             "waiting": 0,
             "taken": 0,
+            "refused": 0,
             "lost": 1,
         }
     ]
+
+
+@pytest.mark.parametrize("status", [400, 404, 422])
+async def test_what_is_refused_holds_nothing_up(rig: Rig, status: int) -> None:
+    """It is final for this event alone: not sent again, logged once for its type, and told."""
+    hook = rig.hook()
+    for event in (KEPT, KEPT, BANNED):
+        hook.put(event)
+    rig.receiver.status = status
+    with structlog.testing.capture_logs() as logs:
+        await rig.step(hook, 2)
+        rig.receiver.status = 204
+        await rig.step(hook, 2)
+    assert [one["type"] for one in rig.bodies()] == ["tape.kept", "tape.kept", "viewer.banned"]
+    assert (hook.refused, hook.waiting, hook.lost, len(logs)) == (2, 0, 0, 1)
+    [told] = hook.problems()
+    assert str(told).startswith(f"Hook {hook.name} refused 2 events for good")
+
+
+@pytest.mark.parametrize("status", [408, 425, 429, 500, 503])
+async def test_a_refusal_of_now_is_tried_again(rig: Rig, status: int) -> None:
+    """The event waits."""
+    hook = rig.hook()
+    hook.put(KEPT)
+    rig.receiver.status = status
+    await rig.step(hook)
+    assert (hook.refused, hook.waiting) == (0, 1)
+
+
+async def test_a_receiver_that_is_gone_is_asked_no_more(rig: Rig) -> None:
+    """What waits and what comes is lost, and the host is told that it is off."""
+    hook = rig.hook()
+    hook.put(KEPT)
+    hook.put(BANNED)
+    rig.receiver.status = 410
+    await rig.step(hook)
+    hook.put(STOP)
+    rig.receiver.status = 204
+    await rig.step(hook, 3)
+    assert len(rig.receiver.asked) == 1
+    assert (hook.status()["disabled"], hook.waiting, hook.lost) == (True, 0, 3)
+    assert "is off until the server is started again" in str(next(iter(hook.problems())))
+
+
+async def test_a_stop_waits_neither_for_news_nor_for_their_next_attempt(rig: Rig) -> None:
+    """It is posted while an attempt of theirs is under way, and while they wait."""
+    hook = rig.hook()
+    hook.put(KEPT)
+    rig.receiver.does = "hangs"
+    async with session(lambda: 0) as http:
+        posting = asyncio.create_task(hook.run(http))
+        await asyncio.wait_for(rig.receiver.arrived.get(), 5)
+        rig.receiver.does = "answers"
+        hook.put(STOP)
+        await asyncio.wait_for(rig.receiver.arrived.get(), 5)
+        posting.cancel()
+    assert [one["type"] for one in rig.bodies()] == ["tape.kept", "stop.pressed"]
+
+
+async def test_retry_after_is_waited_for(rig: Rig) -> None:
+    """By what it was said to, and not a second less."""
+    hook = rig.hook()
+    hook.put(KEPT)
+    rig.receiver.status, rig.receiver.retry_after = 429, "30"
+    await rig.step(hook)
+    rig.clock.time_s += 29.0
+    await rig.step(hook)
+    assert len(rig.receiver.asked) == 1
+    rig.clock.time_s += 1.0
+    await rig.step(hook)
+    assert len(rig.receiver.asked) == 2
 
 
 async def test_a_bug_here_is_a_failed_attempt(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -155,8 +230,8 @@ async def test_a_bug_here_is_a_failed_attempt(rig: Rig, monkeypatch: pytest.Monk
 
     monkeypatch.setattr(hook, "post", fail)
     await rig.step(hook, 3)
-    assert len(hook.outbox) == 1
-    assert str(hook.outbox.problem) == "RuntimeError('bug')"
+    assert len(hook.news) == 1
+    assert str(hook.news.problem) == "RuntimeError('bug')"
 
 
 async def test_an_event_that_cannot_be_written_reaches_nobody(
@@ -188,6 +263,13 @@ async def test_the_last_events_are_posted_at_the_end(rig: Rig) -> None:
     assert [one["type"] for one in rig.bodies()][1:] == ["viewer.banned", "tape.kept"]
     await hooks.close()
     assert len(rig.receiver.asked) == 3
+
+
+async def test_an_authority_of_ones_own_is_read_at_the_start(rig: Rig) -> None:
+    """One that holds no certificate keeps the server from starting, with the key's name."""
+    keys = {"url": "https://127.0.0.1/h", "ca_file": str(rig.folder / "gone")}
+    with pytest.raises(StartError, match=r"^hook\[0\]\.ca_file: .*holds no certificate"):
+        rig.hook(**keys)
 
 
 async def test_the_secret_is_read_at_the_start(rig: Rig) -> None:

@@ -58,6 +58,15 @@ async def test_an_event_is_posted_and_signed(receiver: Receiver) -> None:
     assert headers["webhook-signature"].startswith("v1,")
 
 
+@pytest.mark.parametrize(
+    "path", ["/h?sig=AbC%2Fd%2Be%3D&&x=", "/tok%7Een%2Dx", "/a%28b%29/../c?q=a+b%20c", "/?x=%C3%BC"]
+)
+async def test_an_address_is_sent_as_it_is_written(receiver: Receiver, path: str) -> None:
+    """A signed one would be another after decoding and encoding."""
+    await _post(f"http://127.0.0.1:{receiver.port}{path}")
+    assert [asked for asked, *_ in receiver.asked] == [path]
+
+
 @pytest.mark.parametrize("status", [301, 302, 303, 307, 308])
 async def test_no_redirect_is_followed(receiver: Receiver, status: int) -> None:
     """It is a failure, with a sentence that says what to write instead."""
@@ -67,7 +76,7 @@ async def test_no_redirect_is_followed(receiver: Receiver, status: int) -> None:
     assert [path for path, *_ in receiver.asked] == ["/secret-path"]
 
 
-@pytest.mark.parametrize("status", [400, 404, 410, 429, 500, 503])
+@pytest.mark.parametrize("status", [400, 404, 429, 500, 503])
 async def test_a_refusal_is_told_by_its_status(receiver: Receiver, status: int) -> None:
     """Nothing of what it says is repeated: it is a stranger's text."""
     receiver.status, receiver.text = status, "look at me"
@@ -150,7 +159,7 @@ async def test_what_is_no_http_is_a_sentence(said: bytes) -> None:
     assert "SSH" not in str(refused.value)
 
 
-async def test_announcements_without_end_come_a_few_at_a_time(
+async def test_of_announcements_without_end_a_few_are_parsed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Each pass of the event loop takes all that has come, and driving waits for it."""
@@ -164,11 +173,11 @@ async def test_announcements_without_end_come_a_few_at_a_time(
     monkeypatch.setattr(ResponseHandler, "data_received", noted)
     async with _babbling(b"HTTP/1.1 100 Continue\r\n\r\n" * 4000) as url:
         posting = asyncio.create_task(_post(url))
-        await async_until(lambda: len(came_bytes) > 20)
+        await async_until(lambda: sum(came_bytes) == 8192)
         turn_loop(LIMIT_S, monkeypatch)
         with pytest.raises(HookError, match="does not answer"):
             await posting
-    assert 0 < max(came_bytes) < 8192
+    assert sum(came_bytes) == 8192
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0", "robot.example"])

@@ -23,6 +23,7 @@ from tests.house.mosquitto import AtHome, Mosquitto, running
 from tests.turned_clock import TurnedClock
 from tests.until import until
 
+from wax.authority import client_tls
 from wax.clock import SystemClock
 from wax.commands.doctor import command
 from wax.commands.doctor.verdict import Check, examine
@@ -318,7 +319,7 @@ def test_a_broker_without_mqtt_5_is_a_sentence() -> None:
 def test_an_authority_made_by_hand_is_one(tmp_path: Path) -> None:
     """Python 3.13 refuses those without an identifier of their key, as most are."""
     own = self_signed(tmp_path, ["localhost"], datetime.now(UTC))
-    assert not broker._tls(str(own.chain)).verify_flags & ssl.VERIFY_X509_STRICT
+    assert not client_tls(str(own.chain), "mqtt.ca_file").verify_flags & ssl.VERIFY_X509_STRICT
 
 
 def test_who_is_refused_reads_why(tmp_path: Path) -> None:

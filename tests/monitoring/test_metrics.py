@@ -78,7 +78,16 @@ def status() -> dict[str, Any]:
             "waiting": 2,
             "left_out": 5,
         },
-        "hooks": [{"name": "1 (example.org)", "problem": None, "waiting": 3, "lost": 6}],
+        "hooks": [
+            {
+                "name": "1 (example.org)",
+                "problem": None,
+                "disabled": False,
+                "waiting": 3,
+                "refused": 2,
+                "lost": 6,
+            }
+        ],
     }
 
 
@@ -145,6 +154,8 @@ def test_what_is_exported(lateness: Lateness) -> None:
         ("wax_tape_left_out_total",): 5,
         ("wax_hook_waiting", "1 (example.org)"): 3,
         ("wax_hook_lost_total", "1 (example.org)"): 6,
+        ("wax_hook_refused_total", "1 (example.org)"): 2,
+        ("wax_hook_disabled", "1 (example.org)"): 0,
     }
     assert {key: found.get(key) for key in expected} == expected
     assert ("wax_sound_age_seconds", "median", "all") not in found

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import ipaddress
 import re
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final, Self
 from urllib.parse import urlsplit
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from wax.config import allowed, host_spelling
 from wax.config.addresses import ONE_URL
@@ -58,7 +58,14 @@ class HookSettings(BaseModel):
     url: HookUrl
     events: Annotated[list[EventName], Field(max_length=len(NAMES))] = []
     secret_file: Annotated[str, Field(min_length=1)]
+    ca_file: str = ""
     names: bool = False
+
+    @model_validator(mode="after")
+    def _encrypts(self) -> Self:
+        if self.ca_file and not self.url.startswith("https:"):
+            raise ValueError("ca_file is for an encrypted connection; write url as https://")
+        return self
 
     @property
     def host(self) -> str:

@@ -1,1 +1,1 @@
-"""Posts events to programs of the host's: bounded, in order, and lost rather than waited for."""
+"""Posts events to programs of the host's: bounded, Stop before news, lost and not waited for."""

@@ -1,4 +1,4 @@
-"""All hooks: each posts what it wants to know, one at a time; whatever fails here stays here."""
+"""All hooks: each posts what it wants to know; whatever fails here stays here."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
+from wax.authority import client_tls
 from wax.error_boundary import FirstErrorLogged
-from wax.hooks.outbox import Message, Outbox
+from wax.hooks.outbox import URGENT_WAIT_S, Message, Outbox
 from wax.hooks.post import HookError, post, session
 from wax.hooks.signature import read_secret
 from wax.protocol.events import nameless
 from wax.sentence import Sentence, says
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     import aiohttp
 
@@ -29,6 +30,7 @@ _LOG = structlog.get_logger(__name__)
 
 _LOOK_S: Final = 0.1
 """So often at most each hook posts: a hundred that waited are no burst."""
+_URGENT: Final = ("stop.", "fault.")
 _LAST_S: Final = 1.0
 """The end of the server waits no longer for the last events."""
 
@@ -36,20 +38,28 @@ _LAST_S: Final = 1.0
 class Hook:
     """One receiver; raises `StartError` if its secret cannot be read.
 
-    `name` is its number in the configuration and its host: its path is nobody's business.
+    `name` is its number in the configuration and its host: its path is nobody's business. What is
+    `urgent` has a way of its own, each in order: it waits neither for `news` nor for what they
+    wait for. A receiver that says it is `gone` is asked no more.
     """
 
     def __init__(self, number: int, settings: HookSettings, clock: Clock) -> None:
         self.name = f"{number} ({settings.host})"
-        self.outbox = Outbox()
+        self.urgent, self.news = self.ways = (Outbox(URGENT_WAIT_S), Outbox())
+        self.gone: Sentence | None = None
+        self._refused_types: set[str] = set()
         self._settings = settings
         self._clock = clock
         self._secret = read_secret(settings.secret_file, f"hook[{number - 1}].secret_file")
+        self._tls = client_tls(settings.ca_file, f"hook[{number - 1}].ca_file")
 
     def put(self, event: Event) -> None:
         """Have an event posted soon, if this hook asks for it."""
         if not self._settings.events or event.type in self._settings.events:
-            self.outbox.put(self.message(event))
+            way = self.urgent if event.type.startswith(_URGENT) else self.news
+            way.put(self.message(event))
+            if self.gone is not None:
+                way.shut()
 
     def message(self, event: Event) -> Message:
         """Return an event as it is posted."""
@@ -67,46 +77,113 @@ class Hook:
             message,
             secret=self._secret,
             unix_s=self._clock.wall_ms() // 1000,
+            tls=self._tls,
             wants_answer=wants_answer,
         )
 
     async def step(self, http: aiohttp.ClientSession) -> None:
-        """Post what is due, if anything is; never raises."""
-        message = self.outbox.due(self._clock.now_s())
-        if message is not None:
-            await self._try(http, message)
+        """Post what is due, if anything is: one of each way at a time; never raises."""
+        await asyncio.gather(*(self._step(http, way) for way in self.ways))
 
     async def run(self, http: aiohttp.ClientSession) -> None:
         """Post until cancelled."""
-        while True:
-            await self.step(http)
-            await asyncio.sleep(_LOOK_S)
+        await asyncio.gather(*(self._run(http, way) for way in self.ways))
 
     async def empty(self, http: aiohttp.ClientSession) -> None:
         """Post all that waits, up to the first that is in vain."""
-        while (message := self.outbox.first) is not None and await self._try(http, message):
+        await asyncio.gather(*(self._empty(http, way) for way in self.ways))
+
+    async def _step(self, http: aiohttp.ClientSession, way: Outbox) -> None:
+        message = way.due(self._clock.now_s())
+        if message is not None:
+            await self._try(http, way, message)
+
+    async def _run(self, http: aiohttp.ClientSession, way: Outbox) -> None:
+        while True:
+            await self._step(http, way)
+            await asyncio.sleep(_LOOK_S)
+
+    async def _empty(self, http: aiohttp.ClientSession, way: Outbox) -> None:
+        while (message := way.first) is not None and await self._try(http, way, message):
             pass
 
-    async def _try(self, http: aiohttp.ClientSession, message: Message) -> bool:
+    async def _try(self, http: aiohttp.ClientSession, way: Outbox, message: Message) -> bool:
+        """Return whether the next may follow."""
         try:
             await self.post(http, message)
         except HookError as error:
-            why = error.sentence
+            failure = error
         except Exception as error:  # driving does not need it
-            why = says(repr(error))
+            failure = HookError(says(repr(error)))
         else:
-            self.outbox.took(message)
+            way.took(message)
             return True
-        self.outbox.failed(why, self._clock.now_s())
-        _LOG.warning(
-            "a hook did not take an event",
-            hook=self.name,
-            what=message.type,
-            why=str(why),
-            waiting=len(self.outbox),
-            lost=self.outbox.lost,
-        )
-        return False
+        if failure.is_gone:
+            self._shut(failure.sentence)
+        elif failure.is_final:
+            if message.type not in self._refused_types:
+                self._refused_types.add(message.type)
+                self._log("a hook refuses an event", failure.sentence, message)
+            way.refuse(message, failure.sentence)
+        else:
+            if way.problem is None:  # once until it takes one: it may fail for days
+                self._log("a hook did not take an event", failure.sentence, message)
+            way.failed(failure.sentence, self._clock.now_s(), failure.wait_s)
+        return failure.is_final
+
+    def _shut(self, why: Sentence) -> None:
+        """Post nothing more: the receiver has said that it is gone."""
+        if self.gone is None:
+            _LOG.warning("a hook is off until the next start", hook=self.name, why=str(why))
+        self.gone = why
+        for way in self.ways:
+            way.shut()
+
+    def _log(self, what: str, why: Sentence, message: Message) -> None:
+        _LOG.warning(what, hook=self.name, what=message.type, why=str(why))
+
+    @property
+    def waiting(self) -> int:
+        return sum(map(len, self.ways))
+
+    @property
+    def lost(self) -> int:
+        return sum(way.lost for way in self.ways)
+
+    @property
+    def refused(self) -> int:
+        return sum(way.refused for way in self.ways)
+
+    @property
+    def problem(self) -> Sentence | None:
+        """Why it does not take what is posted, or not what was posted last."""
+        return self.gone or self.urgent.problem or self.news.problem
+
+    def status(self) -> dict[str, object]:
+        """Return it as the host's status page has it."""
+        return {
+            "name": self.name,
+            "problem": None if self.problem is None else str(self.problem),
+            "disabled": self.gone is not None,
+            "waiting": self.waiting,
+            "taken": sum(way.taken for way in self.ways),
+            "refused": self.refused,
+            "lost": self.lost,
+        }
+
+    def problems(self) -> Iterator[Sentence]:
+        """Yield what the host is to know."""
+        if self.gone is not None:
+            yield Sentence("hook.disabled", {"hook": self.name, "why": self.gone})
+        elif self.problem is not None and self.waiting:
+            yield Sentence(
+                "hook.waiting", {"hook": self.name, "n": self.waiting, "why": self.problem}
+            )
+        refusal = self.urgent.refusal or self.news.refusal
+        if refusal is not None:
+            yield Sentence("hook.refused", {"hook": self.name, "n": self.refused, "why": refusal})
+        if self.lost:
+            yield Sentence("hook.lost", {"hook": self.name, "n": self.lost})
 
 
 class Hooks:
@@ -135,33 +212,15 @@ class Hooks:
 
     async def close(self) -> None:
         """Try once more to post what waits; for a second at most, and never raises."""
-        if any(hook.outbox.first for hook in self._hooks):
+        if any(hook.waiting for hook in self._hooks):
             with self._contained, suppress(TimeoutError):
                 async with asyncio.timeout(_LAST_S), session(self._own_port) as http:
                     await asyncio.gather(*(hook.empty(http) for hook in self._hooks))
 
     def status(self) -> list[dict[str, object]]:
         """Return each hook as the host's status page has it."""
-        return [
-            {
-                "name": one.name,
-                "problem": None if one.outbox.problem is None else str(one.outbox.problem),
-                "waiting": len(one.outbox),
-                "taken": one.outbox.taken,
-                "lost": one.outbox.lost,
-            }
-            for one in self._hooks
-        ]
+        return [one.status() for one in self._hooks]
 
     def problems(self) -> list[Sentence]:
         """Return what the host is to know."""
-        told = []
-        for one in self._hooks:
-            box = one.outbox
-            if box.problem is not None and len(box):
-                told.append(
-                    Sentence("hook.waiting", {"hook": one.name, "n": len(box), "why": box.problem})
-                )
-            if box.lost:
-                told.append(Sentence("hook.lost", {"hook": one.name, "n": box.lost}))
-        return told
+        return [what for one in self._hooks for what in one.problems()]

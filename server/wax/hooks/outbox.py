@@ -1,4 +1,4 @@
-"""What waits for one receiver: in order, bounded in number and age. Pure."""
+"""What waits for one receiver, urgent or not: in order, bounded in number and age. Pure."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ MOST: Final = 200
 KEPT_S: Final = 600.0
 _FIRST_WAIT_S: Final = 1.0
 _LONGEST_WAIT_S: Final = 60.0
+URGENT_WAIT_S: Final = 10.0
+"""A Stop is tried so often at least, however long its receiver has failed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,16 +30,19 @@ class Message:
 class Outbox:
     """Only the first is ever under way; of more than `MOST` the oldest is lost.
 
-    `problem` is why the newest attempt failed, None once one has not.
+    `problem` is why the newest attempt failed, None once one has not. `refused` counts the events
+    that will never be taken, `refusal` is why the newest of them was not.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, longest_wait_s: float = _LONGEST_WAIT_S) -> None:
+        self._longest_wait_s = longest_wait_s
         self._waiting: deque[Message] = deque()
         self._failures = 0
         self._again_s = float("-inf")
         self.taken = 0
-        self.lost = 0
+        self.lost = self.refused = 0
         self.problem: Sentence | None = None
+        self.refusal: Sentence | None = None
 
     def __len__(self) -> int:
         return len(self._waiting)
@@ -60,16 +65,31 @@ class Outbox:
 
     def took(self, message: Message) -> None:
         """Note that a message has arrived."""
+        self._answered(message)
+        self.taken += 1
+
+    def refuse(self, message: Message, why: Sentence) -> None:
+        """Note that a message will never be taken; what follows it is not held up."""
+        self._answered(message)
+        self.refused += 1
+        self.refusal = why
+
+    def failed(self, why: Sentence, now_s: float, asked_s: float = 0.0) -> None:
+        """Note an attempt in vain: the next is later, and no sooner than the receiver asks."""
+        self.problem = why
+        wait_s = min(_FIRST_WAIT_S * 2**self._failures, self._longest_wait_s)
+        self._again_s = now_s + max(wait_s, asked_s)
+        self._failures = min(self._failures + 1, 10)
+
+    def shut(self) -> None:
+        """Lose all that waits: nobody will ever take it."""
+        self.lost += len(self._waiting)
+        self._waiting.clear()
+
+    def _answered(self, message: Message) -> None:
         if self.first is message:  # else it was pushed out meanwhile, and counted
             self._waiting.popleft()
-        self.taken += 1
         self._failures, self.problem = 0, None
-
-    def failed(self, why: Sentence, now_s: float) -> None:
-        """Note an attempt in vain: the next is later, up to a minute."""
-        self.problem = why
-        self._again_s = now_s + min(_FIRST_WAIT_S * 2**self._failures, _LONGEST_WAIT_S)
-        self._failures = min(self._failures + 1, 10)
 
     def _lose(self) -> None:
         self._waiting.popleft()

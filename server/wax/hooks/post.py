@@ -1,10 +1,11 @@
-"""Post one event: whatever the other end does, it costs four seconds and a few kilobytes."""
+"""Post one event: whatever the other end does, it costs 11 s and a few kilobytes."""
 
 from __future__ import annotations
 
 import asyncio
 import datetime
 import errno
+import functools
 import socket
 import threading
 from contextlib import suppress
@@ -12,31 +13,60 @@ from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
 from aiohttp.abc import AbstractResolver, ResolveResult
+from aiohttp.client_proto import ResponseHandler
+from yarl import URL
 
 from wax import __version__
 from wax.errors import WaxError
+from wax.hooks.retry_after import wait_s
 from wax.hooks.signature import headers
 from wax.second_look import explained_aside
 from wax.sentence import Sentence
 from wax.unreachable import Target
 
 if TYPE_CHECKING:
+    import ssl
     from collections.abc import Callable
 
     from wax.hooks.outbox import Message
 
-LIMIT_S: Final = 3.0
+LIMIT_S: Final = 10.0
+"""A name, a handshake and an answer over the slowest links take a few seconds."""
 _LOOK_S: Final = 1.0
 """More, to find out why an event was not taken."""
 _BUFFER_BYTES: Final = 2048
+_ANSWER_BYTES: Final = 8192
+"""An answer is parsed no further: its head is one that aiohttp would take, too."""
 _REDIRECTS: Final = range(300, 400)
 _WELL: Final = range(200, 300)
+_REFUSALS: Final = range(400, 500)
+_LATER: Final = (408, 425, 429)
+"""Of the refusals, those of now: the same event may be taken later."""
+_WAITED_FOR: Final = (429, 503)
+_GONE: Final = 410
 _NO_NAME: Final = "no such name can be"
 _BAD_REQUEST: Final = 400
 
 
 class HookError(WaxError):
-    """A receiver that does not take an event now, in a sentence for the host."""
+    """A receiver that does not take an event, in a sentence for the host.
+
+    `is_final` if it never will, `is_gone` if it takes no event any more; `wait_s` is how long it
+    asks us to wait.
+    """
+
+    def __init__(
+        self,
+        sentence: Sentence,
+        *,
+        is_final: bool = False,
+        is_gone: bool = False,
+        wait_s: float = 0.0,
+    ) -> None:
+        super().__init__(sentence)
+        self.is_final = is_final
+        self.is_gone = is_gone
+        self.wait_s = wait_s
 
 
 def session(own_port: Callable[[], int]) -> aiohttp.ClientSession:
@@ -46,13 +76,10 @@ def session(own_port: Callable[[], int]) -> aiohttp.ClientSession:
         family, kind, protocol, _, address = info
         if address[1] == own_port() and _is_own(family, address[0]):
             raise OSError(errno.EACCES, "that is this server itself")
-        made = socket.socket(family, kind, protocol)
-        # aiohttp takes all answers that only announce one (1xx) in one pass: let few come at once.
-        made.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER_BYTES)
-        return made
+        return socket.socket(family, kind, protocol)
 
     return aiohttp.ClientSession(
-        connector=aiohttp.TCPConnector(resolver=_Resolver(), socket_factory=socket_to),
+        connector=_Connector(resolver=_Resolver(), socket_factory=socket_to),
         cookie_jar=aiohttp.DummyCookieJar(),
         headers={"User-Agent": f"WAX/{__version__}", "Content-Type": "application/json"},
         auto_decompress=False,
@@ -67,42 +94,72 @@ async def post(
     *,
     secret: bytes,
     unix_s: int,
+    tls: ssl.SSLContext | bool = True,
     limit_s: float = LIMIT_S,
     wants_answer: bool = False,
 ) -> tuple[int, bytes]:
     """Return the status, and how the answer begins where that is wanted; raises `HookError`.
 
-    The answer is not read otherwise, and never beyond what is buffered.
+    The answer is not read otherwise, and never beyond what is buffered. `tls` is whom to trust,
+    True for whom this machine trusts.
     """
-    status, begins = 0, b""
+    target = Target.of(url, limit_s, ca_key="[[hook]] ca_file", has_ca=tls is not True)
+    assert target is not None, "the configuration takes no other address"
+    status, begins, asked_s = 0, b"", 0.0
     signed = headers(secret, message.id, unix_s, message.body)
     try:
         async with (
             asyncio.timeout(limit_s),
-            http.post(url, data=message.body, headers=signed, allow_redirects=False) as response,
+            http.post(
+                as_written(url),
+                data=message.body,
+                headers=signed,
+                allow_redirects=False,
+                ssl=tls,
+            ) as response,
         ):
             status = response.status
+            if status in _WAITED_FOR:
+                asked_s = wait_s(response.headers.get("Retry-After"), unix_s)
             if wants_answer:
                 begins = await response.content.read(_BUFFER_BYTES)
     except (aiohttp.ClientError, OSError, ValueError) as error:  # a TimeoutError is an OSError
         if not status:
-            raise HookError(await _why(url, error, unix_s, limit_s)) from error
+            raise HookError(await _why(target, error, unix_s)) from error
     if status in _REDIRECTS:
         raise HookError(Sentence("hook.redirects", {"status": str(status)}))
+    if status == _GONE:
+        raise HookError(Sentence("hook.gone", {"status": str(status)}), is_gone=True)
     if status == _BAD_REQUEST and url.startswith("http:"):  # so do most that expect TLS answer
-        told = await _why(url, ConnectionAbortedError(), unix_s, limit_s)
+        told = await _why(target, ConnectionAbortedError(), unix_s)
         if told.code == "unreachable.tls":
             raise HookError(told)
     if status not in _WELL:
-        raise HookError(Sentence("hook.answers", {"status": str(status)}))
+        raise HookError(
+            Sentence("hook.answers", {"status": str(status)}),
+            is_final=status in _REFUSALS and status not in _LATER,
+            wait_s=asked_s,
+        )
     return status, begins
 
 
-async def _why(url: str, error: Exception, unix_s: int, limit_s: float) -> Sentence:
-    target = Target.of(url, limit_s)
-    assert target is not None, "the configuration takes no other address"
+async def _why(target: Target, error: Exception, unix_s: int) -> Sentence:
     now = datetime.datetime.fromtimestamp(unix_s, datetime.UTC)
     return await explained_aside(target, error, now, _LOOK_S)
+
+
+def as_written(url: str) -> URL:
+    """Return an address whose path and query are sent as the host wrote them.
+
+    yarl would decode `%2F`, and a signed address be another. Raises `aiohttp.InvalidURL`.
+    """
+    try:
+        origin = URL(url).origin()
+    except ValueError as error:
+        raise aiohttp.InvalidURL(url) from error
+    host = url.partition("://")[2]
+    begins = min((at for at in (host.find("/"), host.find("?")) if at >= 0), default=len(host))
+    return URL(f"{origin}{host[begins:]}", encoded=True)
 
 
 def _is_own(family: int, address: str) -> bool:
@@ -113,6 +170,37 @@ def _is_own(family: int, address: str) -> bool:
         except OSError:
             return False
     return True
+
+
+class _Answer(ResponseHandler):
+    """aiohttp's, which parses so many bytes at most.
+
+    By itself it takes all answers that only announce one (1xx) in one pass of the event loop, as
+    many as have come, and driving waits for that.
+    """
+
+    _left = _ANSWER_BYTES
+
+    def set_response_params(self, **params: Any) -> None:
+        self._left = _ANSWER_BYTES
+        super().set_response_params(**params)
+
+    def data_received(self, data: bytes) -> None:
+        taken, self._left = data[: self._left], self._left - len(data)
+        if taken:
+            super().data_received(taken)
+        if self._left < 0:
+            self._left = 0
+            if self.transport is not None:
+                self.transport.pause_reading()
+
+
+class _Connector(aiohttp.TCPConnector):
+    """Whose answers are bounded."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self._factory: Any = functools.partial(_Answer, loop=self._loop)
 
 
 class _Resolver(AbstractResolver):

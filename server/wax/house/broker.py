@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import datetime
 import secrets
-import ssl
 import threading
 from collections import deque
 from typing import TYPE_CHECKING, Final
@@ -16,13 +15,13 @@ from urllib.parse import urlsplit
 
 import structlog
 
+from wax.authority import client_tls
 from wax.errors import StartError, reason_of
-from wax.folders import expanded
 from wax.house.connection import BrokerConnection, BrokerError
 from wax.house.discovery import STATUS
 from wax.house.slug import client_id
 from wax.logs.printable import printable
-from wax.named_file import read_bytes, read_secret
+from wax.named_file import read_secret
 from wax.second_look import explained
 from wax.sentence import Sentence, says
 from wax.unreachable import CLOSED, Target
@@ -84,7 +83,9 @@ class BrokerLink:
         assert target is not None, "the configuration takes no other address"
         self._target = target
         self._user, self._password = settings.user, _password(settings.password_file)
-        self._tls = _tls(settings.ca_file) if parts.scheme == "mqtts" else None
+        self._tls = (
+            client_tls(settings.ca_file, "mqtt.ca_file") if parts.scheme == "mqtts" else None
+        )
         self._clock = clock
         self._topic = topic
         self._asks = asks
@@ -247,17 +248,3 @@ def _password(path: str) -> str | None:
             " the right file?"
         )
     return password
-
-
-def _tls(ca_file: str) -> ssl.SSLContext:
-    path = expanded(ca_file) if ca_file else None
-    try:
-        if path is not None:
-            read_bytes(path)  # OpenSSL would wait for a pipe, and read a device without end
-        context = ssl.create_default_context(cafile=path)
-        if path is not None:  # from Python 3.13 on, most that a host makes by hand are refused
-            context.verify_flags &= ~ssl.VERIFY_X509_STRICT
-        return context
-    except OSError as error:  # an SSLError, too
-        why = reason_of(error)
-        raise StartError(f"mqtt.ca_file: {ca_file} holds no certificate: {why}") from error

@@ -177,6 +177,10 @@ def _of_hooks(hooks: Sequence[Mapping[str, Any]]) -> Iterator[Metric]:
     waiting = {one["name"]: one["waiting"] for one in hooks}
     yield _gauge("wax_hook_waiting", "Events that a hook has not taken yet", "hook", waiting)
     lost = {one["name"]: one["lost"] for one in hooks}
+    refused = {one["name"]: one["refused"] for one in hooks}
+    yield _counter("wax_hook_refused", "Events that a hook refused for good", "hook", refused)
+    off = {one["name"]: int(one["disabled"]) for one in hooks}
+    yield _gauge("wax_hook_disabled", "1 if a hook is gone and asked no more", "hook", off)
     yield _counter("wax_hook_lost", "Events that a hook never took", "hook", lost)
 
 
