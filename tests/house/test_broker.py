@@ -498,6 +498,7 @@ def test_what_our_own_connections_leave_is_no_rivals(tmp_path: Path) -> None:
         with _linked(mosquitto.port):
             until(lambda: home.value("rover/status") == "online")
         with _linked(mosquitto.port) as link:
+            until(lambda: link.is_connected)
             until(lambda: home.value("rover/status") == "online")
             home.heard.clear()
             link.break_off()
