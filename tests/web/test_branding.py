@@ -136,6 +136,19 @@ def test_the_page_for_frames_knows_what_it_is() -> None:
     assert "preload" not in text
 
 
+def test_a_frame_that_shows_nothing_says_why_and_links_to_the_page() -> None:
+    """What a frame without an origin keeps is its HTML: a sentence, and an address to read."""
+    german = PageSettings(language="de")
+    for settings, public in ((PageSettings(), ""), (german, "https://a.example/1")):
+        own = BrandedPage(settings, public_url=public)
+        address = f"{public or ORIGIN}/"
+        link = f'<a href="{address}" target="_blank" rel="noopener">{address}</a></p>'
+        text = own.html(BUILT, ORIGIN, is_embed=True)
+        assert link in text
+        assert ("neuen Tab" in text) == (settings is german)
+        assert link not in own.html(BUILT, ORIGIN)
+
+
 def test_a_pasted_link_becomes_the_picture_where_a_site_may_show_it(tmp_path: Path) -> None:
     """The head says where to ask (oEmbed), and the answer is a frame of the size that fits."""
     file = tmp_path / "robot.png"

@@ -30,9 +30,20 @@ _SENTENCES: Final = {
 }
 """What links to the page say of it where the host says nothing, by the page's language."""
 
+_BLOCKED: Final = {
+    "en": "Loading the robot’s picture… If it does not come, the site around this frame blocks it,"
+    " or your browser is too old. Open the robot’s page, or copy its address into a new tab:",
+    "de": "Das Bild des Roboters wird geladen… Kommt es nicht, lässt die Website um diesen Rahmen"
+    " es nicht zu, oder dein Browser ist zu alt. Öffne die Seite des Roboters, oder kopiere ihre"
+    " Adresse in einen neuen Tab:",
+}
+"""What stays in a frame with ``sandbox``: without an origin it gets neither script nor style, and
+perhaps opens no tab."""
+
 _TITLE: Final = re.compile(r"<title>[^<]*</title>")
 _DESCRIPTION: Final = re.compile(r'<meta\s+name="description"\s+content="[^"]*"\s*/?>')
 _LANGUAGE: Final = re.compile(r'<html lang="[^"]*"')
+_LOADING: Final = re.compile(r'(<p class="loading">).*?(?=</p>)', re.DOTALL)
 _ASKED_WITH_COOKIES: Final = re.compile(r'<link\s+rel="preload"[^>]*>')
 """A frame shows no cookie: what was asked for with them would be asked for again."""
 _NOT_IN_FRAMES: Final = ("voice", "cameras")
@@ -80,6 +91,7 @@ class BrandedPage:
         """
         settings = self._settings
         description = settings.sentence or _SENTENCES.get(settings.language, _SENTENCES["en"])
+        base = self._public_url or origin
         text = built
         if settings.language != "auto":
             text = _LANGUAGE.sub(f'<html lang="{settings.language}"', text, count=1)
@@ -88,12 +100,13 @@ class BrandedPage:
             told = {name: told[name] for name in told if name not in _NOT_IN_FRAMES}
             told |= {"view": oembed.VIEW}
             text = _ASKED_WITH_COOKIES.sub("", text)
+            blocked = _BLOCKED.get(settings.language, _BLOCKED["en"])
+            text = _LOADING.sub(lambda found: f"{found[1]}{blocked} {_link(base)}", text, count=1)
         data = "".join(f'data-{name}="{escape(value)}" ' for name, value in told.items())
         text = text.replace("<html ", f"<html {data}", 1)
         # A function, since a text may hold what `sub` takes for a reference to a group.
         text = _TITLE.sub(lambda _: f"<title>{escape(settings.name)}</title>", text, count=1)
         text = _DESCRIPTION.sub(lambda _: _meta("name", "description", description), text, count=1)
-        base = self._public_url or origin
         more = [*self._preview(description, base), *self._link()]
         if self.embed_on:
             more += oembed.head(base, settings.name)
@@ -128,6 +141,11 @@ class BrandedPage:
             _meta("property", "og:image:height", str(self.picture.height)),
             _meta("property", "og:image:alt", name),
         ]
+
+
+def _link(base: str) -> str:
+    address = escape(f"{base}/")
+    return f'<a href="{address}" target="_blank" rel="noopener">{address}</a>'
 
 
 def _meta(kind: str, name: str, content: str) -> str:

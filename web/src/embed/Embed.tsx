@@ -1,5 +1,6 @@
 import "../bigScreen/bigScreen.css";
 import "./embed.css";
+import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import type { Session } from "../actions";
 import { joinAddress } from "../bigScreen/facts";
@@ -25,9 +26,7 @@ export function Embed({ session }: { session: Session }) {
           <Robot />
           <div class="embed-acts">
             <Sound />
-            <a href={joinAddress(window.location)} target="_blank" rel="noopener">
-              {t(hello.value?.may_queue ? "embed.drive" : "embed.open")}
-            </a>
+            <Way mayQueue={hello.value?.may_queue === true} />
           </div>
         </div>
       </main>
@@ -56,6 +55,20 @@ function Robot() {
       <Who />
       <p>{t(n > 0 ? "embed.waiting" : "big_screen.next.nobody", { n })}</p>
     </section>
+  );
+}
+
+/** To the page; pressed, it is the address to copy, as a site may let its frames open no tab. */
+function Way({ mayQueue }: { mayQueue: boolean }) {
+  const isPressed = useSignal(false);
+  const address = joinAddress(window.location);
+  const press = () => {
+    isPressed.value = true;
+  };
+  return (
+    <a href={address} target="_blank" rel="noopener" onClick={press}>
+      {isPressed.value ? address : t(mayQueue ? "embed.drive" : "embed.open")}
+    </a>
   );
 }
 

@@ -72,6 +72,13 @@ it("opens the page itself in a tab of its own, which knows nothing of this one",
   expect(getByRole(body, "link", { name: "Open the robot’s page" })).toBe(link);
 });
 
+it("has the address to copy once the link is pressed, where a site lets no tab be opened", () => {
+  const link = getByRole(body, "link");
+  link.addEventListener("click", (event) => event.preventDefault());
+  act(() => link.click());
+  expect(link.textContent).toBe("https://robot.example.org/rover/");
+});
+
 it("says why there is no picture, in the server's words where it has some", () => {
   const problem = () => getByRole(body, "status").textContent;
   expect(problem()).toBe("");
