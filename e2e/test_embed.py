@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import asynccontextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import pytest
@@ -23,12 +24,20 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator
     from pathlib import Path
 
+    from playwright.async_api import Browser
+
     from e2e.conftest import Serve
     from e2e.harness.server import Server
 
 NO_THIRD_PARTY: Final = "--test-third-party-cookie-phaseout"
 NO_COOKIE: Final = {"network.cookie.cookieBehavior": 1}
 """Of third parties, in Firefox."""
+WITHOUT_ORIGIN: Final = ("", "allow-scripts", "allow-scripts allow-popups")
+"""What `sandbox` says: WordPress has the second."""
+WITH_ORIGIN: Final = (
+    "allow-scripts allow-same-origin",
+    "allow-scripts allow-forms allow-same-origin allow-popups",
+)
 TRIES: Final = "(document.cookie = 'tried=1; SameSite=None; Secure', document.cookie)"
 
 pytestmark = [pytest.mark.full, pytest.mark.timeout(120)]
@@ -114,6 +123,43 @@ async def test_a_frame_shows_the_robot_and_moves_nothing(serve: Serve, tmp_path:
 async def refused(viewer: Viewer) -> bool:
     """Return whether the browser has said that a frame may not be there."""
     return any("frame-ancestors" in one for one in viewer.console)
+
+
+async def test_in_a_sandbox_it_plays_or_says_where_it_does(
+    chromium: Browser, serve: Serve, tmp_path: Path
+) -> None:
+    """With an origin it plays, and its link opens the page or becomes the address to copy.
+
+    Without one it gets neither script nor style: a sentence and the address are in its HTML.
+    """
+    museum = free_port()
+    async with sites(museum) as pages, serve(tmp_path, allowing(museum)) as server:
+        frame = await line(server)
+        values = WITHOUT_ORIGIN + WITH_ORIGIN
+        pages["/"] = "".join(frame.replace(" ", f' sandbox="{one}" ', 1) for one in values)
+        context = await chromium.new_context()
+        viewer = await Viewer.at(context, server.url)  # its page is kept, as it was answered then
+        await viewer.page.goto(f"http://localhost:{museum}/")
+        for index, value in enumerate(values):
+            inside = viewer.page.frame_locator(f"iframe >> nth={index}")
+            if value in WITHOUT_ORIGIN:
+                await expect(inside.get_by_text("the site around this frame")).to_be_visible()
+                href = await inside.get_by_role("link", name=server.url).get_attribute("href")
+                assert href == f"{server.url}/"
+                continue
+            await expect(inside.get_by_text("the robot is free")).to_be_visible(timeout=20_000)
+            part = viewer.page.frames[1 + index]
+            await eventually(partial(part.evaluate, "waxProbe.playing()"), f"“{value}” plays")
+            link = inside.get_by_role("link", name="Drive this robot")
+            if "popups" not in value:
+                await link.click()
+                await expect(inside.get_by_role("link", name=server.url)).to_be_visible()
+                continue
+            async with context.expect_page() as opening:
+                await link.click()
+            opened = await opening.value
+            await expect(opened.get_by_role("button", name="Join the queue")).to_be_visible()
+        await context.close()
 
 
 async def test_firefox_shows_the_frame_without_a_cookie(serve: Serve, tmp_path: Path) -> None:

@@ -257,6 +257,16 @@ async def test_every_answer_is_protected(line: Line, path: str, host: bytes | No
     assert (answer.headers.get("Cache-Control") == "no-store") == path.startswith("/api/")
 
 
+@pytest.mark.parametrize(
+    ("site", "policy"),
+    [("same-origin", "unsafe-none"), ("same-site", "same-origin"), ("cross-site", "same-origin")],
+)
+async def test_only_a_page_of_ours_is_an_opener(line: Line, site: str, policy: str) -> None:
+    """A frame with `sandbox` opens no page that cuts itself off from whoever opened it."""
+    answer = await line.ask(b"GET / HTTP/1.1", line.host, f"Sec-Fetch-Site: {site}".encode())
+    assert answer.headers["Cross-Origin-Opener-Policy"] == policy
+
+
 async def test_a_public_name_stays_with_https(line: Line) -> None:
     """Browsers are told so for a configured name, and never for localhost, where others serve."""
     https = b"X-Forwarded-Proto: https"

@@ -34,6 +34,9 @@ _LONGEST_PATH: Final = 200
 """More than any of ours; a file system raises errors of its own at 256."""
 _SEEN: Final = web.RequestKey("seen", Seen)
 
+_ANY_OPENER: Final = "unsafe-none"
+"""For our own pages as openers: what a frame with ``sandbox`` opens may have no other policy."""
+
 _NOT_OURS: Final = Sentence("request.other_name")
 _NO_NAME: Final = Sentence("request.no_name")
 _OTHER_SITE: Final = Sentence("request.other_site")
@@ -111,6 +114,8 @@ class Guards:
     async def add_headers(self, request: web.Request, response: web.StreamResponse) -> None:
         """Tell browsers what not to allow; which software this is, is nobody's business."""
         response.headers["Server"] = "WAX"
+        if request.headers.get("Sec-Fetch-Site") == "same-origin":
+            response.headers["Cross-Origin-Opener-Policy"] = _ANY_OPENER
         for name, value in self._headers.items():
             response.headers.setdefault(name, value)
         seen = self.seen(request)
