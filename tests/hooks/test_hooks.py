@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 import structlog
 from tests.hooks.receiver import Receiver, receiving, secret_file
+from tests.tls_server import pair, server_context, serving
 from tests.turned_clock import TurnedClock
 
 from wax.config.hook import HookSettings
@@ -16,7 +17,7 @@ from wax.errors import StartError
 from wax.hooks.hooks import Hook, Hooks
 from wax.hooks.outbox import KEPT_S
 from wax.hooks.post import session
-from wax.protocol.events import Removed, StopEvent, TapeKept
+from wax.protocol.events import FaultEvent, Removed, StopEvent, TapeKept
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
 BANNED = Removed(type="viewer.banned", viewer=2, name="Eve")
 KEPT = TapeKept(by="host")
+FAULT = FaultEvent(type="fault.began", part="robot", which=None, why="gone")
 STOP = StopEvent(type="stop.pressed", stop=1, role="host", name=None)
 
 
@@ -188,11 +190,38 @@ async def test_a_receiver_that_is_gone_is_asked_no_more(rig: Rig) -> None:
     await rig.step(hook, 3)
     assert len(rig.receiver.asked) == 1
     assert (hook.status()["disabled"], hook.waiting, hook.lost) == (True, 0, 3)
-    assert "is off until the server is started again" in str(next(iter(hook.problems())))
+    [told] = hook.problems()
+    assert "is off until the server is started again" in str(told)
 
 
-async def test_a_stop_waits_neither_for_news_nor_for_their_next_attempt(rig: Rig) -> None:
-    """It is posted while an attempt of theirs is under way, and while they wait."""
+async def test_what_both_ways_wait_for_is_told_once(rig: Rig) -> None:
+    """To the host, with the number of all that waits, and to the log."""
+    hook = rig.hook()
+    hook.put(KEPT)
+    hook.put(STOP)
+    rig.receiver.status = 503
+    with structlog.testing.capture_logs() as logs:
+        await rig.step(hook)
+    assert len(rig.receiver.asked) == 2
+    [told] = hook.problems()
+    assert str(told).startswith(f"2 events wait for hook {hook.name}.")
+    assert [line["event"] for line in logs] == ["a hook did not take an event"]
+
+
+@pytest.mark.parametrize("event", [STOP, FAULT])
+async def test_what_is_urgent_does_not_wait_until_news_are_due(rig: Rig, event: Event) -> None:
+    """Whatever their receiver has asked for."""
+    hook = rig.hook()
+    hook.put(KEPT)
+    rig.receiver.status, rig.receiver.retry_after = 503, "300"
+    await rig.step(hook)
+    hook.put(event)
+    await rig.step(hook)
+    assert [one["type"] for one in rig.bodies()] == ["tape.kept", event.type]
+
+
+async def test_a_stop_does_not_wait_for_news(rig: Rig) -> None:
+    """It is posted while an attempt of theirs is under way."""
     hook = rig.hook()
     hook.put(KEPT)
     rig.receiver.does = "hangs"
@@ -251,9 +280,9 @@ async def test_an_event_that_cannot_be_written_reaches_nobody(
 
 
 async def test_the_last_events_are_posted_at_the_end(rig: Rig) -> None:
-    """Even where the next attempt would be later; what is in vain is tried once."""
+    """Even where the receiver wants them later; what is in vain is tried once."""
     hooks = Hooks([rig.settings()], rig.clock, lambda: 0)
-    rig.receiver.status = 500
+    rig.receiver.status, rig.receiver.retry_after = 503, "300"
     for event in (BANNED, KEPT):
         hooks.put(event)
     await hooks.close()
@@ -270,6 +299,26 @@ async def test_an_authority_of_ones_own_is_read_at_the_start(rig: Rig) -> None:
     keys = {"url": "https://127.0.0.1/h", "ca_file": str(rig.folder / "gone")}
     with pytest.raises(StartError, match=r"^hook\[0\]\.ca_file: .*holds no certificate"):
         rig.hook(**keys)
+
+
+@pytest.mark.parametrize(
+    ("authority", "code"),
+    [("own", None), ("other", "unreachable.other_authority"), ("", "unreachable.own_authority")],
+)
+async def test_a_receiver_by_tls_is_trusted_by_its_authority(
+    rig: Rig, authority: str, code: str | None
+) -> None:
+    """By the one in `ca_file` alone; otherwise the host is told whether to name one or another."""
+    own = pair(rig.folder)
+    (other := rig.folder / "other").mkdir()
+    files = {"own": str(own), "other": str(pair(other)), "": ""}
+    with serving(server_context(own), b"HTTP/1.1 204 No Content\r\n\r\n") as port:
+        hook = rig.hook(url=f"https://localhost:{port}/h", ca_file=files[authority])
+        hook.put(KEPT)
+        await rig.step(hook)
+    assert hook.news.taken == (code is None)
+    assert (None if hook.problem is None else hook.problem.code) == code
+    assert code is None or "[[hook]] ca_file" in str(hook.problem)
 
 
 async def test_the_secret_is_read_at_the_start(rig: Rig) -> None:

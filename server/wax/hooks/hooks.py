@@ -18,6 +18,7 @@ from wax.protocol.events import nameless
 from wax.sentence import Sentence, says
 
 if TYPE_CHECKING:
+    import ssl
     from collections.abc import Callable, Iterator, Sequence
 
     import aiohttp
@@ -51,7 +52,9 @@ class Hook:
         self._settings = settings
         self._clock = clock
         self._secret = read_secret(settings.secret_file, f"hook[{number - 1}].secret_file")
-        self._tls = client_tls(settings.ca_file, f"hook[{number - 1}].ca_file")
+        self._tls: ssl.SSLContext | bool = True
+        if settings.ca_file:
+            self._tls = client_tls(settings.ca_file, f"hook[{number - 1}].ca_file")
 
     def put(self, event: Event) -> None:
         """Have an event posted soon, if this hook asks for it."""
@@ -126,7 +129,7 @@ class Hook:
                 self._log("a hook refuses an event", failure.sentence, message)
             way.refuse(message, failure.sentence)
         else:
-            if way.problem is None:  # once until it takes one: it may fail for days
+            if self.problem is None:  # once until it takes one: it may fail for days
                 self._log("a hook did not take an event", failure.sentence, message)
             way.failed(failure.sentence, self._clock.now_s(), failure.wait_s)
         return failure.is_final
@@ -175,7 +178,8 @@ class Hook:
         """Yield what the host is to know."""
         if self.gone is not None:
             yield Sentence("hook.disabled", {"hook": self.name, "why": self.gone})
-        elif self.problem is not None and self.waiting:
+            return
+        if self.problem is not None and self.waiting:
             yield Sentence(
                 "hook.waiting", {"hook": self.name, "n": self.waiting, "why": self.problem}
             )

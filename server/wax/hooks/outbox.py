@@ -14,7 +14,7 @@ KEPT_S: Final = 600.0
 _FIRST_WAIT_S: Final = 1.0
 _LONGEST_WAIT_S: Final = 60.0
 URGENT_WAIT_S: Final = 10.0
-"""A Stop is tried so often at least, however long its receiver has failed."""
+"""A Stop is tried so often at least, unless its receiver asks for a longer wait."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
