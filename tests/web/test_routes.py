@@ -332,7 +332,11 @@ async def test_a_page_that_has_not_changed_is_not_sent_again(
         again = await client.get("/", headers={"If-None-Match": tag})
         assert (again.status, await again.text()) == (304, "")
         assert again.headers["Cache-Control"] == "no-cache"
-        other = await client.get("/", headers={"If-None-Match": 'W/"other"'})
+        others = '"a",' * 1500
+        for tags in (f"{others}{tag}", f"a b, {tag}"):
+            one_of = await client.get("/", headers={"If-None-Match": tags})
+            assert one_of.status == 304
+        other = await client.get("/", headers={"If-None-Match": f'W/"other", {others[:-1]}'})
         assert (other.status, await other.text()) == (200, await first.text())
 
 
