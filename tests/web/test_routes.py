@@ -649,14 +649,26 @@ async def test_an_embed_is_answered_whoever_its_browser_is(
     response = await client.post("/api/embed", json=GOOD)
     assert await response.json() == {"sdp": "v=0 answer"}
     assert "Set-Cookie" not in response.headers
-    watching = Visitor("embed 12345678-abcd", "127.0.0.1", is_embed=True)
-    assert room.visitors[-1] == watching
-    assert room.role_of(Visitor("embed 12345678-abcd", "")) == "operator"  # of this room alone
-    assert access.identity_of(Shown("embed 12345678-abcd")) is None
+    watching = room.visitors[-1]
+    assert watching == Visitor(watching.identity, "127.0.0.1", is_embed=True)
+    assert access.identity_of(Shown(watching.identity)) is None
     room.error = NoPlaceError("All are taken.", retry_after_s=60)
     full = await client.post("/api/embed", json=GOOD)
     assert (full.status, full.headers["Retry-After"]) == (503, "60")
     assert (await client.post("/api/embed", json=GOOD | {"host": True})).status == 400
+
+
+async def test_an_embed_is_known_by_a_secret_that_nobody_is_told(
+    client: Client, room: FakeRoom
+) -> None:
+    """It comes back by it; what the room has of it, and so may write down, leads nobody there."""
+    for secret in (GOOD["client"], GOOD["client"], "12345678-dcba"):
+        await client.post("/api/embed", json=GOOD | {"client": secret})
+    first, again, other = (one.identity for one in room.visitors)
+    assert first == again != other
+    assert GOOD["client"] not in str((room.visitors, room.offers))
+    await client.post("/api/embed", json=GOOD | {"client": first.removeprefix("embed ")})
+    assert room.visitors[-1].identity != first
 
 
 async def test_only_the_view_for_frames_is_framed_elsewhere(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import secrets
 import zlib
@@ -85,7 +86,8 @@ _VISITOR: Final = web.RequestKey("visitor", Visitor)
 PAGE: Final = Path(__file__).parent / "dist"
 
 Client = Annotated[str, Field(pattern=r"^[A-Za-z0-9-]{8,64}$")]
-"""A tab tells itself from the others of its browser by this; alone it admits nobody."""
+"""A tab tells itself from the others of its browser by this, which alone admits nobody; a page in
+another site's frame, which shows no cookie, is known by it."""
 
 _Body = TypeVar("_Body", bound=BaseModel)
 
@@ -325,12 +327,15 @@ class Routes:
         return response
 
     async def embed(self, request: web.Request) -> web.Response:
-        """Answer a page in another site's frame: whoever its browser is, it watches only."""
+        """Answer a page in another site's frame: whoever its browser is, it watches only.
+
+        What it is known by is its own secret, in no cookie; of that no more than a hash is kept.
+        """
         self._limit(request, self._offers)
         offer = await _body(request, OfferBody)
-        address = request[_VISITOR].address
-        visitor = Visitor(f"embed {offer.client}", address, is_embed=True)
-        answer = await self._room.answer(visitor, offer.client, offer.sdp)
+        known_by = hashlib.sha256(offer.client.encode()).hexdigest()
+        visitor = Visitor(f"embed {known_by}", request[_VISITOR].address, is_embed=True)
+        answer = await self._room.answer(visitor, "", offer.sdp)
         response = web.json_response({"sdp": answer})
         response.enable_compression()
         return response
