@@ -99,6 +99,7 @@ ATTACKS: Final[dict[str, Attack]] = {
     "pipelined": _asks("the page, 20 requests at once", 60, 1, 20_000, by_http.PAGE),
     "cookies-1": _asks("64 KB of cookies a request", 32, 1, 400, by_http.COOKIES),
     "cookies-4": _asks("64 KB of cookies a request", 128, 4, 400, by_http.COOKIES),
+    "crumbs": _asks("a body of 10,000 chunks of a byte", 40, 3, 400, by_http.CRUMBS),
     "never-read": Attack(
         "640 connections from 12 addresses that never read",
         partial(by_http.never_read, connections=640, addresses=12),

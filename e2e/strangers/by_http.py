@@ -25,6 +25,11 @@ PAGE: Final = wire.http("/", ("Accept-Encoding", "gzip"))
 COOKIES: Final = wire.http("/healthz", *[("Cookie", "a a;" * 2000)] * 8)
 """64 kB in lines as long as HTTP servers take. A lenient parser tries all that it knows on each: no
 name there is a name."""
+CRUMBS: Final = (
+    b"POST /api/enter HTTP/1.1\r\nHost: 127.0.0.1\r\nTransfer-Encoding: chunked\r\n\r\n"
+    + b"1\r\nx\r\n" * 10_000
+)
+"""A body that has no end, in chunks of a byte."""
 _PIPELINED: Final = 20
 _WRITTEN_BYTES: Final = 262_144
 _ANSWERED_BYTES: Final = 65_536

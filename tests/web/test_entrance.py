@@ -466,6 +466,39 @@ async def test_a_body_without_an_end_is_the_last() -> None:
         assert said.count(b"HTTP/1.") == 1
 
 
+async def test_a_body_in_crumbs_is_refused(caplog: pytest.LogCaptureFixture) -> None:
+    """Thousands of chunks of a byte are thousands of lines to parse; a proxy's are longer."""
+    async with open_entrance() as entrance:
+        for size, status in ((1, b"400"), (40, b"400"), (200, b"200")):
+            chunk = b"%x\r\n%s\r\n" % (size, b"y" * size)
+            body = b"Transfer-Encoding: chunked\r\n\r\n" + chunk * 200 + b"0\r\n\r\n"
+            said = await _until_closed(entrance.port, POST.split(b"Content")[0] + body)
+            assert said.startswith(b"HTTP/1.1 " + status)
+            assert said.count(b"HTTP/1.1") == 1
+            assert (b"Content-Length" in said.partition(b"{")[2]) == (status == b"400")
+    assert not [record for record in caplog.records if record.levelno >= logging.ERROR]
+
+
+async def test_reading_goes_on_at_no_cost_where_it_has_not_stopped(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """That is asked for after each piece of a body, while others wait in line."""
+    async with open_entrance() as entrance:
+        _, writer = await asyncio.open_connection("127.0.0.1", entrance.port)
+        writer.write(POST.replace(b"/ ", b"/slow ") + b"y" * 20 + GET)
+        one = await _only_one(entrance)
+        await async_until(lambda: len(one._requests) == len(GET))
+        turned: list[object] = []
+        assert one.transport is not None
+        monkeypatch.setattr(one.transport._loop, "_add_reader", lambda *of: turned.append(of))  # type: ignore[attr-defined]
+        for _ in range(100):
+            one.resume_reading()
+        assert turned == []
+        writer.transport.abort()
+        monkeypatch.undo()
+        await asyncio.sleep(0.05)
+
+
 @pytest.mark.parametrize(
     "more",
     [

@@ -41,6 +41,10 @@ _PIECE_S: Final = 0.00003
 _REQUEST_S: Final = 0.00015
 """What the event loop spends beside what is measured: on each piece that comes, and on each request
 with its tasks and system calls."""
+_LINE_BYTES: Final = 64
+"""On the mean, of a body in chunks, each of which is two lines to parse; a proxy's are kilobytes."""
+_FIRST_LINES: Final = 64
+_MOST_LINES: Final = 512
 _URGENT: Final = frozenset({"POST /api/stop", "POST /api/release"})
 
 
@@ -53,6 +57,7 @@ class Connection(web.RequestHandler):
         "_drained",
         "_is_answering",
         "_limits",
+        "_lines_left",
         "_loop_of_watch",
         "_payer",
         "_peer",
@@ -87,6 +92,7 @@ class Connection(web.RequestHandler):
         self._watch: ConnectionWatch | None = None
         self._requests = Requests()
         self._body_left: int | None = 0
+        self._lines_left: float = _FIRST_LINES
         self._is_answering = False
         self._aiohttp_reads = True
         self._waiting: WaitingRequest | None = None
@@ -187,9 +193,17 @@ class Connection(web.RequestHandler):
         data = self._requests.take(self._body_left)
         if self._body_left is not None:
             self._body_left -= len(data)
+        elif not self._may_have_lines(data):
+            self._refuse(400, Sentence("request.crumbs"))
+            return
         if data:
             self._give(data)
         self._read_or_not()
+
+    def _may_have_lines(self, data: bytes) -> bool:
+        left = min(self._lines_left + len(data) / _LINE_BYTES, _MOST_LINES)
+        self._lines_left = left - data.count(b"\n")
+        return self._lines_left >= 0
 
     def _give(self, data: bytes) -> None:
         # aiohttp does not expect anything of a connection that is about to be lost.
@@ -211,17 +225,24 @@ class Connection(web.RequestHandler):
         super().pause_reading()
 
     def resume_reading(self, *args: Any, **more: Any) -> None:
-        """Go on reading, unless it is not yet time for what has come already."""
+        """Go on reading, unless it is not yet time for what has come already.
+
+        aiohttp asks for it after each piece that it has read, whether it has paused or not.
+        """
+        if self._aiohttp_reads:
+            return
         self._aiohttp_reads = True
         super().resume_reading(*args, **more)
         self._read_or_not()
 
     # --- what goes ---------------------------------------------------------------------------
 
-    def header_came(self, request: web.BaseRequest) -> None:
-        """Go on to the body; called by the first middleware."""
-        if self._watch is not None:
-            self._watch.header_came(request)
+    def header_came(self, request: web.BaseRequest) -> bool:
+        """Go on to the body; the first middleware asks. False if the connection is lost."""
+        if self._watch is None:
+            return False
+        self._watch.header_came(request)
+        return True
 
     async def timed(self, inner: Coroutine[Any, Any, _T]) -> _T:
         """Run a part of answering at its sender's cost."""

@@ -82,7 +82,8 @@ class Guards:
             connection = request.protocol
             if not isinstance(connection, Connection):
                 return await guarded(request, handler)
-            connection.header_came(request)
+            if not connection.header_came(request):
+                raise NotForUsError(_BROKEN, 400)
             return await connection.timed(guarded(request, handler))
 
         async def guarded(request: web.Request, handler: Handler) -> web.StreamResponse:
