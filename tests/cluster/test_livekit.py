@@ -120,6 +120,9 @@ async def test_everybody_is_told_and_counted(twirp: tuple[Twirp, LiveKitRoom]) -
         ((401, '{"code": "unauthenticated", "msg": "invalid token"}'), "invalid token"),
         ((503, "{}"), "Service Unavailable"),
         ((200, "no JSON"), "does not answer"),
+        ((200, '{"rooms": 7}'), "does not answer CreateRoom as LiveKit does"),
+        ((200, '{"a": [' + "[]," * 5000 + "[]]}"), "more values"),
+        ((200, " " * 20_000), "answers with more than 16384 bytes"),
     ],
 )
 async def test_what_livekit_refuses_is_a_sentence(

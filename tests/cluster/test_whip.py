@@ -21,6 +21,7 @@ class Endpoint:
     def __init__(self) -> None:
         self.asked: list[tuple[str, str, str, str]] = []
         self.status = 201
+        self.answer = "v=0 answer"
         self.location: str | None = "/sessions/1"
         self.url = ""
 
@@ -30,7 +31,7 @@ class Endpoint:
         if request.method == "DELETE":
             return web.Response()
         headers = {} if self.location is None else {"Location": self.location}
-        return web.Response(status=self.status, text="v=0 answer", headers=headers)
+        return web.Response(status=self.status, text=self.answer, headers=headers)
 
 
 @pytest.fixture
@@ -69,6 +70,17 @@ async def test_a_server_without_sessions_is_not_asked_to_end_one(
     await session.offer("v=0 offer")
     await session.end()
     assert len(server.asked) == 1
+
+
+async def test_a_long_answer_comes_whole(endpoint: tuple[Endpoint, WhipSession]) -> None:
+    """In however many pieces; one without end is not kept."""
+    server, session = endpoint
+    for size in (60_000, 65_536):
+        server.answer = "v" * size
+        assert await session.offer("v=0 offer") == server.answer
+    server.answer = "v" * 65_537
+    with pytest.raises(RoomError, match="more than 65536 bytes"):
+        await session.offer("v=0 offer")
 
 
 @pytest.mark.parametrize("status", [200, 401, 404, 503])

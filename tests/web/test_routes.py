@@ -431,6 +431,21 @@ async def test_bad_offers_get_a_sentence(
     assert not room.offers
 
 
+@pytest.mark.parametrize(
+    "path", ["/api/host", "/api/enter", "/api/queue", "/api/seat", "/api/stop", "/api/release"]
+)
+@pytest.mark.parametrize("packs", [bytes, gzip.compress])
+async def test_every_body_but_an_offer_is_small(
+    client: Client, path: str, packs: Callable[[bytes], bytes]
+) -> None:
+    """It has at most two kilobytes, packed or not."""
+    await client.post("/api/offer", json=GOOD)
+    headers = PACKED if packs is gzip.compress else {}
+    for size, status in ((2048, 400), (2049, 413)):
+        data = packs(b" " * size)
+        assert (await client.post(path, data=data, headers=headers)).status == status
+
+
 async def test_an_offer_may_be_packed(client: Client, room: FakeRoom) -> None:
     """Over a slow line it comes in gzip, and the answer goes back so."""
     packed = gzip.compress(json.dumps(GOOD).encode())

@@ -9,12 +9,16 @@ from __future__ import annotations
 import base64
 from contextlib import asynccontextmanager
 from http import HTTPStatus
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import aiohttp
 import jwt
+from pydantic import BaseModel, Field
 
+from wax.cluster.bounded_answer import whole
 from wax.cluster.errors import RoomError, not_reached
+from wax.errors import ProtocolError
+from wax.protocol import foreign_json
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Mapping
@@ -32,6 +36,20 @@ _PLAYOUT_DELAY_MS: Final = 200
 and whatever LiveKit does, which asks for ten times the link's jitter."""
 _EMPTY_S: Final = 300
 TOPIC: Final = "wax"
+_MAX_ANSWER_BYTES: Final = 16_384
+"""About one room, with all its codecs and metadata."""
+_MOST_MARKS: Final = 2048
+
+
+class _Room(BaseModel):
+    num_participants: int = 0
+
+
+class _Answer(BaseModel):
+    """What counts of any of its answers: its reason, or the rooms."""
+
+    msg: str = ""
+    rooms: Annotated[list[_Room], Field(max_length=1)] = []
 
 
 class LiveKitRoom:
@@ -88,8 +106,7 @@ class LiveKitRoom:
     async def count(self) -> int:
         """Return how many are in the room, 0 if there is none."""
         told = await self._call("ListRooms", {"names": [self.name]})
-        rooms = told.get("rooms") or []
-        return sum(int(one.get("num_participants", 0)) for one in rooms)
+        return sum(one.num_participants for one in told.rooms)
 
     async def tell(self, text: str) -> None:
         """Send a text to everybody in the room, without being in it."""
@@ -131,7 +148,7 @@ class LiveKitRoom:
         self,
         what: Literal["CreateRoom", "ListRooms", "SendData", "RemoveParticipant"],
         body: Mapping[str, Any],
-    ) -> dict[str, Any]:
+    ) -> _Answer:
         token = self._signed(
             "wax", _SERVICE_TOKEN_S, roomCreate=True, roomList=True, roomAdmin=True
         )
@@ -141,9 +158,17 @@ class LiveKitRoom:
             json=body,
             headers={"Authorization": f"Bearer {token}"},
         ) as response:
-            told: dict[str, Any] = await response.json()
+            text = await whole(response, _MAX_ANSWER_BYTES)
+        try:
+            told = foreign_json.read(
+                text, _MAX_ANSWER_BYTES, _Answer.model_validate_json, most_marks=_MOST_MARKS
+            )
+        except ProtocolError as error:
+            raise RoomError(
+                f"{self.url} does not answer {what} as LiveKit does ({response.status}): {error}"
+            ) from error
         if response.status != HTTPStatus.OK:
-            why = told.get("msg") or response.reason
+            why = told.msg or response.reason
             raise RoomError(f"{self.url} refuses {what}: {why}; check its key, secret and name")
         return told
 

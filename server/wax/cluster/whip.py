@@ -8,6 +8,7 @@ from urllib.parse import urljoin
 
 import aiohttp
 
+from wax.cluster.bounded_answer import whole
 from wax.cluster.errors import RoomError, not_reached
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ class WhipSession:
                 headers={"Content-Type": "application/sdp", **self._authorization()},
                 timeout=aiohttp.ClientTimeout(total=_OFFER_S),
             ) as response:
-                told = (await response.content.read(_MAX_ANSWER_BYTES)).decode(errors="replace")
+                told = (await whole(response, _MAX_ANSWER_BYTES)).decode(errors="replace")
         except (aiohttp.ClientError, TimeoutError) as error:
             raise await not_reached(self._url, error, _OFFER_S) from error
         if response.status != 201:

@@ -8,16 +8,12 @@ are arrays (`wax.protocol.compact`). Times named ``…server_ms`` are on the ser
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeVar, get_args
+from typing import Annotated, Any, Final, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
-from wax.errors import ProtocolError
-from wax.protocol import compact
+from wax.protocol import compact, foreign_json
 from wax.sentence import Sentence
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 MAX_DRIVE_BYTES = 256
 MAX_STATE_BYTES = 2048
@@ -983,29 +979,13 @@ _STATE: TypeAdapter[StateIn] = TypeAdapter(Annotated[StateIn, Field(discriminato
 
 def parse_drive(data: str | bytes) -> DriveIn:
     """Parse a message of the drive channel; raises `ProtocolError`."""
-    _limit(data, MAX_DRIVE_BYTES)
-    named = compact.read(data, DRIVE_COLUMNS)
-    return _valid(lambda: _DRIVE.validate_python(named))
+    return foreign_json.read(data, MAX_DRIVE_BYTES, _drive)
 
 
 def parse_state(data: str | bytes) -> StateIn:
     """Parse a message of the state channel; raises `ProtocolError`."""
-    _limit(data, MAX_STATE_BYTES)
-    return _valid(lambda: _STATE.validate_json(data))
+    return foreign_json.read(data, MAX_STATE_BYTES, _STATE.validate_json)
 
 
-_T = TypeVar("_T")
-
-
-def _limit(data: str | bytes, limit: int) -> None:
-    if len(data) > limit:
-        raise ProtocolError(f"a message of {len(data)} is longer than {limit}")
-
-
-def _valid(validate: Callable[[], _T]) -> _T:
-    try:
-        return validate()
-    except ValidationError as error:
-        first = error.errors(include_url=False, include_input=False)[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise ProtocolError(f"{where}: {first['msg']}") from error
+def _drive(row: bytes) -> DriveIn:
+    return _DRIVE.validate_python(compact.read(row, DRIVE_COLUMNS))

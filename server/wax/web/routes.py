@@ -12,11 +12,11 @@ from functools import partial
 from html import escape
 from math import ceil
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal, TypeVar
 
 import structlog
 from aiohttp import web
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
 from wax.access import permissions
 from wax.access.access import Shown
@@ -34,6 +34,8 @@ from wax.errors import (
     TooOftenError,
     WaxError,
 )
+from wax.protocol import foreign_json
+from wax.protocol.messages import Counter
 from wax.rtc.signalling import MAX_SDP_CHARS
 from wax.sentence import Sentence, says
 from wax.session.token_bucket import TokenBuckets
@@ -64,6 +66,8 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 MAX_BODY_BYTES: Final = 65_536
+_SMALL_BYTES: Final = 2048
+"""For every body but an offer."""
 _GZIP: Final = 16
 """Added to zlib's number for the window, it means gzip."""
 
@@ -84,82 +88,74 @@ _EMBED: Final = "/api/embed"
 _VISITOR: Final = web.RequestKey("visitor", Visitor)
 
 PAGE: Final = Path(__file__).parent / "dist"
-
 Client = Annotated[str, Field(pattern=r"^[A-Za-z0-9-]{8,64}$")]
 """A tab tells itself from the others of its browser by this, which alone admits nobody; a page in
 another site's frame, which shows no cookie, is known by it."""
 
-_Body = TypeVar("_Body", bound=BaseModel)
 
-
-class OfferBody(BaseModel):
-    """A page's session description, and which of a browser's tabs it is."""
+class _Asked(BaseModel):
+    """A body of JSON, of so many bytes at most."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
+    most_bytes: ClassVar[int] = _SMALL_BYTES
 
+
+_Body = TypeVar("_Body", bound=_Asked)
+
+
+class OfferBody(_Asked):
+    """A page's session description, and which of a browser's tabs it is."""
+
+    most_bytes = MAX_BODY_BYTES
     sdp: Annotated[str, Field(min_length=1, max_length=MAX_SDP_CHARS)]
     client: Client
 
 
-class HostLink(BaseModel):
+class HostLink(_Asked):
     """The secret of a host link."""
-
-    model_config = ConfigDict(extra="forbid", strict=True)
 
     secret: Annotated[str, Field(min_length=1, max_length=MAX_TOKEN_CHARS)]
 
 
-class EntryBody(BaseModel):
+class EntryBody(_Asked):
     """An invitation's token."""
-
-    model_config = ConfigDict(extra="forbid", strict=True)
 
     token: Annotated[str, Field(min_length=1, max_length=MAX_TOKEN_CHARS)]
 
 
-class Queue(BaseModel):
+class Queue(_Asked):
     """What a page asks for that watches in a room: a place, none any more, or just to keep it.
 
     `name` is cut by the server, as in the message of that name.
     """
-
-    model_config = ConfigDict(extra="forbid", strict=True)
 
     client: Client
     wants: Literal["join", "leave", "here", "stay"]
     name: Annotated[str, Field(max_length=200)] | None = None
 
 
-class SeatBody(BaseModel):
+class SeatBody(_Asked):
     """The tab that watches in a room and wants to go on, or to begin; or `leaves`."""
-
-    model_config = ConfigDict(extra="forbid", strict=True)
 
     client: Client
     leaves: bool = False
 
 
-class StopPress(BaseModel):
+class StopPress(_Asked):
     """The tab in which somebody presses Stop, if the request names one."""
 
-    model_config = ConfigDict(extra="forbid", strict=True)
-
     client: Client | None = None
 
 
-class StopRelease(BaseModel):
+class StopRelease(_Asked):
     """Which stop to release, and in which tab."""
 
-    model_config = ConfigDict(extra="forbid", strict=True)
-
     client: Client | None = None
-    stop: Annotated[int, Field(ge=0)]
+    stop: Counter
 
 
-class Lifted(BaseModel):
+class Lifted(_Asked):
     """The host's confirmation that the wheels are off the floor."""
-
-    model_config = ConfigDict(extra="forbid", strict=True)
 
     lifted: Literal[True]
 
@@ -476,28 +472,33 @@ class Routes:
 
 async def _body(request: web.Request, model: type[_Body]) -> _Body:
     """Return the JSON body; raises `ProtocolError`."""
-    data = await request.read()
-    if request.headers.get("Content-Encoding", "").lower() == "gzip":
-        data = _unpacked(data)
-    try:
-        return model.model_validate_json(data)
-    except ValidationError as error:
-        first = error.errors(include_url=False, include_input=False)[0]
-        where = ".".join(str(part) for part in first["loc"]) or "the body"
-        raise ProtocolError(f"{where}: {first['msg']}") from error
+    most = model.most_bytes
+    data = bytearray()
+    while piece := await request.content.readany():
+        data += piece
+        if len(data) > most:
+            raise web.HTTPRequestEntityTooLarge(most, len(data))
+    is_packed = request.headers.get("Content-Encoding", "").lower() == "gzip"
+    return parsed(bytes(data), model, is_packed=is_packed)
 
 
-def _unpacked(data: bytes) -> bytes:
+def parsed(data: bytes, model: type[_Body], *, is_packed: bool) -> _Body:
+    """Return what a whole body says; raises `ProtocolError`."""
+    data = _unpacked(data, model.most_bytes) if is_packed else data
+    return foreign_json.read(data, model.most_bytes, model.model_validate_json)
+
+
+def _unpacked(data: bytes, most: int) -> bytes:
     """Return a body that came in gzip, which may be no longer than one that did not."""
     unpacking = zlib.decompressobj(wbits=zlib.MAX_WBITS | _GZIP)
     try:
-        unpacked = unpacking.decompress(data, MAX_BODY_BYTES)
+        unpacked = unpacking.decompress(data, most)
     except zlib.error as error:
         raise ProtocolError("the body is no gzip") from error
     if not unpacking.eof:
-        if len(unpacked) < MAX_BODY_BYTES:
+        if len(unpacked) < most:
             raise ProtocolError("the body: it is cut off")
-        raise web.HTTPRequestEntityTooLarge(MAX_BODY_BYTES, len(unpacked))
+        raise web.HTTPRequestEntityTooLarge(most, len(unpacked))
     return unpacked
 
 

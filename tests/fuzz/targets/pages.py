@@ -79,14 +79,8 @@ def _hear(channel: Channel, data: bytes) -> None:
 
 
 def _hear_offer(data: bytes) -> None:
-    class Request:
-        headers: Final = {"Content-Encoding": "gzip"} if data.startswith(_GZIP) else {}
-
-        async def read(self) -> bytes:
-            return data
-
     try:
-        body: Any = at_once(routes._body(Request(), routes.OfferBody))  # type: ignore[arg-type]
+        body = routes.parsed(data, routes.OfferBody, is_packed=data.startswith(_GZIP))
         clean_offer(body.sdp)
     except (ProtocolError, SignallingError, web.HTTPRequestEntityTooLarge):
         pass
