@@ -183,15 +183,7 @@ class App:
                 ),
             )
         self._picture_clock = PictureClock()
-        self._captures = self._make_captures(
-            find_sources.make_sources(
-                settings.video,
-                settings.audio,
-                clock,
-                self._driver,
-                taken=[one.source for one in settings.camera],
-            )
-        )
+        self._captures = self._make_captures()
         self._channel_faults = ChannelFaults(_log_channel_fault, most=settings.audio.channels)
         self._blocks = Blocks()
         ice = IceServers(settings.network, settings.relay)
@@ -579,9 +571,12 @@ class App:
         self._died = name
         self.stop()
 
-    def _make_captures(
-        self, sources: find_sources.Sources
-    ) -> dict[str, SourceThread[Picture] | SourceThread[Sound]]:
+    def _make_captures(self) -> dict[str, SourceThread[Picture] | SourceThread[Sound]]:
+        video, audio = self._settings.video, self._settings.audio
+        cameras = self._settings.camera
+        find_sources.tell_shared(video.source, audio.source, cameras)
+        taken = [one.source for one in cameras]
+        sources = find_sources.make_sources(video, audio, self._clock, self._driver, taken)
         captures: dict[str, SourceThread[Picture] | SourceThread[Sound]] = {}
         if sources.video is not None:
             captures["video"] = SourceThread(

@@ -26,9 +26,14 @@ CLOSED: Final = "unreachable.closed"
 
 _MOST_CHARS: Final = 120
 _MOST_NAMES: Final = 3
-_SECURE: Final = {"http": "https", "ws": "wss", "mqtt": "mqtts", "rtsp": "rtsps", "rtmp": "rtmps"}
+_SECURE: Final = {
+    **{plain: f"{plain}s" for plain in ("http", "ws", "mqtt", "rtsp", "rtmp")},
+    "tcp": "tls",
+}
 _PLAIN: Final = {secure: plain for plain, secure in _SECURE.items()}
 _PORTS: Final = {
+    "tcp": None,
+    "tls": None,
     "http": 80,
     "https": 443,
     "ws": 80,

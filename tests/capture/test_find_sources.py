@@ -8,10 +8,11 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 import pytest
+from structlog.testing import capture_logs
 
 from wax.capture.camera import OpenCvCamera
 from wax.capture.file.media_file import FileAudio, FileVideo
-from wax.capture.find_sources import Sources, make_camera, make_sources
+from wax.capture.find_sources import Sources, make_camera, make_sources, tell_shared
 from wax.capture.microphone import PortAudioMicrophone
 from wax.capture.testcard import TestCardAudio, TestCardVideo
 from wax.clock import Clock, SystemClock
@@ -238,6 +239,23 @@ def test_a_camera_beside_the_driving_view_is_found() -> None:
     assert isinstance(make_camera(device, clock, Robot()), OpenCvCamera)
     own = CameraSettings(name="Above", source="robot", axes=["arm"])
     assert isinstance(make_camera(own, clock, WatchedRobot()), TestCardVideo)
+
+
+def test_an_address_that_two_tables_open_is_told() -> None:
+    """A camera that serves one client would show one picture; [video] and [audio] share theirs."""
+    yard, door = (
+        CameraSettings(name=name, source="http://me:secret@cam:81/stream")
+        for name in ("Yard", "Door")
+    )
+    with capture_logs() as logs:
+        tell_shared("rtsp://cam/1", "rtsp://cam/1", [yard])
+        tell_shared("testcard", "none", [CameraSettings(name="Card", source="testcard")])
+    assert not logs
+    with capture_logs() as logs:
+        tell_shared("rtsp://cam/1", "none", [yard, door])
+    (told,) = logs
+    assert told["address"] == "http://cam:81/stream"
+    assert told["tables"] == ["[[camera]] Yard", "[[camera]] Door"]
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,8 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
+import structlog
+
 from wax.capture.camera import OpenCvCamera
 from wax.capture.file.address import is_network, open_container, shown_name
 from wax.capture.file.media_file import MediaFile
@@ -28,6 +30,8 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.config.settings import AudioSettings, CameraSettings, VideoSettings
     from wax.driver.interface import Driver
+
+_LOG = structlog.get_logger(__name__)
 
 _VIDEO_KEY: Final = "[video] source"
 _AUDIO_KEY: Final = "[audio] source"
@@ -82,6 +86,24 @@ def make_camera(settings: CameraSettings, clock: Clock, driver: Driver) -> Video
             )
         return upright(driver.external_view(settings, clock), settings)
     return upright(_find_video(settings, key, clock, _Files(clock)), settings)
+
+
+def tell_shared(video: str, audio: str, cameras: Iterable[CameraSettings]) -> None:
+    """Warn of an address that two tables open, each by itself: most cameras by RTSP allow that."""
+    users: dict[str, list[str]] = {}
+    tables = {"[video]": video, **{f"[[camera]] {one.name}": one.source for one in cameras}}
+    if audio != video:
+        tables["[audio]"] = audio
+    for table, source in tables.items():
+        users.setdefault(source, []).append(table)
+    for source, names in users.items():
+        if is_network(source) and len(names) > 1:
+            _LOG.warning(
+                "one address for several tables, each of which opens it: where only the first to"
+                " come has a picture, the camera serves one client at a time",
+                address=shown_name(source),
+                tables=names,
+            )
 
 
 def _make_video(

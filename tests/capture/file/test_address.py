@@ -83,7 +83,7 @@ def test_an_address_that_nobody_answers_is_one_sentence(open_player: type[Player
     port = free_port()
     with pytest.raises(SourceError) as caught:
         open_player(f"http://me:secret@127.0.0.1:{port}/live?token=abc").__enter__()
-    assert f"http://127.0.0.1:{port}/live cannot be opened" in str(caught.value)
+    assert f"http://127.0.0.1:{port}/live cannot be opened. Nobody listens" in str(caught.value)
     # It may be there, and taken by this configuration itself.
     assert "another source of this configuration" in str(caught.value)
     assert "secret" not in str(caught.value)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,9 +19,11 @@ from av.error import (
 )
 from av.stream import Disposition
 
+from wax.capture.file.not_opened import not_opened
 from wax.capture.stream_dating import Dating
 from wax.errors import SourceError, reason_of
 from wax.sentence import Sentence
+from wax.unreachable import Target
 
 if TYPE_CHECKING:
     from av.audio.codeccontext import AudioCodecContext
@@ -117,6 +120,7 @@ def open_container(address: str, transport: Transport = "auto") -> InputContaine
     FFmpeg's errors have the whole address, with its password, so none of them is passed on.
     """
     name = shown_name(address)
+    began_s = time.monotonic()
     try:
         if is_rtsp(address):
             options = _TRANSPORT[transport] | _AT_ONCE
@@ -124,11 +128,6 @@ def open_container(address: str, transport: Transport = "auto") -> InputContaine
         if is_network(address):
             return _open_http(address) or av.open(address, timeout=_TIMEOUT_S)
         return av.open(f"file:{address}")
-    except InvalidDataError:
-        # By RTSP it is also what FFmpeg calls an answer that never came.
-        raise SourceError(
-            Sentence("file.unreachable" if is_rtsp(address) else "file.unplayable", {"name": name})
-        ) from None
     except FileNotFoundError:
         raise SourceError(Sentence("file.missing", {"name": name})) from None
     except (HTTPUnauthorizedError, HTTPForbiddenError):
@@ -136,12 +135,17 @@ def open_container(address: str, transport: Transport = "auto") -> InputContaine
     except HTTPNotFoundError:
         raise SourceError(Sentence("file.not_there", {"name": name})) from None
     except (FFmpegError, OSError) as error:
-        why = reason_of(error)
-        if is_network(address):
-            said = Sentence("file.not_open_network", {"name": name, "why": why})
-        else:
-            said = Sentence("file.not_open", {"name": name, "why": why})
-        raise SourceError(said) from None
+        raise SourceError(_why(name, address, error, time.monotonic() - began_s)) from None
+
+
+def _why(name: str, address: str, error: Exception, took_s: float) -> Sentence:
+    # By RTSP it is also what FFmpeg calls an answer that never came.
+    if isinstance(error, InvalidDataError) and not is_rtsp(address):
+        return Sentence("file.unplayable", {"name": name})
+    if not is_network(address):
+        return Sentence("file.not_open", {"name": name, "why": reason_of(error)})
+    target = Target.of(address, _TIMEOUT_S[0])
+    return not_opened(name, target, error, is_late=took_s >= _TIMEOUT_S[0])
 
 
 def _open_http(address: str) -> InputContainer | None:

@@ -35,8 +35,9 @@ from wax.capture.file.address import (
     open_container,
     shown_name,
 )
+from wax.capture.file.not_opened import stopped
 from wax.capture.stream_dating import Dating, Repeats
-from wax.errors import SourceError, reason_of
+from wax.errors import SourceError
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -171,7 +172,7 @@ class Demuxer:
             self._condition.wait_for(lambda: self._found is not None or self.failed, timeout=8)
             if self._found is not None:
                 return self._found
-            raise self._failure or SourceError(Sentence("file.unreachable", {"name": self.name}))
+            raise self._failure or SourceError(Sentence("file.silent", {"name": self.name}))
 
     def take(self, kind: Kind, until_s: float) -> Coded | None:
         """Return the next packet; None if none is due before `until_s`.
@@ -219,12 +220,7 @@ class Demuxer:
         except SourceError as error:
             failure = error
         except FFmpegError as error:
-            failure = SourceError(
-                Sentence(
-                    "file.stopped",
-                    {"name": self.name, "why": reason_of(error)},
-                )
-            )
+            failure = SourceError(stopped(self.name, error))
         except Exception as error:
             # An error's own text may have the address with its password.
             why = type(error).__name__ if self._network else str(error)
