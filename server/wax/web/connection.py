@@ -42,7 +42,7 @@ _REQUEST_S: Final = 0.00015
 """What the event loop spends beside what is measured: on each piece that comes, and on each request
 with its tasks and system calls."""
 _LINE_BYTES: Final = 64
-"""On the mean, of a body in chunks, each of which is two lines to parse; a proxy's are kilobytes."""
+"""On the mean, of a body in chunks, each of which is two lines to parse; proxies' are kilobytes."""
 _FIRST_LINES: Final = 64
 _MOST_LINES: Final = 512
 _URGENT: Final = frozenset({"POST /api/stop", "POST /api/release"})
