@@ -58,27 +58,61 @@ fi
 door=$(cat $HOME_DIR/name 2>/dev/null || true)
 
 # --- sshd: one user, who may do nothing but let a port of this machine lead to its robot --------
+# What a Match block says goes before what stands without one, so a hardened sshd lets robots in, too.
 id wax-door >/dev/null 2>&1 ||
-	useradd --system --no-create-home --home-dir /nonexistent --shell /usr/sbin/nologin \
-		--password '*' wax-door
-write /etc/ssh/sshd_config.d/wax-door.conf <<'END'
+	useradd --system --user-group --no-create-home --home-dir /nonexistent \
+		--shell /usr/sbin/nologin --password '*' wax-door
+RULES=/etc/ssh/sshd_config.d/wax-door.conf
+HOST_KEY=/etc/ssh/ssh_host_ed25519_key
+[ -f $HOST_KEY ] || ssh-keygen -q -t ed25519 -N '' -f $HOST_KEY
+write $RULES <<'END'
 Match User wax-door
+	AllowUsers wax-door
+	AllowGroups *
 	AuthenticationMethods publickey
+	PubkeyAuthentication yes
+	PubkeyAcceptedAlgorithms ssh-ed25519
 	AuthorizedKeysFile /etc/wax-door/authorized_keys
+	DisableForwarding no
 	AllowTcpForwarding remote
 	AllowStreamLocalForwarding no
 	AllowAgentForwarding no
 	GatewayPorts no
+	PermitListen any
 	PermitOpen none
 	PermitTTY no
 	PermitTunnel no
 	X11Forwarding no
 	MaxSessions 0
 	ForceCommand /usr/sbin/nologin
+	Banner none
 	ClientAliveInterval 2
 	ClientAliveCountMax 3
 Match all
 END
+objections() { # of sshd to robots; what `sshd -T` prints for their user is read
+	said=$(cat)
+	[ "$said" ] || return 0 # sshd itself has said why
+	has() { printf '%s\n' "$said" | grep -qixF -- "$1"; }
+	if ! has "AuthorizedKeysFile $HOME_DIR/authorized_keys" && ! has 'ForceCommand /usr/sbin/nologin'; then
+		echo "it does not read $RULES: let the first line of /etc/ssh/sshd_config be" \
+			"'Include /etc/ssh/sshd_config.d/*.conf'"
+	else
+		while read -r key value; do
+			[ "$key" = Match ] || has "$key $value" ||
+				echo "it follows another line with $key than that in $RULES: grep -rin $key /etc/ssh"
+		done <$RULES
+	fi
+	printf '%s\n' "$said" | grep -i '^deny' | while read -r key pattern; do
+		# shellcheck disable=SC2254
+		case wax-door in
+		${pattern%@*}) echo "its $key $pattern means wax-door, too: grep -rin $key /etc/ssh" ;;
+		esac
+	done
+	has "HostKey $HOST_KEY" || echo "it does not use $HOST_KEY: add the line 'HostKey $HOST_KEY'"
+	printf '%s\n' "$said" | grep -qiE '^hostkeyalgorithms (.*,)?ssh-ed25519(,|$)' ||
+		echo "its HostKeyAlgorithms leave out ssh-ed25519: grep -rin HostKeyAlgorithms /etc/ssh"
+}
 public() { # of the robot with this seed, as OpenSSH writes it
 	{
 		printf '\000\000\000\013ssh-ed25519\000\000\000\040'
@@ -284,8 +318,11 @@ fi
 
 # shellcheck disable=SC1090
 . "$robots/$name"
-host=$(cut -d ' ' -f 2 /etc/ssh/ssh_host_ed25519_key.pub | base64 -d | tail -c 32 | base64 -w 0)
+host=$(cut -d ' ' -f 2 $HOST_KEY.pub | base64 -d | tail -c 32 | base64 -w 0)
 body="wax-door-1:$door:$name:$port:$host:$seed:$secret"
+for way in addr=192.0.2.1,laddr=192.0.2.2,lport=22 addr=127.0.0.1,laddr=127.0.0.1,lport=20000; do
+	/usr/sbin/sshd -T -C user=wax-door,host=robot.invalid,$way | objections
+done | sort -u | sed 's/^/door.sh: sshd is not as robots need it: /' >&2
 echo "Robots reach this machine by TCP 22 or 443; let in TCP 80, 3478, 5349, UDP 3478 and $RELAY_PORTS too." >&2
 echo "On the robot: wax init --door LINE, where LINE, which is a secret, is:" >&2
 printf '%s:%s\n' "$body" "$(printf %s "$body" | sha256sum | cut -c 1-8)"

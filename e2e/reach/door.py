@@ -1,8 +1,8 @@
 """A door on a host of the small internet: `config/deploy/door.sh`, and the programs it sets up.
 
-The script writes into this machine's folders, which a mount namespace covers. Two things are other
-than on a door: there is no systemd, so the programs are started here as its units say, and no
-public authority, so Caddy signs for itself.
+The script writes into this machine's folders, which a mount namespace covers. Its sshd is
+hardened as guides have it. Two things are other than on a door: there is no systemd, so the
+programs are started here as its units say, and no public authority, so Caddy signs for itself.
 """
 
 from __future__ import annotations
@@ -40,6 +40,13 @@ cp "$work/hosts" /etc/hosts
 printf '#!/bin/sh\n' >"$work/bin/systemctl"
 chmod +x "$work/bin/systemctl"
 PATH=$work/bin:$PATH
+cat >/etc/ssh/sshd_config.d/10-hardened.conf <<'END'
+AllowUsers admin
+AllowGroups ssh-users
+DisableForwarding yes
+AllowTcpForwarding no
+PermitListen none
+END
 for name; do sh "$script" "$name" >"$work/$name.line"; done
 pages=$(cat /etc/caddy/Caddyfile)
 printf '{\n\tlocal_certs\n\tskip_install_trust\n}\n%s\n' "$pages" >/etc/caddy/Caddyfile

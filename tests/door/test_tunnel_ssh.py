@@ -61,11 +61,12 @@ DOOR = DoorSettings(
     ],
 )
 def test_each_failure_has_its_sentence(said: str, code: str) -> None:
-    """What ssh says becomes one sentence; what it says for debugging counts for nothing."""
+    """It names the door's script where its sshd may be at fault; no debugging word counts."""
     lines = ["debug1: Permission denied (gssapi)", *said.splitlines()]
     problem = ssh.problem(DOOR, lines)
     assert problem.code == f"tunnel.{code}"
     assert "…" not in str(problem)
+    assert ("door.sh" in str(problem)) is (code in {"host_key", "key", "taken"})
 
 
 @pytest.mark.system
