@@ -242,6 +242,18 @@ async def test_who_has_a_seat_stops_the_robot_within_a_budget(rig: Rig) -> None:
             rig.room.stop_by(EVE, TAB)
 
 
+async def test_a_press_that_comes_again_from_a_room_is_the_same_press(rig: Rig) -> None:
+    """However often the page sends it before it is answered."""
+    rig.room.rooms.seat(EVE, TAB)
+    numbers = set()
+    for _ in range(10):
+        numbers.add(rig.room.stop_by(EVE, TAB, 5))
+        rig.clock.time_s += 4.0
+    rig.room.release_by(visitor("", is_host=True), None, *numbers)
+    assert {rig.room.stop_by(EVE, TAB, 5)} == numbers
+    assert rig.room.snapshot(rig.clock.time_s).stop is None
+
+
 # --- the queue -------------------------------------------------------------------------------
 
 

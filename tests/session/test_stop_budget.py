@@ -160,6 +160,25 @@ def test_a_press_that_adds_nothing_is_free(control: Control) -> None:
         budget.press(BOB, is_host=False)
 
 
+def test_a_press_that_comes_again_is_the_same_press(control: Control) -> None:
+    """It costs nothing, tells nobody, and stops nothing anew, whatever has become of its stop."""
+    clock = TurnedClock()
+    heard = Heard(clock)
+    budget = stops(control, clock=clock, heard=heard)
+    for press in range(3):
+        for _ in range(10):
+            assert budget.press(BOB, press, is_host=False) == 7
+            clock.time_s += 1.0
+        budget.release(ADA, 7, None, is_host=False)
+    assert len(control.asked) == 2 * 3
+    assert [one["type"] for one in heard.take()] == ["stop.pressed", "stop.released"] * 3
+    assert [one.presses for one in budget.pressers()] == [3]
+    with pytest.raises(ForbiddenError, match=str(TOO_OFTEN)):
+        budget.press(BOB, 3, is_host=False)
+    budget.press(person("eve", "198.51.100.1"), 0, is_host=False)
+    assert len(control.asked) == 2 * 3 + 1, "what somebody else numbers alike is another press"
+
+
 def test_who_is_muted_stops_nothing(control: Control) -> None:
     """Until they drive: the operator's own Stop always works."""
     decisions = HostDecisions(muted={"ada", "bob"})

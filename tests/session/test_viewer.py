@@ -60,8 +60,8 @@ class FakeRoom:
     def viewer_asks(self, viewer: Viewer, request: Any) -> None:
         self.calls.append((request.type, viewer.number))
 
-    def viewer_stops(self, viewer: Viewer) -> None:
-        self.calls.append(("stop", viewer.number))
+    def viewer_stops(self, viewer: Viewer, press: int | None) -> None:
+        self.calls.append(("stop", press))
 
     def viewer_releases(self, viewer: Viewer, release: messages.Release) -> None:
         self.calls.append(("release", release.stop))
@@ -309,7 +309,7 @@ def test_a_release_counts_as_sent_when_its_beat_was_heard() -> None:
 
 
 def test_a_stop_passes_in_a_flood() -> None:
-    """However many messages came before, a stop is heard; nothing else is."""
+    """However many messages came before, a stop is heard, with its press; nothing else."""
     connected = _scene()
     for _ in range(500):
         connected.viewer.received("state", '{"type":"name","name":"x"}')
@@ -318,7 +318,8 @@ def test_a_stop_passes_in_a_flood() -> None:
     connected.viewer.received("state", "{" * 20)
     connected.viewer.received("drive", '{"type":"stop"}')
     connected.viewer.received("state", '{"type":"stop"}')
-    assert connected.room.calls == [("stop", 7)]
+    connected.viewer.received("state", f'{{"type":"stop","press":{2**53}}}')
+    assert connected.room.calls == [("stop", None), ("stop", 2**53)]
 
 
 def test_a_release_names_its_stop() -> None:
@@ -338,9 +339,9 @@ def test_a_picture_switched_off_is_known() -> None:
     assert not connected.viewer.wants_picture
 
 
-@pytest.mark.parametrize("request_type", ["join", "leave", "stop"])
+@pytest.mark.parametrize("request_type", ["join", "leave"])
 def test_requests_reach_the_room(request_type: str) -> None:
-    """Join, leave and stop are told to the room with the viewer's number."""
+    """Join and leave are told to the room with the viewer's number."""
     connected = _scene()
     connected.viewer.received("state", json.dumps({"type": request_type}))
     assert connected.room.calls[-1] == (request_type, 7)

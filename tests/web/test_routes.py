@@ -87,8 +87,8 @@ class FakeRoom:
         self.pieces += self.file_waits_s is not None
         return self.file_waits_s
 
-    def stop_by(self, visitor: Visitor, tab: str | None) -> int:
-        self.stops.append((tab, visitor.is_host))
+    def stop_by(self, visitor: Visitor, tab: str | None, press: int | None = None) -> int:
+        self.stops.append((tab, press, visitor.is_host))
         return 7
 
     def release_by(self, visitor: Visitor, tab: str | None, stop: int) -> None:
@@ -755,9 +755,10 @@ async def test_stop_and_release_have_a_way_of_their_own(client: Client, room: Fa
     await client.post("/api/offer", json=GOOD)
     response = await client.post("/api/stop", json={})
     assert (response.status, await response.json()) == (200, {"stop": 7})
-    await client.post("/api/stop", json={"client": "12345678-abcd"})
+    await client.post("/api/stop", json={"client": "12345678-abcd", "press": 5})
     await client.post("/api/release", json={"client": "12345678-abcd", "stop": 7})
-    assert room.stops == [(None, False), ("12345678-abcd", False), ("12345678-abcd", 7, False)]
+    tab = "12345678-abcd"
+    assert room.stops == [(None, None, False), (tab, 5, False), (tab, 7, False)]
     room.error = ForbiddenError("not you")
     refused = await client.post("/api/release", json={"stop": 7})
     assert (refused.status, await refused.json()) == (

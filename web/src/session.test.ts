@@ -235,7 +235,7 @@ describe("input", () => {
     vi.stubGlobal("fetch", fetching);
     session.actions.press("a", "forward");
     session.actions.stop();
-    expect(peer().sent.at(-1)).toEqual({ type: "stop" });
+    expect(peer().sent.at(-1)).toEqual({ type: "stop", press: expect.any(Number) });
     expect(fetching).toHaveBeenCalledOnce();
     expect(session.state.held.value.size).toBe(0);
   });

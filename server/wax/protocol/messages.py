@@ -172,9 +172,13 @@ class Here(_Incoming):
 
 
 class Stop(_Incoming):
-    """Stop the robot now, until the stop is released."""
+    """Stop the robot now, until the stop is released.
+
+    What is sent again because nobody answered has the `press` of the first time.
+    """
 
     type: Literal["stop"]
+    press: Counter | None = None
 
 
 class Release(_Incoming):

@@ -301,9 +301,9 @@ class Room:
         finally:
             self._keep()
 
-    def viewer_stops(self, viewer: Viewer) -> None:
+    def viewer_stops(self, viewer: Viewer, press: int | None) -> None:
         with self._refusing(viewer):
-            self._stops.press(viewer, is_host=viewer.visitor.is_host)
+            self._stops.press(viewer, press, is_host=viewer.visitor.is_host)
 
     def viewer_releases(self, viewer: Viewer, release: messages.Release) -> None:
         with self._refusing(viewer):
@@ -341,13 +341,13 @@ class Room:
         waits_s = [one.streams.file_sent(size_bytes) for one in own if one.peer is not None]
         return max((one for one in waits_s if one is not None), default=None)
 
-    def stop_by(self, visitor: Visitor, tab: str | None) -> int:
+    def stop_by(self, visitor: Visitor, tab: str | None, press: int | None = None) -> int:
         """Latch the stop, ahead of everything; returns its number. Raises `ForbiddenError`."""
         viewer = self._acting(visitor, tab)
         if viewer is None and not visitor.is_host and self._rooms.has_seat(visitor):
-            number = self._stops.press_from_room(visitor)
+            number = self._stops.press_from_room(visitor, press)
         else:
-            number = self._stops.press(viewer, is_host=visitor.is_host)
+            number = self._stops.press(viewer, press, is_host=visitor.is_host)
         self._viewers.changed()
         return number
 

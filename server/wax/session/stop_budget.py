@@ -9,7 +9,9 @@ least `KNOWN_S`. So whoever was here before a flood of new browsers stops the ro
 The price: somebody new, at an address whose budget others have just used up, is not heard. It takes
 an attacker at their own address, and the robot was stopped twelve times within that minute. The
 operator's and the host's own presses always count, and so do everybody's at other addresses.
-A press that leaves the stop in force as it is costs nothing.
+A press that leaves the stop in force as it is costs nothing. One that comes again, since the page
+sends it by both ways and until it is answered, is the same press: it has its number, stops nothing
+anew, and costs nothing.
 The host sees who presses, by address, since browsers are cheap, and can ignore an address.
 """
 
@@ -97,6 +99,7 @@ class StopBudget:
         self._addresses = MinuteLimits(each=max(1, address - self._most_known), most=_MOST)
         self._pressers: dict[str, PressingAddress] = {}  # the newest last
         self._numbers = 0
+        self._taken: dict[tuple[str, int | None], int] = {}  # by person and press; the newest last
         self._in_force: StopRole | None = None
 
     @property
@@ -104,21 +107,27 @@ class StopBudget:
         """The role of who pressed the stop in force; the host's, once they have pressed, too."""
         return self._in_force
 
-    def press(self, viewer: Viewer | None, *, is_host: bool) -> int:
+    def press(self, viewer: Viewer | None, press: int | None = None, *, is_host: bool) -> int:
         """Latch the stop before anything else; returns its number. Raises `ForbiddenError`.
 
-        `viewer` is None for a host without a page.
+        `viewer` is None for a host without a page, `press` for one who does not number them.
         """
+        key = ("" if viewer is None else viewer.visitor.identity, press)
+        if (taken := self._taken.get(key)) is not None:
+            return taken
         drives = viewer is not None and viewer.number == self._turns.operator
         by = HOST if viewer is None else _named(viewer)
         if not (drives or is_host):
             self._check(viewer, None if viewer is None else viewer.visitor, by)
-        return self._press(viewer, by, self._role(viewer, is_host))
+        return self._press(viewer, by, self._role(viewer, is_host), key)
 
-    def press_from_room(self, visitor: Visitor) -> int:
+    def press_from_room(self, visitor: Visitor, press: int | None = None) -> int:
         """Do the same for somebody who watches in a room of the cluster."""
+        key = (visitor.identity, press)
+        if (taken := self._taken.get(key)) is not None:
+            return taken
         self._check(None, visitor, FROM_ROOM)
-        return self._press(None, FROM_ROOM, "observer")
+        return self._press(None, FROM_ROOM, "observer", key)
 
     def press_from_house(self) -> int:
         """Do the same for the host's home automation, which says nothing of who presses there."""
@@ -166,7 +175,13 @@ class StopBudget:
                 else:
                     self._decisions.muted_addresses.discard(one.address)
 
-    def _press(self, viewer: Viewer | None, by: Sentence, role: StopRole) -> int:
+    def _press(
+        self,
+        viewer: Viewer | None,
+        by: Sentence,
+        role: StopRole,
+        key: tuple[str, int | None] = ("", None),
+    ) -> int:
         number = self._control.press_stop(
             by,
             viewer=None if viewer is None else viewer.number,
@@ -176,6 +191,10 @@ class StopBudget:
         self._in_force = "host" if role == "host" else self._in_force or role
         self._keep()
         self._keeper.stop_pressed(viewer, str(by), number, role)
+        if key[1] is not None:
+            self._taken[key] = number
+            if len(self._taken) > _MOST:
+                del self._taken[next(iter(self._taken))]
         return number
 
     def _release(

@@ -58,7 +58,7 @@ _KEYFRAMES_BURST: Final = 8
 _DRIVE_STATUS_S: Final = 0.3
 _THIN_DRIVE_STATUS_S: Final = 1.0
 """Over a thin link, on which they change with every picture that is late."""
-_MAX_STOP_CHARS: Final = 32
+_MAX_STOP_CHARS: Final = 48
 """Longer messages over the rate limit are not even checked for a stop."""
 
 
@@ -92,7 +92,7 @@ class ViewerEvents(Protocol):
 
     def viewer_acts(self, viewer: Viewer, act: messages.HostIn) -> None: ...
 
-    def viewer_stops(self, viewer: Viewer) -> None: ...
+    def viewer_stops(self, viewer: Viewer, press: int | None) -> None: ...
 
     def viewer_releases(self, viewer: Viewer, release: messages.Release) -> None: ...
 
@@ -425,7 +425,7 @@ class Viewer:
             case messages.Join() | messages.Leave() | messages.Here() | messages.KeepTape():
                 self._events.viewer_asks(self, message)
             case messages.Stop():
-                self._events.viewer_stops(self)
+                self._events.viewer_stops(self, message.press)
             case messages.Release():
                 self._events.viewer_releases(self, message)
             case messages.Want():

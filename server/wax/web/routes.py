@@ -142,9 +142,10 @@ class SeatBody(_Asked):
 
 
 class StopPress(_Asked):
-    """The tab in which somebody presses Stop, if the request names one."""
+    """The tab in which somebody presses Stop, if the request names one; as `messages.Stop`."""
 
     client: Client | None = None
+    press: Counter | None = None
 
 
 class StopRelease(_Asked):
@@ -358,7 +359,7 @@ class Routes:
 
     async def stop(self, request: web.Request) -> web.Response:
         press = await _body(request, StopPress)
-        number = self._room.stop_by(request[_VISITOR], press.client)
+        number = self._room.stop_by(request[_VISITOR], press.client, press.press)
         return web.json_response({"stop": number})
 
     async def release(self, request: web.Request) -> web.Response:

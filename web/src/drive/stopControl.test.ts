@@ -1,5 +1,6 @@
 import { signal } from "@preact/signals";
 import { beforeEach, expect, it, vi } from "vitest";
+import type { StateIn } from "../messages";
 import { ServerClock } from "../serverClock";
 import { eventually } from "../testing/eventually";
 import { ours, says } from "../words/said";
@@ -17,6 +18,8 @@ const state = { stopNumber, isConnected, isStopUnconfirmed };
 const answers = () => new Promise((resolve) => setTimeout(resolve));
 let clock: ServerClock;
 let stopControl: StopControl;
+/** This press, by both ways. */
+const sent = (press: number) => [`stop ${press}`, `api/stop {"client":"uuid","press":${press}}`];
 
 beforeEach(() => {
   done = [];
@@ -27,14 +30,16 @@ beforeEach(() => {
   isConnected.value = true;
   isStopUnconfirmed.value = false;
   vi.spyOn(performance, "now").mockReturnValue(0);
+  let numbers = 0;
+  vi.spyOn(Math, "random").mockImplementation(() => ++numbers / 2 ** 53);
   clock = new ServerClock();
   vi.stubGlobal("fetch", (path: string, { body }: RequestInit) => {
     done.push(`${path} ${body}`);
     return respond();
   });
   const link = {
-    sendState(message: { type: string }) {
-      done.push(message.type);
+    sendState(message: StateIn) {
+      done.push("press" in message ? `stop ${message.press}` : message.type);
       return isOpen;
     },
     get clock() {
@@ -54,7 +59,7 @@ beforeEach(() => {
 it.each([true, false])("stops by both ways before the task ends, channel open: %s", (open) => {
   isOpen = open;
   stopControl.stop();
-  expect(done).toEqual(["stop", 'api/stop {"client":"uuid"}', "let go"]);
+  expect(done).toEqual([...sent(1), "let go"]);
 });
 
 it("says the server's sentence when it refuses", async () => {
@@ -78,10 +83,10 @@ it.each([
   done = [];
   stopControl.look(1800);
   expect(isStopUnconfirmed.value).toBe(true);
-  expect(done).toEqual(["stop", 'api/stop {"client":"uuid"}']);
+  expect(done).toEqual(sent(1));
   await answers();
   stopControl.look(5800);
-  expect(done).toHaveLength(4);
+  expect(done).toEqual([...sent(1), ...sent(1)]);
   expect(say).not.toHaveBeenCalled();
   stopNumber.value = 7;
   stopControl.look(6000);
@@ -92,15 +97,33 @@ it.each([
   expect(say).not.toHaveBeenCalled();
 });
 
-it("goes by both ways again at each press, and tells no later for that", () => {
-  respond = () => new Promise(() => {});
+it("takes each press for one of its own, and tells no later for that", async () => {
+  let late = (_: Response) => {};
+  respond = () => new Promise((resolve) => (late = resolve));
   stopControl.stop();
+  const answerFirst = late;
   vi.spyOn(performance, "now").mockReturnValue(1000);
   done = [];
   stopControl.stop();
-  expect(done).toEqual(["stop", 'api/stop {"client":"uuid"}', "let go"]);
+  expect(done).toEqual([...sent(2), "let go"]);
+  answerFirst(new Response('{"stop": 7}'));
+  await answers();
   stopControl.look(1800);
   expect(isStopUnconfirmed.value).toBe(true);
+  late(new Response('{"stop": 8}'));
+  await answers();
+  stopControl.look(2000);
+  expect(isStopUnconfirmed.value).toBe(false);
+});
+
+it("sends no more after 30 s, to no new connection either, and still asks to press again", () => {
+  respond = () => new Promise(() => {});
+  stopControl.stop();
+  done = [];
+  stopControl.look(30_000);
+  vi.spyOn(performance, "now").mockReturnValue(30_000);
+  stopControl.connected();
+  expect([done, isStopUnconfirmed.value]).toEqual([[], true]);
 });
 
 it.each([
@@ -137,7 +160,7 @@ it("goes to a new connection, too, unless the server has it", async () => {
   done = [];
   respond = async () => new Response('{"stop": 7}');
   stopControl.connected();
-  expect(done).toEqual(["stop", 'api/stop {"client":"uuid"}']);
+  expect(done).toEqual(sent(1));
   await answers();
   stopControl.connected();
   expect(done).toHaveLength(2);

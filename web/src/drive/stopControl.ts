@@ -27,12 +27,14 @@ export class StopControl {
 
   /**
    * Sends it by both transports at once, in any state; only then releases this page's controls. It is
-   * sent again until the server has taken or refused it.
+   * sent again until the server has taken or refused it, or people have been asked for long enough to
+   * press again. Each press is one of its own, since the stop of the last one may be released by now.
    */
   stop(): void {
     const { letGo, state } = this.options;
     // Whoever presses again and again is told no later for that.
-    const press = this.#press ?? new StopPress(state.stopNumber.peek(), performance.now());
+    const since = this.#press?.taken === null ? this.#press.sinceMs : undefined;
+    const press = new StopPress(state.stopNumber.peek(), performance.now(), since);
     this.#press = press;
     this.#send(press);
     letGo();
@@ -59,13 +61,13 @@ export class StopControl {
 
   /** What was sent to the connection before may be lost with it. */
   connected(): void {
-    if (this.#press?.taken === null) this.#send(this.#press);
+    if (this.#press?.mayTry(performance.now())) this.#send(this.#press);
   }
 
   #send(press: StopPress): void {
     const { link, client, state, say } = this.options;
-    link.sendState({ type: "stop" });
-    postStop(client()).then(
+    link.sendState({ type: "stop", press: press.number });
+    postStop(client(), press.number).then(
       (stop) => press.answered(stop, performance.now()),
       (error: unknown) => {
         if (this.#press !== press || press.taken !== null) return;

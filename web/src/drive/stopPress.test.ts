@@ -28,7 +28,7 @@ it("takes a stop that was in force before for no answer, since it may be release
   expect(press.taken).toBe(4);
 });
 
-it("is sent again when it counts as unconfirmed, and then every 4 s", () => {
+it("is sent again after 1.6 s, and then every 4 s", () => {
   const press = new StopPress(null, 0);
   expect(press.isDue(1599)).toBe(false);
   expect(press.isDue(1600)).toBe(true);
@@ -36,7 +36,22 @@ it("is sent again when it counts as unconfirmed, and then every 4 s", () => {
   expect(press.isDue(5599)).toBe(false);
   expect(press.isDue(5600)).toBe(true);
   press.answered(3, 5600);
-  expect(press.isDue(9999)).toBe(false);
+  expect([press.mayTry(9999), press.isDue(9999)]).toEqual([false, false]);
+});
+
+it("is sent no more after 30 s, and stays unconfirmed", () => {
+  const press = new StopPress(null, 1000);
+  expect([press.mayTry(30_999), press.isDue(30_999)]).toEqual([true, true]);
+  expect([press.mayTry(31_000), press.isDue(31_000)]).toEqual([false, false]);
+  expect(press.isUnconfirmed(9e9)).toBe(true);
+});
+
+it("is one of its own, which counts as unconfirmed since the first that nobody answered", () => {
+  const first = new StopPress(null, 0);
+  const second = new StopPress(null, 1000, first.sinceMs);
+  expect(second.number).not.toBe(first.number);
+  expect([second.isUnconfirmed(1600), second.isDue(1600)]).toEqual([true, false]);
+  expect(second.isDue(2600)).toBe(true);
 });
 
 it("gives the card 0.6 s from the answer to show the stop", () => {

@@ -11,12 +11,12 @@ beforeEach(() => {
 
 it("posts a stop in the same task, ahead of other requests and beyond the life of the page", async () => {
   fetching.mockResolvedValue(new Response('{"stop": 7}'));
-  const posted = postStop("some-uuid");
+  const posted = postStop("some-uuid", 5);
   expect(fetching).toHaveBeenCalledWith(
     "api/stop",
     expect.objectContaining({
       method: "POST",
-      body: '{"client":"some-uuid"}',
+      body: '{"client":"some-uuid","press":5}',
       keepalive: true,
       priority: "high",
     }),
@@ -26,18 +26,18 @@ it("posts a stop in the same task, ahead of other requests and beyond the life o
 
 it("takes an answer without a stop for none", async () => {
   fetching.mockResolvedValue(new Response('{"ok": true}'));
-  await expect(postStop("c")).rejects.toMatchObject({ isFinal: false });
+  await expect(postStop("c", 5)).rejects.toMatchObject({ isFinal: false });
 });
 
 it("tells a refusal from silence", async () => {
   fetching.mockResolvedValue(new Response('{"error": "Only whoever drives."}', { status: 403 }));
-  await expect(postStop("c")).rejects.toMatchObject({
+  await expect(postStop("c", 5)).rejects.toMatchObject({
     saying: says("Only whoever drives."),
     isRefusal: true,
     isFinal: true,
   });
   fetching.mockRejectedValue(new TypeError("Failed to fetch"));
-  await expect(postStop("c")).rejects.toMatchObject({ isRefusal: false });
+  await expect(postStop("c", 5)).rejects.toMatchObject({ isRefusal: false });
 });
 
 it("posts which stop is released", async () => {

@@ -7,13 +7,14 @@ const STOP_MS = 5000;
 
 /**
  * Presses Stop by HTTP, in parallel with the state channel; the request survives the page being
- * closed. Returns the number of the stop, once it is latched; throws `RequestError`.
+ * closed. Returns the number of the stop, once it is latched; throws `RequestError`. The server takes
+ * a `press` once, however often it comes.
  */
-export async function postStop(client: string): Promise<number> {
+export async function postStop(client: string, press: number): Promise<number> {
   const signal = AbortSignal.timeout(STOP_MS);
   const { stop } = await post(
     "api/stop",
-    { client },
+    { client, press },
     { keepalive: true, priority: "high", signal },
   );
   if (typeof stop === "number") return stop;
