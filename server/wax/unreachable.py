@@ -27,7 +27,7 @@ CLOSED: Final = "unreachable.closed"
 _MOST_CHARS: Final = 120
 _MOST_NAMES: Final = 3
 _SECURE: Final = {
-    **{plain: f"{plain}s" for plain in ("http", "ws", "mqtt", "rtsp", "rtmp")},
+    **{plain: f"{plain}s" for plain in ("http", "ws", "mqtt", "rtsp", "rtmp", "turn")},
     "tcp": "tls",
 }
 _PLAIN: Final = {secure: plain for plain, secure in _SECURE.items()}

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+import datetime
 import socket
 from typing import Final
 from urllib.parse import parse_qs
 
 from aioice import stun, turn
 
-from wax.errors import reason_of
 from wax.rtc.stun_query import StunError, split
+from wax.unreachable import Target, why
 
 _ANSWER_S: Final = 6.0
 _SENT: Final = b"WAX asks whether you relay"
@@ -28,22 +29,28 @@ class _End(asyncio.DatagramProtocol):
 
 def problem(url: str, username: str, credential: str) -> str | None:
     """Return why the server at this ``turn:`` or ``turns:`` address does not relay; blocks."""
-    try:
-        asyncio.run(asyncio.wait_for(_relay(url, username, credential), _ANSWER_S))
-    except TimeoutError:
-        return "nothing comes through"
-    except stun.TransactionFailed as error:
-        return f"it refuses ({error.response.attributes['ERROR-CODE'][1]})"
-    except (OSError, StunError, stun.TransactionError, ConnectionError) as error:
-        return reason_of(error)
-    return None
-
-
-async def _relay(url: str, username: str, credential: str) -> None:
     scheme, _, rest = url.partition(":")
     where, _, query = rest.partition("?")
     transport = parse_qs(query).get("transport", ["udp"])[0]
-    host, port = split(where)
+    try:
+        host, port = split(where)
+        relays = _relay(scheme, host, port, transport, (username, credential))
+        asyncio.run(asyncio.wait_for(relays, _ANSWER_S))
+    except (TimeoutError, stun.TransactionTimeout):
+        return "nothing comes through"
+    except stun.TransactionFailed as error:
+        return f"it refuses ({error.response.attributes['ERROR-CODE'][1]})"
+    except StunError as error:
+        return str(error)
+    except OSError as error:
+        target = Target(scheme, host, port, _ANSWER_S)
+        return str(why(target, error, datetime.datetime.now(datetime.UTC), connecting=True))
+    return None
+
+
+async def _relay(
+    scheme: str, host: str, port: int, transport: str, secrets: tuple[str, str]
+) -> None:
     loop = asyncio.get_running_loop()
     found = await loop.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
     # TLS needs the name; aioice asks for an address by UDP.
@@ -52,7 +59,7 @@ async def _relay(url: str, username: str, credential: str) -> None:
     try:
         for _ in range(2):
             made = await turn.create_turn_endpoint(
-                _End, server, username, credential, ssl=scheme == "turns", transport=transport
+                _End, server, *secrets, ssl=scheme == "turns", transport=transport
             )
             ends.append(made)  # the first is closed where the second fails
         (first, one), (second, other) = ends

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import datetime
 import socket
 import struct
 from typing import Final, NamedTuple
 
 from aioice import stun
 
-from wax.errors import WaxError, reason_of
+from wax.errors import WaxError
+from wax.unreachable import Target, why
 
 DEFAULT_PORT: Final = 3478
 _TRIES_S: Final = (0.5, 1.0, 1.5)
@@ -55,8 +57,10 @@ def ask(server: str) -> StunAnswer:
                 if found is not None:
                     return StunAnswer(found, line.getsockname()[0])
     except OSError as error:
-        raise StunError(f"the STUN server {server} cannot be asked: {reason_of(error)}") from error
-    raise StunError(f"the STUN server {server} does not answer")
+        target = Target("stun", host, port, _TRIES_S[-1])
+        told = why(target, error, datetime.datetime.now(datetime.UTC))
+        raise StunError(f"The STUN server {server} cannot be asked. {told}") from error
+    raise StunError(f"The STUN server {server} does not answer.")
 
 
 def split(server: str) -> tuple[str, int]:
@@ -65,7 +69,7 @@ def split(server: str) -> tuple[str, int]:
     if not colon or server.endswith("]"):
         return server.strip("[]"), DEFAULT_PORT
     if not host or not port.isdecimal() or not 0 < int(port) < 65536:
-        raise StunError(f"{server} is no STUN server; write it as stun.example.org:3478")
+        raise StunError(f"{server} is no STUN server; write it as stun.example.org:3478.")
     return host.strip("[]"), int(port)
 
 

@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 from structlog.testing import capture_logs
+from tests.free_port import free_port
 from tests.real_time import may_run_in_real_time
 from tests.robot.ros2.bridge import Bridge
 from tests.robot.ros2.robots import driven, feed, opened, ros2_settings, standing, told, until
+from tests.tls_server import serving
 
 from wax.clock import SystemClock
 from wax.driver.interface import STANDSTILL, Twist
@@ -216,6 +218,29 @@ def failure(link: RosbridgeLink) -> str:
             return str(error)
         time.sleep(0.005)
     raise AssertionError("it did not fail")
+
+
+@pytest.mark.parametrize(
+    ("answer", "scheme", "code"),
+    [
+        (b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n", "ws", "ros2.no_websocket"),
+        (b"SSH-2.0-x\r\n", "ws", "unreachable.no_http"),
+        (b"", "ws", "unreachable.closed"),
+        (b"", "wss", "unreachable.no_tls"),
+        (None, "ws", "unreachable.nobody"),
+    ],
+)
+def test_what_is_no_rosbridge_server_says_what_it_is(
+    answer: bytes | None, scheme: str, code: str
+) -> None:
+    """Another program, another port, a wrong scheme or nobody: each is another thing to do."""
+    with serving(None, answer or b"") as answered:
+        port = free_port() if answer is None else answered
+        settings = Ros2Settings.model_validate({"rosbridge_url": f"{scheme}://127.0.0.1:{port}"})
+        with pytest.raises(DriverError) as caught:
+            RosbridgeLink(settings, SystemClock())
+    said = caught.value.sentence
+    assert code in (said.code, getattr(said.values.get("why"), "code", None))
 
 
 @pytest.mark.system

@@ -97,10 +97,7 @@ def world_address(network: ServedNetwork, own: Sequence[tuple[str, Address]]) ->
             return _seen(ipaddress.ip_address(public_address(server)), network, own)
         except StunError as error:
             problem = str(error)
-    return bad(
-        f"{problem[:1].upper()}{problem[1:]}.",
-        "Check the server's name and that UDP may leave this network.",
-    )
+    return bad(problem, "Check the server's name and that UDP may leave this network.")
 
 
 def _seen(seen: Address, network: ServedNetwork, own: Sequence[tuple[str, Address]]) -> Verdict:

@@ -6,6 +6,7 @@ pymavlink has connections of its own, but they swallow what goes wrong, print to
 
 from __future__ import annotations
 
+import datetime
 import errno
 import socket
 from contextlib import suppress
@@ -18,6 +19,7 @@ from wax.robot.mavlink.address import parse
 from wax.robot.mavlink.settings import FRAME_BYTES, SIGNATURE_BYTES
 from wax.robot.serial.reconnecting_port import why_not_open
 from wax.sentence import Sentence
+from wax.unreachable import Target, why
 
 if TYPE_CHECKING:
     from wax.robot.mavlink.address import Address
@@ -73,18 +75,19 @@ def why_closed(settings: MavlinkSettings, error: Exception) -> Sentence:
         return why_not_open(settings.url, error, "robot.mavlink.url")
     if getattr(error, "errno", None) == errno.EADDRINUSE:
         return Sentence("mavlink.in_use", {"link": settings.url})
+    target = Target(address.kind, address.where, address.port, CONNECT_TIMEOUT_S)
+    told = why(target, error, datetime.datetime.now(datetime.UTC), connecting=True)
     return Sentence(
-        "mavlink.not_open",
-        {"link": settings.url, "why": reason_of(error), "seconds": settings.reopen_s},
+        "mavlink.not_open", {"link": settings.url, "why": told, "seconds": settings.reopen_s}
     )
 
 
 def why_lost(settings: MavlinkSettings, error: Exception) -> Sentence:
     """Say why the line was lost."""
-    why, seconds = reason_of(error), settings.reopen_s
+    reason, seconds = reason_of(error), settings.reopen_s
     if parse(settings.url).kind == "serial":
-        return Sentence("port.lost", {"port": settings.url, "why": why, "seconds": seconds})
-    return Sentence("mavlink.lost", {"link": settings.url, "why": why, "seconds": seconds})
+        return Sentence("port.lost", {"port": settings.url, "why": reason, "seconds": seconds})
+    return Sentence("mavlink.lost", {"link": settings.url, "why": reason, "seconds": seconds})
 
 
 class _SerialLine:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import datetime
 import fcntl
 import math
 import socket
@@ -21,7 +22,9 @@ from wax.robot.ros2 import rosbridge_protocol as protocol
 from wax.robot.ros2.link import command_type
 from wax.robot.ros2.rosbridge_graph import RosbridgeGraph
 from wax.robot.ros2.standby_rules import SILENCE_S
+from wax.second_look import explained
 from wax.sentence import Sentence
+from wax.unreachable import Target
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,6 +38,7 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 CONNECT_S: Final = 3.0
+LOOK_S: Final = 1.0
 BEAT_S: Final = 2.0
 """A server that does not answer a ping within half of that is gone."""
 TICK_S: Final = 0.1
@@ -128,11 +132,11 @@ class RosbridgeLink:
         try:
             self._loop.run_until_complete(self._live())
         except (aiohttp.ClientError, OSError, TimeoutError, ValueError) as error:
-            self._fail(reason_of(error))
+            self._fail(self._why(error))
         except Exception as error:
             # Without this thread nothing is sent, and nobody would know.
             _LOG.exception("the link to the rosbridge server failed")
-            self._fail(type(error).__name__)
+            self._fail(self._lost(type(error).__name__))
         finally:
             self._loop.close()
             self._connected.set()
@@ -187,7 +191,7 @@ class RosbridgeLink:
                 with contextlib.suppress(TimeoutError):
                     await asyncio.wait_for(self._wake.wait(), TICK_S)
         listener.result()  # raises what it failed with
-        self._fail("it hung up")
+        self._fail(self._lost("it hung up"))
 
     async def _listen(self, line: aiohttp.ClientWebSocketResponse) -> None:
         async for frame in line:
@@ -223,10 +227,25 @@ class RosbridgeLink:
             self._refused.add(refused.about)
             _LOG.warning("the rosbridge server refuses; the rest goes on", why=refused.words)
 
-    def _fail(self, why: str) -> None:
+    def _why(self, error: Exception) -> Sentence:
+        if self._connected.is_set():
+            return self._lost(reason_of(error))
+        url = self._settings.rosbridge_url
+        if isinstance(error, aiohttp.WSServerHandshakeError):
+            return Sentence("ros2.no_websocket", {"url": url, "status": error.status})
+        target = Target.of(url, CONNECT_S)
+        if target is None:
+            told = Sentence("unreachable.not_possible")
+        else:
+            told = explained(target, error, datetime.datetime.now(datetime.UTC), LOOK_S)
+        return Sentence("ros2.no_bridge", {"url": url, "why": told})
+
+    def _lost(self, why: str) -> Sentence:
+        return Sentence("ros2.bridge_lost", {"url": self._settings.rosbridge_url, "why": why})
+
+    def _fail(self, why: Sentence) -> None:
         with self._news:
-            url = self._settings.rosbridge_url
-            self._error = self._error or Sentence("ros2.no_bridge", {"url": url, "why": why})
+            self._error = self._error or why
             self._news.notify_all()
 
 
