@@ -6,13 +6,12 @@ import asyncio
 import io
 import os
 import sys
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 
 from wax import __version__
 from wax.__main__ import main, until_read
-from wax.edge.bounded_selector import BoundedSelector
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -30,19 +29,20 @@ def test_devices_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="its event loop has no selector")
 def test_the_server_serves_few_connections_in_a_pass(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its event loop is the one that strangers' connections cannot fill."""
-    selectors: list[object] = []
+    found: list[Any] = []
 
     class App:
         def __init__(self, **_: object) -> None:
             pass
 
         async def run(self, _: object) -> None:
-            selectors.append(vars(asyncio.get_running_loop())["_selector"])
+            loop: Any = asyncio.get_running_loop()
+            found.extend((loop._selector, loop._ready))
 
     monkeypatch.setattr("wax.app.App", App)
     monkeypatch.setattr("wax.__main__.configure_logs", lambda _: None)
     assert main([]) == 0
-    assert [type(one) for one in selectors] == [BoundedSelector]
+    assert [type(one).__name__ for one in found] == ["BoundedSelector", "_Ready"]
 
 
 def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:

@@ -27,6 +27,7 @@ from e2e.stop.operator import RawOperator
 from e2e.stop.stage import DEFAULT, STOPS_AT_EACH_TRIAL, Load, staged
 from e2e.strangers.ground import address, strangers
 from e2e.strangers.intruder import ask
+from e2e.strangers.steps import WITH_STEPS, long_steps
 from wax.errors import SignallingError
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from e2e.harness.child import Child
     from e2e.measure.row import Row
     from e2e.stop.stage import Stage
+    from e2e.strangers.steps import Step
 
 MORE_MS: Final = 10.0
 FPS_SHARE: Final = 0.95
@@ -60,6 +62,7 @@ _NEWCOMER_S: Final = 0.25
 _SERVED_S: Final = 3.0
 _SILENT_S: Final = 0.1
 """Commands are due each 20 ms, and after 150 the robot stops."""
+_STEPS: Final = 5
 _SHORTEST_S: Final = 11.0
 """How long the slow ones must last so that the last of them can be closed."""
 
@@ -95,6 +98,8 @@ class Seen:
     guest_s: float | None = None
     """The same of a guest afterwards."""
     account: Mapping[str, Any] = field(default_factory=dict)
+    steps: Sequence[Step] = ()
+    """The long ones of the event loop, where the server logs them."""
 
     @property
     def harm(self) -> list[str]:
@@ -150,10 +155,12 @@ class Watch:
         await gang.say(f"{name} {seconds + stops_s} {seed}")
         await gang.line()  # it has begun
         self._peak_mib = before_mib = self._meter.rss_mib()
+        logged = len(self.stage.server.log)
         seen = await self.look(seconds)
         seen.stops_ms = await self.stops(stops, seen.until_s + stops_s)
         seen.account = json.loads(await gang.line(seconds + stops_s + 4 * _PATIENCE_S))
         seen.more_mib = self._peak_mib - before_mib
+        seen.steps = long_steps(self.stage.server.log[logged:])
         return self.filled(seen)
 
     def filled(self, seen: Seen) -> Seen:
@@ -302,7 +309,12 @@ def _waited_s(pid: int) -> float:
 async def hostile(
     n: float, names: Sequence[str], key: str, table: Mapping[str, Any], load: Load
 ) -> list[Row]:
-    """Let each attack last `n` seconds and six Stops; WAX_SEED repeats what chance drew."""
+    """Let each attack last `n` seconds and six Stops; WAX_SEED repeats what chance drew.
+
+    With WAX_STEPS=1 the server logs its long steps, which costs it some percent of a core.
+    """
+    if os.environ.get("WAX_STEPS"):
+        table = toml.merged(table, WITH_STEPS)
     seed = int(os.environ.get("WAX_SEED") or random.randrange(2**32))
     async with (
         staged(toml.as_shipped(), STOPS_AT_EACH_TRIAL, table, load=load) as stage,
@@ -351,6 +363,7 @@ def _line(name: str, seen: Seen) -> str:
     return (
         f"{name}: command {ms(seen.commands_ms)}, Stop {ms(seen.stops_ms)}, {seen.fps:.1f} fps,"
         f" {seen.more_mib:+.0f} MiB; {json.dumps(account)}"
+        + "".join(f"\n  {step}" for step in seen.steps[:_STEPS])
     )
 
 

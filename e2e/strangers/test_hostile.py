@@ -28,6 +28,7 @@ from e2e.strangers import wire
 from e2e.strangers.attacks import ATTACKS, MIX
 from e2e.strangers.ground import strangers
 from e2e.strangers.hostile import STOP_MS, Watch, hostile, public_robot
+from e2e.strangers.steps import WITH_STEPS
 from wax.machine.priority import NICENESS
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ async def stage(
 ) -> AsyncIterator[Stage]:
     """Have a robot that is driven, with the limits of one address as shipped."""
     tree, load = configuration
-    settings = toml.as_shipped(), STOPS_AT_EACH_TRIAL, tree, BACK_IN_TIME
+    settings = toml.as_shipped(), STOPS_AT_EACH_TRIAL, tree, BACK_IN_TIME, WITH_STEPS
     async with staged(*settings, load=load) as made:
         pytestconfig.stash[SERVERS].append(made.server)
         yield made
@@ -142,6 +143,7 @@ async def _attacked(
     name: str, seconds: float, seed: int, watch: Watch, gang: Child
 ) -> Mapping[str, Any]:
     seen = await watch.attacked(gang, name, seconds, stops=2, stops_s=STOPS_S, seed=seed)
+    print(*seen.steps, sep="\n")
     assert seen.harm == [], seen
     assert any(ms is not None for ms in seen.commands_ms), "it stood all the while"
     assert all(ms is not None and ms <= STOP_MS for ms in seen.stops_ms), seen

@@ -11,6 +11,7 @@ import os
 import select
 import sys
 import threading
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NoReturn, TextIO
@@ -371,14 +372,17 @@ def _serve(settings: Settings, config_path: Path | None) -> int:
     # Imported here so that `wax devices` or a wrong option need not wait for the media libraries.
     from wax.app import App
     from wax.edge.bounded_selector import bounded_loop
+    from wax.edge.step_watch import StackSampler, StepWatch
     from wax.web.page_urls import page_urls
     from wax.web.senders import limited
 
     configure_logs(settings.log)
 
-    app = App(settings=settings, clock=SystemClock(), config_path=config_path)
+    watch = StepWatch()
+    app = App(settings=settings, clock=SystemClock(), config_path=config_path, steps=watch.status)
 
     def ready(port: int) -> None:
+        watch.begin()
         scheme = "https" if app.tls else "http"
         first, *others = page_urls(settings.server.host, port, scheme)
         print(f"\n  WAX is serving the {settings.robot.driver} robot.\n\n  Here:   {first}")
@@ -398,8 +402,9 @@ def _serve(settings: Settings, config_path: Path | None) -> int:
         print("\n  Ctrl-C stops the robot and the server.\n", flush=True)
 
     # That of Windows has no selector.
-    loop_factory = None if sys.platform == "win32" else partial(bounded_loop, limited)
-    with asyncio.Runner(loop_factory=loop_factory) as runner:
+    loop_factory = None if sys.platform == "win32" else partial(bounded_loop, limited, watch)
+    stacks = StackSampler(watch) if settings.log.level == "debug" else nullcontext()
+    with stacks, asyncio.Runner(loop_factory=loop_factory) as runner:
         runner.run(app.run(ready))
     return 0
 

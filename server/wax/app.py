@@ -108,13 +108,19 @@ _STOP_S: Final = 2.5
 class App:
     """One robot, one server. Built outside the event loop, `run` once inside it.
 
-    `config_path` is the file of the settings, for the proof of the stop.
+    `config_path` is the file of the settings, for the proof of the stop; `steps` says which steps
+    of the event loop were long.
     """
 
     _audio: SoundHub | UnitHub
 
     def __init__(
-        self, *, settings: Settings, clock: Clock, config_path: Path | None = None
+        self,
+        *,
+        settings: Settings,
+        clock: Clock,
+        config_path: Path | None = None,
+        steps: Callable[[], dict[str, dict[str, float]]] = dict,
     ) -> None:
         self._settings = settings
         self._clock = clock
@@ -308,6 +314,7 @@ class App:
             encoders=encoders,
             hooks=self._hooks.status,
             door=self._tunnel.status,
+            steps=steps,
         )
         self._proof_runner = ProofRunner(
             control=self._control,

@@ -12,6 +12,7 @@ import pytest
 
 from wax.edge.binding import listen
 from wax.edge.bounded_selector import CONNECTIONS_IN_A_PASS, BoundedSelector, bounded_loop
+from wax.edge.step_watch import StepWatch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -36,7 +37,7 @@ def listening(held: ExitStack) -> socket.socket:
 
 @pytest.fixture
 def selector(held: ExitStack, listening: socket.socket) -> BoundedSelector:
-    made = held.enter_context(BoundedSelector(lambda address: address))
+    made = held.enter_context(BoundedSelector(lambda address: address, lambda: None))
     made.register(listening, selectors.EVENT_READ)
     return made
 
@@ -155,7 +156,7 @@ def test_the_event_loop_has_passes_between_the_connections_of_a_crowd(
     held: ExitStack, listening: socket.socket
 ) -> None:
     """As asyncio knows them, by their descriptors."""
-    loop = bounded_loop(lambda address: address)
+    loop = bounded_loop(lambda address: address, StepWatch())
     held.callback(loop.close)
     loop.add_reader(listening, lambda: None)
     in_passes = [0]

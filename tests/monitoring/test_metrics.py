@@ -71,6 +71,7 @@ def status() -> dict[str, Any]:
         ],
         "counters": {"requests refused": 3, "commands.accepted": 9, "control.latest_ms": 1.5},
         "tasks": 12,
+        "steps": {"machine.memory.run": {"count": 3, "longest_ms": 9.5}},
         "tape": {
             "problem": None,
             "parts": 3,
@@ -156,6 +157,8 @@ def test_what_is_exported(lateness: Lateness) -> None:
         ("wax_hook_lost_total", "1 (example.org)"): 6,
         ("wax_hook_refused_total", "1 (example.org)"): 2,
         ("wax_hook_disabled", "1 (example.org)"): 0,
+        ("wax_long_steps_total", "machine.memory.run"): 3,
+        ("wax_longest_step_seconds", "machine.memory.run"): 0.0095,
     }
     assert {key: found.get(key) for key in expected} == expected
     assert ("wax_sound_age_seconds", "median", "all") not in found

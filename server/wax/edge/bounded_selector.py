@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
     from _typeshed import FileDescriptorLike
 
+    from wax.edge.step_watch import StepWatch
+
 CONNECTIONS_IN_A_PASS: Final = 4
 """Each costs a third of a millisecond until it has ended, here and in the next passes, and a TLS
 handshake 0.6 ms, or 6 with an RSA key of 4096 bits."""
@@ -35,12 +37,14 @@ class BoundedSelector(selectors.DefaultSelector):
     """The platform's selector, which leaves connections beyond the first few for the next pass.
 
     Their senders take turns, by `sender_of` an address, and each one's connections, too: whoever
-    has one waits behind one of each other's. Sockets of our own are always served.
+    has one waits behind one of each other's. Sockets of our own are always served. `rests` is
+    called before it waits.
     """
 
-    def __init__(self, sender_of: Callable[[str], str]) -> None:
+    def __init__(self, sender_of: Callable[[str], str], rests: Callable[[], None]) -> None:
         super().__init__()
         self._sender_of = sender_of
+        self._rests = rests
         self._connections: dict[int, _Connection] = {}
         self._passes = 0
 
@@ -60,6 +64,7 @@ class BoundedSelector(selectors.DefaultSelector):
         return key
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+        self._rests()
         ready = super().select(timeout)
         if len(ready) <= CONNECTIONS_IN_A_PASS:
             return ready
@@ -81,8 +86,11 @@ class BoundedSelector(selectors.DefaultSelector):
         return [one for one in ready if one[0].fd not in connections] + served
 
 
-def bounded_loop(sender_of: Callable[[str], str]) -> asyncio.AbstractEventLoop:
-    return asyncio.SelectorEventLoop(BoundedSelector(sender_of))
+def bounded_loop(sender_of: Callable[[str], str], watch: StepWatch) -> asyncio.AbstractEventLoop:
+    loop = asyncio.SelectorEventLoop(BoundedSelector(sender_of, watch.rests))
+    watch.ready.extend(loop._ready)  # type: ignore[attr-defined]
+    loop._ready = watch.ready  # type: ignore[attr-defined]
+    return loop
 
 
 def _peer_of(fd: int) -> str | None:

@@ -92,6 +92,7 @@ class Metrics(Collector):
         yield _counter("wax_events", "What else happened", "event", events)
         yield _histogram(self._lateness)
         yield GaugeMetricFamily("wax_tasks", "Tasks of the event loop", status["tasks"])
+        yield from _of_steps(status["steps"])
         yield GaugeMetricFamily(
             "wax_records_waiting", "Records not written yet", self._records.waiting
         )
@@ -182,6 +183,13 @@ def _of_hooks(hooks: Sequence[Mapping[str, Any]]) -> Iterator[Metric]:
     off = {one["name"]: int(one["disabled"]) for one in hooks}
     yield _gauge("wax_hook_disabled", "1 if a hook is gone and asked no more", "hook", off)
     yield _counter("wax_hook_lost", "Events that a hook never took", "hook", lost)
+
+
+def _of_steps(steps: Mapping[str, Mapping[str, float]]) -> Iterator[Metric]:
+    counts = {part: one["count"] for part, one in steps.items()}
+    yield _counter("wax_long_steps", "Steps of the event loop above 2 ms", "part", counts)
+    longest_s = {part: one["longest_ms"] / 1000 for part, one in steps.items()}
+    yield _gauge("wax_longest_step_seconds", "The longest since the start", "part", longest_s)
 
 
 def _histogram(lateness: Lateness) -> Metric:

@@ -61,9 +61,11 @@ class Status:
         encoders: Sequence[Encoders] = (),
         hooks: Callable[[], list[dict[str, object]]] = list,
         door: Callable[[], dict[str, object] | None] = lambda: None,
+        steps: Callable[[], dict[str, dict[str, float]]] = dict,
     ) -> None:
         self._hooks = hooks
         self._door = door
+        self._steps = steps
         self._encoders = encoders
         self._cameras = cameras
         self._clock = clock
@@ -148,6 +150,7 @@ class Status:
             "door": self._door(),
             "counters": self._counters.snapshot() | self._control.counts(),
             "tasks": len(asyncio.all_tasks()),
+            "steps": self._steps(),
         }
 
     def _camera(self, camera: Camera) -> dict[str, object]:

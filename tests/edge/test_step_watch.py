@@ -1,0 +1,133 @@
+"""Whose steps of the event loop are long."""
+
+from __future__ import annotations
+
+import asyncio
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+import pytest
+from structlog.testing import capture_logs
+from tests.turned_clock import TurnedClock
+
+from wax.edge.bounded_selector import bounded_loop
+from wax.edge.step_watch import LONG_S, StackSampler, StepWatch, part_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+LONGER_S: Final = 2 * LONG_S
+
+
+@pytest.fixture
+def clock() -> TurnedClock:
+    return TurnedClock()
+
+
+@pytest.fixture
+def watch(clock: TurnedClock) -> StepWatch:
+    return StepWatch(clock.now_s)
+
+
+@pytest.fixture
+def loop(watch: StepWatch) -> Iterator[asyncio.AbstractEventLoop]:
+    made = bounded_loop(lambda address: address, watch)
+    yield made
+    made.close()
+
+
+class Work:
+    """Takes its time by a clock that is turned."""
+
+    def __init__(self, clock: TurnedClock) -> None:
+        self._clock = clock
+
+    async def task(self, *steps_s: float) -> None:
+        for lasts_s in steps_s:
+            self.lasts(lasts_s)
+            await asyncio.sleep(0)
+
+    def lasts(self, seconds: float) -> None:
+        self._clock.time_s += seconds
+
+
+def test_a_long_step_is_counted_for_what_it_belongs_to(
+    clock: TurnedClock, watch: StepWatch, loop: asyncio.AbstractEventLoop
+) -> None:
+    """A task between two waits or a callback, the last of a pass, too; the others of it are not."""
+    work = Work(clock)
+    watch.begin()
+    loop.call_soon(work.lasts, LONGER_S)
+    loop.run_until_complete(work.task(0.0, LONGER_S, 0.0, 3 * LONG_S))
+    assert watch.status() == {
+        "edge.test_step_watch.Work.lasts": {"count": 1, "longest_ms": 4.0},
+        "edge.test_step_watch.Work.task": {"count": 2, "longest_ms": 6.0},
+    }
+
+
+def test_what_is_short_or_waits_is_not_counted(
+    clock: TurnedClock, watch: StepWatch, loop: asyncio.AbstractEventLoop
+) -> None:
+    """However long it takes together: between two steps whatever is due has its turn."""
+    watch.begin()
+    select = vars(loop)["_selector"].select
+
+    def waits(timeout: float | None) -> object:
+        found = select(timeout)
+        clock.time_s += 1.0
+        return found
+
+    vars(loop)["_selector"].select = waits
+    loop.run_until_complete(Work(clock).task(*[LONG_S / 2] * 10))
+    assert watch.status() == {}
+
+
+def test_a_start_is_not_counted(
+    clock: TurnedClock, watch: StepWatch, loop: asyncio.AbstractEventLoop
+) -> None:
+    """What is loaded before anybody drives delays nobody."""
+    loop.run_until_complete(Work(clock).task(LONGER_S))
+    assert watch.status() == {}
+
+
+def test_a_long_step_is_logged_with_its_stack(
+    clock: TurnedClock, watch: StepWatch, loop: asyncio.AbstractEventLoop
+) -> None:
+    """By whoever asked for it: part, time, and the calls that it was found in; no value of them."""
+    watch.begin()
+
+    async def works() -> None:
+        clock.time_s += LONG_S
+        sampler.look()  # its thread sleeps: it would find the step by the real clock
+        clock.time_s += LONG_S
+
+    with StackSampler(watch) as sampler, capture_logs() as logged:
+        loop.run_until_complete(works())
+    (line,) = logged
+    assert line["log_level"] == "warning"
+    assert line["part"].endswith("works")
+    assert line["ms"] == 4.0
+    assert "works" in line["stack"].splitlines()[0]
+
+
+async def _task() -> None: ...
+
+
+async def test_a_part_says_whose_step_it_is() -> None:
+    """A task's coroutine, a socket's protocol, a callback: whatever can be found of it."""
+    loop = asyncio.get_running_loop()
+    task = loop.create_task(_task())
+    own = loop._ready[-1]  # type: ignore[attr-defined]
+    transport, _ = await loop.create_datagram_endpoint(asyncio.DatagramProtocol, ("127.0.0.1", 0))
+    read = asyncio.Handle(transport._read_ready, (), loop)  # type: ignore[attr-defined]
+    ended = asyncio.Handle(partial(partial(task.cancel)), (), loop)
+    cancelled = asyncio.Handle(print, (), loop)
+    cancelled.cancel()
+    found = [part_of(one) for one in (own, read, ended, cancelled)]
+    transport.close()
+    assert found == [
+        "edge.test_step_watch._task",
+        "asyncio.protocols.DatagramProtocol",
+        "edge.test_step_watch._task",
+        ".NoneType",
+    ]
