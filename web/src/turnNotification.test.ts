@@ -142,6 +142,14 @@ it("blames the certificate, and no setting, where the browser takes no worker fo
   expect(await askToTell()).toBe("face.tell_certificate");
 });
 
+it("tells of none, and lets you try again, where no worker is ever ready", async () => {
+  vi.useFakeTimers();
+  vi.stubGlobal("navigator", { serviceWorker: { register, ready: new Promise(() => {}) } });
+  const asked = askToTell();
+  await vi.advanceTimersByTimeAsync(10_000);
+  expect(await asked).toBe("late.failed");
+});
+
 it("brings the page to the front when it is pressed", async () => {
   const focus = vi.fn();
   const close = vi.fn();

@@ -8,6 +8,7 @@ import { t } from "./words/words";
 /** So long before the turn, as long as everybody before keeps theirs to the end. */
 const SOON_S = 15;
 const TAG = "turn";
+const READY_MS = 10_000;
 
 type News = "soon" | "called" | "driving" | null;
 
@@ -23,10 +24,13 @@ export type NotTold = "face.tell_refused" | "face.tell_certificate" | "late.fail
 /** Asks for permission, which a browser lets a page do after a press only; null if it tells now. */
 export async function askToTell(): Promise<NotTold | null> {
   if ((await Notification.requestPermission()) !== "granted") return "face.tell_refused";
+  // Phones show notifications only through a worker; relative, as the page may be below a path.
+  const { serviceWorker } = navigator;
+  const ready = serviceWorker.register("tell.js").then(() => serviceWorker.ready);
+  // A worker that fails to start is never ready.
+  const late = new Promise<never>((_, reject) => setTimeout(reject, READY_MS));
   try {
-    // Phones show notifications only through a worker; relative, as the page may be below a path.
-    await navigator.serviceWorker.register("tell.js");
-    await navigator.serviceWorker.ready;
+    await Promise.race([ready, late]);
     return null;
   } catch (error) {
     // No worker comes from where people clicked through the browser's warning of the certificate.

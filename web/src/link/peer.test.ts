@@ -404,3 +404,27 @@ it("blames no network where the connection has worked", async () => {
   connection.dispatchEvent(new Event("connectionstatechange"));
   expect(lost).toHaveBeenCalledWith(ours("link.lost"), null);
 });
+
+it.each(["createOffer", "setLocalDescription", "setRemoteDescription"] as const)(
+  "is lost after 4 s, and says so, where the browser never ends %s",
+  async (api) => {
+    vi.useFakeTimers({ toFake: ["setTimeout", "clearTimeout"] });
+    const asked = new Promise<void>((resolve) => {
+      vi.stubGlobal(
+        "RTCPeerConnection",
+        class extends FakeConnection {
+          constructor() {
+            super();
+            Object.assign(this, { [api]: () => new Promise(() => resolve()) });
+          }
+        },
+      );
+    });
+    const { lost } = connect();
+    await asked;
+    vi.advanceTimersByTime(3999);
+    expect(lost).not.toHaveBeenCalled();
+    vi.advanceTimersByTime(1);
+    expect(lost).toHaveBeenCalledExactlyOnceWith(ours("link.browser_hangs", { api }), null);
+  },
+);

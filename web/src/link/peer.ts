@@ -35,6 +35,8 @@ export interface PeerEvents {
  * of two; each one queued before a release delays it by 40 ms on a modem's uplink.
  */
 const MAX_WAITING_BYTES = 256;
+/** The browser's own steps take milliseconds. */
+const STEP_MS = 4000;
 
 /**
  * One RTCPeerConnection: sound and pictures in, two data channels, and room for a voice. A reconnect
@@ -93,7 +95,10 @@ export class Peer {
     const pc = this.#pc;
     const { signal } = this.#aborting;
     try {
-      const [ice, offer] = await Promise.all([askIce(signal), pc.createOffer()]);
+      const [ice, offer] = await Promise.all([
+        askIce(signal),
+        this.#does("createOffer", pc.createOffer()),
+      ]);
       if (signal.aborted) return;
       this.events.reached();
       const { servers, relayOnly } = ice;
@@ -101,7 +106,7 @@ export class Peer {
         const iceTransportPolicy = relayOnly ? "relay" : "all";
         pc.setConfiguration({ ...pc.getConfiguration(), iceServers: servers, iceTransportPolicy });
       }
-      await this.#offer(offer);
+      await this.#does("setLocalDescription", this.#offer(offer));
       // Without ICE servers there is nothing to wait for: the server learns our address from us.
       if (servers.length > 0 && ice.wantsCandidates) await gathered(pc);
       const request = await offerOf(pc.localDescription?.sdp ?? "", client);
@@ -119,7 +124,8 @@ export class Peer {
       this.events.answered();
       this.#answer = answer.sdp;
       this.#isForHost = answer.isForHost;
-      await pc.setRemoteDescription({ type: "answer", sdp: this.#shaped(answer.sdp) });
+      const description = { type: "answer", sdp: this.#shaped(answer.sdp) } as const;
+      await this.#does("setRemoteDescription", pc.setRemoteDescription(description));
     } catch (error) {
       const refusal = error instanceof RequestError ? error : null;
       if (refusal?.ended && !signal.aborted) {
@@ -132,6 +138,12 @@ export class Peer {
       const why = typeof text === "string" ? says(text) : ours("link.lost");
       this.#lose(refusal?.saying ?? why, refusal?.retryAfterMs ?? null);
     }
+  }
+
+  /** Waits for the browser's own step to the connection; there are browsers that never end one. */
+  async #does<T>(api: string, step: Promise<T>): Promise<T> {
+    const timer = setTimeout(() => this.#lose(ours("link.browser_hangs", { api })), STEP_MS);
+    return step.finally(() => clearTimeout(timer));
   }
 
   /** How far this peer has come, as a sentence: why it is given up. */
