@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
+import re
+from pathlib import Path
 from struct import pack
 from typing import TYPE_CHECKING, Final
 
@@ -9,16 +12,21 @@ import pytest
 from aiortc.rtcsctptransport import ForwardTsnChunk, HeartbeatChunk, SackChunk
 from tests.fuzz.target import at_once
 from tests.fuzz.targets.network import _PICTURE, _Page
+from tests.rtc.networks import opened_network
 from tests.rtc.steps import counted
 from tests.rtc.test_association import FIRST, LAST, UNORDERED, Link, opened
+from tests.rtc.test_peer import Events, Pictures, peer_of
 
 from wax.rtc import private
+from wax.rtc.signalling import clean_offer
+from wax.streams.interface import CameraLane
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
 
     from aiortc.rtcsctptransport import Chunk
 
+OFFERS: Final = Path(__file__).parent / "offers"
 IN_FLIGHT: Final = 2500
 """Five seconds of the largest rendition."""
 MOST: Final = 250_000
@@ -142,3 +150,24 @@ async def test_sctp_costs_what_its_bytes_cost(link: Link, name: str) -> None:
         with counted() as steps:
             await link.take_packet(*packet)
         assert steps.count < MOST
+
+
+async def test_an_answer_of_five_pictures_takes_no_long_pass() -> None:
+    """What an offer costs is spread over passes of the event loop, in which others go on."""
+    offer = (OFFERS / "chromium.sdp").read_text().replace("\n", "\r\n")
+    head, sound, picture, rest = re.split(r"(?=m=)", offer)
+    further = [picture.replace("a=mid:1", f"a=mid:{n}") for n in range(3, 7)]
+    offer = "".join([head.replace("0 1 2", "0 1 2 3 4 5 6"), sound, picture, rest, *further])
+    async with opened_network() as network:
+        cameras = [CameraLane(Pictures(), "vp8") for _ in further]
+        peer = peer_of(network, Events(), cameras=cameras)
+        cleaned = clean_offer(offer, None, {"opus", "vp8"})
+        answering = asyncio.create_task(peer.answer(cleaned))
+        longest = 0
+        while not answering.done():
+            with counted() as steps:
+                await asyncio.sleep(0)
+            longest = max(longest, steps.count)
+        assert (await answering).count("m=video") == 5
+        await peer.close()
+    assert longest < MOST / 2

@@ -143,12 +143,15 @@ class Peer:
         self._pc.on("datachannel", self._channel_opened)
 
     async def answer(self, offer: str) -> str:
-        """Answer a checked offer; raises `SignallingError` and closes the peer on failure."""
+        """Answer a checked offer; raises `SignallingError` and closes the peer on failure.
+
+        It takes several passes of the event loop, so that none is long.
+        """
         try:
             description = RTCSessionDescription(offer, "offer")
             self._picture.shows_at_once = not is_firefox(offer)
             with self._network.reached(self._meter, weak_callback(self._moved)):
-                self._add_cameras(offer)
+                await self._add_cameras(offer)
                 async with asyncio.timeout(_ANSWER_S):
                     await self._negotiate(description)
         except Exception as error:
@@ -159,7 +162,9 @@ class Peer:
         return self._pc.localDescription.sdp
 
     async def _negotiate(self, offer: RTCSessionDescription) -> None:
+        await asyncio.sleep(0)
         await self._pc.setRemoteDescription(offer)
+        await asyncio.sleep(0)
         private.meter_receiving(self._pc, self._meter)
         if self._congestion.uses_feedback:
             private.widen(self._pc, _EXTENSIONS)
@@ -169,7 +174,9 @@ class Peer:
             private_association.delay_acknowledgements(
                 self._pc.sctp, association.acknowledgement, _ACKNOWLEDGE_S
             )
-        await self._pc.setLocalDescription(await self._pc.createAnswer())
+        answer = await self._pc.createAnswer()
+        await asyncio.sleep(0)
+        await self._pc.setLocalDescription(answer)
 
     @property
     def is_alive(self) -> bool:
@@ -227,10 +234,11 @@ class Peer:
         prefer(transceiver, self._codecs.audio if kind == "audio" else self._codecs.video)
         return transceiver
 
-    def _add_cameras(self, offer: str) -> None:
+    async def _add_cameras(self, offer: str) -> None:
         """Send what the page has room and a codec for; elsewhere nothing goes either way."""
         count = pictures(offer) - 1
         for number in range(count):
+            await asyncio.sleep(0)
             camera = self._camera_lanes[number] if number < len(self._camera_lanes) else None
             if camera is None or not takes(offer, number + 1, camera.codec):
                 self._further_picture("inactive")

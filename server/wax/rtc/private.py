@@ -32,6 +32,7 @@ from aiortc import (
     RTCSctpTransport,
     rtcdtlstransport,
     rtcicetransport,
+    rtcrtpreceiver,
     rtcsctptransport,
 )
 from aiortc.rtcrtpparameters import (
@@ -65,7 +66,6 @@ _LOG = structlog.get_logger(__name__)
 _FOR_EVER: Final = 10**9
 _SENDER: Final = "_RTCRtpTransceiver__sender"
 _RECEIVER: Final = "_RTCRtpTransceiver__receiver"
-_RATE: Final = "_RTCRtpReceiver__remote_bitrate_estimator"
 _OFFER: Final = "_RTCPeerConnection__pendingRemoteDescription"
 _ANSWER: Final = "_RTCPeerConnection__currentRemoteDescription"
 _CERTIFICATES: Final = "_RTCPeerConnection__certificates"
@@ -144,7 +144,10 @@ def check() -> None:
             ("RTCRtpTransceiver.__receiver", sets(RTCRtpTransceiver, _RECEIVER)),
             ("RTCRtpReceiver._track", sets(RTCRtpReceiver, "_track")),
             ("RTCDtlsTransport._handle_rtp_data", hasattr(RTCDtlsTransport, "_handle_rtp_data")),
-            ("RTCRtpReceiver.__remote_bitrate_estimator", sets(RTCRtpReceiver, _RATE)),
+            (
+                "rtcrtpreceiver.RemoteBitrateEstimator",
+                hasattr(rtcrtpreceiver, "RemoteBitrateEstimator"),
+            ),
             ("RTCRtpTransceiver._codecs", sets(RTCRtpTransceiver, "_codecs")),
             ("RTCRtpTransceiver._headerExtensions", sets(RTCRtpTransceiver, "_headerExtensions")),
             ("RTCRtpSender._ssrc", sets(RTCRtpSender, "_ssrc")),
@@ -241,6 +244,8 @@ def install() -> None:
     aioice.stun.parse_message = _parsed_stun
     cast("Any", rtcicetransport).Connection = _connection
     cast("Any", RTCIceGatherer).getLocalParameters = _local_parameters
+    # For each picture one that takes 0.3 ms and 95 KiB, though nothing is received.
+    cast("Any", rtcrtpreceiver).RemoteBitrateEstimator = lambda: None
     rtcsctptransport.decode_params = _decoded_params
     cast("Any", rtcsctptransport.InboundStream).add_chunk = add_chunk
     # The limit in our answer, so that the browser sends nothing longer.
@@ -640,12 +645,8 @@ class DtlsMediaTransport:
 
 
 def put_sender(transceiver: RTCRtpTransceiver, sender: SenderInPlace) -> None:
-    """Use our sender in this transceiver; aiortc has no public way to do that.
-
-    Nothing is received, so what estimates the rate of that (95 KiB) is not kept.
-    """
+    """Use our sender in this transceiver; aiortc has no public way to do that."""
     setattr(transceiver, _SENDER, sender)
-    setattr(transceiver.receiver, _RATE, None)
 
 
 def put_receiver(transceiver: RTCRtpTransceiver, receiver: ReceiverInPlace) -> None:

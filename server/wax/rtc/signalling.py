@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING, Final
 from wax.config.settings import MAX_CAMERAS
 from wax.errors import SignallingError
 from wax.rtc.candidates import without_unwanted
+from wax.rtc.essential_lines import OURS, essential, whole_number
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from wax.streams.interface import Codecs
 
 MAX_SDP_CHARS: Final = 32_768
@@ -19,10 +22,6 @@ _MAX_LINES: Final = 512
 """Current browsers write 100 to 300, with all their codecs."""
 _MORE_LINES: Final = 128
 """For each camera beside the driving view, of which the page offers some codecs only."""
-_MAX_CODECS: Final = 128
-"""Per section: a payload type has 7 bits (RFC 3550, 5.1)."""
-_MAX_FEEDBACK_FOR_ALL: Final = 16
-"""Lines per section; aiortc copies each to every codec, so a few lines cause much work."""
 _MIN_MESSAGE_BYTES: Final = 65_536
 """The default limit (RFC 8841, 6.1), and the least of any browser; the room with all its viewers is
 one message."""
@@ -30,38 +29,40 @@ one message."""
 _SECTIONS: Final = {"m=audio": "sound", "m=video": "picture", "m=application": "data channel"}
 MAX_PICTURES: Final = 1 + MAX_CAMERAS
 """The driving view, and the cameras beside it that a server can have."""
-_NUMBER: Final = re.compile(r"[0-9]{1,10}")
+_MAX_SECTIONS: Final = 2 + MAX_PICTURES
 
 
-def clean_offer(sdp: str, sender: str | None = None) -> str:
-    """Check an offer and remove what would delay or block the answer.
+def clean_offer(sdp: str, sender: str | None = None, codecs: Collection[str] = OURS) -> str:
+    """Check an offer and remove what would delay or block the answer, and what nobody reads.
 
     Candidates that we have no business with go (`candidates.without_unwanted`); `sender` is the
-    address that the offer came from. `end-of-candidates` without candidates would end ICE before it
-    began. Raises `SignallingError`.
+    address that the offer came from, `codecs` are those that the server has. Raises
+    `SignallingError`.
 
-    The work of aiortc's parser grows with codecs times lines, so offers that no browser sends are
-    refused before parsing.
+    The work of aiortc's parser grows with codecs times lines, so it gets what counts of an offer
+    (`essential_lines`), and none that no browser sends.
     """
     if len(sdp) > MAX_SDP_CHARS:
         raise SignallingError(f"the offer is longer than {MAX_SDP_CHARS} characters")
     lines = [line for line in sdp.splitlines() if line]  # at the very places where aiortc does
     if not lines or not lines[0].startswith("v=0"):
         raise SignallingError("the offer is not a session description: it does not begin with v=0")
-    further = min(sum(line.startswith("m=video ") for line in lines), MAX_PICTURES) - 1
+    firsts = [line.partition(" ")[0] for line in lines if line.startswith("m=")]
+    further = min(firsts.count("m=video"), MAX_PICTURES) - 1
     most = _MAX_LINES + _MORE_LINES * max(further, 0)
     if len(lines) > most:
         raise SignallingError(f"the offer has more than {most} lines")
     for section, what in _SECTIONS.items():
-        found = sum(line.startswith(section + " ") for line in lines)
+        found = firsts.count(section)
         if what == "picture" and 1 <= found <= MAX_PICTURES:
             continue
         if found != 1:
             raise SignallingError(f"the offer must have one {what} section, it has {found}")
-    _check_codecs(lines)
-    _check_message_size(lines)
-    lines = [line for line in lines if not line.startswith("a=end-of-candidates")]
-    return "\r\n".join(without_unwanted(lines, sender)) + "\r\n"
+    if len(firsts) > _MAX_SECTIONS:
+        raise SignallingError(f"the offer has more than {_MAX_SECTIONS} sections")
+    kept = essential(lines, codecs)
+    _check_message_size(kept)
+    return "\r\n".join(without_unwanted(kept, sender)) + "\r\n"
 
 
 def pictures(offer: str) -> int:
@@ -99,43 +100,13 @@ def is_firefox(offer: str) -> bool:
     return "\no=mozilla" in offer
 
 
-def _check_codecs(lines: list[str]) -> None:
-    """Require each payload type at most once per section."""
-    types: set[int] = set()
-    for_all = 0
-    for line in lines:
-        if line.startswith("m="):
-            types.clear()
-            for_all = 0
-        elif line.startswith("a=rtpmap:"):
-            payload_type = _number(line[len("a=rtpmap:") :].split(" ", 1)[0], "payload type")
-            if payload_type in types:
-                raise SignallingError(f"the offer has payload type {payload_type} twice")
-            types.add(payload_type)
-            if len(types) > _MAX_CODECS:
-                raise SignallingError(f"a section of the offer has more than {_MAX_CODECS} codecs")
-        elif line.startswith("a=rtcp-fb:*"):
-            for_all += 1
-            if for_all > _MAX_FEEDBACK_FOR_ALL:
-                raise SignallingError(
-                    f"a section of the offer has more than {_MAX_FEEDBACK_FOR_ALL} lines of"
-                    " feedback for all codecs"
-                )
-
-
 def _check_message_size(lines: list[str]) -> None:
     for line in lines:
         if not line.startswith("a=max-message-size:"):
             continue
-        size = _number(line[len("a=max-message-size:") :], "max-message-size")
+        size = whole_number(line[len("a=max-message-size:") :], "max-message-size")
         if 0 < size < _MIN_MESSAGE_BYTES:  # 0 means no limit
             raise SignallingError(
                 f"the offer limits messages to {size} bytes (max-message-size);"
                 f" {_MIN_MESSAGE_BYTES} are needed"
             )
-
-
-def _number(text: str, what: str) -> int:
-    if _NUMBER.fullmatch(text) is None:
-        raise SignallingError(f"the offer has a {what} that is not a number")
-    return int(text)

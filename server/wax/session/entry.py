@@ -100,8 +100,9 @@ class Entry:
         viewer = self._viewers.of_tab(visitor.identity, tab)
         embeds = sum(one.visitor.is_embed and one is not viewer for one in self._viewers)
         self._capacity.check(self._asking(visitor, viewer), self._clock.now_s(), embeds)
+        await asyncio.sleep(0)  # what came has just been parsed in this pass
         # Before anything else: a bad offer must neither take a place nor end a good peer.
-        offer = clean_offer(offer, visitor.address)
+        offer = clean_offer(offer, visitor.address, self._service.codecs.names)
         if (lacks := lacking(offer, self._service.codecs)) is not None:
             self._lacks(lacks)
             raise SignallingError(lacks)

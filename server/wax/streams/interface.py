@@ -26,6 +26,13 @@ class Codecs:
 
     audio: Literal["opus", "pcmu"]
     video: Literal["vp8", "h264"]
+    cameras: frozenset[str] = frozenset()
+    """Of the cameras beside the driving view."""
+
+    @property
+    def names(self) -> frozenset[str]:
+        """All of them."""
+        return self.cameras | {self.audio, self.video}
 
     @property
     def rates_hz(self) -> dict[Kind, int]:

@@ -321,7 +321,11 @@ class LiveService:
     ) -> None:
         """`upload_bps` is what all viewers together may be sent, 0 for no limit."""
         self._cameras = cameras
-        self.codecs = Codecs(audio="opus", video=video_settings.codec)
+        self.codecs = Codecs(
+            audio="opus",
+            video=video_settings.codec,
+            cameras=frozenset(one.settings.codec for one in cameras),
+        )
         self._clock = clock
         self._video = video
         self._audio = audio
