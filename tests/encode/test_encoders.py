@@ -243,6 +243,8 @@ PLANES = (200, 90, 40)
 @example(taken=(64, 48), sent=(160, 90))
 @example(taken=(160, 90), sent=(64, 48))
 @example(taken=(166, 130), sent=(166, 130))
+@example(taken=(480, 270), sent=(270, 480))
+@example(taken=(3840, 32), sent=(32, 2160))
 def test_every_even_size_is_sent(kind: str, taken: tuple[int, int], sent: tuple[int, int]) -> None:
     """A picture of any even size is decoded in that of its rendition, with its colours."""
     rendition = SMALL.model_copy(update={"width": sent[0], "height": sent[1]})
