@@ -12,7 +12,7 @@ import stat
 from pathlib import Path
 from typing import Final
 
-from wax.errors import reason_of
+from wax.errors import StartError, reason_of
 from wax.folders import expanded
 
 TEXT_BYTES: Final = 1 << 20
@@ -89,3 +89,22 @@ def read_secret(name: str) -> bytes:
             f"{reason_of(error)}; a service of systemd gets it by a line in its unit:"
             f" LoadCredential={path.name}:{path.absolute()}",
         ) from error
+
+
+def told_secret(key: str, name: str, advice: str = "") -> bytes:
+    """Return a secret without white space; raises `StartError`, which names the key and advises."""
+    try:
+        secret = read_secret(name).strip()
+    except OSError as error:
+        raise StartError(f"{key}: {name} cannot be read: {reason_of(error)}{advice}") from error
+    if not secret:
+        raise StartError(f"{key}: {name} is empty{advice}")
+    return secret
+
+
+def told_text(key: str, name: str, advice: str) -> str:
+    """Return a secret that is text; raises `StartError` as `told_secret` does."""
+    try:
+        return told_secret(key, name, advice).decode()
+    except UnicodeDecodeError as error:
+        raise StartError(f"{key}: {name} holds no text{advice}") from error

@@ -9,13 +9,13 @@ from __future__ import annotations
 import asyncio
 import socket
 import ssl
-import threading
-from contextlib import suppress
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from cryptography import x509
 from cryptography.x509.oid import ExtensionOID, NameOID
 
+from wax.daemon_call import daemon_call
 from wax.unreachable import TlsAnswer, is_certificate, says_enough, why
 
 if TYPE_CHECKING:
@@ -54,22 +54,10 @@ async def explained_aside(
     """Return the same within `limit_s`, from a thread that holds up nobody."""
     if says_enough(error):
         return why(target, error, now, connecting=True)
-    loop = asyncio.get_running_loop()
-    told: asyncio.Future[Sentence] = loop.create_future()
-
-    def tell(sentence: Sentence) -> None:
-        if not told.done():
-            told.set_result(sentence)
-
-    def look() -> None:
-        sentence = explained(target, error, now, limit_s)
-        with suppress(RuntimeError):  # the server has ended meanwhile
-            loop.call_soon_threadsafe(tell, sentence)
-
-    threading.Thread(target=look, name=f"look at {target.host}", daemon=True).start()
+    look = partial(explained, target, error, now, limit_s)
     try:
         async with asyncio.timeout(limit_s):
-            return await told
+            return await daemon_call(f"look at {target.host}", look)
     except TimeoutError:
         return why(target, error, now)
 

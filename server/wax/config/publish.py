@@ -7,8 +7,7 @@ from typing import Annotated, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from wax.config.addresses import ONE_URL
-from wax.errors import StartError, reason_of
-from wax.named_file import read_secret
+from wax.named_file import told_text
 
 _WebSocket = Annotated[
     str,
@@ -60,11 +59,5 @@ class PublishSettings(BaseModel):
         """Return the secret that signs LiveKit's tokens; raises `StartError`."""
         if not self.api_secret_file:
             return self.api_secret
-        try:
-            return read_secret(self.api_secret_file).decode().strip()
-        except (OSError, UnicodeDecodeError) as error:
-            why = reason_of(error)
-            raise StartError(
-                f"publish.api_secret_file: {self.api_secret_file} cannot be read: {why};"
-                " it holds the secret of LiveKit's api_key"
-            ) from error
+        holds = "; it holds the secret of LiveKit's api_key"
+        return told_text("publish.api_secret_file", self.api_secret_file, holds)

@@ -7,8 +7,6 @@ import datetime
 import errno
 import functools
 import socket
-import threading
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
@@ -17,6 +15,7 @@ from aiohttp.client_proto import ResponseHandler
 from yarl import URL
 
 from wax import __version__
+from wax.daemon_call import daemon_call
 from wax.errors import WaxError
 from wax.hooks.retry_after import wait_s
 from wax.hooks.signature import headers
@@ -204,37 +203,18 @@ class _Connector(aiohttp.TCPConnector):
 
 
 class _Resolver(AbstractResolver):
-    """Looks names up in threads of its own, of which aiohttp asks for one a name.
-
-    A name server that hangs would take the event loop's few, which the page's files need too, and
-    hold up the end of the process.
-    """
+    """Looks names up in threads of its own, of which aiohttp asks for one a name."""
 
     async def resolve(
         self, host: str, port: int = 0, family: socket.AddressFamily = socket.AF_UNSPEC
     ) -> list[ResolveResult]:
-        loop = asyncio.get_running_loop()
-        answered: asyncio.Future[list[Any] | OSError] = loop.create_future()
-
-        def answer(found: list[Any] | OSError) -> None:
-            if not answered.done():
-                answered.set_result(found)
-
-        def look_up() -> None:
-            found: list[Any] | OSError
+        def look_up() -> list[Any]:
             try:
-                found = socket.getaddrinfo(host, port, family, socket.SOCK_STREAM)
-            except OSError as error:
-                found = error
+                return socket.getaddrinfo(host, port, family, socket.SOCK_STREAM)
             except UnicodeError:  # a label of more than 63 letters
-                found = OSError(errno.EINVAL, _NO_NAME)
-            with suppress(RuntimeError):  # the server has ended meanwhile
-                loop.call_soon_threadsafe(answer, found)
+                raise OSError(errno.EINVAL, _NO_NAME) from None
 
-        threading.Thread(target=look_up, name=f"hook {host}", daemon=True).start()
-        found = await answered
-        if isinstance(found, OSError):
-            raise found
+        found = await daemon_call(f"hook {host}", look_up)
         return [
             ResolveResult(
                 hostname=host, host=address[0], port=address[1], family=kin, proto=proto, flags=0

@@ -8,8 +8,8 @@ import hashlib
 import hmac
 from typing import Final
 
-from wax.errors import StartError, reason_of
-from wax.named_file import read_secret as read_file
+from wax.errors import StartError
+from wax.named_file import told_secret
 
 _PREFIX: Final = "whsec_"
 _LEAST_BYTES: Final = 24
@@ -19,15 +19,11 @@ _MAKE: Final = "make one: (umask 077; echo whsec_$(openssl rand -base64 32) > FI
 
 def read_secret(path: str, key: str) -> bytes:
     """Return the secret in a file; raises `StartError`, which names the configuration's `key`."""
+    text = told_secret(key, path, f"; {_MAKE}")
     try:
-        text = read_file(path).decode("ascii").strip()
-        secret = base64.b64decode(text.removeprefix(_PREFIX), validate=True)
-    except OSError as error:
-        raise StartError(f"{key}: {path} cannot be read: {reason_of(error)}") from error
+        secret = base64.b64decode(text.decode("ascii").removeprefix(_PREFIX), validate=True)
     except (binascii.Error, UnicodeDecodeError):
         raise StartError(f"{key}: {path} holds no secret in Base64; {_MAKE}") from None
-    if not text:
-        raise StartError(f"{key}: {path} is empty; {_MAKE}")
     if not _LEAST_BYTES <= len(secret) <= _MOST_BYTES:
         raise StartError(
             f"{key}: {path} holds a secret of {len(secret)} bytes, and it takes {_LEAST_BYTES} to"

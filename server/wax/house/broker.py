@@ -16,12 +16,12 @@ from urllib.parse import urlsplit
 import structlog
 
 from wax.authority import client_tls
-from wax.errors import StartError, reason_of
+from wax.errors import StartError
 from wax.house.connection import BrokerConnection, BrokerError
 from wax.house.discovery import STATUS
 from wax.house.slug import client_id
 from wax.logs.printable import printable
-from wax.named_file import read_secret
+from wax.named_file import told_text
 from wax.second_look import explained
 from wax.sentence import Sentence, says
 from wax.unreachable import CLOSED, Target
@@ -235,13 +235,7 @@ class BrokerLink:
 def _password(path: str) -> str | None:
     if not path:
         return None
-    try:
-        password = read_secret(path).decode().strip()
-    except (OSError, UnicodeDecodeError) as error:
-        why = reason_of(error)
-        raise StartError(f"mqtt.password_file: {path} cannot be read: {why}") from error
-    if not password:
-        raise StartError(f"mqtt.password_file: {path} is empty; write the password into it")
+    password = told_text("mqtt.password_file", path, "; it holds the password")
     if len(password) > _MOST_PASSWORD_CHARS:
         raise StartError(
             f"mqtt.password_file: {path} holds more than {_MOST_PASSWORD_CHARS} characters; is it"

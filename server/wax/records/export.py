@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-from datetime import UTC, date, datetime, time
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Final, Literal
 
 from wax.errors import ConfigError
@@ -45,7 +45,7 @@ def export(path: Path, table: str | None, since: str | None, format_: Format) ->
     """
     if format_ == "csv" and table is None:
         raise ConfigError(f"--csv: say which table; there are {', '.join(EXPORTED)}")
-    after = None if since is None else _date(since)
+    after = None if since is None else moment(since, "--since")
     found = {one: read(path, one, after) for one in ([table] if table else EXPORTED)}
     if format_ == "json":
         rows = {name: one.rows for name, one in found.items()}
@@ -56,14 +56,14 @@ def export(path: Path, table: str | None, since: str | None, format_: Format) ->
     return "\n\n".join(_table(name, one.rows, newest) for name, one in found.items())
 
 
-def _date(text: str) -> datetime:
+def moment(text: str, option: str) -> datetime:
     """Read a date, or a date with a time; it is UTC unless it says otherwise."""
     try:
         found = datetime.fromisoformat(text)
     except ValueError as error:
         raise ConfigError(
-            f"--since: got {text!r}; allowed is a date as {date(2026, 11, 1)},"
-            f" or with a time as {datetime.combine(date(2026, 11, 1), time(18, 30)).isoformat()}"
+            f"{option}: got {text!r}; allowed is a date as 2026-11-01, or with a time as"
+            " 2026-11-01T18:30"
         ) from error
     return found.replace(tzinfo=UTC) if found.tzinfo is None else found
 

@@ -12,8 +12,7 @@ import hashlib
 import hmac
 from typing import TYPE_CHECKING, Any, Final
 
-from wax.errors import StartError, reason_of
-from wax.named_file import read_secret
+from wax.named_file import told_secret
 
 if TYPE_CHECKING:
     from wax.config.settings import NetworkSettings, RelaySettings
@@ -64,13 +63,5 @@ class IceServers:
 def _secret(relay: RelaySettings) -> bytes:
     if not relay.secret_file:
         return relay.secret.encode()
-    try:
-        secret = read_secret(relay.secret_file).strip()
-    except OSError as error:
-        raise StartError(
-            f"relay.secret_file: {relay.secret_file} cannot be read: {reason_of(error)};"
-            " it holds the secret of the TURN server's static-auth-secret"
-        ) from error
-    if not secret:
-        raise StartError(f"relay.secret_file: {relay.secret_file} is empty")
-    return secret
+    holds = "; it holds the secret of the TURN server's static-auth-secret"
+    return told_secret("relay.secret_file", relay.secret_file, holds)

@@ -7,11 +7,12 @@ an address that this machine has no more, as in another Wi-Fi, is of another net
 from __future__ import annotations
 
 import asyncio
-import threading
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import structlog
 
+from wax.daemon_call import daemon_call
 from wax.rtc.local_addresses import is_ours
 from wax.rtc.stun_query import StunAnswer, StunError, ask
 
@@ -70,7 +71,9 @@ class PublicAddresses:
         problem = ""
         for server in self._servers:
             try:
-                seen = await self._in_thread(server.removeprefix("stun:"))
+                seen = await daemon_call(
+                    "ask STUN", partial(self._ask, server.removeprefix("stun:"))
+                )
             except StunError as error:
                 problem = str(error)
                 continue
@@ -86,27 +89,3 @@ class PublicAddresses:
     @property
     def _has_moved(self) -> bool:
         return self._seen is not None and not self._is_ours(self._seen.own)
-
-    async def _in_thread(self, server: str) -> StunAnswer:
-        """Ask without blocking; a name server that hangs does not delay the end of the process."""
-        loop = asyncio.get_running_loop()
-        answer: asyncio.Future[StunAnswer] = loop.create_future()
-
-        def ask() -> None:
-            try:
-                found: StunAnswer | StunError = self._ask(server)
-            except StunError as error:
-                found = error
-            if not loop.is_closed():
-                loop.call_soon_threadsafe(tell, found)
-
-        def tell(found: StunAnswer | StunError) -> None:
-            if answer.done():
-                return
-            if isinstance(found, StunError):
-                answer.set_exception(found)
-            else:
-                answer.set_result(found)
-
-        threading.Thread(target=ask, name="ask STUN", daemon=True).start()
-        return await answer

@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Final
 
 from wax.errors import ConfigError, StateError, reason_of
+from wax.records.export import moment
 from wax.tape.event_ending import ending_of
 from wax.tape.repair import repair
 
@@ -83,7 +84,7 @@ def tape_delete(
     if is_all:
         parts = shelf.parts()
     elif before is not None:
-        until_s = _time_s(before)
+        until_s = moment(before, "--before").timestamp()
         parts = [one for one in shelf.parts() if one.ended_s < until_s]
     else:
         parts = _named(shelf, names)
@@ -121,15 +122,3 @@ def _each(parts: Sequence[Shelved], do: Callable[[Shelved], None]) -> None:
 def _counted(parts: Sequence[Shelved]) -> str:
     size = sum(one.size_bytes for one in parts) / 1e6
     return f"{len(parts)} part{'' if len(parts) == 1 else 's'}, {size:.1f} MB"
-
-
-def _time_s(text: str) -> float:
-    """Read a date, or a date with a time; it is UTC unless it says otherwise."""
-    try:
-        found = datetime.fromisoformat(text)
-    except ValueError as error:
-        raise ConfigError(
-            f"--before: got {text!r}; allowed is a date as 2026-11-01, or with a time as"
-            " 2026-11-01T18:30"
-        ) from error
-    return (found.replace(tzinfo=UTC) if found.tzinfo is None else found).timestamp()
