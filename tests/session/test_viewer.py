@@ -384,16 +384,18 @@ def test_leaving_ends_what_nobody_else_wants() -> None:
 
 
 def test_a_page_in_another_network_gets_its_streams_anew(monkeypatch: pytest.MonkeyPatch) -> None:
-    """But first the room hears of it, which stops the robot; and the delay is measured anew."""
+    """First the room hears of it, which stops the robot; and the delay is measured anew."""
     connected = _scene()
     connected.viewer.link.pinged(1, None, None, 100.0)
     connected.viewer.link.pinged(2, 1, 0.0, 100.1)
     assert connected.viewer.link.one_way_s == pytest.approx(0.05)
     calls = connected.room.calls
-    monkeypatch.setattr(connected.viewer.streams, "moved", lambda: calls.append(("streams", None)))
+    streams = connected.viewer.streams
+    monkeypatch.setattr(streams, "moved", lambda: calls.append(("streams", None)))
+    monkeypatch.setattr(streams, "keyframe_wanted", lambda one: calls.append(("keyframe", one)))
     calls.clear()
     connected.viewer.moved()
-    assert calls == [("moved", 7), ("streams", None)]
+    assert calls == [("moved", 7), ("streams", None), ("keyframe", None)]
     assert connected.viewer.link.one_way_s is None
     assert connected.viewer.link.silence_s(connected.clock.now_s()) == 0
 

@@ -66,3 +66,25 @@ def test_wishes_are_granted_at_a_bounded_rate() -> None:
     connected.viewer.settle(connected.clock.now_s())
     assert connected.video.wanted == []
     assert not connected.viewer.wants_picture
+
+
+def test_streams_begin_anew_at_a_bounded_rate(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever swaps two addresses without end: once a second, with keyframes of their budget."""
+    connected = _scene()
+    calls: list[str] = []
+    streams = connected.viewer.streams
+    monkeypatch.setattr(streams, "moved", lambda: calls.append("anew"))
+    monkeypatch.setattr(streams, "keyframe_wanted", lambda _camera: calls.append("keyframe"))
+    for _ in range(6000):
+        connected.clock.time_s += 0.01
+        connected.viewer.moved()
+        connected.viewer.settle(connected.clock.now_s())
+    assert 60 <= calls.count("anew") <= 2 + 60
+    assert 30 <= calls.count("keyframe") <= 8 + 30
+    calls.clear()
+    connected.clock.time_s += 1.1
+    connected.viewer.settle(connected.clock.now_s())
+    assert calls.count("anew") == 1, "the last one is never lost"
+    connected.clock.time_s += 1.1
+    connected.viewer.settle(connected.clock.now_s())
+    assert calls.count("anew") == 1

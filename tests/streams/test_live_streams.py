@@ -228,14 +228,15 @@ async def test_another_network_gets_a_fresh_start() -> None:
     assert rig.sizes[-1] == TOP
 
 
-async def test_another_network_begins_with_a_keyframe_of_the_same_rendition() -> None:
-    """What was lost on the way needs one; and it grows as if the link before had not been thin."""
+async def test_after_a_thin_link_another_network_grows_as_usual() -> None:
+    """The keyframe that it begins with is of the same rendition."""
     rig = Rig(rate_bps=50e3)
     rig.begin()
     await rig.run(4.0)
     assert rig.streams.status()["rendition"] == BOTTOM
     rig.asked.clear()
     rig.streams.moved()
+    rig.streams.keyframe_wanted()
     rig.rate_bps = 20e6
     await rig.run(0.05)
     assert rig.asked == [BOTTOM]

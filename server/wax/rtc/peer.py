@@ -302,7 +302,6 @@ class Peer:
     def _moved(self) -> None:
         if self._pc.connectionState != "connected":
             return  # while it connects a browser tries one address after another
-        _LOG.info("a viewer goes on from another address")
         self._tap.forget()
         self._events.moved()
 

@@ -55,6 +55,10 @@ _WANTS_BURST: Final = 8
 _KEYFRAMES_HZ: Final = 0.5
 _KEYFRAMES_BURST: Final = 8
 """A browser repeats its request until a keyframe comes; everybody else pays for it."""
+_MOVES_HZ: Final = 1.0
+_MOVES_BURST: Final = 2
+"""A phone leaves one network for another, and perhaps comes back; whoever swaps addresses without
+end gets what each change costs so often."""
 _DRIVE_STATUS_S: Final = 0.3
 _THIN_DRIVE_STATUS_S: Final = 1.0
 """Over a thin link, on which they change with every picture that is late."""
@@ -164,6 +168,10 @@ class Viewer:
             weak_callback(self._look),
             TokenBucket(rate_hz=_WANTS_HZ, burst=_WANTS_BURST, now_s=now_s),
         )
+        self._moves = LastWins(
+            weak_callback(self._begin_anew),
+            TokenBucket(rate_hz=_MOVES_HZ, burst=_MOVES_BURST, now_s=now_s),
+        )
         self._camera_keyframes = TokenBucket(
             rate_hz=_KEYFRAMES_HZ, burst=_KEYFRAMES_BURST, now_s=now_s
         )
@@ -227,8 +235,13 @@ class Viewer:
     def moved(self) -> None:
         self.link = LinkMonitor(self._clock.now_s())  # the delay of the other network was another
         self._events.viewer_moved(self)
+        self._moves.ask(None, self._clock.now_s())
+
+    def _begin_anew(self, _moved: None) -> None:
+        _LOG.info("a viewer goes on from another address", viewer=self.number)
         with self.boundary:
             self.streams.moved()
+            self.keyframe_wanted()
 
     def closed(self, peer: Peer) -> None:
         self._events.viewer_closed(self, peer)
@@ -289,6 +302,7 @@ class Viewer:
         self._names.settle(now_s)
         self._wants.settle(now_s)
         self._looks.settle(now_s)
+        self._moves.settle(now_s)
         self.tell_drive_status(now_s)
 
     def tell_drive_status(self, now_s: float) -> None:

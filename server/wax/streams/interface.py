@@ -117,7 +117,7 @@ class Streams(Protocol):
         ...
 
     def moved(self) -> None:
-        """Begin anew, with a keyframe: the browser has another link, of which nothing is known."""
+        """Begin anew: the browser has another link, of which nothing is known."""
         ...
 
     def want(self, *, sound: bool, picture: bool, size: str, policy: Policy | None) -> None:

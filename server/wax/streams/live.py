@@ -140,7 +140,6 @@ class LiveStreams:
     def moved(self) -> None:
         self._congestion.begin_anew()
         self._decide_now()
-        self.keyframe_wanted()
 
     def want(self, *, sound: bool, picture: bool, size: str, policy: Policy | None) -> None:
         self._sound_wanted = sound
