@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import asynccontextmanager
 from functools import partial
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 import pytest
@@ -21,7 +22,7 @@ from e2e.harness.wait import eventually
 from wax.client import Operator
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncIterator, Mapping
     from pathlib import Path
 
     from playwright.async_api import Browser
@@ -38,19 +39,23 @@ WITH_ORIGIN: Final = (
     "allow-scripts allow-same-origin",
     "allow-scripts allow-forms allow-same-origin allow-popups",
 )
+ISOLATED: Final = {"Cross-Origin-Embedder-Policy": "require-corp"}
+"""Of a site that has isolated itself from others, so that it shows fewer frames."""
 TRIES: Final = "(document.cookie = 'tried=1; SameSite=None; Secure', document.cookie)"
 
 pytestmark = [pytest.mark.full, pytest.mark.timeout(120)]
 
 
 @asynccontextmanager
-async def sites(*ports: int) -> AsyncIterator[dict[str, str]]:
+async def sites(
+    *ports: int, headers: Mapping[str, str] = MappingProxyType({})
+) -> AsyncIterator[dict[str, str]]:
     """Serve these pages, by path, on sites of other names than the robot's, which is 127.0.0.1."""
     pages: dict[str, str] = {}
 
     async def page(request: web.Request) -> web.Response:
         text = f"<!doctype html><title>Museum</title>{pages.get(request.path, '')}"
-        return web.Response(text=text, content_type="text/html")
+        return web.Response(text=text, content_type="text/html", headers=headers)
 
     application = web.Application()
     application.router.add_get("/{path:.*}", page)
@@ -133,7 +138,10 @@ async def test_in_a_sandbox_it_plays_or_says_where_it_does(
     Without one it gets neither script nor style: a sentence and the address are in its HTML.
     """
     museum = free_port()
-    async with sites(museum) as pages, serve(tmp_path, allowing(museum)) as server:
+    async with (
+        sites(museum, headers=ISOLATED) as pages,
+        serve(tmp_path, allowing(museum)) as server,
+    ):
         frame = await line(server)
         values = WITHOUT_ORIGIN + WITH_ORIGIN
         pages["/"] = "".join(frame.replace(" ", f' sandbox="{one}" ', 1) for one in values)
@@ -158,7 +166,8 @@ async def test_in_a_sandbox_it_plays_or_says_where_it_does(
             async with context.expect_page() as opening:
                 await link.click()
             opened = await opening.value
-            await expect(opened.get_by_role("button", name="Join the queue")).to_be_visible()
+            join = opened.get_by_role("button", name="Join the queue")
+            await expect(join).to_be_visible(timeout=20_000)
         await context.close()
 
 

@@ -716,6 +716,19 @@ async def test_only_the_view_for_frames_is_framed_elsewhere(
         assert (await client.get(page.format(client.port).replace("/?", "/oembed?"))).status == 404
 
 
+async def test_a_site_that_has_isolated_itself_shows_the_frame(client: Client) -> None:
+    """Such a site demands two headers of it, and it one of its workers; the page has neither."""
+    frame, worker, page = [
+        (await client.get(path)).headers for path in ("/?view=embed", "/assets/b.js", "/")
+    ]
+    assert frame["Cross-Origin-Resource-Policy"] == "cross-origin"
+    embedder = "Cross-Origin-Embedder-Policy"
+    assert frame[embedder] == worker[embedder] == "require-corp"
+    assert worker["Cross-Origin-Resource-Policy"] == "same-origin"
+    assert page["Cross-Origin-Resource-Policy"] == "same-origin"
+    assert embedder not in page
+
+
 async def test_unknown_paths_and_methods(client: Client) -> None:
     """No file outside the page is served, and a wrong method gets a sentence."""
     for path in ("/nothing", "/../secret", "/%2e%2e/secret", "/assets"):

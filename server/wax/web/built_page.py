@@ -36,6 +36,10 @@ _MOST_PAGES: Final = 32
 """So many names and addresses of this server have a page that is kept, or one for frames."""
 _PACKED: Final = ".gz"
 _UNPACKED_TYPE: Final = "application/octet-stream"
+_ISOLATED: Final = {"Cross-Origin-Embedder-Policy": "require-corp"}
+"""For frames, and for the workers that they start: all they need comes from here. A site that has
+isolated itself so shows no other frame."""
+_ANYWHERE: Final = {"Cross-Origin-Resource-Policy": "cross-origin"}
 _CALENDAR_TYPE: Final = "text/calendar; charset=utf-8"
 
 
@@ -85,7 +89,7 @@ class BuiltPage:
         # The assets have a hash in their names; the page itself must be revalidated each time.
         headers = {"Cache-Control": "no-cache"}
         if frame_policy is not None:
-            headers["Content-Security-Policy"] = frame_policy
+            headers |= {"Content-Security-Policy": frame_policy} | _ISOLATED | _ANYWHERE
         return await _send(request, page, headers)
 
     async def asset(
@@ -99,7 +103,7 @@ class BuiltPage:
         file = self._files.get(path)
         if file is None:
             raise NotForUsError(Sentence("request.no_page"), 404)
-        return await _send(request, file, {}, sent)
+        return await _send(request, file, _ISOLATED, sent)
 
     async def preview(self, request: web.Request) -> web.StreamResponse:
         """Answer with the host's picture, which other sites show beside a link to the page."""
@@ -107,8 +111,7 @@ class BuiltPage:
         if picture is None:
             raise web.HTTPNotFound(reason="This page has no picture.")
         file = _File(picture.content, None, picture.content_type, picture.digest)
-        shown = {"Cross-Origin-Resource-Policy": "cross-origin"}
-        return await _send(request, file, keeps(request, picture.digest) | shown)
+        return await _send(request, file, keeps(request, picture.digest) | _ANYWHERE)
 
     async def calendar(self, request: web.Request) -> web.StreamResponse:
         """Answer with the opening hours; raises `NotForUsError` where there are none."""
