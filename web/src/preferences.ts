@@ -58,8 +58,8 @@ const DEFAULTS: Preferences = {
 
 type Store = Pick<Storage, "getItem" | "setItem">;
 
-/** `window.localStorage` or similar; null if it is forbidden, as in a private window. */
-export function openStore(open: () => Storage): Storage | null {
+/** `window.localStorage` or similar; null if it is forbidden, as where no cookie is allowed. */
+export function openStore<Opened>(open: () => Opened): Opened | null {
   try {
     return open();
   } catch {

@@ -433,6 +433,16 @@ describe("a link with a secret", () => {
   });
 });
 
+it("begins where the browser allows no cookie, and so no word between its tabs", async () => {
+  vi.stubGlobal("BroadcastChannel", () => {
+    throw new DOMException("The operation is insecure.", "SecurityError");
+  });
+  session = startSession();
+  await vi.advanceTimersByTimeAsync(0);
+  open();
+  expect(session.state.link.value).toEqual({ is: "connected" });
+});
+
 describe("in a frame on another site", () => {
   const { dataset } = document.documentElement;
 

@@ -554,7 +554,9 @@ export function startSession(): Session {
       const another = takeEntry(window);
       if (another) void enter(another);
     });
-    identity.share(openIdentityChannel(), () => link.connect());
+    // Without it there is no storage either, which a duplicated tab would begin with.
+    const channel = openStore(openIdentityChannel);
+    if (channel) identity.share(channel, () => link.connect());
   }
   window.addEventListener("pagehide", () => {
     link.close();
