@@ -18,7 +18,7 @@ from contextlib import AsyncExitStack, suppress
 from functools import partial
 from typing import Any, Final
 
-from e2e.strangers import by_http, by_udp, wire
+from e2e.strangers import by_channel, by_http, by_udp, wire
 from e2e.strangers.ground import Attack, Ground, address, together
 from e2e.strangers.intruder import Intruder, NoPlaceError
 
@@ -95,6 +95,14 @@ ATTACKS: Final[dict[str, Attack]] = {
         partial(by_udp.sctp, rate_hz=20, kinds=wire.DEMANDING), 4,
     ),
     "authenticated": Attack("4 viewers send RTCP as fast as they can", by_udp.authenticated, 4),
+    "wants": Attack(
+        "20 viewers want another size or policy each second",
+        partial(by_channel.says, rate_hz=1, messages=by_channel.WANTS), 20, True,
+    ),
+    "queue": Attack(
+        "20 viewers join the queue and leave it, 5/s each",
+        partial(by_channel.says, rate_hz=5, messages=by_channel.QUEUE), 20,
+    ),
     "junk": Attack("datagrams of nothing as fast as they can be sent", by_udp.junk),
     "pipelined": _asks("the page, 20 requests at once", 60, 1, 20_000, by_http.PAGE),
     "cookies-1": _asks("64 KB of cookies a request", 32, 1, 400, by_http.COOKIES),

@@ -45,7 +45,7 @@ from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
 from wax.hooks.hooks import Hooks
 from wax.house.house import House
-from wax.machine import memory
+from wax.machine import cores, memory
 from wax.machine.service_manager import ServiceManager
 from wax.monitoring.listener import MetricsListener
 from wax.monitoring.metrics import Metrics
@@ -58,6 +58,7 @@ from wax.rtc.ice_servers import IceServers
 from wax.rtc.network import Network
 from wax.session.changes import Fault, StateSeen, faults
 from wax.session.event_maker import EventMaker
+from wax.session.headroom import Headroom
 from wax.session.host_decisions import HostDecisions
 from wax.session.house_states import house_states
 from wax.session.kept_state import KeptFile
@@ -188,12 +189,12 @@ class App:
                     self._audio if settings.access.strangers_hear else None,
                 ),
             )
-        self._picture_clock = PictureClock()
+        self._picture_clock, self._blocks = PictureClock(), Blocks()
         self._captures = self._make_captures()
         self._channel_faults = ChannelFaults(_log_channel_fault, most=settings.audio.channels)
-        self._blocks = Blocks()
         ice = IceServers(settings.network, settings.relay)
         turns, turnstile = Turns(settings.turns), Turnstile(clock)
+        self._headroom = Headroom(cores.usable(), clock, lambda: turnstile.charged_s)
         self._network = Network(settings.network, ice, clock, turnstile)
         self._tape = self._make_tape(counters)
         viewers = Viewers(
@@ -290,6 +291,7 @@ class App:
             keeper=self._keeper,
             network=self._network,
             cluster=self._cluster,
+            has_time=self._headroom.has_time,
             voices=self._voices,
             tape=tape,
         )
@@ -428,6 +430,7 @@ class App:
         self._supervisor.spawn("control loop", self._control.run())
         self._supervisor.spawn("memory", memory.run())
         self._supervisor.spawn("room", self._room.run())
+        self._supervisor.spawn("headroom", self._headroom.run())
         self._supervisor.spawn("status", self._status.run())
         self._supervisor.spawn("public address", self._network.run())
         self._supervisor.spawn("records", self._keeper.run())

@@ -117,3 +117,19 @@ def test_one_keyframe_serves_the_interval_and_who_asks(studio: Studio) -> None:
     studio.rendition.request_keyframe()
     studio.rendition.request_keyframe()
     assert studio.keyframes(60) == [0]
+
+
+def test_whoever_asks_all_the_time_gets_a_keyframe_a_second(studio: Studio) -> None:
+    """After the first few, as all are sent each; only an operator's request never waits."""
+    studio.rendition.want(True)
+
+    def asked(times: int, *, is_urgent: bool) -> int:
+        made = 0
+        for _ in range(times):
+            studio.rendition.request_keyframe(is_urgent=is_urgent)
+            studio.clock.time_s += 0.31
+            made += studio.film(1)[0].keyframe
+        return made
+
+    assert asked(30, is_urgent=False) in (14, 15, 16)  # in 9 s, and six at first
+    assert asked(5, is_urgent=True) == 5

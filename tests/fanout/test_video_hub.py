@@ -264,3 +264,19 @@ async def test_encoders_that_hang_are_left_behind_together(*, asked: bool) -> No
         assert 1.4 < monotonic() - started_s < 2.5
         hub.stop()
         go_on.set()
+
+
+async def test_a_keyframe_for_whoever_drives_is_not_put_off(
+    hub: VideoHub, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Others of the same rendition may have asked for as many as there are."""
+    asked: list[bool] = []
+    rendition = hub._renditions[BIG]
+    monkeypatch.setattr(rendition, "request_keyframe", lambda *, is_urgent: asked.append(is_urgent))
+    watches, drives = hub.add(OpenFence()), hub.add(OpenFence())
+    hub.prioritise(drives)
+    for lane in (watches, drives):
+        hub.choose(lane, BIG)
+    hub.remove(drives)
+    hub.request_keyframe(watches)
+    assert asked == [False, True, False]

@@ -409,11 +409,6 @@ class ControlLoop:
         """How late the ticks since the start were."""
         return self._timer.lateness
 
-    @property
-    def is_on_time(self) -> bool:
-        """Whether the machine has time for more than it does."""
-        return self._timer.is_on_time
-
     def counts(self) -> dict[str, float]:
         """Return the counts since the start, and how late the ticks of the last minute were."""
         return dict(sorted(self._counts.items())) | {

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from itertools import islice
 from typing import Final
 
 from wax.control.lateness import Lateness
@@ -14,10 +13,6 @@ MIN_LATE_S: Final = 0.1
 _EARLY_S: Final = 0.001
 """A step this shortly before a tick counts as that tick: timers may fire a little early."""
 _REMEMBERED_S: Final = 60.0
-_BUSY_S: Final = 0.005
-"""A tick is as late as whatever comes at any time has to wait: a command, or somebody's Stop."""
-_LATELY_S: Final = 10.0
-"""A rush of newcomers, whose answers take time, is over by then."""
 
 
 class LoopTimer:
@@ -65,12 +60,6 @@ class LoopTimer:
     def latest_ms(self) -> float:
         """How late the latest tick of the last minute was."""
         return self._late_ms(1.0)
-
-    @property
-    def is_on_time(self) -> bool:
-        """Whether the ticks of the last 10 s were nearly on time: there is time for more."""
-        lately = list(islice(reversed(self._late_s), math.ceil(_LATELY_S / self.period_s)))
-        return sum(lately) <= _BUSY_S * len(lately)
 
     def _late_ms(self, share: float) -> float:
         late_s = sorted(self._late_s)

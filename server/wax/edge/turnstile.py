@@ -26,6 +26,8 @@ class Turnstile:
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._used_s = 0.0
+        self.charged_s = 0.0
+        """What was charged to anybody since the start."""
 
     @property
     def is_open(self) -> bool:
@@ -42,6 +44,7 @@ class Turnstile:
         if not self._used_s:
             asyncio.get_running_loop().call_soon(self._next_pass)
         self._used_s += cost_s
+        self.charged_s += cost_s
         payer.spend(cost_s, self._clock.now_s())
 
     def _next_pass(self) -> None:

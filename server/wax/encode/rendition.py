@@ -21,6 +21,10 @@ _LOG = structlog.get_logger(__name__)
 
 _KEYFRAME_SPACING_S: Final = 0.3
 """Keyframe requests are coalesced to this, in case many viewers lose packets."""
+_KEYFRAMES_HZ: Final = 1.0
+_KEYFRAMES_BURST: Final = 6.0
+"""Beyond these so many: each is sent to all who see it, and some viewer always asks. An operator's
+request is never put off, who cannot drive without a picture."""
 
 _POLL_S: Final = 0.5
 
@@ -49,6 +53,8 @@ class Rendition:
         self._deliver = deliver
         self._wanted = threading.Event()
         self._keyframe = threading.Event()
+        self._is_urgent = False
+        self._spare = _KEYFRAMES_BURST
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
         self.encoded = 0
@@ -71,8 +77,9 @@ class Rendition:
         elif not wanted:
             self._wanted.clear()
 
-    def request_keyframe(self) -> None:
+    def request_keyframe(self, *, is_urgent: bool = False) -> None:
         """Make the next picture a keyframe, as soon as the spacing allows."""
+        self._is_urgent = self._is_urgent or is_urgent
         self._keyframe.set()
 
     def start(self) -> None:
@@ -137,8 +144,11 @@ class Rendition:
             self._deliver(encoded)
 
     def _keyframe_due(self, since_s: float) -> bool:
-        is_asked = self._keyframe.is_set() and since_s >= _KEYFRAME_SPACING_S
-        if not is_asked and since_s < self._keyframe_interval_s:
+        spare = min(self._spare + since_s * _KEYFRAMES_HZ, _KEYFRAMES_BURST)
+        may_be = since_s >= _KEYFRAME_SPACING_S and (spare >= 1.0 or self._is_urgent)
+        if not (self._keyframe.is_set() and may_be) and since_s < self._keyframe_interval_s:
             return False
+        self._spare = max(spare - 1.0, 0.0)
+        self._is_urgent = False
         self._keyframe.clear()  # one serves whoever asked and the interval, too
         return True

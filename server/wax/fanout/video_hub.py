@@ -56,6 +56,7 @@ class VideoHub:
         self.slot: NewestSlot[Picture] = NewestSlot()
         self._clock = clock
         self._lanes: dict[HubLane, Callable[[EncodedPicture], None]] = {}
+        self._first: HubLane | None = None
         self._dropped_by_gone = 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._make = make
@@ -121,6 +122,7 @@ class VideoHub:
     def prioritise(self, lane: HubLane) -> None:
         """Serve this lane first: the operator does not wait for a crowd."""
         if lane in self._lanes:
+            self._first = lane
             self._lanes = {lane: self._lanes[lane], **self._lanes}
 
     def remove(self, lane: HubLane) -> None:
@@ -128,6 +130,8 @@ class VideoHub:
         if lane in self._lanes:
             del self._lanes[lane]
             self._dropped_by_gone += lane.dropped
+            if lane is self._first:
+                self._first = None
         self._refresh()
 
     def choose(self, lane: HubLane, rendition: str | None) -> None:
@@ -136,8 +140,7 @@ class VideoHub:
             return
         lane.choose(rendition)
         self._refresh()
-        if rendition is not None:
-            self._renditions[rendition].request_keyframe()
+        self.request_keyframe(lane)
 
     def request_keyframe(self, lane: HubLane) -> None:
         """Request a keyframe for a viewer who cannot decode (PLI, RFC 4585; FIR, RFC 5104).
@@ -145,7 +148,8 @@ class VideoHub:
         How many a viewer may ask for is `session/viewer.py`'s; the rendition merges them.
         """
         if lane.rendition is not None:
-            self._renditions[lane.rendition].request_keyframe()
+            is_first = lane is self._first
+            self._renditions[lane.rendition].request_keyframe(is_urgent=is_first)
 
     @property
     def wanted(self) -> list[str]:

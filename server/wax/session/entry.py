@@ -36,7 +36,7 @@ _MOST_EXPECTED: Final = 100
 """Who wait in the queue and watch in a room."""
 _MACHINE_FULL: Final = Sentence("door.machine_full")
 _FIRST_DOZEN: Final = 12
-"""Who come in however late the machine is: it may be busy with something else."""
+"""Who come in however busy the machine is: it may be with something else."""
 
 
 class Entry:
@@ -44,7 +44,7 @@ class Entry:
 
     `send_away` tells a viewer why they may not stay, and forgets them.
     `is_due` says whether somebody who waits in a room gets a place now, whoever has the others;
-    `is_on_time` whether the machine can serve one more without delaying the operator.
+    `has_time` whether the machine can serve one more beside so many.
     """
 
     def __init__(
@@ -61,7 +61,7 @@ class Entry:
         drop_peer: Callable[[Viewer], None],
         send_away: Callable[[Viewer, Sentence], None],
         is_due: Callable[[Viewer], bool],
-        is_on_time: Callable[[], bool],
+        has_time: Callable[[int], bool],
         voices: Voices | None = None,
     ) -> None:
         self._sync = settings.sync.observer
@@ -75,7 +75,7 @@ class Entry:
         self._drop_peer = drop_peer
         self._send_away = send_away
         self._is_due = is_due
-        self._is_on_time = is_on_time
+        self._has_time = has_time
         self._voices = voices
         self._capacity = Capacity(
             most=settings.server.max_viewers,
@@ -201,7 +201,7 @@ class Entry:
         """Return what there is too little of for one newcomer more than are served."""
         if not self._service.has_room:
             return Sentence("door.upload_full")
-        if served >= _FIRST_DOZEN and not self._is_on_time():
+        if served >= _FIRST_DOZEN and not self._has_time(served):
             return _MACHINE_FULL
         return None
 

@@ -26,7 +26,7 @@ from wax.session.rooms import Rooms
 from wax.session.stop_budget import StopBudget
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from wax.access.access import Access
     from wax.access.admission import Visitor
@@ -96,6 +96,7 @@ class Room:
         kept: KeptFile,
         records: Records,
         cluster: Cluster,
+        has_time: Callable[[int], bool],
         voices: Voices | None = None,
         tape: TapeKeeper | None = None,
     ) -> None:
@@ -147,7 +148,7 @@ class Room:
             drop_peer=self._drop_peer,
             send_away=self.send_away,
             is_due=self._is_due,
-            is_on_time=lambda: control.is_on_time,
+            has_time=has_time,
             voices=voices,
         )
         self._voices = voices

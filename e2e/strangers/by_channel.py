@@ -1,0 +1,30 @@
+"""Attacks by the data channel: what any page may say, by many at once and all the time."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from itertools import cycle
+from typing import TYPE_CHECKING, Any, Final
+
+from aiortc.exceptions import InvalidStateError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from e2e.strangers.ground import Ground
+
+WANTS: Final = [
+    {"type": "want", "sound": True, "picture": True, "size": size, "policy": policy}
+    for size in ("640x480", "320x240", "160x120")
+    for policy in ("audio-master", "video-first")
+]
+QUEUE: Final = [{"type": "join"}, {"type": "leave"}]
+
+
+async def says(ground: Ground, rate_hz: float, messages: Sequence[dict[str, Any]]) -> None:
+    """Let each viewer say these, one after the other and again, at this rate."""
+    spoken = {intruder: cycle(messages) for intruder in ground.intruders}
+    async for intruder in ground.turns(rate_hz):
+        with suppress(InvalidStateError):  # it was sent away
+            intruder.say(**next(spoken[intruder]))
+            ground.account["messages"] += 1
