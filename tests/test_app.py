@@ -258,7 +258,7 @@ async def test_a_taken_port_is_a_sentence() -> None:
     """A second server on the same port does not start, and says what to do."""
     async with started(_app()) as port:
         second = _app(NO_DEVICES, {"server": {"host": "127.0.0.1", "port": port}})
-        with pytest.raises(StartError, match=f"port {port} is used.*--port"):
+        with pytest.raises(StartError, match=f"TCP port {port} of .* in use.*`ss -.*--port"):
             await second.run(lambda _port: None)
 
 
@@ -279,7 +279,7 @@ async def test_a_taken_udp_port_is_a_sentence() -> None:
     async with started(first):
         taken = first._network.udp_port
         second = _app(NO_DEVICES, {"network": {"udp_port": taken}})
-        with pytest.raises(StartError, match=f"UDP port {taken}.*used by another.*--udp-port"):
+        with pytest.raises(StartError, match=f"UDP port {taken}.*in use.*`ss -.*--udp-port"):
             await second.run(lambda _port: None)
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import errno
 import socket
+from pathlib import Path
 from typing import Any
 
 import pytest
 from tests.free_port import free_port
 
-from wax.edge.binding import listen
+from wax.edge.binding import listen, why_not
 
 
 def _without_ipv6(monkeypatch: pytest.MonkeyPatch, number: int, family: int) -> None:
@@ -64,3 +65,12 @@ def test_localhost_needs_no_resolver(monkeypatch: pytest.MonkeyPatch) -> None:
         one.close()
     with pytest.raises(socket.gaierror, match="injected"):
         listen("robot.example.org", 0)
+
+
+def test_a_port_that_takes_a_right_says_how_to_give_it() -> None:
+    """The service gets it by lines that wait in its unit; whoever has a router needs none."""
+    told = why_not(PermissionError(errno.EACCES, "Permission denied"), "--port")
+    assert told.startswith("Permission denied. ")
+    unit = Path(__file__).parents[2] / "config" / "deploy" / "wax.service"
+    assert "\n#AmbientCapabilities=CAP_NET_BIND_SERVICE\n" in unit.read_text(encoding="utf-8")
+    assert all(one in told for one in ("CAP_NET_BIND_SERVICE in wax.service", "--port", "1024"))

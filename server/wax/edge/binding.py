@@ -1,10 +1,12 @@
-"""Listening sockets on all addresses of a host that this machine has."""
+"""Ports to be had: listening sockets on all addresses of a host that this machine has."""
 
 from __future__ import annotations
 
 import errno
 import socket
 from typing import Any, Final
+
+from wax.errors import reason_of
 
 BACKLOG: Final = 512
 """So many wait in the kernel: a class opens the page at once."""
@@ -13,6 +15,27 @@ LISTENING: Final[dict[int, int]] = {}
 NOT_HERE: Final = frozenset({errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT})
 """A name may have an address of a family that this machine does not use: ``::1 localhost`` stays in
 `/etc/hosts` where IPv6 is off, as in most containers."""
+
+
+def advice(error: OSError, key: str) -> str:
+    """Return what to do where a port, which is set by `key`, cannot be had."""
+    match error.errno:
+        case errno.EADDRINUSE:
+            return f"End the program that uses it (`ss -tulpn` names it), or choose another: {key}."
+        case errno.EACCES:
+            return (
+                "A port below 1024 takes a right: uncomment CAP_NET_BIND_SERVICE in wax.service."
+                f" Or choose one from 1024 on ({key}), to which a router or proxy forwards 443."
+            )
+        case errno.EADDRNOTAVAIL:
+            return "Set server.host to an address of this machine, or to 0.0.0.0 for all."
+    return f"Check server.host and the port: {key}."
+
+
+def why_not(error: OSError, key: str) -> str:
+    """Return why it cannot be had, and what to do."""
+    reason, _, _ = reason_of(error).partition(" (while")  # what Python adds is told already
+    return f"{reason}. {advice(error, key)}"
 
 
 def addresses(

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from aiohttp import web
 from prometheus_client.exposition import CONTENT_TYPE_LATEST
 
-from wax.edge.binding import listen
-from wax.errors import StartError, reason_of
+from wax.edge.binding import listen, why_not
+from wax.errors import StartError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -42,8 +42,8 @@ class MetricsListener:
                 await web.SockSite(self._runner, one, backlog=4).start()
         except OSError as error:
             raise StartError(
-                f"cannot listen on {host}:{port} for metrics: {reason_of(error)};"
-                " choose another [metrics] port"
+                f"TCP port {port} of {host} cannot be used for metrics:"
+                f" {why_not(error, '[metrics] port')}"
             ) from error
         return int(self._runner.addresses[0][1])
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import asyncio
-import errno
 import time
 from typing import TYPE_CHECKING, Final
 
 from aiohttp import web
 
+from wax.edge.binding import why_not
 from wax.edge.turnstile import Turnstile
-from wax.errors import StartError, reason_of
+from wax.errors import StartError
 from wax.web.connection import Connection
 from wax.web.http_limits import HttpLimits
 from wax.web.listening import Listening
@@ -74,13 +74,8 @@ class Entrance:
         try:
             self._listening = Listening(host, port, self._accept)
         except OSError as error:
-            if error.errno == errno.EADDRINUSE:
-                raise StartError(
-                    f"port {port} is used by another program; end it, or choose another port"
-                    " with --port"
-                ) from error
             raise StartError(
-                f"cannot listen on {host}:{port}: {reason_of(error)}; check --host and --port"
+                f"TCP port {port} of {host} cannot be used: {why_not(error, '--port')}"
             ) from error
 
     async def close(self) -> None:

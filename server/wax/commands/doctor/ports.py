@@ -11,19 +11,13 @@ from typing import TYPE_CHECKING, Any, Final
 from pydantic_core import from_json
 
 from wax.commands.doctor.verdict import Verdict, bad, ok, warning
-from wax.edge.binding import NOT_HERE, addresses
+from wax.edge.binding import NOT_HERE, addresses, advice
 from wax.errors import reason_of
 
 if TYPE_CHECKING:
     from wax.commands.doctor.network import ServedNetwork
 
 _ANSWER_S: Final = 2.0
-_ADVICE: Final = {
-    errno.EADDRINUSE: "End the program that uses it (`ss -tulpn` names it), or choose another"
-    " port.",
-    errno.EACCES: "Choose a port from 1024 on, and let the router or a proxy forward 443 to it.",
-    errno.EADDRNOTAVAIL: "Set server.host to an address of this machine, or to 0.0.0.0 for all.",
-}
 
 
 def is_running(network: ServedNetwork) -> bool:
@@ -55,7 +49,7 @@ def tcp_port(network: ServedNetwork, *, running: bool) -> Verdict:
             "Each start takes another TCP port.",
             "Set server.port, so that a router can forward it.",
         )
-    return _bound(name, socket.SOCK_STREAM, network.host, network.tcp_port)
+    return _bound(name, socket.SOCK_STREAM, network.host, network.tcp_port, "server.port")
 
 
 def udp_port(network: ServedNetwork, *, running: bool) -> Verdict:
@@ -74,22 +68,22 @@ def udp_port(network: ServedNetwork, *, running: bool) -> Verdict:
         )
     if running:
         return ok(f"{name} belongs to WAX, which is running.")
-    return _bound(name, socket.SOCK_DGRAM, network.host, network.udp_port)
+    return _bound(name, socket.SOCK_DGRAM, network.host, network.udp_port, "network.udp_port")
 
 
-def _bound(name: str, kind: socket.SocketKind, host: str, port: int) -> Verdict:
+def _bound(name: str, kind: socket.SocketKind, host: str, port: int, key: str) -> Verdict:
     try:
         found = addresses(host or None, port, kind)
     except socket.gaierror:
-        return bad(f"There is no address for the name {host}.", _ADVICE[errno.EADDRNOTAVAIL])
+        unknown = OSError(errno.EADDRNOTAVAIL, "")
+        return bad(f"There is no address for the name {host}.", advice(unknown, key))
     errors = [_bind(family, kind, address) for family, address in found]
     # A name may have an address of a family that is switched off: the other one serves.
     told = [one for one in errors if one is not None and one.errno not in NOT_HERE]
     if not told and None not in errors:
         told = [one for one in errors if one is not None]
     for error in told:
-        advice = _ADVICE.get(error.errno or 0, "Check server.host and the port.")
-        return bad(f"{name} cannot be used: {reason_of(error)}.", advice)
+        return bad(f"{name} cannot be used: {reason_of(error)}.", advice(error, key))
     return ok(f"{name} is free.")
 
 

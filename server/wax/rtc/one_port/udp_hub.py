@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, cast
 import structlog
 from aioice.stun import COOKIE, Message, parse_message
 
+from wax.edge.binding import advice
 from wax.errors import StartError, reason_of
 from wax.rtc.egress import runs
 from wax.rtc.one_port.lite_agent import Path
@@ -116,7 +117,7 @@ class UdpHub:
         self._next = 0
         self._sockets: dict[int, _Bound] = {}
         self._numbers: dict[str, int] = {}
-        self._failed: dict[str, str] = {}
+        self._failed: dict[str, OSError] = {}
         self._opening = asyncio.Lock()
         self._peers: dict[str, HubPeer] = {}
         self._paths: dict[Path, HubPeer] = {}
@@ -138,8 +139,8 @@ class UdpHub:
             self._failed.clear()
         if not self._numbers:
             raise StartError(self._why_not())
-        for failure in self._failed.values():
-            _LOG.warning("an address is not served", why=failure)
+        for address, error in self._failed.items():
+            _LOG.warning("an address is not served", address=address, why=reason_of(error))
 
     async def look_again(self) -> list[str]:
         """Bind new addresses, close those that are gone; returns the addresses served."""
@@ -161,7 +162,7 @@ class UdpHub:
         try:
             bound = _bound(address, self.port)
         except OSError as error:
-            self._failed[address] = f"{address}: {_reason(error)}"
+            self._failed[address] = error
             return
         transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(
             lambda: _Socket(self, number, bound), sock=bound
@@ -172,15 +173,15 @@ class UdpHub:
         self._numbers[address] = number
 
     def _why_not(self) -> str:
-        why = "; ".join(self._failed.values())
-        if not why:
+        if not self._failed:
             return (
                 "this machine has none of the interfaces in [network] interfaces; correct their"
                 " names (`ip address` lists them), or leave the key out to use all"
             )
+        why = "; ".join(f"{address}: {reason_of(error)}" for address, error in self._failed.items())
         return (
             f"UDP port {self.port}, which carries picture, sound and commands, cannot be used"
-            f" ({why}); end the program that uses it, or choose another with --udp-port"
+            f" ({why}). {advice(next(iter(self._failed.values())), '--udp-port')}"
         )
 
     def add(self, username: str, peer: HubPeer) -> None:
@@ -234,7 +235,7 @@ class UdpHub:
         try:
             self._queues[path] = ViewerSocket(path, self._sockets[path.socket].bound, take)
         except OSError as error:  # such as too many open files: then it stays in the shared queue
-            _LOG.warning("a viewer shares the queue of everybody", why=_reason(error))
+            _LOG.warning("a viewer shares the queue of everybody", why=reason_of(error))
 
     def expect(self, transaction: bytes, peer: HubPeer) -> None:
         """Hand the answer to this check to a peer."""
@@ -399,12 +400,6 @@ def _waiting_bytes(transport: asyncio.DatagramTransport) -> int:
     # All of asyncio's transports for datagrams have it, but their type does not tell.
     waiting: int = cast("Any", transport).get_write_buffer_size()
     return waiting
-
-
-def _reason(error: OSError) -> str:
-    if error.errno == errno.EADDRINUSE:
-        return "it is used by another program"
-    return reason_of(error)
 
 
 def _bound(address: str, port: int) -> socket.socket:
