@@ -156,7 +156,7 @@ def test_a_file_named_twice_is_one_file(tmp_path: Path, monkeypatch: pytest.Monk
     for sources, shared in ((same, True), (other, False)):
         assert isinstance(sources.video, FileVideo)
         assert isinstance(sources.audio, FileAudio)
-        assert (sources.video._join == sources.audio._join) is shared
+        assert (sources.video._file == sources.audio._file) is shared
 
 
 def find_one(key: str, name: str) -> Sources:

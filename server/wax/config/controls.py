@@ -181,16 +181,14 @@ class GaugeSettings(_Table):
 
 def check_names(controls: Sequence[ControlSettings], gauges: Sequence[GaugeSettings]) -> None:
     """Raise `ValueError` where two have one name, or one key."""
-    twice = _twice([one.name for one in controls])
-    if twice is not None:
-        raise ValueError(f"controls: two have the name {twice}; give each its own")
-    key = _twice([one.key for one in controls if one.key])
-    if key is not None:
-        raise ValueError(f"controls: two have the key {key}; give each its own")
-    twice = _twice([one.name for one in gauges])
-    if twice is not None:
-        raise ValueError(f"gauges: two have the name {twice}; give each its own")
+    own = "give each its own"
+    check_apart(f"controls: two have the name {{}}; {own}", [one.name for one in controls])
+    check_apart(f"controls: two have the key {{}}; {own}", [one.key for one in controls if one.key])
+    check_apart(f"gauges: two have the name {{}}; {own}", [one.name for one in gauges])
 
 
-def _twice(names: list[str]) -> str | None:
-    return next((name for name in names if names.count(name) > 1), None)
+def check_apart(problem: str, names: list[str]) -> None:
+    """Raise `ValueError` with the problem of the first that is there twice."""
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise ValueError(problem.format(twice))

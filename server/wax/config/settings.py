@@ -27,6 +27,7 @@ from wax.config.controls import (
     MAX_GAUGES,
     ControlSettings,
     GaugeSettings,
+    check_apart,
     check_names,
 )
 from wax.config.door import DoorSettings, check_server
@@ -550,9 +551,7 @@ class SerialSettings(_Section):
     @field_validator("axes")
     @classmethod
     def _axes_differ(cls, axes: list[str]) -> list[str]:
-        twice = next((name for name in axes if axes.count(name) > 1), None)
-        if twice is not None:
-            raise ValueError(f"two axes have the name {twice}; give each its own")
+        check_apart("two axes have the name {}; give each its own", axes)
         return axes
 
     @model_validator(mode="after")
@@ -713,13 +712,9 @@ class Settings(_Section):
     @model_validator(mode="after")
     def _cameras_differ(self) -> Self:
         names = [one.name for one in self.camera]
-        twice = next((name for name in names if names.count(name) > 1), None)
-        if twice is not None:
-            raise ValueError(f"camera: two have the name {twice}; give each its own")
+        check_apart("camera: two have the name {}; give each its own", names)
         axes = [axis for one in self.camera for axis in one.axes]
-        shared = next((axis for axis in axes if axes.count(axis) > 1), None)
-        if shared is not None:
-            raise ValueError(f"camera: two move with the axis {shared}; it can turn only one")
+        check_apart("camera: two move with the axis {}; it can turn only one", axes)
         if self.camera and self.video.source == "none":
             raise ValueError(
                 "camera: there is no driving view beside them; name it in [video] source"

@@ -66,8 +66,8 @@ class MediaFile:
         self._transport = transport
         self._back_off = BackOff()
         self._failure: SourceError | None = None
-        self._clock = clock
-        self._sleep = sleep
+        self.clock = clock
+        self.sleep = sleep
         self._lock = threading.Lock()
         self._wanted: set[Kind] = set()
         self._demuxer: Demuxer | None = None
@@ -77,14 +77,14 @@ class MediaFile:
         """Make the video source; call it before opening anything."""
         self._wanted.add("video")
         size = (settings.width, settings.height)
-        return FileVideo(size, self._join, self._leave, self._clock, self._sleep)
+        return FileVideo(size, self)
 
     def audio(self, settings: AudioSettings) -> FileAudio:
         """Make the audio source; call it before opening anything."""
         self._wanted.add("audio")
-        return FileAudio(settings.channels, self._join, self._leave, self._clock, self._sleep)
+        return FileAudio(settings.channels, self)
 
-    def _join(self) -> Demuxer:
+    def join(self) -> Demuxer:
         """Return the running demuxer, or a new one if none works; raises `SourceError`.
 
         While an address is not to be opened again yet, it is why it could not be opened.
@@ -92,17 +92,17 @@ class MediaFile:
         with self._lock:
             if self._demuxer is None or self._demuxer.failed:
                 self._learn(self._demuxer)
-                if self._failure is not None and self._clock.now_s() < self._back_off.until_s:
+                if self._failure is not None and self.clock.now_s() < self._back_off.until_s:
                     raise self._failure
                 self._failure = None
                 self._demuxer = Demuxer(
-                    self._address, self._clock, frozenset(self._wanted), self._transport
+                    self._address, self.clock, frozenset(self._wanted), self._transport
                 )
                 self._demuxer.start()
             self._users.append(self._demuxer)
             return self._demuxer
 
-    def _leave(self, demuxer: Demuxer) -> None:
+    def leave(self, demuxer: Demuxer) -> None:
         """Release a demuxer; the last release stops it."""
         with self._lock:
             self._users.remove(demuxer)
@@ -118,7 +118,7 @@ class MediaFile:
         if demuxer is not None and demuxer.failure is not None and is_network(self._address):
             self._failure = demuxer.failure
             self._back_off.failed(
-                self._clock.now_s(), delivered=demuxer.delivered, refused=demuxer.refused
+                self.clock.now_s(), delivered=demuxer.delivered, refused=demuxer.refused
             )
 
 
@@ -132,15 +132,8 @@ class FileVideo(StreamDecoder):
 
     kind: Kind = "video"
 
-    def __init__(
-        self,
-        size: tuple[int, int],
-        join: Callable[[], Demuxer],
-        leave: Callable[[Demuxer], None],
-        clock: Clock,
-        sleep: Callable[[float], None],
-    ) -> None:
-        super().__init__(join, leave, clock, sleep)
+    def __init__(self, size: tuple[int, int], file: MediaFile) -> None:
+        super().__init__(file)
         self._width, self._height = size
         self._frames: deque[tuple[VideoFrame, Coded]] = deque()
         self._shown: NDArray[np.uint8] | None = None
@@ -211,15 +204,8 @@ class FileAudio(StreamDecoder):
 
     kind: Kind = "audio"
 
-    def __init__(
-        self,
-        channels: int,
-        join: Callable[[], Demuxer],
-        leave: Callable[[Demuxer], None],
-        clock: Clock,
-        sleep: Callable[[float], None],
-    ) -> None:
-        super().__init__(join, leave, clock, sleep)
+    def __init__(self, channels: int, file: MediaFile) -> None:
+        super().__init__(file)
         self._channels = channels
         self._silence = np.zeros(BLOCK_SAMPLES, np.int16)
         self._resampler: tuple[Track, Resampler] | None = None

@@ -11,11 +11,9 @@ from wax.errors import SourceError
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from wax.capture.file.address import Kind
     from wax.capture.file.demuxer import Coded, Demuxer
-    from wax.clock import Clock
+    from wax.capture.file.media_file import MediaFile
 
 _LOG = structlog.get_logger(__name__)
 
@@ -24,24 +22,13 @@ _FRUITLESS: Final = 100
 
 
 class StreamDecoder:
-    """Decodes one stream; subclasses add `read` to make it a source.
-
-    `join` returns a running demuxer, `leave` releases it.
-    """
+    """Decodes one stream; subclasses add `read` to make it a source."""
 
     kind: Kind
 
-    def __init__(
-        self,
-        join: Callable[[], Demuxer],
-        leave: Callable[[Demuxer], None],
-        clock: Clock,
-        sleep: Callable[[float], None],
-    ) -> None:
-        self._join = join
-        self._leave = leave
-        self.clock = clock
-        self._sleep = sleep
+    def __init__(self, file: MediaFile) -> None:
+        self._file = file
+        self.clock = file.clock
         self._demuxer: Demuxer | None = None
         self._last: Coded | None = None
         self._fruitless = 0
@@ -50,7 +37,7 @@ class StreamDecoder:
     def open(self) -> None:
         """Raise `SourceError` if the file cannot be played or lacks this stream."""
         self.close()
-        self._demuxer = self._join()
+        self._demuxer = self._file.join()
         try:
             if self.kind not in self._demuxer.kinds():
                 raise SourceError(
@@ -66,7 +53,7 @@ class StreamDecoder:
     def close(self) -> None:
         demuxer, self._demuxer, self._last, self._fruitless = self._demuxer, None, None, 0
         if demuxer is not None:
-            self._leave(demuxer)
+            self._file.leave(demuxer)
 
     @property
     def demuxer(self) -> Demuxer:
@@ -109,4 +96,4 @@ class StreamDecoder:
     def wait_until(self, moment_s: float) -> None:
         remaining_s = moment_s - self.clock.now_s()
         if remaining_s > 0:
-            self._sleep(remaining_s)
+            self._file.sleep(remaining_s)
