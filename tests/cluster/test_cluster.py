@@ -27,11 +27,11 @@ SECRET = "s" * 32
 
 
 class LiveKit:
-    """Notes what it is asked, and refuses to be published to."""
+    """Notes what it is asked, and refuses to be published to; only at `moved_to`, if there is."""
 
     def __init__(self) -> None:
         self.asked: list[tuple[str, dict[str, Any]]] = []
-        self.url = ""
+        self.url = self.moved_to = ""
 
     async def handle(self, request: web.Request) -> web.Response:
         jwt.decode(
@@ -40,6 +40,8 @@ class LiveKit:
             algorithms=["HS256"],
             options={"verify_exp": False, "verify_nbf": False},
         )
+        if self.moved_to and request.raw_path != self.moved_to:
+            return web.Response(status=307, headers={"Location": self.moved_to})
         if request.path.startswith("/whip"):
             return web.Response(status=503)
         what = request.path.rpartition("/")[2]
@@ -126,6 +128,16 @@ async def test_all_are_told_while_there_is_something_to_tell(
     assert {body["room"] for body in livekit.of("SendData")} == {"a", "b"}
     await async_until(lambda: cluster.watching == 18)
     assert [one["is_live"] for one in cluster.status()] == [True, True]
+
+
+async def test_a_redirect_is_followed_as_it_is_written(
+    livekit: LiveKit, rig: tuple[Cluster, TurnedClock]
+) -> None:
+    """It may be signed, as whatever a room is found by."""
+    cluster, _ = rig
+    livekit.moved_to = "/rooms%2F1/SendData?sig=A%2Fd%2Be%3D"
+    cluster.tell(lambda: "news")
+    await async_until(lambda: bool(livekit.of("SendData")))
 
 
 async def test_without_rooms_there_is_nothing() -> None:

@@ -22,12 +22,12 @@ class Endpoint:
         self.asked: list[tuple[str, str, str, str]] = []
         self.status = 201
         self.answer = "v=0 answer"
-        self.location: str | None = "/sessions/1"
+        self.location: str | None = "/sessions/1%2F2?sig=A%2Fd%2Be%3D"
         self.url = ""
 
     async def handle(self, request: web.Request) -> web.Response:
         kind, token = request.content_type, request.headers.get("Authorization", "")
-        self.asked.append((request.method, request.path, kind, token))
+        self.asked.append((request.method, request.raw_path, kind, token))
         if request.method == "DELETE":
             return web.Response()
         headers = {} if self.location is None else {"Location": self.location}
@@ -44,20 +44,20 @@ async def endpoint() -> AsyncIterator[tuple[Endpoint, WhipSession]]:
     await web.TCPSite(runner, "127.0.0.1", 0).start()
     _, port = runner.addresses[0]
     async with aiohttp.ClientSession() as http:
-        url = f"http://127.0.0.1:{port}/whip/v1"
+        url = f"http://127.0.0.1:{port}/whip/r%2F1%7E"
         yield made, WhipSession(http=lambda: http, url=url, token=lambda: "t0ken")
     await runner.cleanup()
 
 
 async def test_an_offer_is_answered_and_ended_once(endpoint: tuple[Endpoint, WhipSession]) -> None:
-    """The session is deleted where the server said that it is, with the same token, and once."""
+    """The session is deleted where the server said that it is, to the letter, and once."""
     server, session = endpoint
     assert await session.offer("v=0 offer") == "v=0 answer"
     await session.end()
     await session.end()
     assert server.asked == [
-        ("POST", "/whip/v1", "application/sdp", "Bearer t0ken"),
-        ("DELETE", "/sessions/1", "application/octet-stream", "Bearer t0ken"),
+        ("POST", "/whip/r%2F1%7E", "application/sdp", "Bearer t0ken"),
+        ("DELETE", "/sessions/1%2F2?sig=A%2Fd%2Be%3D", "application/octet-stream", "Bearer t0ken"),
     ]
 
 

@@ -337,6 +337,23 @@ def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
                 "https://exa mple.org",
             )
         ],
+        (
+            "[page]\nembed_on = ['https://me:pw@museum.example/*']",
+            'page.embed_on[0]: "https://…@museum.example/*" has a user\'s name;'
+            " leave out all before the @",
+        ),
+        *[
+            (
+                f"[[publish]]\n{key} = '{example.replace('//', '//me:pw@')}/a@b'",
+                f'publish[0].{key}: got "{example.partition("//")[0]}//…@b"; allowed is an address'
+                f' as "{example}", without a user\'s name',
+            )
+            for key, example in (
+                ("livekit", "wss://livekit.example.org"),
+                ("whip", "https://media.example.org"),
+                ("watch", "https://media.example.org"),
+            )
+        ],
         *[
             (f"[page]\nembed_on = ['{site}']", f"page.embed_on[0]: '{site}' {sentence}")
             for site, sentence in [
@@ -350,7 +367,6 @@ def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
                     "https://museum.example/",
                     "has a path; write the whole site, 'https://museum.example'",
                 ),
-                ("https://me:pw@museum.example", "has a user's name; leave out all before the @"),
                 (
                     "http://museum.example",
                     "can be forged on its way; name a site with https, or localhost",

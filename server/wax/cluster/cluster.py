@@ -187,7 +187,9 @@ class Cluster:
     async def _run(self) -> None:
         if not self._rooms:
             await asyncio.Event().wait()
-        async with aiohttp.ClientSession() as self._http, asyncio.TaskGroup() as together:
+        # A redirect, too, is followed as it is written.
+        as_told = aiohttp.ClientSession(requote_redirect_url=False)
+        async with as_told as self._http, asyncio.TaskGroup() as together:
             for one in self._rooms:
                 for publication in one.publications:
                     together.create_task(publication.run(), name=f"publish {publication.name}")

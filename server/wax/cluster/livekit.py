@@ -15,6 +15,7 @@ import aiohttp
 import jwt
 from pydantic import BaseModel, Field
 
+from wax.as_written import as_written
 from wax.cluster.bounded_answer import whole
 from wax.cluster.errors import RoomError, not_reached
 from wax.errors import ProtocolError
@@ -179,7 +180,7 @@ class LiveKitRoom:
         """Have the response inside the block, which may read it; raises `RoomError` without one."""
         try:
             async with self._http().request(
-                method, self._api + path, timeout=_TIMEOUT, **more
+                method, as_written(self._api + path), timeout=_TIMEOUT, **more
             ) as response:
                 yield response
         except (aiohttp.ClientError, TimeoutError, ValueError) as error:

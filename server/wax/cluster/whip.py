@@ -8,6 +8,7 @@ from urllib.parse import urljoin
 
 import aiohttp
 
+from wax.as_written import as_written
 from wax.cluster.bounded_answer import whole
 from wax.cluster.errors import RoomError, not_reached
 
@@ -34,7 +35,7 @@ class WhipSession:
         """Return the answer to an offer; raises `RoomError` with the server's own reason."""
         try:
             async with self._http().post(
-                self._url,
+                as_written(self._url),
                 data=sdp.encode(),
                 headers={"Content-Type": "application/sdp", **self._authorization()},
                 timeout=aiohttp.ClientTimeout(total=_OFFER_S),
@@ -55,7 +56,7 @@ class WhipSession:
             return
         with suppress(aiohttp.ClientError, TimeoutError):
             async with self._http().delete(
-                resource,
+                as_written(resource),
                 headers=self._authorization(),
                 timeout=aiohttp.ClientTimeout(total=_END_S),
             ):

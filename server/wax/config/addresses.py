@@ -10,6 +10,7 @@ from urllib.parse import urlsplit
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from wax.config import host_spelling
+from wax.config.allowed import shown
 
 
 def _host(text: object) -> object:
@@ -53,10 +54,10 @@ HostName = Annotated[
 def _site(text: str) -> str:
     """Return an origin that may show this page in a frame (CSP 3, 6.4.2); raises `ValueError`."""
     site = _SITE.match(text)
+    if _USER.match(text):
+        raise ValueError(f"{shown(text)} has a user's name; leave out all before the @")
     if "*" in text:
         raise ValueError(f"{text!r} has a wildcard; list each site by its name")
-    if _USER.match(text):
-        raise ValueError(f"{text!r} has a user's name; leave out all before the @")
     if site is None:
         raise ValueError(f'{text!r} is no site; one is "https://museum.example"')
     if site["rest"]:

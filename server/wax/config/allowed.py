@@ -6,13 +6,16 @@ Error messages and the manual `config/wax.toml` use the same words.
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+import re
+from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
 Schema = dict[str, Any]
 """A JSON schema, as `BaseModel.model_json_schema` returns it."""
+
+_LOGIN: Final = re.compile(r"(?<=://)\S*@")
 
 
 def find(root: Schema, path: Sequence[int | str]) -> tuple[str, Schema | None]:
@@ -54,8 +57,8 @@ def words(schema: Schema) -> str:
 
 
 def shown(value: object) -> str:
-    """Write a value as in the file, shortened if it is long."""
-    text = json.dumps(value, ensure_ascii=False, default=str)
+    """Write a value as in the file, shortened if it is long, and no password of an address."""
+    text = _LOGIN.sub("…@", json.dumps(value, ensure_ascii=False, default=str))
     text = {"NaN": "nan", "Infinity": "inf", "-Infinity": "-inf"}.get(text, text)
     return text if len(text) <= 60 else f"{text[:59]}…"
 

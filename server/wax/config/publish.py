@@ -12,16 +12,16 @@ from wax.named_file import told_text
 _WebSocket = Annotated[
     str,
     Field(
-        pattern=r"^(wss?://[^\s/?#]+[^\s?#]*)?$",
-        description='an address as "wss://livekit.example.org"',
+        pattern=r"^(wss?://[^\s/?#@]+(/[^\s?#]*)?)?$",
+        description='an address as "wss://livekit.example.org", without a user\'s name',
     ),
     ONE_URL,
 ]
 _Http = Annotated[
     str,
     Field(
-        pattern=r"^(https?://[^\s/?#]+[^\s?#]*)?$",
-        description='an address as "https://media.example.org"',
+        pattern=r"^(https?://[^\s/?#@]+(/[^\s?#]*)?)?$",
+        description='an address as "https://media.example.org", without a user\'s name',
     ),
     ONE_URL,
 ]

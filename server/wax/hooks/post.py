@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, Final
 import aiohttp
 from aiohttp.abc import AbstractResolver, ResolveResult
 from aiohttp.client_proto import ResponseHandler
-from yarl import URL
 
 from wax import __version__
+from wax.as_written import as_written
 from wax.daemon_call import daemon_call
 from wax.errors import WaxError
 from wax.hooks.retry_after import wait_s
@@ -145,20 +145,6 @@ async def post(
 async def _why(target: Target, error: Exception, unix_s: int) -> Sentence:
     now = datetime.datetime.fromtimestamp(unix_s, datetime.UTC)
     return await explained_aside(target, error, now, _LOOK_S)
-
-
-def as_written(url: str) -> URL:
-    """Return an address whose path and query are sent as the host wrote them.
-
-    yarl would decode `%2F`, and a signed address be another. Raises `aiohttp.InvalidURL`.
-    """
-    try:
-        origin = URL(url).origin()
-    except ValueError as error:
-        raise aiohttp.InvalidURL(url) from error
-    host = url.partition("://")[2]
-    begins = min((at for at in (host.find("/"), host.find("?")) if at >= 0), default=len(host))
-    return URL(f"{origin}{host[begins:]}", encoded=True)
 
 
 def _is_own(family: int, address: str) -> bool:

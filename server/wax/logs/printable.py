@@ -1,12 +1,15 @@
-"""Strangers' text made fit for logs and records: bounded, all of it visible. Pure."""
+"""Text made fit for logs and records: bounded, all of it visible, without secrets. Pure."""
 
 from __future__ import annotations
 
+import re
 import unicodedata
 from typing import Final
 
 _HIDDEN: Final = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
 """Controls, marks that turn the writing direction, surrogates, line separators (UAX 44)."""
+
+_LOGIN: Final = re.compile(r"//[^/]*@")
 
 
 def printable(text: str, max_chars: int) -> str:
@@ -17,6 +20,11 @@ def printable(text: str, max_chars: int) -> str:
     if len(text) <= max_chars and len(cut) <= max_chars:
         return cut
     return cut[: max(0, max_chars - 1)] + "…"
+
+
+def shown_url(url: str) -> str:
+    """Return an address without user name, password and query."""
+    return re.split(r"[?#]", _LOGIN.sub("//", url), maxsplit=1)[0]
 
 
 def _is_hidden(one: str) -> bool:

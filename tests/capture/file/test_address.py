@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import hashlib
 import socket
 import threading
 import time
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from socketserver import StreamRequestHandler, ThreadingTCPServer
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from tests.free_port import free_port
 
-from wax.capture.file.address import shown_name
+from wax.capture.file.address import open_container, shown_name
 from wax.errors import SourceError
 
 if TYPE_CHECKING:
@@ -88,6 +90,60 @@ def test_an_address_that_nobody_answers_is_one_sentence(open_player: type[Player
     assert "another source of this configuration" in str(caught.value)
     assert "secret" not in str(caught.value)
     assert "abc" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("challenge", "said"),
+    [
+        ('Basic realm="x"', "Basic bUBlOnBAc3MvKw=="),
+        ('Digest realm="x", nonce="1"', 'username="m@e"'),
+    ],
+)
+@pytest.mark.parametrize("scheme", ["http", "rtsp"])
+def test_a_cameras_address_is_asked_for_as_written(scheme: str, challenge: str, said: str) -> None:
+    """A signed one would be another after decoding; name and password alone are decoded."""
+    heads: list[str] = []
+
+    class Handler(StreamRequestHandler):
+        """Asks for a password, and then has nothing."""
+
+        def handle(self) -> None:
+            head = ""
+            while line := self.rfile.readline().decode():
+                head += line
+                if line != "\r\n":
+                    continue
+                heads.append(head)
+                status = "404 Not Found" if "Authorization:" in head else "401 Unauthorized"
+                answer = (
+                    f"{'RTSP' if scheme == 'rtsp' else 'HTTP'}/1.0 {status}\r\nCSeq: {len(heads)}"
+                )
+                answer += f"\r\nWWW-Authenticate: {challenge}\r\nContent-Length: 0\r\n\r\n"
+                self.wfile.write(answer.encode())
+                head = ""
+
+    path = "/a%2Fb%20c/x%3D?sig=A%2Fd%2Be%3D&&q=a+b%20c&e="
+    with ThreadingTCPServer(("127.0.0.1", 0), Handler) as server:
+        thread = threading.Thread(target=server.serve_forever, args=(0.01,))
+        thread.start()
+        at = f"127.0.0.1:{server.server_address[1]}"
+        try:
+            with pytest.raises(SourceError, match="no such stream"):
+                open_container(f"{scheme}://m%40e:p%40ss%2F+@{at}{path}")
+        finally:
+            server.shutdown()
+            thread.join()
+    asked = f"rtsp://{at}{path}" if scheme == "rtsp" else path
+    assert {head.split()[1] for head in heads} == {asked}
+    assert said in heads[-1]
+    if challenge.startswith("Digest"):  # RFC 2617, 3.2.2.1
+        method = heads[-1].split()[0]
+        whose, what = (_md5(text) for text in ("m@e:x:p@ss/+", f"{method}:{asked}"))
+        assert f'response="{_md5(f"{whose}:1:{what}")}"' in heads[-1]
+
+
+def _md5(text: str) -> str:
+    return hashlib.md5(text.encode(), usedforsecurity=False).hexdigest()
 
 
 def test_names_that_people_see_have_no_password() -> None:

@@ -25,7 +25,8 @@ NODE = "/rosbridge_websocket"
 class Bridge:
     """It starts on a port of its own, and again on the same; `publishers` are the graph's.
 
-    `driving` is the line that has last asked for motion.
+    `driving` is the line that has last asked for motion, `asked` the path and the credentials by
+    which the last one came.
     """
 
     def __init__(
@@ -38,6 +39,7 @@ class Bridge:
         self.subscribers = ["/base"]
         self.port = free_port()
         self.heard: list[dict[str, Any]] = []
+        self.asked: tuple[str, str | None] = "", None
         self._lock = threading.Lock()
         self._told: list[Told] = []
         self.lines: set[web.WebSocketResponse] = set()
@@ -94,7 +96,7 @@ class Bridge:
 
     async def _serve(self, ready: threading.Event) -> None:
         app = web.Application()
-        app.router.add_get("/", self._talk)
+        app.router.add_get("/{path:.*}", self._talk)
         runner = web.AppRunner(app, shutdown_timeout=0.5)
         await runner.setup()
         site = web.TCPSite(runner, "127.0.0.1", self.port, reuse_address=True)
@@ -106,6 +108,7 @@ class Bridge:
         await runner.cleanup()
 
     async def _talk(self, request: web.Request) -> web.WebSocketResponse:
+        self.asked = request.raw_path, request.headers.get("Authorization")
         line = web.WebSocketResponse()
         await line.prepare(request)
         self.lines.add(line)

@@ -244,6 +244,19 @@ def test_what_is_no_rosbridge_server_says_what_it_is(
 
 
 @pytest.mark.system
+def test_its_address_is_asked_for_as_written_and_shown_without_a_password(bridge: Bridge) -> None:
+    """One behind a proxy may need a token, which the host's page does not show."""
+    url = f"ws://me:p%40s@127.0.0.1:{bridge.port}/r%2F1?token=a%2Fb%2B%3D"
+    settings = ros2_settings(0, transport="rosbridge", rosbridge_url=url).own(Ros2Settings)
+    link = RosbridgeLink(settings, SystemClock(), mark=OURS)
+    assert bridge.asked == ("/r%2F1?token=a%2Fb%2B%3D", "Basic bWU6cEBz")
+    bridge.end()
+    assert f"ws://127.0.0.1:{bridge.port}/r%2F1" in (told := failure(link))
+    assert "token" not in told
+    link.close()
+
+
+@pytest.mark.system
 @pytest.mark.parametrize("method", ["questions", "hear"])
 def test_an_unexpected_error_of_the_link_is_its_failure(
     bridge: Bridge, monkeypatch: pytest.MonkeyPatch, method: str

@@ -22,6 +22,7 @@ from av.stream import Disposition
 from wax.capture.file.not_opened import not_opened
 from wax.capture.stream_dating import Dating
 from wax.errors import SourceError, reason_of
+from wax.logs.printable import shown_url
 from wax.sentence import Sentence
 from wax.unreachable import Target
 
@@ -103,10 +104,7 @@ def is_network(address: str) -> bool:
 
 def shown_name(address: str) -> str:
     """Return the address without user name, password and query, since everybody sees messages."""
-    if not is_network(address):
-        return Path(address).name
-    parts = urlsplit(address)
-    return f"{parts.scheme}://{parts.netloc.rpartition('@')[2]}{parts.path}"
+    return shown_url(address) if is_network(address) else Path(address).name
 
 
 def is_rtsp(address: str) -> bool:

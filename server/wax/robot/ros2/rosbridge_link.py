@@ -17,7 +17,9 @@ from typing import TYPE_CHECKING, Any, Final
 import aiohttp
 import structlog
 
+from wax.as_written import as_written
 from wax.errors import DriverError, reason_of
+from wax.logs.printable import shown_url
 from wax.robot.ros2 import rosbridge_protocol as protocol
 from wax.robot.ros2.link import command_type
 from wax.robot.ros2.rosbridge_graph import RosbridgeGraph
@@ -145,7 +147,7 @@ class RosbridgeLink:
         async with aiohttp.ClientSession(read_bufsize=self._most_bytes) as session:
             async with asyncio.timeout(CONNECT_S):
                 line = await session.ws_connect(
-                    self._settings.rosbridge_url,
+                    as_written(self._settings.rosbridge_url),
                     heartbeat=BEAT_S,
                     max_msg_size=self._most_bytes,
                     timeout=aiohttp.ClientWSTimeout(ws_close=CLOSE_S),
@@ -231,17 +233,19 @@ class RosbridgeLink:
         if self._connected.is_set():
             return self._lost(reason_of(error))
         url = self._settings.rosbridge_url
+        shown = shown_url(url)
         if isinstance(error, aiohttp.WSServerHandshakeError):
-            return Sentence("ros2.no_websocket", {"url": url, "status": error.status})
+            return Sentence("ros2.no_websocket", {"url": shown, "status": error.status})
         target = Target.of(url, CONNECT_S)
         if target is None:
             told = Sentence("unreachable.not_possible")
         else:
             told = explained(target, error, datetime.datetime.now(datetime.UTC), LOOK_S)
-        return Sentence("ros2.no_bridge", {"url": url, "why": told})
+        return Sentence("ros2.no_bridge", {"url": shown, "why": told})
 
     def _lost(self, why: str) -> Sentence:
-        return Sentence("ros2.bridge_lost", {"url": self._settings.rosbridge_url, "why": why})
+        shown = shown_url(self._settings.rosbridge_url)
+        return Sentence("ros2.bridge_lost", {"url": shown, "why": why})
 
     def _fail(self, why: Sentence) -> None:
         with self._news:

@@ -1,0 +1,24 @@
+"""An address is asked for as its owner wrote it: a signed one is another after decoding. Pure."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from aiohttp import InvalidURL
+from yarl import URL
+
+_ORIGIN: Final = re.compile(r"[^/?#]*//[^/?#]*")
+
+
+def as_written(url: str) -> URL:
+    """Return it with path and query untouched, where yarl would write `/` for `%2F`.
+
+    Raises `aiohttp.InvalidURL`.
+    """
+    try:
+        made = URL(url)
+        rest = _ORIGIN.sub("", url, count=1)
+        return URL(f"{made.scheme}://{made.raw_authority}{rest}", encoded=True)
+    except ValueError as error:
+        raise InvalidURL(url) from error
