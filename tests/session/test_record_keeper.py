@@ -331,3 +331,41 @@ def test_a_fault_is_what_stops_who_drives(
 ) -> None:
     """Neither a hand-over nor a finger that lets go is one, nor what only slows."""
     assert why_stopped(before, now) == why
+
+
+def _turn(rig: Rig, number: int, *, lasts_s: float = 0.0, drives: bool = False) -> None:
+    rig.keeper.turn_events((TurnStarted(number, 1, 60.0),))
+    rig.clock.time_s += lasts_s
+    if drives:
+        rig.keeper.drive_status(1, True, None, 1.0)
+    rig.keeper.look()
+    rig.keeper.turn_events((TurnEnded(number, 1, Why.LEFT),))
+
+
+def test_a_flood_of_empty_turns_is_a_number(rig: Rig) -> None:
+    """Of hundreds a few are recorded and told, and how many there were; a Stop always is."""
+    rig.viewers += [viewer(1, "Eve")]
+    for number in range(1, 901):
+        _turn(rig, number)
+        rig.clock.time_s += 0.01
+    rig.keeper.stop_pressed(rig.viewers[0], "Eve", 1, "observer")
+    told = [one["type"] for one in rig.heard.take()]
+    assert told.count("turn.began") == told.count("turn.ended") == 21
+    assert told[-1] == "stop.pressed"
+    assert {row["reason"]: row["count"] for row in rig.written("refusals")} == {
+        "turns over the rate": 879
+    }
+
+
+@pytest.mark.parametrize(("lasts_s", "drives"), [(2.0, False), (0.1, True)])
+def test_a_turn_that_is_driven_or_lasts_is_told_in_a_flood(
+    rig: Rig, lasts_s: float, *, drives: bool
+) -> None:
+    """With its number and its end: it is none of the empty ones."""
+    rig.viewers += [viewer(1, "Eve")]
+    for number in range(1, 31):
+        _turn(rig, number)
+    rig.heard.take()
+    _turn(rig, 31, lasts_s=lasts_s, drives=drives)
+    told = [(one["type"], one["turn"]) for one in rig.heard.take()]
+    assert told == [("turn.began", 31), ("turn.ended", 31)]

@@ -53,7 +53,10 @@ class QueueEvent(_Event):
 
 
 class TurnBegan(_OfPerson):
-    """The viewer with this number drives."""
+    """The viewer with this number drives.
+
+    Of a flood of turns in which nobody drives most are left out, and so are their numbers.
+    """
 
     type: Literal["turn.began"] = "turn.began"
     turn: int

@@ -17,6 +17,7 @@ from wax.fanout.batches import in_batches
 from wax.protocol.events import StopEvent, StoppedByItself
 from wax.records.entries import NOBODY, RecordedPerson
 from wax.session.link_statistics import LinkStatistics
+from wax.session.turn_thrift import TurnThrift
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -40,6 +41,7 @@ _UPDATE_S: Final = 60.0
 _STOP_GAP_S: Final = 1.0
 """A robot that stops and goes all the time on a bad link gets a row a second at most."""
 
+_LEFT_OUT: Final = "turns over the rate"
 PRESSED: Final = "pressed"
 ROBOT: Final = "robot"
 _REFUSED: Final = re.compile("refused|over the rate")
@@ -92,6 +94,7 @@ class RecordKeeper:
         self._drive_status: DriveStatus | None = None
         self._stop_told_s = -math.inf
         self._updated_s = clock.now_s()
+        self._thrift = TurnThrift(clock.now_s())
         self._contained = FirstErrorLogged("the records are incomplete")
         """Around all that is done here: records are never worth a stop."""
         self.stops: Counter[str] = Counter()
@@ -106,6 +109,7 @@ class RecordKeeper:
     def look(self) -> None:
         """Notice who came and went, and how their links are."""
         with self._contained:
+            self._turn_began(self._thrift.due(self._clock.now_s()))
             present = {viewer.number: viewer for viewer in self._viewers if viewer.was_ready}
             for number in self._visits.keys() - present.keys():
                 self._went(number)
@@ -131,12 +135,19 @@ class RecordKeeper:
         with self._contained:
             for event in events:
                 if isinstance(event, TurnStarted):
-                    person = self._person(event.operator)
-                    self._turns[event.number] = self._records.turn_began(event.number, person)
-                    self.event_maker.turn_began(event.number, event.operator, person.name)
-                elif isinstance(event, TurnEnded) and event.number in self._turns:
-                    self._records.turn_ended(self._turns.pop(event.number), event.why.value)
-                    self.event_maker.turn_ended(event.why)
+                    is_told = self._thrift.began(event, self._clock.now_s())
+                    self._turn_began(event if is_told else None)
+                elif isinstance(event, TurnEnded):
+                    self._thrift.ended()
+                    if event.number in self._turns:
+                        self._records.turn_ended(self._turns.pop(event.number), event.why.value)
+                        self.event_maker.turn_ended(event.why)
+
+    def _turn_began(self, turn: TurnStarted | None) -> None:
+        if turn is not None:
+            person = self._person(turn.operator)
+            self._turns[turn.number] = self._records.turn_began(turn.number, person)
+            self.event_maker.turn_began(turn.number, turn.operator, person.name)
 
     def stop_pressed(self, viewer: Viewer | None, name: str, stop: int, role: StopRole) -> None:
         """Record that the stop was pressed; `viewer` is None for somebody without a page."""
@@ -159,6 +170,7 @@ class RecordKeeper:
     ) -> None:
         """Follow whether the robot moves, and what keeps it; see `ControlLoop`."""
         with self._contained:
+            self._turn_began(self._thrift.due(self._clock.now_s(), is_driven=moving))
             before, self._drive_status = self._drive_status, (number, moving, reason)
             why = why_stopped(before, self._drive_status)
             if why is None or self._stop is not None:
@@ -202,7 +214,8 @@ class RecordKeeper:
         self._updated_s = self._clock.now_s()
         for visit in self._visits.values():
             self._tell(visit)
-        before, self._refused_before = self._refused_before, self._refused()
+        before = self._refused_before
+        self._refused_before = {**self._refused(), _LEFT_OUT: self._thrift.left_out}
         grown = {
             reason: int(count - before.get(reason, 0))
             for reason, count in self._refused_before.items()
