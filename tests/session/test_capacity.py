@@ -275,3 +275,48 @@ def test_a_crowd_of_embeds_leaves_the_answers_to_guests() -> None:
         if number % 20 == 0:
             room.join(f"guest {number}", number / 100)
     assert answered <= 4
+
+
+@pytest.mark.parametrize(
+    ("most", "sources", "rate_hz", "known_s"),
+    [(100, 20, 50, 0.0), (10, 20, 50, 6.0), (100, 50, 200, 6.0), (100, 64, 50, 6.0)],
+)
+def test_offers_that_nobody_follows_up_keep_no_newcomer_out(
+    most: int, sources: int, rate_hz: int, known_s: float
+) -> None:
+    """Whoever comes again as told is in within three seconds, as soon as the others are known."""
+    room = Room(most=most)
+    waits_s: list[float] = []
+    came_s = again_s = known_s
+    for step in range(20 * rate_hz):
+        now_s = step / rate_hz
+        with suppress(*REFUSED):
+            room.ask(f"troll {step % sources}", now_s)
+        if now_s < again_s:
+            continue
+        try:
+            number = room.join("guest", now_s)
+        except REFUSED as refused:
+            again_s = now_s + refused.retry_after_s
+        else:
+            del room.present[number]
+            waits_s.append(now_s - came_s)
+            came_s = again_s = now_s + 0.7
+    assert len(waits_s) > 5
+    assert max(waits_s) <= 3.0
+
+
+def test_who_connects_clears_the_name_of_their_address() -> None:
+    """Until then, one that has left an offer alone has one place in four with its like."""
+    room = Room(most=20)
+    for number in range(8):
+        room.ask(f"{number}", 0.0)
+    first = room.ask("0", 10.0)
+    room.ask("1", 10.0)
+    with pytest.raises(FullError, match="in a moment"):
+        room.ask("2", 12.0)
+    room.capacity.connected(first)
+    room.ask("2", 12.0)
+    room.ask("0", 12.0)
+    for number in range(3, 6):
+        room.ask(f"{number}", 70.1)

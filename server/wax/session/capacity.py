@@ -4,7 +4,9 @@ To answer an offer costs time and memory before anything is known of who sent it
 answered holds a silent place until they have connected, or for ten seconds, whatever becomes of
 them. Where all silent places are held, those held for longest make room, of the same address where
 that has all of its own: so one address costs no more than two answers in three seconds, and an
-honest newcomer gets in by then. The host always does, and whoever drives comes back ahead of all.
+honest newcomer gets in by then. An address that has left an answered offer alone comes after all
+others for a minute, and has a quarter of the silent places and answers with its like. The host
+always gets in, and whoever drives comes back ahead of all.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ from typing import TYPE_CHECKING, Final
 from wax.errors import FullError, NoPlaceError, TooOftenError
 from wax.sentence import Sentence
 from wax.session.token_bucket import TokenBucket
+from wax.session.unfollowed import Unfollowed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -26,9 +29,13 @@ SILENT_S: Final = 10.0
 MOST_SILENT: Final = 32
 YIELDS_S: Final = 3.0
 """A silent place that is held for longer makes room; who is so slow comes again by themselves."""
+_BEHIND: Final = 4
+"""Addresses that have left offers alone get one silent place, and one answer, in so many."""
+_YIELDS_SOON_S: Final = 1.0
+"""The same for one of theirs, for somebody of another address."""
 _ANSWERS_HZ: Final = 8.0
 _ANSWERS_BURST: Final = 8
-"""For newcomers: each answer keeps the event loop busy for about ten milliseconds."""
+"""For newcomers: each answer takes five to ten milliseconds, over many passes of the event loop."""
 _RETURNS_HZ: Final = 10.0
 _LEAST_PER_ADDRESS: Final = 4
 """In a small house, a family is not kept apart."""
@@ -69,6 +76,10 @@ class Capacity:
         self._embed_answers = TokenBucket(
             rate_hz=_ANSWERS_HZ / _EMBEDS, burst=_ANSWERS_BURST // _EMBEDS, now_s=now_s
         )
+        self._behind_answers = TokenBucket(
+            rate_hz=_ANSWERS_HZ / _BEHIND, burst=_ANSWERS_BURST // _BEHIND, now_s=now_s
+        )
+        self._unfollowed = Unfollowed()
         self._silent: deque[_Silent] = deque()
 
     def check(self, asking: Asking, now_s: float, embeds: int = 0) -> None:
@@ -118,6 +129,9 @@ class Capacity:
 
     def connected(self, number: int) -> None:
         """Free the silent places of a viewer who has connected."""
+        for one in self._silent:
+            if one.number == number:
+                self._unfollowed.came(one.address)
         self._silent = deque(one for one in self._silent if one.number != number)
 
     def _room_for(self, asking: Asking, present: list[Asking]) -> bool:
@@ -140,15 +154,34 @@ class Capacity:
 
     def _make_silent_place(self, address: str, now_s: float) -> None:
         self._expire(now_s)
-        longest = self._longest_of(address)
-        if longest is None and len(self._silent) >= self._most_silent:
-            longest = self._silent[0]
-        is_kept = longest is not None and now_s - longest.since_s < YIELDS_S
-        if is_kept or not self._answers.take(now_s):
+        own = self._longest_of(address)
+        if own is not None:
+            self._unfollowed.left(address, now_s)
+        is_behind = self._is_behind(address, now_s)
+        longest = own or self._in_the_way(now_s, is_behind=is_behind)
+        yields_s = YIELDS_S
+        if longest is not None and not is_behind and self._is_behind(longest.address, now_s):
+            yields_s = _YIELDS_SOON_S
+        is_kept = longest is not None and now_s - longest.since_s < yields_s
+        answers = self._behind_answers if is_behind else self._answers
+        if is_kept or not answers.take(now_s):
             raise FullError(Sentence("door.crowded"))
         if longest is not None:
             self._silent.remove(longest)
+            self._unfollowed.left(longest.address, now_s)
             longest.yield_place()
+
+    def _in_the_way(self, now_s: float, *, is_behind: bool) -> _Silent | None:
+        """Return whose silent place a newcomer needs, None if there is a free one."""
+        behind = [one for one in self._silent if self._is_behind(one.address, now_s)]
+        if is_behind and len(behind) >= self._most_silent // _BEHIND:
+            return behind[0]
+        if len(self._silent) < self._most_silent:
+            return None
+        return behind[0] if behind else self._silent[0]
+
+    def _is_behind(self, address: str, now_s: float) -> bool:
+        return bool(address) and self._unfollowed.has_left(address, now_s)
 
     def _longest_of(self, address: str) -> _Silent | None:
         """Return the longest silent of an address that has all its silent places."""
@@ -157,7 +190,7 @@ class Capacity:
 
     def _expire(self, now_s: float) -> None:
         while self._silent and now_s - self._silent[0].since_s >= SILENT_S:
-            self._silent.popleft()
+            self._unfollowed.left(self._silent.popleft().address, now_s)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
