@@ -21,6 +21,7 @@ from wax.access import host_link
 from wax.clock import SystemClock
 from wax.config import settings as config
 from wax.errors import ConfigError, WaxError
+from wax.machine import threads
 from wax.records.schema import EXPORTED
 from wax.telemetry import configure_logs, quiet_logs
 
@@ -369,6 +370,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
 
 
 def _serve(settings: Settings, config_path: Path | None) -> int:
+    threads.check(threads.SERVERS)
     # Imported here so that `wax devices` or a wrong option need not wait for the media libraries.
     from wax.app import App
     from wax.edge.bounded_selector import bounded_loop
@@ -430,6 +432,7 @@ def _prove_stop(arguments: argparse.Namespace) -> int:
 
 
 def _doctor(arguments: argparse.Namespace) -> int:
+    threads.check(threads.DOCTORS)
     from wax.commands.doctor.command import doctor
 
     with quiet_logs():

@@ -34,6 +34,7 @@ CHECKS = [
     "disk",
     "UDP buffer",
     "open files",
+    "threads",
 ]
 
 

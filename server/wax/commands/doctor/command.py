@@ -103,6 +103,7 @@ def _here(read: Callable[[], Settings], path: Path | None, stun: str | None) -> 
         Check("disk", lambda: machine.disk(state_dir.find(settings.server.state_dir))),
         Check("UDP buffer", machine.udp_buffer),
         Check("open files", lambda: machine.open_files(settings)),
+        Check("threads", lambda: machine.further_threads(running=running)),
         *(
             Check(f"hook {number}", partial(_hook, number, one))
             for number, one in enumerate(settings.hook, 1)

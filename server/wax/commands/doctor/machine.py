@@ -16,7 +16,7 @@ from wax.clock import SystemClock
 from wax.commands.doctor.verdict import Verdict, bad, ok, warning
 from wax.encode.choice import Encoders
 from wax.errors import reason_of
-from wax.machine import cores
+from wax.machine import cores, threads
 from wax.web import descriptors
 
 if TYPE_CHECKING:
@@ -146,6 +146,16 @@ def open_files(settings: Settings, most: int | None = None) -> Verdict:
             "Raise it: `LimitNOFILE=` in the unit of systemd, or /etc/security/limits.conf.",
         )
     return ok(f"{told}, which is enough for {wanted} connections.")
+
+
+def further_threads(*, running: bool) -> Verdict:
+    """Try to start as many threads as the server takes, unless it has them."""
+    if running:
+        return ok("WAX, which is running, has its threads.")
+    told = threads.problem(threads.SERVERS)
+    if told:
+        return bad(told, threads.ADVICE)
+    return ok(f"This user may start the {threads.SERVERS} threads that WAX takes.")
 
 
 def disk(folder: Path, free_bytes: Callable[[Path], int] | None = None) -> Verdict:
