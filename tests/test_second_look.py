@@ -37,7 +37,7 @@ def _told(port: int, scheme: str, authority: Path | None = None, limit_s: float 
                     pass
         raise EOFError
     except (OSError, EOFError) as error:
-        return explained(target, error, NOW, limit_s)
+        return explained(target, error, limit_s)
 
 
 def test_a_certificates_own_words_are_told(tmp_path: Path) -> None:
@@ -82,7 +82,7 @@ def test_who_wants_a_clients_certificate_is_noticed(
     with serving(context) as port:
         assert _told(port, "https", own).code == f"unreachable.{kind}"
         target = Target("https", "localhost", port, 2.0)
-        assert explained(target, ConnectionResetError(), NOW).code == f"unreachable.{kind}"
+        assert explained(target, ConnectionResetError()).code == f"unreachable.{kind}"
 
 
 def test_one_that_accepts_and_is_silent_is_no_firewall() -> None:
@@ -94,9 +94,9 @@ def test_one_that_accepts_and_is_silent_is_no_firewall() -> None:
 def test_the_second_look_says_what_the_first_error_does_not() -> None:
     """FFmpeg's, of a name that there is not or a port that nobody has, says nothing."""
     nobody = Target("http", "localhost", 9, 1.0)
-    assert explained(nobody, ConnectionAbortedError(), NOW).code == "unreachable.nobody"
+    assert explained(nobody, ConnectionAbortedError()).code == "unreachable.nobody"
     nameless = Target("http", "nowhere.invalid", 80, 1.0)
-    code = explained(nameless, ConnectionAbortedError(), NOW).code
+    code = explained(nameless, ConnectionAbortedError()).code
     assert code in ("unreachable.no_name", "unreachable.no_name_server")
 
 
@@ -104,7 +104,7 @@ async def test_a_look_that_takes_too_long_is_given_up() -> None:
     """What is known already is said then, and no thread of the event loop is taken."""
     with socket.create_server(("127.0.0.1", 0)) as silent:
         target = Target("https", "localhost", silent.getsockname()[1], 3.0)
-        told = await explained_aside(target, ConnectionResetError(), NOW, 0.05)
+        told = await explained_aside(target, ConnectionResetError(), 0.05)
         for one in threading.enumerate():
             if one.name.startswith("look "):
                 one.join(5)

@@ -7,6 +7,7 @@ connection ended, and a plain port that is spoken to by TLS nothing at all.
 from __future__ import annotations
 
 import asyncio
+import datetime
 import socket
 import ssl
 from functools import partial
@@ -19,8 +20,6 @@ from wax.daemon_call import daemon_call
 from wax.unreachable import TlsAnswer, is_certificate, says_enough, why
 
 if TYPE_CHECKING:
-    import datetime
-
     from wax.sentence import Sentence
     from wax.unreachable import Target
 
@@ -28,10 +27,9 @@ LIMIT_S: Final = 2.0
 """For the connection, and again for what the other end says; its name takes as long as it takes."""
 
 
-def explained(
-    target: Target, error: Exception, now: datetime.datetime, limit_s: float = LIMIT_S
-) -> Sentence:
+def explained(target: Target, error: Exception, limit_s: float = LIMIT_S) -> Sentence:
     """Return why a target is not reached, with a second look where the error says too little."""
+    now = datetime.datetime.now(datetime.UTC)  # by which OpenSSL judges a certificate
     if says_enough(error):
         return why(target, error, now, connecting=True)
     try:
@@ -48,18 +46,16 @@ def explained(
     return why(target, error, now, seen)
 
 
-async def explained_aside(
-    target: Target, error: Exception, now: datetime.datetime, limit_s: float = LIMIT_S
-) -> Sentence:
+async def explained_aside(target: Target, error: Exception, limit_s: float = LIMIT_S) -> Sentence:
     """Return the same within `limit_s`, from a thread that holds up nobody."""
     if says_enough(error):
-        return why(target, error, now, connecting=True)
-    look = partial(explained, target, error, now, limit_s)
+        return explained(target, error)
+    look = partial(explained, target, error, limit_s)
     try:
         async with asyncio.timeout(limit_s):
             return await daemon_call(f"look at {target.host}", look)
     except TimeoutError:
-        return why(target, error, now)
+        return why(target, error, datetime.datetime.now(datetime.UTC))
 
 
 def _spoken_to(line: socket.socket, host: str, *, hears_out: bool) -> TlsAnswer:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
-
 from wax.errors import WaxError
 from wax.second_look import explained_aside
 from wax.unreachable import Target
@@ -17,5 +15,4 @@ async def not_reached(url: str, error: Exception, limit_s: float) -> RoomError:
     """Return why the server at an address does not answer."""
     target = Target.of(url, limit_s)
     assert target is not None, "the configuration takes no other address"
-    now = datetime.datetime.now(datetime.UTC)
-    return RoomError(f"{url} does not answer. {await explained_aside(target, error, now)}")
+    return RoomError(f"{url} does not answer. {await explained_aside(target, error)}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
 import email.utils
 import http.client
 import ssl
@@ -36,7 +35,7 @@ def look(url: str, wall_s: float, here: str | None) -> Sentence | None:
     except urllib.error.HTTPError as error:
         problem = _unopened(url, f"{error.code} {error.reason}")
     except (OSError, ValueError, http.client.HTTPException) as error:
-        problem = _not_reached(url, error, wall_s)
+        problem = _not_reached(url, error)
     off_s = _clock_off_s(url, wall_s)
     if off_s is not None and abs(off_s) > CLOCK_OFF_S:
         return Sentence("tunnel.clock", {"n": round(abs(off_s) / 60)})
@@ -82,14 +81,13 @@ def _unopened(url: str, why: str) -> Sentence:
     return Sentence("tunnel.page", {"url": url, "why": says(printable(why, _MOST_CHARS))})
 
 
-def _not_reached(url: str, error: Exception, wall_s: float) -> Sentence:
+def _not_reached(url: str, error: Exception) -> Sentence:
     target = Target.of(url, _ANSWER_S)
     if target is None:
         return _unopened(url, type(error).__name__)
-    now = datetime.datetime.fromtimestamp(wall_s, datetime.UTC)
     return Sentence(
         "tunnel.certificate" if is_certificate(error) else "tunnel.not_reached",
-        {"url": url, "why": explained(target, error, now)},
+        {"url": url, "why": explained(target, error)},
     )
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import datetime
 import errno
 import functools
 import socket
@@ -124,13 +123,13 @@ async def post(
                 begins = await response.content.read(_BUFFER_BYTES)
     except (aiohttp.ClientError, OSError, ValueError) as error:  # a TimeoutError is an OSError
         if not status:
-            raise HookError(await _why(target, error, unix_s)) from error
+            raise HookError(await explained_aside(target, error, _LOOK_S)) from error
     if status in _REDIRECTS:
         raise HookError(Sentence("hook.redirects", {"status": str(status)}))
     if status == _GONE:
         raise HookError(Sentence("hook.gone", {"status": str(status)}), is_gone=True)
     if status == _BAD_REQUEST and url.startswith("http:"):  # so do most that expect TLS answer
-        told = await _why(target, ConnectionAbortedError(), unix_s)
+        told = await explained_aside(target, ConnectionAbortedError(), _LOOK_S)
         if told.code == "unreachable.tls":
             raise HookError(told)
     if status not in _WELL:
@@ -140,11 +139,6 @@ async def post(
             wait_s=asked_s,
         )
     return status, begins
-
-
-async def _why(target: Target, error: Exception, unix_s: int) -> Sentence:
-    now = datetime.datetime.fromtimestamp(unix_s, datetime.UTC)
-    return await explained_aside(target, error, now, _LOOK_S)
 
 
 def _is_own(family: int, address: str) -> bool:

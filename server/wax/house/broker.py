@@ -6,7 +6,6 @@ that would be everybody's delay, and Stop's too.
 
 from __future__ import annotations
 
-import datetime
 import secrets
 import threading
 from collections import deque
@@ -135,8 +134,7 @@ class BrokerLink:
             return error.sentence
         if not isinstance(error, OSError):
             return says(printable(repr(error), _MOST_CHARS))
-        now = datetime.datetime.fromtimestamp(self._clock.wall_ms() / 1000, datetime.UTC)
-        told = explained(self._target, error, now)
+        told = explained(self._target, error)
         return Sentence("house.no_mqtt", {"at": self._target.at}) if told.code == CLOSED else told
 
     def _run(self) -> None:

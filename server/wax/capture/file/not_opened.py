@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
 from typing import TYPE_CHECKING, Final
 
 from av.error import ExitError, HTTPError
@@ -33,7 +32,7 @@ def not_opened(name: str, target: Target | None, error: Exception, *, is_late: b
         why, is_taken = says(f"{reason_of(error)}."), target is not None
     else:
         plain = TimeoutError() if is_late else _plain(error)
-        why = explained(target, plain, datetime.datetime.now(datetime.UTC))
+        why = explained(target, plain)
         is_taken = why.code in _TAKEN
     if is_taken:
         return Sentence("file.perhaps_taken", {"name": name, "why": why})

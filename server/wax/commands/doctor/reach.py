@@ -70,7 +70,7 @@ def page(url: str) -> Verdict:
 def _why(url: str, error: Exception) -> Sentence:
     target = Target.of(url, _ANSWER_S)
     assert target is not None, "checked_url() comes first"
-    return explained(target, error, datetime.datetime.now(datetime.UTC))
+    return explained(target, error)
 
 
 def certificate(url: str) -> Verdict:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import datetime
 import fcntl
 import math
 import socket
@@ -240,7 +239,7 @@ class RosbridgeLink:
         if target is None:
             told = Sentence("unreachable.not_possible")
         else:
-            told = explained(target, error, datetime.datetime.now(datetime.UTC), LOOK_S)
+            told = explained(target, error, LOOK_S)
         return Sentence("ros2.no_bridge", {"url": shown, "why": told})
 
     def _lost(self, why: str) -> Sentence:
