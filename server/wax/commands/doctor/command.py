@@ -141,7 +141,7 @@ def _broker(settings: Settings) -> Verdict:
     link.check()
     return ok(
         f"{link.name} accepts this server, and commands arrive; topics begin with"
-        f" {topic_of(settings)}/."
+        f" {topic_of(settings)}/. What it takes from this server, the host sees once that runs."
     )
 
 
