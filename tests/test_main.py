@@ -35,6 +35,9 @@ def test_the_server_serves_few_connections_in_a_pass(monkeypatch: pytest.MonkeyP
         def __init__(self, **_: object) -> None:
             pass
 
+        def has_people_at(self, _: str) -> bool:
+            return False
+
         async def run(self, _: object) -> None:
             loop: Any = asyncio.get_running_loop()
             found.extend((loop._selector, loop._ready))

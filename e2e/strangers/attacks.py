@@ -112,6 +112,11 @@ ATTACKS: Final[dict[str, Attack]] = {
         "640 connections from 12 addresses that never read",
         partial(by_http.never_read, connections=640, addresses=12),
     ),
+    "resets": Attack(
+        "1,500 connections a second from 20 addresses, each reset at once",
+        partial(by_http.resets, rate_hz=1500, addresses=20),
+    ),
+    "crowd": _asks("a cheap request, one connection each", 200, 200, 20_000, by_http.HEALTH),
     "slow": Attack(
         "500 connections from 50 addresses that say nothing, or too little",
         partial(by_http.dawdle, connections=500, addresses=50),

@@ -7,9 +7,10 @@ import re
 import socket
 import time
 import uuid
+from collections import deque
 from contextlib import suppress
 from itertools import cycle
-from struct import unpack
+from struct import pack, unpack
 from typing import TYPE_CHECKING, Final
 
 from e2e.strangers import wire
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from e2e.strangers.ground import Ground
 
 PAGE: Final = wire.http("/", ("Accept-Encoding", "gzip"))
+HEALTH: Final = wire.http("/healthz")
 COOKIES: Final = wire.http("/healthz", *[("Cookie", "a a;" * 2000)] * 8)
 """64 kB in lines as long as HTTP servers take. A lenient parser tries all that it knows on each: no
 name there is a name."""
@@ -115,6 +117,26 @@ async def _largest_asset(port: int) -> str:
     paths = set(re.findall(r'/assets/[^"]+(?=")', page.body.decode("utf-8", "replace")))
     sizes = {path: len((await ask(port, "GET", path)).body) for path in sorted(paths)}
     return max(sizes, key=lambda path: sizes[path], default="/")
+
+
+async def resets(ground: Ground, rate_hz: float, addresses: int) -> None:
+    """Connect, and end it at once by a reset (socket(7), SO_LINGER)."""
+    begun: deque[socket.socket] = deque()
+    sources = cycle([address(number) for number in range(addresses)])
+    try:
+        async for _ in ground.ticks(1 / rate_hz):
+            made = socket.socket()
+            begun.append(made)
+            made.setblocking(False)
+            made.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, pack("ii", 1, 0))
+            made.bind((next(sources), 0))
+            made.connect_ex(("127.0.0.1", ground.port))
+            ground.account["connected"] += 1
+            if len(begun) > _PIPELINED:
+                begun.popleft().close()
+    finally:
+        for made in begun:
+            made.close()
 
 
 async def dawdle(ground: Ground, connections: int, addresses: int) -> None:

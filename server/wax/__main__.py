@@ -404,7 +404,8 @@ def _serve(settings: Settings, config_path: Path | None) -> int:
         print("\n  Ctrl-C stops the robot and the server.\n", flush=True)
 
     # That of Windows has no selector.
-    loop_factory = None if sys.platform == "win32" else partial(bounded_loop, limited, watch)
+    serves = partial(bounded_loop, limited, watch, app.has_people_at)
+    loop_factory = None if sys.platform == "win32" else serves
     stacks = StackSampler(watch) if settings.log.level == "debug" else nullcontext()
     with stacks, asyncio.Runner(loop_factory=loop_factory) as runner:
         runner.run(app.run(ready))

@@ -360,6 +360,7 @@ class App:
             self.tls,
             turnstile=turnstile,
             who=routes.who,
+            has_people_at=self.has_people_at,
         )
         self._metrics = self._make_metrics()
 
@@ -395,6 +396,10 @@ class App:
         urls = page_urls(self._settings.server.host, self._entrance.port, scheme)
         public = self._settings.server.public_url
         return [f"{url}/#host={secret}" for url in (*urls, *([public] if public else []))]
+
+    def has_people_at(self, address: str) -> bool:
+        """Whether somebody at this address, as limits count it, is in the room."""
+        return self._room.has_people_at(address)
 
     @property
     def has_host_link(self) -> bool:

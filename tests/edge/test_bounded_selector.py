@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from _typeshed import FileDescriptorLike
 
 MANY = 5 * CONNECTIONS_IN_A_PASS
+KNOWN = "127.0.0.9"
 ATTACKERS = [f"127.0.0.{number}" for number in range(2, 4)]
 
 
@@ -37,7 +38,8 @@ def listening(held: ExitStack) -> socket.socket:
 
 @pytest.fixture
 def selector(held: ExitStack, listening: socket.socket) -> BoundedSelector:
-    made = held.enter_context(BoundedSelector(lambda address: address, lambda: None))
+    made = BoundedSelector(lambda address: address, lambda: None, KNOWN.__eq__)
+    held.enter_context(made)
     made.register(listening, selectors.EVENT_READ)
     return made
 
@@ -105,6 +107,23 @@ def test_senders_take_turns(
     else:
         selector.modify(kept, selectors.EVENT_READ | selectors.EVENT_WRITE)
     assert kept in served(selector)
+
+
+def test_who_is_known_passes_strangers(
+    held: ExitStack, listening: socket.socket, selector: BoundedSelector
+) -> None:
+    """Whatever they do with hundreds of addresses; of a crowd that is known one waits for none."""
+    strangers = [crowd(held, listening, selector, f"127.0.1.{number}") for number in range(3, 30)]
+    known = came_and_ended(held, listening, KNOWN)
+    selector.select(0)
+    selector.register(known, selectors.EVENT_READ)
+    first = served(selector)
+    assert first[0] is known
+    assert len(first) == CONNECTIONS_IN_A_PASS
+    crowd(held, listening, selector, KNOWN)
+    many = served(selector)
+    assert len(many) == CONNECTIONS_IN_A_PASS + 1
+    assert sum(any(one is many[-1] for one in some) for some in strangers) == 1
 
 
 def test_sockets_of_our_own_do_not_wait(

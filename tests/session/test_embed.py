@@ -118,6 +118,7 @@ async def test_an_embed_is_nobody_elsewhere(rig: Rig) -> None:
     rig.wait(0.1)
     assert rig.room.role_of(visitor("")) == "stranger"
     assert rig.room._watches_from("198.51.100.1") == {}
+    assert not rig.room.has_people_at("198.51.100.1")
 
 
 async def test_all_embeds_together_have_a_share_of_the_places(rig: Rig) -> None:

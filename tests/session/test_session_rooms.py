@@ -144,6 +144,7 @@ async def test_a_seat_ends_unless_it_is_renewed(rig: Rig, rooms: Rooms) -> None:
     assert rooms.removed == [(person("guest-1", TAB), False)]
     assert rig.room.role_of(EVE) == "observer"
     assert rig.room.role_of(guest(1)) == "stranger"
+    assert [rig.room.has_people_at(f"192.0.2.{last}") for last in (1, 2)] == [True, False]
 
 
 async def test_a_page_that_is_closed_gives_its_seat_back(rig: Rig, rooms: Rooms) -> None:

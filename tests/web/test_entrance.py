@@ -9,6 +9,7 @@ import json
 import logging
 import socket
 import ssl
+import struct
 import time
 import weakref
 from contextlib import asynccontextmanager, suppress
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from wax.access.access import Shown
     from wax.clock import Clock
     from wax.web.connection_limits import TrackedConnection
+    from wax.web.request_budgets import Who
 
 pytestmark = pytest.mark.system
 
@@ -45,6 +47,7 @@ IDLE_S: Final = 120.0
 """These pass when a test turns the clock, not before."""
 GET: Final = b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"
 POST: Final = b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 20\r\n\r\n"
+KNOWN: Final = GET[:-2] + b"Cookie: wax-id=ada\r\n\r\n"
 LARGE: Final = 20_000_000
 
 
@@ -110,9 +113,10 @@ async def _slow(request: web.Request) -> web.Response:
 
 @asynccontextmanager
 async def open_entrance(
-    who: Callable[[Shown, str], str | None] = lambda *_: None,
+    who: Who = lambda *_: None,
     clock: Clock | None = None,
     more: Sequence[web.RouteDef] = (),
+    has_people_at: Callable[[str], bool] = lambda _: False,
     **settings: Any,
 ) -> AsyncIterator[Entrance]:
     server = ServerSettings(host="127.0.0.1", port=0, **settings)
@@ -132,7 +136,9 @@ async def open_entrance(
             *more,
         ]
     )
-    entrance = Entrance(application, server, clock, make_tls(server, clock), who=who)
+    entrance = Entrance(
+        application, server, clock, make_tls(server, clock), who=who, has_people_at=has_people_at
+    )
     await entrance.open()
     try:
         yield entrance
@@ -555,16 +561,92 @@ async def test_an_answer_that_stands_still_is_broken_off(
         await asyncio.sleep(0.05)
 
 
+def _who(shown: Shown, *_: str) -> tuple[str, bool] | None:
+    return (shown.identity, False) if shown.identity else None
+
+
+async def test_a_new_connection_from_where_somebody_watches_does_not_wait() -> None:
+    """They may want to stop the robot; their address and all strangers have used up everything."""
+    clock = TurnedClock()
+    async with open_entrance(_who, clock, has_people_at="127.0.0.1".__eq__) as entrance:
+        flood = entrance.limits.budgets.of_guest("127.0.0.1")
+        for _ in range(9):
+            entrance.limits.turnstile.charge(flood, time.thread_time() - 0.5)
+        async with asyncio.timeout(5):
+            assert b'{"read": 0}' in await _get(entrance.port, KNOWN)
+
+
+async def test_a_connection_that_ended_before_its_turn_is_not_made(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Whoever connects and resets a thousand times a second costs next to nothing."""
+    clock = TurnedClock()
+    made: list[object] = []
+    begins = connection.Connection.connection_made
+
+    def begun(self: connection.Connection, transport: asyncio.BaseTransport) -> None:
+        made.append(transport)
+        begins(self, transport)
+
+    monkeypatch.setattr(connection.Connection, "connection_made", begun)
+    async with open_entrance(clock=clock) as entrance:
+        flood = entrance.limits.budgets.of_guest("127.0.0.1")
+        for _ in range(9):
+            entrance.limits.turnstile.charge(flood, time.thread_time() - 0.5)
+        for linger in (struct.pack("ii", 1, 0), struct.pack("ii", 0, 0)):
+            with socket.create_connection(("127.0.0.1", entrance.port)) as one:
+                one.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger)
+        await _until_open(entrance, 2)
+        clock.time_s += READ_S
+        assert b'{"read": 0}' in await _get(entrance.port)
+        await async_until(lambda: len(entrance.limits.connections) == 0)
+    assert len(made) == 1
+
+
+async def test_many_are_accepted_in_a_pass() -> None:
+    """What waits in the system's queue has no order that is ours: a flood is in front of all."""
+    accepted: list[socket.socket] = []
+    found = listening.Listening("127.0.0.1", 0, lambda made, _: accepted.append(made))
+    clients = [socket.create_connection(("127.0.0.1", found.port)) for _ in range(12)]
+    for _ in range(3):
+        await asyncio.sleep(0)
+    found.close()
+    assert len(accepted) == len(clients)
+    for one in accepted + clients:
+        one.close()
+
+
+async def test_whoever_asks_pays_for_what_their_cookies_cost(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of each request, also of those that came in one piece with the first."""
+
+    def slowly(shown: Shown, *_: str) -> tuple[str, bool] | None:
+        until_s = time.thread_time() + 0.02
+        while time.thread_time() < until_s:
+            pass
+        return _who(shown)
+
+    charged_s: list[float] = []
+    async with open_entrance(slowly) as entrance:
+        turnstile = entrance.limits.turnstile
+        monkeypatch.setattr(
+            turnstile, "charge", lambda _, began_s: charged_s.append(time.thread_time() - began_s)
+        )
+        reader, writer = await asyncio.open_connection("127.0.0.1", entrance.port)
+        writer.write(KNOWN * 3)
+        for _ in range(3):
+            await reader.readuntil(b"}")
+        writer.transport.abort()
+        await asyncio.sleep(0.05)
+    assert sum(charged_s) >= 3 * 0.02
+
+
 async def test_who_is_known_is_served_beside_a_flood() -> None:
     """Their address has used up everything, and waits; their own request does not."""
-
-    def who(shown: Shown, _: str) -> str | None:
-        return shown.identity
-
     clock = TurnedClock()
-    async with open_entrance(who, clock) as entrance:
+    async with open_entrance(_who, clock) as entrance:
         flood = entrance.limits.budgets.of_guest("127.0.0.1")
-        known = GET[:-2] + b"Cookie: wax-id=ada\r\n\r\n"
         reader, writer = await asyncio.open_connection("127.0.0.1", entrance.port)
         writer.write(GET)
         await reader.readuntil(b"}")
@@ -572,7 +654,7 @@ async def test_who_is_known_is_served_beside_a_flood() -> None:
             entrance.limits.turnstile.charge(flood, time.thread_time() - 0.5)
         waiting = asyncio.create_task(_get(entrance.port))
         await _until_open(entrance, 2)
-        writer.write(known)
+        writer.write(KNOWN)
         assert b'{"read": 0}' in await reader.readuntil(b"}")
         assert not waiting.done(), "a stranger of that address waits"
         clock.time_s += READ_S

@@ -14,7 +14,7 @@ from wax.web.http_limits import HttpLimits
 
 async def test_connections_whose_time_is_over_together_end_a_few_in_a_pass() -> None:
     clock = TurnedClock()
-    limits = HttpLimits(ServerSettings(), clock, Turnstile(clock), lambda *_: None)
+    limits = HttpLimits(ServerSettings(), clock, Turnstile(clock))
     ended: list[int] = []
 
     async def after_passes(number: int) -> list[int]:

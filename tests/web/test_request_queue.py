@@ -8,7 +8,6 @@ from typing import Final
 
 from tests.turned_clock import TurnedClock
 
-from wax.access.access import Shown
 from wax.edge.turnstile import Turnstile
 from wax.web.request_budgets import HOST, RequestBudgets
 from wax.web.request_queue import RequestQueue
@@ -28,7 +27,7 @@ class Bed:
 
     def ask(self, address: str, name: str, *, ahead: bool = False) -> bool:
         """Whether a request of this address, or of somebody known, begins at once."""
-        payer = self.budgets.of_known(address) if ahead else self.budgets.of_guest(address)
+        payer = self.budgets.of_known(address, address) if ahead else self.budgets.of_guest(address)
         assert payer is not None
         return self.queue.enter(payer, lambda: self.begun.append(name), ahead=ahead) is None
 
@@ -85,6 +84,21 @@ async def test_what_is_urgent_passes_the_others() -> None:
     assert bed.begun == ["stop", "host"]
 
 
+async def test_what_is_urgent_has_a_share_and_takes_turns() -> None:
+    """Ten who ask without end keep neither one more waiting for long, nor those beside."""
+    bed = Bed()
+    for number in range(10):
+        for _ in range(48):
+            bed.ask(f"troll {number}", "release", ahead=True)
+    bed.ask("ada", "stop", ahead=True)
+    bed.ask("guest", "guest")
+    assert bed.begun == ["release", "release", "guest"]
+    for number in range(1, 7):
+        await passes(1)
+        assert bed.begun.count("release") <= 2 * (number + 1)
+    assert "stop" in bed.begun
+
+
 async def test_who_leaves_does_not_begin() -> None:
     """A connection that has gone is forgotten, and may be forgotten again."""
     bed = Bed()
@@ -101,14 +115,14 @@ async def test_who_leaves_does_not_begin() -> None:
 async def test_a_reserve_is_no_licence() -> None:
     """Somebody known who asks without end is a guest like any other, until they have paused."""
     bed = Bed()
-    payer = bed.budgets.of_known("troll")
+    payer = bed.budgets.of_known("troll", "x")
     assert payer is not None
     for _ in range(40):
         bed.turnstile.charge(payer, time.thread_time() - 0.05)
-    assert bed.budgets.of_known("troll") is None
-    assert bed.budgets.of_known("ada") is not None
+    assert bed.budgets.of_known("troll", "x") is None
+    assert bed.budgets.of_known("ada", "x") is not None
     bed.clock.time_s += 5.0
-    assert bed.budgets.of_known("troll") is payer
+    assert bed.budgets.of_known("troll", "x") is payer
 
 
 async def test_who_stays_below_a_page_a_second_never_waits() -> None:
@@ -124,7 +138,7 @@ async def test_who_stays_below_a_page_a_second_never_waits() -> None:
 
 def test_a_budget_outlives_its_connections() -> None:
     """Who comes again finds their debt; only the longest unused of a thousand is forgotten."""
-    budgets = RequestBudgets(Turnstile(TurnedClock()), lambda shown, _: shown.identity)
+    budgets = RequestBudgets(Turnstile(TurnedClock()))
     first = budgets.of_guest("0")
     for number in range(1, 1024):
         budgets.of_guest(str(number))
@@ -133,4 +147,3 @@ def test_a_budget_outlives_its_connections() -> None:
     for number in range(1024):
         budgets.of_guest(f"new {number}")
     assert budgets.of_guest("1") is not second
-    assert budgets.who(Shown("ada"), "x") == "ada"

@@ -35,6 +35,7 @@ from wax.web import routes
 from wax.web.branding import BrandedPage
 from wax.web.guards import Guards
 from wax.web.opening_calendar import OpeningCalendar
+from wax.web.request_budgets import HOST
 from wax.web.routes import Routes
 
 if TYPE_CHECKING:
@@ -76,12 +77,13 @@ class FakeRoom:
         self.missing: dict[str, str] = {}
         self.stops: list[tuple[object, ...]] = []
         self.left: list[tuple[str, str]] = []
+        self.role: Role = "operator"
         self.file_waits_s: float | None = None
         self.pieces = 0
 
     def role_of(self, visitor: Visitor) -> Role:
         known = any(one.identity == visitor.identity for one in self.visitors)
-        return "host" if visitor.is_host else "operator" if known else "stranger"
+        return "host" if visitor.is_host else self.role if known else "stranger"
 
     def file_sent(self, visitor: Visitor, size_bytes: int) -> float | None:
         self.pieces += self.file_waits_s is not None
@@ -242,6 +244,44 @@ async def test_the_page_knows_what_to_prepare(
         assert page.content_type == "text/html"
         assert html in await page.text()
         assert page.headers["Cache-Control"] == "no-cache"
+
+
+def _routes(room: FakeRoom, access: Access) -> Routes:
+    clock = TurnedClock()
+    return Routes(
+        room=cast("Room", room),
+        clock=clock,
+        ice=IceServers(NetworkSettings(), RelaySettings()),
+        status=dict,
+        proving=cast("ProofRunner", Lent()),
+        branding=BrandedPage(PageSettings()),
+        access=access,
+        offers_hz=2.0,
+        guards=Guards(ServerSettings(), clock),
+        missing=dict,
+    )
+
+
+def test_only_what_they_may_is_urgent(room: FakeRoom, access: Access) -> None:
+    """Stop of who watches, a release of who drives; nothing of a stranger, everything of a host."""
+    made = _routes(room, access)
+    cookie = access.new_identity(bound=True)
+    shown = Shown(cookie)
+    assert made.who(shown, "192.0.2.1", "POST /api/stop") is None
+    identity = access.identity_of(shown)
+    assert identity is not None
+    room.visitors.append(Visitor(identity, "192.0.2.1"))
+    roles: dict[Role, bool] = {"observer": False, "operator": True}
+    for role, may_release in roles.items():
+        room.role = role
+        for route, is_urgent in (
+            ("POST /api/stop", True),
+            ("POST /api/release", may_release),
+            ("GET /", False),
+        ):
+            assert made.who(shown, "192.0.2.1", route) == (identity, is_urgent)
+    host = Shown(cookie, access.become_host(access.new_host_link()))
+    assert made.who(host, "192.0.2.1", "GET /") == (HOST, True)
 
 
 async def _served(

@@ -30,6 +30,7 @@ handshake 0.6 ms, or 6 with an RSA key of 4096 bits."""
 @dataclass(slots=True)
 class _Connection:
     sender: str
+    is_known: bool
     served_at: int
 
 
@@ -37,13 +38,20 @@ class BoundedSelector(selectors.DefaultSelector):
     """The platform's selector, which leaves connections beyond the first few for the next pass.
 
     Their senders take turns, by `sender_of` an address, and each one's connections, too: whoever
-    has one waits behind one of each other's. Sockets of our own are always served. `rests` is
-    called before it waits.
+    has one waits behind one of each other's. Senders for whom `is_known` holds pass the
+    others, of whom one is served then. Sockets of our own are always served. `rests` is called
+    before it waits.
     """
 
-    def __init__(self, sender_of: Callable[[str], str], rests: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        sender_of: Callable[[str], str],
+        rests: Callable[[], None],
+        is_known: Callable[[str], bool] = lambda _: False,
+    ) -> None:
         super().__init__()
         self._sender_of = sender_of
+        self._is_known = is_known
         self._rests = rests
         self._connections: dict[int, _Connection] = {}
         self._passes = 0
@@ -55,7 +63,8 @@ class BoundedSelector(selectors.DefaultSelector):
         self._connections.pop(key.fd, None)  # that of a socket which was closed before
         peer = _peer_of(key.fd)
         if peer is not None:
-            self._connections[key.fd] = _Connection(self._sender_of(peer), self._passes)
+            sender = self._sender_of(peer)
+            self._connections[key.fd] = _Connection(sender, self._is_known(sender), self._passes)
         return key
 
     def unregister(self, fileobj: FileDescriptorLike) -> selectors.SelectorKey:
@@ -74,20 +83,28 @@ class BoundedSelector(selectors.DefaultSelector):
             return ready
         theirs.sort(key=lambda one: connections[one[0].fd].served_at)
         turns = Counter[str]()
-        in_turns: list[tuple[int, int]] = []
+        in_turns: list[tuple[bool, int, int]] = []
         for place, (key, _) in enumerate(theirs):
-            sender = connections[key.fd].sender
-            turns[sender] += 1
-            in_turns.append((turns[sender], place))
-        served = [theirs[place] for _, place in sorted(in_turns)[:CONNECTIONS_IN_A_PASS]]
+            one = connections[key.fd]
+            turns[one.sender] += 1
+            in_turns.append((not one.is_known, turns[one.sender], place))
+        in_turns.sort()
+        first = in_turns[:CONNECTIONS_IN_A_PASS]
+        if not first[-1][0]:
+            first += [turn for turn in in_turns if turn[0]][:1]
+        served = [theirs[place] for *_, place in first]
         self._passes += 1
         for key, _ in served:
             connections[key.fd].served_at = self._passes
         return [one for one in ready if one[0].fd not in connections] + served
 
 
-def bounded_loop(sender_of: Callable[[str], str], watch: StepWatch) -> asyncio.AbstractEventLoop:
-    loop = asyncio.SelectorEventLoop(BoundedSelector(sender_of, watch.rests))
+def bounded_loop(
+    sender_of: Callable[[str], str],
+    watch: StepWatch,
+    is_known: Callable[[str], bool] = lambda _: False,
+) -> asyncio.AbstractEventLoop:
+    loop = asyncio.SelectorEventLoop(BoundedSelector(sender_of, watch.rests, is_known))
     watch.ready.extend(loop._ready)  # type: ignore[attr-defined]
     loop._ready = watch.ready  # type: ignore[attr-defined]
     return loop

@@ -336,6 +336,10 @@ class Room:
             return "observer" if self._rooms.has_seat(visitor) else "stranger"
         return self.viewer_role(viewer)
 
+    def has_people_at(self, address: str) -> bool:
+        """Whether somebody at this address watches, here or elsewhere."""
+        return bool(self._watches_from(address))
+
     def file_sent(self, visitor: Visitor, size_bytes: int) -> float | None:
         """Count a piece of a file for this browser, as `Streams.file_sent` of its viewers does."""
         own = self._viewers.of_identity(visitor.identity)

@@ -17,7 +17,6 @@ from aiohttp import web
 from wax.machine.memory import break_circle
 from wax.sentence import Sentence
 from wax.web import cookies
-from wax.web.request_budgets import HOST
 from wax.web.request_head import Head, Requests, read_head
 from wax.web.security_headers import always
 from wax.web.senders import limited
@@ -45,7 +44,6 @@ _LINE_BYTES: Final = 64
 """On the mean, of a body in chunks, each of which is two lines to parse; proxies' are kilobytes."""
 _FIRST_LINES: Final = 64
 _MOST_LINES: Final = 512
-_URGENT: Final = frozenset({"POST /api/stop", "POST /api/release"})
 
 
 class Connection(web.RequestHandler):
@@ -136,6 +134,11 @@ class Connection(web.RequestHandler):
             self._take_head()
         self._read_or_not()
 
+    def _go_on_with_next(self) -> None:
+        began_s = time.thread_time()
+        self._go_on()
+        self._charge(began_s)
+
     def _take_head(self) -> None:
         requests = self._requests
         if requests.is_no_http:
@@ -168,9 +171,10 @@ class Connection(web.RequestHandler):
             return None, False
         budgets = limits.budgets
         # Both schemes' names: which it is matters to what one may do, not to when.
-        name = budgets.who(cookies.shown(head.cookies, "https"), address) if head.cookies else None
-        if name is not None and (payer := budgets.of_known(name)) is not None:
-            return payer, name == HOST or head.target in _URGENT
+        shown = cookies.shown(head.cookies, "https")
+        known = budgets.who(shown, address, head.target) if head.cookies else None
+        if known is not None and (payer := budgets.of_known(known[0], address)) is not None:
+            return payer, known[1]
         return budgets.of_guest(address), False
 
     def _get_in_line(self, payer: Payer, run: Callable[[], None], *, ahead: bool = False) -> None:
@@ -292,7 +296,7 @@ class Connection(web.RequestHandler):
                 if not self._requests:
                     now_s = self._loop_of_watch.time()
                     self._limits.is_for(self._tracked, limited(self._peer), now_s)
-            self._loop_of_watch.call_soon(self._go_on)
+            self._loop_of_watch.call_soon(self._go_on_with_next)
 
     def handle_error(
         self,

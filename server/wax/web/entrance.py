@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import socket
 import time
 from typing import TYPE_CHECKING, Final
 
@@ -18,14 +19,13 @@ from wax.web.senders import limited
 from wax.web.tls_gate import TlsGate
 
 if TYPE_CHECKING:
-    import socket
     from collections.abc import Callable
 
-    from wax.access.access import Shown
     from wax.clock import Clock
     from wax.config.settings import ServerSettings
     from wax.edge.budget import Payer
     from wax.web.connection_limits import TrackedConnection
+    from wax.web.request_budgets import Who
     from wax.web.request_queue import WaitingRequest
     from wax.web.tls import Tls
 
@@ -39,7 +39,7 @@ made in the middle of asyncio's own work."""
 class Entrance:
     """Serves an application; `open` and `close` it. With `tls`, by HTTPS only.
 
-    `who` tells who is known: see `RequestBudgets`.
+    `who` and `has_people_at` tell who is known: see `RequestBudgets`.
     """
 
     def __init__(
@@ -50,7 +50,8 @@ class Entrance:
         tls: Tls | None = None,
         *,
         turnstile: Turnstile | None = None,
-        who: Callable[[Shown, str], str | None] = lambda *_: None,
+        who: Who = lambda *_: None,
+        has_people_at: Callable[[str], bool] = lambda _: False,
     ) -> None:
         self._runner = web.AppRunner(
             application, access_log=None, shutdown_timeout=_SHUTDOWN_S, handle_signals=False
@@ -59,7 +60,7 @@ class Entrance:
         self._tls = tls
         self._listening: Listening | None = None
         self._making: set[asyncio.Task[object]] = set()
-        self.limits = HttpLimits(settings, clock, turnstile or Turnstile(clock), who)
+        self.limits = HttpLimits(settings, clock, turnstile or Turnstile(clock), who, has_people_at)
 
     @property
     def port(self) -> int:
@@ -95,8 +96,10 @@ class Entrance:
             limits.log.info("connection refused", why="too many", sender=limited(peer))
             connection.close()
             return
-        payer = limits.budgets.of_guest(tracked.address)
-        waiting = limits.queue.enter(payer, lambda: self._begin(connection, tracked, peer, payer))
+        payer, is_ahead = limits.budgets.of_newcomer(tracked.address)
+        waiting = limits.queue.enter(
+            payer, lambda: self._begin(connection, tracked, peer, payer), ahead=is_ahead
+        )
         if waiting is not None:
             tracked.close = lambda: self._give_up(connection, waiting)
         limits.turnstile.charge(payer, began_s)
@@ -108,6 +111,10 @@ class Entrance:
     def _begin(
         self, connection: socket.socket, tracked: TrackedConnection, peer: str, payer: Payer
     ) -> None:
+        if _has_gone(connection):
+            self.limits.connections.leave(tracked)
+            connection.close()
+            return
         tracked.close = _nothing  # asyncio has it; the connection asks first whether it may stay
         cost_s = _MADE_S if self._tls is None else _MADE_S + _HANDSHAKE_S
         self.limits.turnstile.charge(payer, time.thread_time() - cost_s)
@@ -131,6 +138,16 @@ class Entrance:
         except OSError:  # it has gone, or made room, already
             self.limits.connections.leave(tracked)
             connection.close()
+
+
+def _has_gone(connection: socket.socket) -> bool:
+    """Whether its client has ended it already: to make it would cost ten times as much."""
+    try:
+        return not connection.recv(1, socket.MSG_PEEK)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True
 
 
 def _nothing() -> None:

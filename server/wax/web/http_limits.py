@@ -17,11 +17,11 @@ from wax.web.sparse_log import SparseLog
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from wax.access.access import Shown
     from wax.clock import Clock
     from wax.config.settings import ServerSettings
     from wax.edge.turnstile import Turnstile
     from wax.web.connection_limits import TrackedConnection
+    from wax.web.request_budgets import Who
 
 _END_IN_A_PASS: Final = 4
 
@@ -29,17 +29,18 @@ _LOG = structlog.get_logger(__name__)
 
 
 class HttpLimits:
-    """Made by the `Entrance` for its connections; `who` is that of `RequestBudgets`."""
+    """Made by the `Entrance` for its connections; `RequestBudgets` says what it is given."""
 
     def __init__(
         self,
         settings: ServerSettings,
         clock: Clock,
         turnstile: Turnstile,
-        who: Callable[[Shown, str], str | None],
+        who: Who = lambda *_: None,
+        has_people_at: Callable[[str], bool] = lambda _: False,
     ) -> None:
         self.turnstile = turnstile
-        self.budgets = RequestBudgets(turnstile, who)
+        self.budgets = RequestBudgets(turnstile, who, has_people_at)
         self.queue = RequestQueue(turnstile)
         self.proxies = Proxies(settings.trusted_proxies)
         self.connections = ConnectionLimits(

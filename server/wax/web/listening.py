@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import errno
 import socket
+import time
 from typing import TYPE_CHECKING, Final
 
 import structlog
@@ -16,7 +17,9 @@ if TYPE_CHECKING:
 
 _LOG = structlog.get_logger(__name__)
 
-_ACCEPT_IN_A_PASS: Final = 4
+_ACCEPT_IN_A_PASS: Final = 16
+_ACCEPT_S: Final = 0.001
+"""By whichever comes first; where they wait in line, whoever is known passes the others."""
 _RECEIVE_BYTES: Final = 32_768
 """What one connection can bring to one pass; the largest request is a body of 64 KiB."""
 _SEND_BYTES: Final = 131_072
@@ -52,6 +55,7 @@ class Listening:
         self._sockets = []
 
     def _come(self, listening: socket.socket) -> None:
+        until_s = time.thread_time() + _ACCEPT_S
         for _ in range(_ACCEPT_IN_A_PASS):
             try:
                 connection, peer = listening.accept()
@@ -64,6 +68,8 @@ class Listening:
                 return
             connection.setblocking(False)
             self._accept(connection, peer[0])
+            if time.thread_time() >= until_s:
+                return
 
     def _pause(self, listening: socket.socket, error: OSError) -> None:
         """Wait for descriptors: the socket stays readable, and would keep the loop busy."""

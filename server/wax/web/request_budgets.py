@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
 from wax.edge.budget import Budget, Rates
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from wax.access.access import Shown
     from wax.edge.budget import Payer
     from wax.edge.turnstile import Turnstile
 
 HOST: Final = "host"
 """What `who` of `RequestBudgets` says of the host."""
+Who = Callable[["Shown", str, str], tuple[str, bool] | None]
+"""Tells who shows these cookies, from this address, and whether this route is urgent for them; None
+of a stranger."""
 
 _GUESTS: Final = Rates(committed=0.005, committed_burst_s=0.05, pool=0.2, pool_burst_s=0.6)
 """All guests together get a fifth of a core, one address half of that: at half a millisecond a
@@ -27,27 +29,36 @@ _MOST: Final = 1024
 
 
 class RequestBudgets:
-    """`who` tells who shows these cookies, from this address; None of a stranger."""
+    """`has_people_at` tells of an address whether somebody there is in the room."""
 
     def __init__(
-        self, turnstile: Turnstile, who: Callable[[Shown, str], str | None] = lambda *_: None
+        self,
+        turnstile: Turnstile,
+        who: Who = lambda *_: None,
+        has_people_at: Callable[[str], bool] = lambda _: False,
     ) -> None:
         self._turnstile = turnstile
         self.who = who
+        self._has_people_at = has_people_at
         self._budgets = {"guest": Budget(_GUESTS), "known": Budget(_KNOWN), "host": Budget(_HOST)}
         self._payers: dict[tuple[str, str], Payer] = {}
 
     def of_guest(self, address: str) -> Payer:
         """Return the budget of an address."""
-        return self._payer("guest", address)
+        return self._payer("guest", address, address)
 
-    def of_known(self, name: str) -> Payer | None:
+    def of_known(self, name: str, address: str) -> Payer | None:
         """Return the budget of somebody known; None if it is used up, so that they are a guest."""
-        payer = self._payer(HOST if name == HOST else "known", name)
+        payer = self._payer(HOST if name == HOST else "known", name, address)
         return payer if self._turnstile.wait_s(payer) <= 0 else None
 
-    def _payer(self, kind: str, name: str) -> Payer:
-        payer = self._payers.pop((kind, name), None) or self._budgets[kind].payer(name)
+    def of_newcomer(self, address: str) -> tuple[Payer, bool]:
+        """Return who pays for a new connection, and whether it is likely somebody's of the room."""
+        known = self.of_known(address, address) if self._has_people_at(address) else None
+        return (self.of_guest(address), False) if known is None else (known, True)
+
+    def _payer(self, kind: str, name: str, address: str) -> Payer:
+        payer = self._payers.pop((kind, name), None) or self._budgets[kind].payer(address)
         self._payers[kind, name] = payer
         if len(self._payers) > _MOST:
             del self._payers[next(iter(self._payers))]

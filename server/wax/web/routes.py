@@ -85,6 +85,8 @@ _KNOCKS_BURST: Final = 10
 _MAX_ADDRESSES: Final = 1024
 _ASSET: Final = "/{path:.+}"
 _EMBED: Final = "/api/embed"
+_URGENT: Final = frozenset({"POST /api/stop", "POST /api/release"})
+"""Of whoever may: it passes the requests of others."""
 _VISITOR: Final = web.RequestKey("visitor", Visitor)
 
 PAGE: Final = Path(__file__).parent / "dist"
@@ -402,12 +404,18 @@ class Routes:
 
         return check
 
-    def who(self, shown: Shown, address: str) -> str | None:
-        """Return who shows this, by name, if they are in the room; None of a stranger."""
+    def who(self, shown: Shown, address: str, route: str) -> tuple[str, bool] | None:
+        """Return who shows this, by name, and whether what they ask for is urgent.
+
+        None of who is not in the room.
+        """
         visitor = self._access.visitor(shown, address)
         if visitor.is_host:
-            return HOST
-        return None if self._room.role_of(visitor) == "stranger" else visitor.identity
+            return HOST, True
+        role = self._room.role_of(visitor)
+        if role == "stranger":
+            return None
+        return visitor.identity, route in _URGENT and permissions.may(role, route)
 
     def _shown(self, request: web.Request) -> Shown:
         headers = request.headers.getall("Cookie", ())
