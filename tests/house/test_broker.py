@@ -19,6 +19,7 @@ import pytest
 from paho.mqtt.client import DisconnectFlags
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.reasoncodes import ReasonCode
+from structlog.testing import capture_logs
 from tests.house.mosquitto import AtHome, Mosquitto, running
 from tests.turned_clock import TurnedClock
 from tests.until import until
@@ -275,8 +276,8 @@ def test_a_broker_that_hangs_holds_up_nothing(
 
 # paho leaves the socket of a handshake that fails to whoever collects it.
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_a_wrong_certificate_is_a_sentence(tmp_path: Path) -> None:
-    """Nothing is said to such a broker; with its authority named it is ours."""
+def test_a_wrong_certificate_is_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is said to such a broker; with its authority named, either way, it is ours."""
     own = self_signed(tmp_path, ["localhost"], datetime.now(UTC))
     lines = [f"certfile {own.chain}", f"keyfile {own.key}"]
     with running(tmp_path, *lines) as mosquitto:
@@ -290,6 +291,9 @@ def test_a_wrong_certificate_is_a_sentence(tmp_path: Path) -> None:
         with _linked(mosquitto.port, "mqtts", "127.0.0.2", ca_file=str(own.chain)) as link:
             until(lambda: link.problem)
             assert not link.is_connected
+        monkeypatch.setenv("SSL_CERT_FILE", str(own.chain))
+        with _linked(mosquitto.port, "mqtts") as link:
+            until(lambda: link.is_connected)
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
@@ -311,7 +315,7 @@ def test_a_broker_without_mqtt_5_is_a_sentence() -> None:
     with (
         socket.create_server(("localhost", 0)) as other,
         _answering(other, b"\x20\x02\x00\x01"),
-        pytest.raises(BrokerError, match="does not speak MQTT 5"),
+        pytest.raises(BrokerError, match="needs MQTT 5"),
     ):
         _link(other.getsockname()[1]).check()
 
@@ -439,6 +443,37 @@ def test_what_may_not_be_said_is_told(tmp_path: Path, monkeypatch: pytest.Monkey
         acl.allow(*ALL, broker=mosquitto)
         until(lambda: home.value(device) == "{}")
         until(lambda: not link.troubles)
+
+
+def test_what_is_too_large_for_a_broker_is_left_out(tmp_path: Path) -> None:
+    """That alone, and the host reads which, once: the rest is said, and Stop is offered and heard.
+
+    What is as long as the broker takes is said.
+    """
+    device = "homeassistant/device/rover/config"
+    fits = 1300 - len("rover/long") - 8
+    with (
+        running(tmp_path, "max_packet_size 1300") as mosquitto,
+        AtHome(mosquitto.port) as home,
+        capture_logs() as logs,
+        _linked(mosquitto.port) as link,
+    ):
+        link.states = {device: "x" * 1300, "rover/long": "x" * fits, "rover/queue": "1"}
+        until(lambda: home.value("rover/queue") == "1")
+        assert home.value("rover/long") == "x" * fits
+        link.states = {device: "x" * 1300, "rover/long": "x" * (fits + 1), "rover/queue": "2"}
+        until(lambda: home.value("rover/queue") == "2")
+        assert home.value("rover/stop/status") == "online"
+        until(lambda: _heard(home, link))
+        topics = f"{device}, rover/long"
+        assert link.troubles == [Sentence("house.too_large", {"topics": topics, "most": 1300})]
+        assert device not in home.heard
+        link.states = {device: "{}", "rover/long": "x"}
+        until(lambda: not link.troubles)
+        until(lambda: home.value(device) == "{}")
+    assert [line["event"] for line in logs].count("connected to the MQTT broker") == 1
+    told = [line["why"] for line in logs if "why" in line]
+    assert len(told) == len(set(told))
 
 
 def test_an_old_will_has_not_the_last_word(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from paho.mqtt.subscribeoptions import SubscribeOptions
 from wax.errors import WaxError
 from wax.house.discovery import OFFLINE, ONLINE
 from wax.house.probes import Probes
-from wax.house.publications import MOST_AWAITED, Publications
+from wax.house.publications import MOST_AWAITED, MOST_PACKET_BYTES, Publications
 from wax.house.troubles import not_said, troubles
 from wax.sentence import Sentence
 
@@ -197,7 +197,12 @@ class BrokerConnection:
 
     def troubles(self) -> list[Sentence]:
         """Return what the host is to know of this connection."""
-        found = troubles(self._asks, self._probes.closed(), self.publications.refused)
+        said = self.publications
+        closed = [topic for topic in self._probes.closed() if topic not in said.too_large]
+        found = troubles(self._asks, closed, said.refused)
+        if said.too_large:
+            topics = ", ".join(sorted(said.too_large))
+            found.append(Sentence("house.too_large", {"topics": topics, "most": said.most_bytes}))
         if self._wrong_s is not None and self._clock.now_s() - self._wrong_s > AGAIN_S:
             found.append(Sentence("house.not_kept", {"topic": self._status}))
         return found
@@ -211,7 +216,10 @@ class BrokerConnection:
             self._end = Sentence("house.old") if is_old else refused
             return
         self._is_accepted = True
-        self.publications.limit(getattr(more, "ReceiveMaximum", MOST_AWAITED))
+        self.publications.limit(
+            getattr(more, "ReceiveMaximum", MOST_AWAITED),
+            getattr(more, "MaximumPacketSize", MOST_PACKET_BYTES),
+        )
         client.subscribe([(topic, _live()) for topic in self._asks])
 
     def _subscribed(
