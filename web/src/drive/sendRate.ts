@@ -11,11 +11,11 @@ export interface Uplink {
 /** At a lower rate a single loss is noticeable; at this one a modem's uplink is full. */
 export const FLOOR_HZ = 20;
 /** A set-point with its SCTP, DTLS, UDP and IP headers. */
-const SET_POINT_BITS = 190 * 8;
+export const SET_POINT_BITS = 190 * 8;
 /** Only the downlink is measured; the uplink is often a tenth of it. */
 const UPLINK_SHARE = 0.1;
 /** More than a set-point and a ping: the uplink does not keep up. */
-const WAITING_BYTES = 200;
+export const WAITING_BYTES = 200;
 /** More than a modem's jitter: a thin uplink carries less than even the floor. */
 const QUEUED_MS = 60;
 /** Then a loss stops the robot for a moment, but what arrives is no older than the link makes it. */

@@ -1,3 +1,5 @@
+import { SET_POINT_BITS, WAITING_BYTES } from "../drive/sendRate";
+
 /** How a voice is packed. */
 export interface VoiceEncoding {
   bitrateBps: number;
@@ -25,8 +27,6 @@ export const ENCODINGS: readonly VoiceEncoding[] = [
 
 /** RTP with its extensions, SRTP's tag, UDP and IP. */
 const HEADER_BITS = 58 * 8;
-/** A set-point with its SCTP, DTLS, UDP and IP headers. */
-const SET_POINT_BITS = 190 * 8;
 /** What is left over, so that a command rarely waits for a packet of the voice. */
 const MARGIN = 1.5;
 /**
@@ -36,8 +36,6 @@ const MARGIN = 1.5;
 const MODEM_SHARE = 0.6;
 const LEAST_SHARE = 0.1;
 const COMMON_BPS = 100_000;
-/** More than a set-point and a ping: the uplink does not keep up. */
-const WAITING_BYTES = 200;
 /** A round trip that has grown so much since before the voice: its packets queue. */
 const GROWN_MS = 60;
 const BEFORE_MS = 10_000;
