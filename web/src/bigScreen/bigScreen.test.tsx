@@ -5,6 +5,7 @@ import { act } from "preact/test-utils";
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import type { Session } from "../actions";
 import { openView, viewOf } from "../openView";
+import { undraw } from "../testing/draw";
 import { hello, pressedBy, room } from "../testing/messages";
 import { testSession } from "../testing/session";
 import { says } from "../words/said";
@@ -27,9 +28,7 @@ beforeEach(() => {
   session.state.serverMs.value = 18_000;
 });
 
-afterEach(() => {
-  act(() => render(null, body));
-});
+afterEach(undraw);
 
 function open(): void {
   act(() => render(<BigScreen session={session} />, body));
@@ -124,7 +123,7 @@ it("has no control but Stop", () => {
 it("has no sound unless the address asks for it, and then asks for a touch where it must", () => {
   open();
   expect(session.actions.setSound).not.toHaveBeenCalled();
-  act(() => render(null, body));
+  undraw();
   at("https://robot.example.org/?view=big-screen&sound=on");
   open();
   expect(session.actions.setSound).toHaveBeenCalledExactlyOnceWith(true);

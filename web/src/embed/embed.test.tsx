@@ -5,6 +5,7 @@ import { act } from "preact/test-utils";
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import type { Session } from "../actions";
 import { viewOf } from "../openView";
+import { undraw } from "../testing/draw";
 import { hello, room } from "../testing/messages";
 import { testSession } from "../testing/session";
 import { says } from "../words/said";
@@ -23,7 +24,7 @@ beforeEach(() => {
 });
 
 afterEach(() => {
-  act(() => render(null, body));
+  undraw();
   delete root.dataset.view;
 });
 

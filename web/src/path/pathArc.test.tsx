@@ -1,12 +1,11 @@
 // @vitest-environment dom
-import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Session } from "../actions";
 import type { State } from "../state";
+import { draw, undraw } from "../testing/draw";
 import { hello, pressedBy, room } from "../testing/messages";
 import { testSession as made } from "../testing/session";
-import { SessionContext } from "../view/context";
 import { commanded } from "./commanded";
 import { PathArc } from "./PathArc";
 import { aspectOf, drivingCamera } from "./view";
@@ -27,16 +26,11 @@ beforeEach(() => {
   state.room.value = room({ operator: 1 });
   state.link.value = { is: "connected" };
   state.facts.value = { ...state.facts.value, pictureMs: 200, roundTripMs: 160 };
-  const view = (
-    <SessionContext.Provider value={session}>
-      <PathArc />
-    </SessionContext.Provider>
-  );
-  act(() => render(view, body));
+  draw(session, <PathArc />);
 });
 
 afterEach(() => {
-  act(() => render(null, body));
+  undraw();
   // What waits for a frame has a real timer, too, which would look for this frame when all is gone.
   vi.advanceTimersByTime(20);
 });
@@ -100,7 +94,7 @@ describe("the predicted path", () => {
   it("is gone with its view", () => {
     hold("forward");
     wait(100);
-    act(() => render(null, body));
+    undraw();
     expect(vi.getTimerCount()).toBe(0);
   });
 

@@ -1,14 +1,13 @@
 // @vitest-environment dom
 import { getAllByRole, getByRole, getByText } from "@testing-library/dom";
-import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import type { Session } from "../actions";
 import * as files from "../download";
+import { draw, undraw } from "../testing/draw";
 import { hello, room } from "../testing/messages";
 import { sample } from "../testing/samples";
 import { testSession } from "../testing/session";
-import { SessionContext } from "../view/context";
 import { StatsPage } from "./StatsPage";
 
 /** This DOM has no canvas to draw on; what is drawn is seen in a browser. */
@@ -44,19 +43,10 @@ beforeEach(() => {
   session.state.room.value = room({ watching: [1] });
 });
 
-afterEach(() => {
-  act(() => render(null, body));
-});
+afterEach(undraw);
 
 function open(): void {
-  act(() =>
-    render(
-      <SessionContext.Provider value={session}>
-        <StatsPage />
-      </SessionContext.Provider>,
-      body,
-    ),
-  );
+  draw(session, <StatsPage />);
 }
 
 function measure(more: object): void {
@@ -145,6 +135,6 @@ it("saves a file with the history and without a name", async () => {
 
 it("leaves no plot behind", () => {
   open();
-  act(() => render(null, body));
+  undraw();
   expect(charts.every((one) => one.isGone)).toBe(true);
 });

@@ -2,6 +2,7 @@
 import type { Sent } from "../link/signalling";
 import type {
   AboardInfo,
+  Console,
   ControlInfo,
   Hello,
   Playout,
@@ -13,6 +14,20 @@ import type {
   ViewerInfo,
 } from "../messages";
 import { says } from "../words/said";
+
+/** What the server tells the host alone. */
+export function hostConsole(more: Partial<Console> = {}): Console {
+  return {
+    type: "console",
+    viewers: [],
+    closed: false,
+    opens_wall_ms: null,
+    pressers: [],
+    reused: null,
+    problems: [],
+    ...more,
+  };
+}
 
 export function hello(more: Partial<Hello> = {}): Hello {
   return {

@@ -1,12 +1,11 @@
 // @vitest-environment dom
-import { render } from "preact";
 import { act } from "preact/test-utils";
 import { expect, it } from "vitest";
 import { loadPreferences } from "../preferences";
 import { createState } from "../state";
+import { draw } from "../testing/draw";
 import { hello, room } from "../testing/messages";
 import { testSession } from "../testing/session";
-import { SessionContext } from "./context";
 import { LossPanel } from "./LossPanel";
 
 it("follows what the robot tells of its watchdog", () => {
@@ -17,14 +16,7 @@ it("follows what the robot tells of its watchdog", () => {
       const now = room({});
       state.room.value = { ...now, robot: { ...now.robot, ttl_ms } };
     });
-  act(() =>
-    render(
-      <SessionContext.Provider value={testSession(state)}>
-        <LossPanel />
-      </SessionContext.Provider>,
-      document.body,
-    ),
-  );
+  draw(testSession(state), <LossPanel />);
   const text = () => document.body.textContent;
   expect(text()).toContain("stops by itself after 200 ms");
   tells(512);

@@ -1,15 +1,14 @@
 // @vitest-environment dom
 import { getAllByRole, getByRole, getByText, queryByRole, queryByText } from "@testing-library/dom";
-import { type ComponentChildren, render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, it } from "vitest";
 import type { Session } from "../actions";
 import { listenFirstDrive } from "../branding/welcome";
+import { draw, undraw } from "../testing/draw";
 import { hello, room } from "../testing/messages";
 import { testSession as made } from "../testing/session";
 import { ENGLISH, language } from "../words/words";
 import { About } from "./About";
-import { SessionContext } from "./context";
 import { robotName } from "./robotName";
 import { Welcome } from "./Welcome";
 
@@ -32,17 +31,11 @@ beforeEach(() => {
 });
 
 afterEach(() => {
-  act(() => render(null, body));
+  undraw();
   language.value = ENGLISH;
   delete document.documentElement.dataset.name;
   delete document.documentElement.dataset.sentence;
 });
-
-function draw(children: ComponentChildren): void {
-  act(() =>
-    render(<SessionContext.Provider value={session}>{children}</SessionContext.Provider>, body),
-  );
-}
 
 function greet(more: Parameters<typeof hello>[0] = {}): void {
   act(() => {
@@ -54,19 +47,19 @@ describe("whose robot this is", () => {
   it("is told before the server has greeted, by what the page came with", () => {
     document.documentElement.dataset.name = "Rover";
     document.documentElement.dataset.sentence = "Say hello.";
-    draw(<About />);
+    draw(session, <About />);
     expect(robotName(null)).toBe("Rover");
     expect(getByText(body, "Say hello.")).toBeTruthy();
   });
 
   it("has words of the page's own where the host has none", () => {
-    draw(<About />);
+    draw(session, <About />);
     expect(robotName(null)).toBe("WAX");
     expect(getByText(body, "A real robot that you can drive from here.")).toBeTruthy();
   });
 
   it("is what the host has written, kept apart from what is around it", () => {
-    draw(<About />);
+    draw(session, <About />);
     greet();
     expect(robotName(session.state.hello.value)).toBe("Rover");
     expect(getByText(body, "A rover in our museum.").tagName).toBe("BDI");
@@ -75,7 +68,7 @@ describe("whose robot this is", () => {
 
 describe("the first visit", () => {
   it("is told in three lines what this is, how to drive and how to stop, and the rules", () => {
-    draw(<Welcome />);
+    draw(session, <Welcome />);
     expect(queryByRole(body, "region", { name: "Welcome" })).toBeNull();
     greet({ turn_s: 120 });
     const card = getByRole(body, "region", { name: "Welcome" });
@@ -97,13 +90,13 @@ describe("the first visit", () => {
       "The operator and the host can stop the robot at any time.",
     ],
   ] as const)("says what holds here: %j", (more, says) => {
-    draw(<Welcome />);
+    draw(session, <Welcome />);
     greet(more);
     expect(getByText(body, says)).toBeTruthy();
   });
 
   it("can be put away, and stays away", () => {
-    draw(<Welcome />);
+    draw(session, <Welcome />);
     greet();
     act(() => getByRole(body, "button", { name: "Got it" }).click());
     expect(session.actions.keep).toHaveBeenCalledWith({ welcomed: true });
@@ -132,7 +125,7 @@ describe("the first visit", () => {
 
 describe("about this robot", () => {
   it("has the host's rules, and links that tell nobody where one came from", () => {
-    draw(<About />);
+    draw(session, <About />);
     greet();
     expect(getByText(body, "Drive slowly near people.")).toBeTruthy();
     const links = getAllByRole(body, "link") as HTMLAnchorElement[];
@@ -145,7 +138,7 @@ describe("about this robot", () => {
   });
 
   it("is short where the host has written nothing", () => {
-    draw(<About />);
+    draw(session, <About />);
     greet({ page: { name: "WAX", sentence: "", rules: [], links: [] } });
     expect(queryByRole(body, "list")).toBeNull();
     expect(queryByRole(body, "link")).toBeNull();
@@ -153,7 +146,7 @@ describe("about this robot", () => {
 
   it("shows markup in it as text", () => {
     const hostile = '"><script>window.hurt = 1</script>';
-    draw(<About />);
+    draw(session, <About />);
     greet({ page: { ...PAGE, sentence: hostile, rules: [hostile] } });
     expect(body.querySelector("script")).toBeNull();
     expect(body.textContent).toContain(hostile);

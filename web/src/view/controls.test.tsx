@@ -1,6 +1,5 @@
 // @vitest-environment dom
 import { getAllByRole, getByRole, queryByRole } from "@testing-library/dom";
-import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeAll, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Actions } from "../actions";
@@ -9,10 +8,10 @@ import { UNHEARD_MS } from "../drive/keysDown";
 import type { ControlInfo, GaugeInfo, Operate, RobotStatus } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
+import { draw, undraw } from "../testing/draw";
 import { controllerOf } from "../testing/driving";
 import { aboard, control, hello, pressedBy, room } from "../testing/messages";
 import { testSession } from "../testing/session";
-import { SessionContext } from "./context";
 import { ControlSet, RobotControls } from "./drive/RobotControls";
 import { Gauges, GaugeWarnings } from "./Gauges";
 
@@ -52,21 +51,17 @@ beforeEach(() => {
     letGo: () => controller.letGo(),
   };
   body = document.body;
-  act(() =>
-    render(
-      <SessionContext.Provider value={{ ...testSession(state), actions: actions as Actions }}>
-        <RobotControls />
-        <Gauges />
-        <GaugeWarnings />
-      </SessionContext.Provider>,
-      body,
-    ),
+  draw(
+    { ...testSession(state), actions: actions as Actions },
+    <>
+      <RobotControls />
+      <Gauges />
+      <GaugeWarnings />
+    </>,
   );
 });
 
-afterEach(() => {
-  act(() => render(null, body));
-});
+afterEach(undraw);
 
 function drives(more: Parameters<typeof room>[0] = {}): void {
   act(() => {

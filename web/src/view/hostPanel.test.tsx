@@ -11,7 +11,7 @@ import { act } from "preact/test-utils";
 import { describe, expect, it, vi } from "vitest";
 import type { Console, InvitationLink } from "../messages";
 import { eventually } from "../testing/eventually";
-import { room } from "../testing/messages";
+import { hostConsole, room } from "../testing/messages";
 import { says } from "../words/said";
 import { actions, body, button, drawsPage, show, showHost, state } from "./page.test.setup";
 
@@ -43,15 +43,9 @@ describe("the host's panel", () => {
       const now = room({ operator: 2, watching: [1] });
       for (const one of now.viewers) one.host = one.id === 1;
       state.room.value = now;
-      state.console.value = {
-        type: "console",
+      state.console.value = hostConsole({
         viewers: [{ ...line, round_trip_ms: 42, picture_ms: 80, rendition: "640x480" }],
-        closed: false,
-        opens_wall_ms: null,
-        pressers: [],
-        reused: null,
-        problems: [],
-      };
+      });
     });
   }
 
@@ -80,16 +74,7 @@ describe("the host's panel", () => {
   });
 
   function tells(some: Partial<Console>): void {
-    state.console.value = {
-      type: "console",
-      viewers: [],
-      closed: false,
-      opens_wall_ms: null,
-      pressers: [],
-      reused: null,
-      problems: [],
-      ...some,
-    };
+    state.console.value = hostConsole(some);
   }
 
   it("tells who pressed Stop, and asks before it ignores an address", () => {

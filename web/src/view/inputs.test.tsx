@@ -1,6 +1,5 @@
 // @vitest-environment dom
 import { getAllByRole, getByLabelText, getByRole, queryByRole } from "@testing-library/dom";
-import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Actions, Session } from "../actions";
@@ -11,10 +10,10 @@ import { DEFAULT_KEYS } from "../drive/keyMap";
 import { UNHEARD_MS } from "../drive/keysDown";
 import { loadPreferences, type Preferences } from "../preferences";
 import { createState, type State } from "../state";
+import { draw, undraw } from "../testing/draw";
 import { eventually } from "../testing/eventually";
 import { plugIn, takeAwayGamepads } from "../testing/gamepads";
 import { hello, room } from "../testing/messages";
-import { SessionContext } from "./context";
 import { Axes } from "./drive/Axes";
 import { ScanPad } from "./drive/ScanPad";
 import { WaysPanel } from "./drive/WaysPanel";
@@ -55,22 +54,18 @@ beforeEach(() => {
     stop: vi.fn(),
   };
   const session = { state, actions } as unknown as Session;
-  act(() =>
-    render(
-      <SessionContext.Provider value={session}>
-        <Joystick />
-        <Axes />
-        <ScanPad />
-        <WaysPanel />
-      </SessionContext.Provider>,
-      body,
-    ),
+  draw(
+    session,
+    <>
+      <Joystick />
+      <Axes />
+      <ScanPad />
+      <WaysPanel />
+    </>,
   );
 });
 
-afterEach(() => {
-  act(() => render(null, body));
-});
+afterEach(undraw);
 
 function prefer(change: Partial<Preferences>): void {
   act(() => {
@@ -176,7 +171,7 @@ describe("the joystick", () => {
 
   it("lets go when it is taken off the page", () => {
     push(0, -70);
-    act(() => render(null, body));
+    undraw();
     expect(input.isHolding).toBe(false);
   });
 

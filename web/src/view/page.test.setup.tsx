@@ -7,7 +7,8 @@ import type { Actions } from "../actions";
 import { DIRECTIONS, InputState } from "../drive/inputState";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
-import { hello, room } from "../testing/messages";
+import { undraw } from "../testing/draw";
+import { hello, hostConsole, room } from "../testing/messages";
 import { testSession } from "../testing/session";
 import { App } from "./App";
 import { HostPanel, RulesPanel } from "./Panels";
@@ -25,9 +26,7 @@ export function drawsPage(): void {
     for (const part of [HostPanel, RulesPanel, WaysPanel]) await part.load();
   });
   beforeEach(draw);
-  afterEach(() => {
-    act(() => render(null, body));
-  });
+  afterEach(undraw);
 }
 
 function draw(): void {
@@ -111,15 +110,7 @@ export function showHost(options: Parameters<typeof room>[0] = { watching: [1] }
   show(options);
   act(() => {
     state.hello.value = hello({ viewer: 1, is_host: true });
-    state.console.value = {
-      type: "console",
-      viewers: [],
-      closed: false,
-      opens_wall_ms: null,
-      pressers: [],
-      reused: null,
-      problems: [],
-    };
+    state.console.value = hostConsole();
     state.panel.value = "host";
   });
 }

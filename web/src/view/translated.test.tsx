@@ -1,11 +1,12 @@
 // @vitest-environment dom
 import { getByRole, queryByRole } from "@testing-library/dom";
-import { type ComponentType, render } from "preact";
+import type { ComponentType } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeAll, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Actions, Session } from "../actions";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
+import { draw, undraw } from "../testing/draw";
 import { aboard, hello, room, served } from "../testing/messages";
 import { testSession } from "../testing/session";
 import { speak } from "../words/language";
@@ -13,7 +14,6 @@ import { says } from "../words/said";
 import { AboardBanner } from "./AboardBanner";
 import { App } from "./App";
 import { CallCard } from "./CallCard";
-import { SessionContext } from "./context";
 import { EndedPage, Hours } from "./EndedPage";
 import { HostPanel } from "./host/HostPanel";
 import { LanguageChoice } from "./LanguageChoice";
@@ -97,19 +97,12 @@ beforeEach(() => {
 });
 
 afterEach(async () => {
-  act(() => render(null, body));
+  undraw();
   await speak("en");
 });
 
 function show(View: ComponentType): void {
-  act(() =>
-    render(
-      <SessionContext.Provider value={session}>
-        <View />
-      </SessionContext.Provider>,
-      body,
-    ),
-  );
+  draw(session, <View />);
 }
 
 /** All that a person reads, or has read to them; but a key is printed as it is printed. */

@@ -1,14 +1,14 @@
 // @vitest-environment dom
 import { getByRole, getByText, queryByRole } from "@testing-library/dom";
-import { type ComponentType, render } from "preact";
+import type { ComponentType } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Session } from "../actions";
 import * as files from "../download";
 import * as snapshots from "../snapshot";
+import { draw, undraw } from "../testing/draw";
 import { hello, playout, room } from "../testing/messages";
 import { testSession } from "../testing/session";
-import { SessionContext } from "./context";
 import { Fullscreen } from "./Fullscreen";
 import { OutputChoice } from "./OutputChoice";
 import { PictureInPicture } from "./PictureInPicture";
@@ -29,19 +29,10 @@ beforeEach(() => {
   session.state.room.value = room({ watching: [1] });
 });
 
-afterEach(() => {
-  act(() => render(null, body));
-});
+afterEach(undraw);
 
 function open(View: ComponentType): void {
-  act(() =>
-    render(
-      <SessionContext.Provider value={session}>
-        <View />
-      </SessionContext.Provider>,
-      body,
-    ),
-  );
+  draw(session, <View />);
 }
 
 const button = (name: string) => getByRole<HTMLButtonElement>(body, "button", { name });
@@ -194,7 +185,7 @@ describe("picture in picture", () => {
   it("comes back with the page's last view", async () => {
     open(PictureInPicture);
     await press("Picture in picture");
-    act(() => render(null, body));
+    undraw();
     await settle();
     expect(inPicture).toBeNull();
   });

@@ -7,14 +7,13 @@ import {
   getByText,
   queryByText,
 } from "@testing-library/dom";
-import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Session } from "../../actions";
 import { type Camera, project } from "../../path/camera";
+import { draw, undraw } from "../../testing/draw";
 import { hello, room, served } from "../../testing/messages";
 import { testSession as made } from "../../testing/session";
-import { SessionContext } from "../context";
 import { Calibrate } from "./Calibrate";
 import { Calibration } from "./Calibration";
 
@@ -30,15 +29,7 @@ beforeEach(() => {
   session.state.link.value = { is: "connected" };
 });
 
-afterEach(() => {
-  act(() => render(null, body));
-});
-
-function draw(children = <Calibrate />): void {
-  act(() =>
-    render(<SessionContext.Provider value={session}>{children}</SessionContext.Provider>, body),
-  );
-}
+afterEach(undraw);
 
 function type(name: string, value: number): void {
   act(() => {
@@ -67,7 +58,7 @@ const FOUND = "[video]\ncamera_height_m = 0.350\ncamera_tilt_deg = 15.0\ncamera_
 
 describe("calibrating the camera", () => {
   it("finds it by two clicks, and shows what to write into the configuration", () => {
-    draw();
+    draw(session, <Calibrate />);
     expect(getByText(body, "Click on the nearer mark.")).toBeTruthy();
     type("Height of the lens, m", 0.35);
     click(rowOf(0.5));
@@ -79,7 +70,7 @@ describe("calibrating the camera", () => {
   });
 
   it("moves the mark that is nearer to a further click", () => {
-    draw();
+    draw(session, <Calibrate />);
     type("Height of the lens, m", 0.35);
     click(rowOf(0.5) - 0.05);
     click(rowOf(1.5) + 0.02);
@@ -89,7 +80,7 @@ describe("calibrating the camera", () => {
   });
 
   it("works by keyboard alone", () => {
-    draw();
+    draw(session, <Calibrate />);
     type("Height of the lens, m", 0.35);
     type("Nearer mark, m", 0.6);
     type("Farther mark, m", 2);
@@ -99,7 +90,7 @@ describe("calibrating the camera", () => {
   });
 
   it("says what is wrong, and keeps what was typed", () => {
-    draw();
+    draw(session, <Calibrate />);
     click(rowOf(1.5));
     click(rowOf(0.5));
     expect(getByRole(body, "alert").textContent).toMatch(/nearer mark must be lower/);
@@ -111,7 +102,7 @@ describe("calibrating the camera", () => {
   it("copies the lines, and leaves them selected where there is no clipboard", async () => {
     const writeText = vi.fn(async () => {});
     vi.stubGlobal("navigator", { clipboard: { writeText } });
-    draw();
+    draw(session, <Calibrate />);
     type("Height of the lens, m", 0.35);
     click(rowOf(0.5));
     click(rowOf(1.5));
@@ -127,7 +118,7 @@ describe("calibrating the camera", () => {
     const { state } = session;
     state.hello.value = hello({ robot: { ...hello().robot, axes: ["pan"] } });
     state.axes.value = { pan: 0.5 };
-    draw();
+    draw(session, <Calibrate />);
     expect(getByText(body, /The camera is turned aside/)).toBeTruthy();
     act(() => {
       state.preferences.value = { ...state.preferences.value, picture: false };
@@ -137,7 +128,7 @@ describe("calibrating the camera", () => {
 
   it("is loaded when the host asks for it", async () => {
     session.state.served.value = served();
-    draw(<Calibration />);
+    draw(session, <Calibration />);
     expect(queryByText(body, "Click on the nearer mark.")).toBeNull();
     await act(async () => {
       getByRole(body, "button", { name: "Calibrate the camera…" }).click();
