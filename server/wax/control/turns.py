@@ -501,7 +501,9 @@ class Turns:
         if self._fairness.yields(me, now_s):
             return None
         before = {*self._queue[: self._queue.index(viewer)]}
-        invited = {one for one in self._line() if self._people[one].is_invited}
+        invited: set[int] = set()
+        if self._settings.invited_first:  # a crowd's line is looked through for each of them
+            invited = {one for one in self._line() if self._people[one].is_invited}
         if self._settings.invited_first and me.is_invited:
             before &= invited
         # Whoever is called goes next, whoever has come meanwhile.

@@ -12,14 +12,14 @@ PORTION: Final = 4
 """Sending one picture to one viewer takes about a fifth of a millisecond."""
 
 
-def in_batches(calls: Sequence[Callable[[], None]]) -> None:
+def in_batches(calls: Sequence[Callable[[], None]], portion: int = PORTION) -> None:
     """Make the first calls now, and the next ones in each following pass of the event loop.
 
     asyncio checks its timers once a pass, so twenty deliveries in one pass would delay the control
     loop. Each lane gets items in the order in which they were spread.
     """
-    for call in calls[:PORTION]:
+    for call in calls[:portion]:
         call()
-    rest = calls[PORTION:]
+    rest = calls[portion:]
     if rest:
-        asyncio.get_running_loop().call_soon(in_batches, rest)
+        asyncio.get_running_loop().call_soon(in_batches, rest, portion)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
+from functools import lru_cache
 from typing import Final
 
 _V4_BITS: Final = 24
@@ -10,6 +11,7 @@ _V6_BITS: Final = 48
 """A neighbourhood of 250 households, and what one site gets (RFC 6177)."""
 
 
+@lru_cache(maxsize=1024)  # the host's console asks for everybody's each second
 def shortened(address: str) -> str:
     """Return the network of an address or of a prefix; "" for anything else."""
     try:

@@ -25,6 +25,10 @@ class LastWins(Generic[_T]):
         self._waiting = [request]
         self.settle(now_s)
 
+    @property
+    def is_waiting(self) -> bool:
+        return bool(self._waiting)
+
     def settle(self, now_s: float) -> None:
         """Carry out what waits, if that is allowed by now."""
         if self._waiting and self._allowed.take(now_s):

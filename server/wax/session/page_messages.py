@@ -179,14 +179,10 @@ class PageMessages:
         )
 
     def console(
-        self, viewers: Iterable[Viewer], pressers: Iterable[PressingAddress]
+        self, lines: list[messages.ConsoleViewer], pressers: Iterable[PressingAddress]
     ) -> messages.Console:
-        """Return what only the host sees."""
+        """Return what only the host sees, with a line of each viewer."""
         reused_at = self._access.reused_at
-        lines = []
-        for viewer in viewers:
-            with viewer.boundary:
-                lines.append(self._console_line(viewer))
         return messages.Console(
             viewers=lines,
             closed=not self._access.is_open,
@@ -205,7 +201,8 @@ class PageMessages:
             problems=self._problems(),
         )
 
-    def _console_line(self, viewer: Viewer) -> messages.ConsoleViewer:
+    def console_line(self, viewer: Viewer) -> messages.ConsoleViewer:
+        """Return what only the host sees of a viewer."""
         one_way_s = viewer.link.one_way_s
         picture = None if viewer.report is None else viewer.report.picture
         rendition = viewer.streams.status().get("rendition")

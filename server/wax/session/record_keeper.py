@@ -212,8 +212,7 @@ class RecordKeeper:
 
     def _update(self) -> None:
         self._updated_s = self._clock.now_s()
-        for visit in self._visits.values():
-            self._tell(visit)
+        in_batches([partial(self._tell, visit) for visit in self._visits.values()])
         before = self._refused_before
         self._refused_before = {**self._refused(), _LEFT_OUT: self._thrift.left_out}
         grown = {

@@ -476,6 +476,8 @@ class Room:
         self._sweep(now_s)
         self._rooms.round(now_s)
         in_batches([partial(_settle, viewer, now_s) for viewer in self._viewers])
+        renamed = [viewer for viewer in self._viewers if viewer.has_name_waiting]
+        in_batches([partial(_settle_name, viewer, now_s) for viewer in renamed], portion=1)
         if self._voices is not None:
             self._voices.settle(now_s)
         if now_s - self._checked_s >= _CHECK_S:
@@ -506,9 +508,19 @@ class Room:
         hosts = [one for one in self._viewers if one.visitor.is_host and one.is_ready]
         if not hosts:
             return
-        text = self._page_messages.console(self._viewers, self._stops.pressers()).model_dump_json()
-        for host in hosts:
-            host.send_text(text)
+        lines: list[messages.ConsoleViewer] = []
+
+        def add(viewer: Viewer) -> None:
+            with viewer.boundary:
+                lines.append(self._page_messages.console_line(viewer))
+
+        def tell() -> None:
+            console = self._page_messages.console(lines, self._stops.pressers())
+            text = console.model_dump_json()
+            for host in hosts:
+                host.send_text(text)
+
+        in_batches([*(partial(add, viewer) for viewer in self._viewers), tell])
 
     async def close(self) -> None:
         """Say goodbye to every page and close its peer; admits nobody any more."""
@@ -560,10 +572,14 @@ class Room:
         plain = for_guests(update)
         text = room_change.text_of(plain)
         for_host = text if plain == update else room_change.text_of(update)
-        for viewer in self._viewers:
-            if viewer.is_ready:
-                # Inside the viewer's own boundary.
-                viewer.send_text(for_host if viewer.knows_faults else text)
+        # Whoever connects meanwhile has been told all of it, and is told some of it again.
+        in_batches(
+            [
+                partial(one.send_text, for_host if one.knows_faults else text)
+                for one in self._viewers
+                if one.is_ready
+            ]
+        )
 
     def _is_due(self, viewer: Viewer) -> bool:
         return self._rooms.is_due(viewer)
@@ -576,6 +592,11 @@ class Room:
 def _settle(viewer: Viewer, now_s: float) -> None:
     with viewer.boundary:
         viewer.settle(now_s)
+
+
+def _settle_name(viewer: Viewer, now_s: float) -> None:
+    with viewer.boundary:
+        viewer.settle_name(now_s)
 
 
 def _person(viewer: Viewer) -> Person:

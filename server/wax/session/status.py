@@ -186,7 +186,9 @@ class Status:
 
     def _viewer(self, number: int, line: dict[str, object]) -> dict[str, object]:
         """Return what is known about a viewer, even if their streams fail."""
-        viewer = next(one for one in self._viewers if one.number == number)
+        viewer = self._viewers.numbered(number)
+        if viewer is None:
+            return line
         with viewer.boundary:
             return line | self._served(viewer)
         return line

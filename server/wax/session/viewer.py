@@ -297,9 +297,16 @@ class Viewer:
         """Have others see this name, if it may be; soon, where it was another just now."""
         self._names.ask(name, self._clock.now_s())
 
-    def settle(self, now_s: float) -> None:
-        """Do what was put off, a few times a second."""
+    @property
+    def has_name_waiting(self) -> bool:
+        return self._names.is_waiting
+
+    def settle_name(self, now_s: float) -> None:
+        """Take the name that was put off: to compare it with everybody's takes a millisecond."""
         self._names.settle(now_s)
+
+    def settle(self, now_s: float) -> None:
+        """Do what was put off, but for the name, a few times a second."""
         self._wants.settle(now_s)
         self._looks.settle(now_s)
         self._moves.settle(now_s)
