@@ -22,13 +22,14 @@ THUMB_PX: Final = 48
 DRIVE_BUTTONS: Final = ("Forward", "Back", "Left", "Right")
 LAYOUTS: Final = ((1280, 800), (900, 560), (390, 844), (844, 390))
 """A large window, the smallest that counts as one, and a phone held upright and across."""
-SMALL: Final = ((320, 480), (320, 568), (360, 640), (480, 320), (800, 560))
+UPRIGHT: Final = ((320, 480), (320, 568), (360, 640))
+SMALL: Final = (*UPRIGHT, (320, 256), (400, 300), (480, 320), (800, 560))
 PANELS: Final = ("People", "Settings", "Details", "Safety")
 
 STOP_IS_WHOLE: Final = """() => {
     const stop = document.querySelector(".stop-button");
     const { left, right, top, bottom } = stop.getBoundingClientRect();
-    const across = [left + 16, (left + right) / 2, right - 16];
+    const across = [left + 8, (left + right) / 2, right - 8];
     const along = [top + 8, (top + bottom) / 2, bottom - 8];
     const isIn = left >= 0 && top >= 0 && right <= innerWidth && bottom <= innerHeight;
     const isHit = (x, y) => stop.contains(document.elementFromPoint(x, y));
