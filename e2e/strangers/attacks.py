@@ -16,11 +16,14 @@ import time
 from collections import Counter
 from contextlib import AsyncExitStack, suppress
 from functools import partial
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from e2e.strangers import by_channel, by_http, by_udp, wire
 from e2e.strangers.ground import Attack, Ground, address, together
 from e2e.strangers.intruder import Intruder, NoPlaceError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 _TAIL_S: Final = 1.0
 """For answers that are under way when an attack ends."""
@@ -73,8 +76,8 @@ def _asks(what: str, connections: int, addresses: int, rate_hz: float, request: 
     return Attack(f"{what}: {connections} connections of {where}", work)
 
 
-def _offers(what: str, rate_hz: float, sources: int, *, empty: bool = False) -> Attack:
-    return Attack(what, partial(by_http.offers, rate_hz=rate_hz, sources=sources, empty=empty))
+def _offers(what: str, rate_hz: float, sources: int, shaped: Callable[[str], str] = str) -> Attack:
+    return Attack(what, partial(by_http.offers, rate_hz=rate_hz, sources=sources, shaped=shaped))
 
 
 MIX: Final = "mix"
@@ -108,6 +111,7 @@ ATTACKS: Final[dict[str, Attack]] = {
     "cookies-1": _asks("64 KB of cookies a request", 32, 1, 400, by_http.COOKIES),
     "cookies-4": _asks("64 KB of cookies a request", 128, 4, 400, by_http.COOKIES),
     "crumbs": _asks("a body of 10,000 chunks of a byte", 40, 3, 400, by_http.CRUMBS),
+    "keys": _asks("a body of 7,000 unknown keys", 24, 1, 400, by_http.KEYS),
     "never-read": Attack(
         "640 connections from 12 addresses that never read",
         partial(by_http.never_read, connections=640, addresses=12),
@@ -121,9 +125,11 @@ ATTACKS: Final[dict[str, Attack]] = {
         "500 connections from 50 addresses that say nothing, or too little",
         partial(by_http.dawdle, connections=500, addresses=50),
     ),
-    "empty-offers": _offers("160 empty offers a second of one address", 160, 1, empty=True),
+    "empty-offers": _offers("160 empty offers a second of one address", 160, 1, lambda _: ""),
     "offers-1": _offers("200 offers a second from one address", 200, 1),
+    "offers-20": _offers("50 offers a second from 20 addresses", 50, 20),
     "offers-50": _offers("200 offers a second from 50 addresses", 200, 50),
+    "wide-offers": _offers("10 offers a second of five long pictures", 10, 5, wire.wide),
     MIX: Attack("all of these, by chance", _mix, 8, True),
 }  # fmt: skip
 

@@ -19,6 +19,7 @@ from e2e.strangers.intruder import Intruder, ask
 
 if TYPE_CHECKING:
     from collections import Counter
+    from collections.abc import Callable
 
     from e2e.strangers.ground import Ground
 
@@ -32,6 +33,8 @@ CRUMBS: Final = (
     + b"1\r\nx\r\n" * 10_000
 )
 """A body that has no end, in chunks of a byte."""
+KEYS: Final = wire.post("/api/host", b"{" + b",".join(b'"%x":1' % n for n in range(7000)) + b"}")
+"""As many keys as a body has room for, none of which anybody knows."""
 _PIPELINED: Final = 20
 _WRITTEN_BYTES: Final = 262_144
 _ANSWERED_BYTES: Final = 65_536
@@ -166,11 +169,13 @@ async def dawdle(ground: Ground, connections: int, addresses: int) -> None:
     await together(one(number) for number in range(connections))
 
 
-async def offers(ground: Ground, rate_hz: float, sources: int, *, empty: bool) -> None:
-    """Send offers that nobody follows up, each of another browser; empty ones are no offers."""
-    silent, sdp = Intruder(0), ""
+async def offers(
+    ground: Ground, rate_hz: float, sources: int, *, shaped: Callable[[str], str]
+) -> None:
+    """Send offers that nobody follows up, each of another browser, `shaped` from a usual one."""
+    silent = Intruder(0)
     try:
-        sdp = "" if empty else await silent.description()
+        sdp = shaped(await silent.description())
     finally:
         await silent.close()
     asking: set[asyncio.Task[None]] = set()

@@ -5,10 +5,13 @@ The server's parsers must not judge themselves: a mistake that both ends shared 
 
 from __future__ import annotations
 
+import re
 from struct import pack
 from typing import Final
 
 from google_crc32c import value as crc32c
+
+_MORE_LINES: Final = 100
 
 # --- RTCP ---------------------------------------------------------------------------------
 
@@ -74,3 +77,24 @@ def http(path: str, *headers: tuple[str, str]) -> bytes:
     lines = [f"GET {path} HTTP/1.1", "Host: 127.0.0.1"]
     lines += [f"{name}: {value}" for name, value in headers]
     return "\r\n".join([*lines, "", ""]).encode()
+
+
+def post(path: str, body: bytes) -> bytes:
+    """Send a body of JSON."""
+    lines = [f"POST {path} HTTP/1.1", "Host: 127.0.0.1", "Content-Type: application/json"]
+    return "\r\n".join([*lines, f"Content-Length: {len(body)}", "", ""]).encode() + body
+
+
+# --- an offer ------------------------------------------------------------------------------
+
+
+def wide(offer: str) -> str:
+    """Write five pictures for the one of this offer, each as long as it may be."""
+    before, after = offer.split("m=video ", 1)
+    picture, _, rest = after.partition("m=application")
+    (mid,) = re.findall(r"^a=mid:(\S+)", picture, re.MULTILINE)
+    mids = [f"{mid}{number}" for number in range(1, 5)]
+    pictures = [picture.replace(f"a=mid:{mid}\r\n", f"a=mid:{one}\r\n") for one in (mid, *mids)]
+    more = "".join(f"a=rtcp-fb:* x{number}\r\n" for number in range(_MORE_LINES))
+    before = before.replace(f" {mid}", " ".join(["", mid, *mids]), 1)
+    return before + "".join(f"m=video {one}{more}" for one in pictures) + "m=application" + rest
