@@ -155,6 +155,25 @@ async def test_looking_at_a_crowd_leaves_room_for_timers(rig: Rig) -> None:
     assert looked == list(range(20))
 
 
+async def test_a_visit_that_has_ended_stays_so(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was put off for a crowd in the minute's update is nothing for who has gone since."""
+    is_over: dict[int, bool] = {}
+
+    def seen(number: int, *_: object, **how: bool) -> None:
+        is_over[number] = how["is_over"]
+
+    monkeypatch.setattr(rig.records, "session_seen", seen)
+    rig.viewers += [viewer(number, f"Guest {number}") for number in range(2 * PORTION)]
+    rig.keeper.look()
+    rig.clock.time_s += 60.0
+    rig.keeper.look()
+    rig.viewers.clear()
+    rig.keeper.look()
+    for _ in range(PORTION):
+        await asyncio.sleep(0)
+    assert list(is_over.values()) == [True] * 2 * PORTION
+
+
 def test_turns_say_why_they_ended(rig: Rig) -> None:
     """The turn of a server that stops ends with it; a renewed one is one turn."""
     rig.viewers += [viewer(1, "Ada"), viewer(2, "Bob")]

@@ -204,6 +204,12 @@ class RecordKeeper:
     def _went(self, number: int) -> None:
         self._tell(self._visits.pop(number), is_over=True)
 
+    def _tell_on(self, visit: _Visit) -> None:
+        """Update a visit, unless it has ended since that was put off."""
+        with self._contained:
+            if self._visits.get(visit.viewer.number) is visit:
+                self._tell(visit)
+
     def _tell(self, visit: _Visit, *, is_over: bool = False) -> None:
         viewer = visit.viewer
         self._records.session_seen(
@@ -212,7 +218,7 @@ class RecordKeeper:
 
     def _update(self) -> None:
         self._updated_s = self._clock.now_s()
-        in_batches([partial(self._tell, visit) for visit in self._visits.values()])
+        in_batches([partial(self._tell_on, visit) for visit in self._visits.values()])
         before = self._refused_before
         self._refused_before = {**self._refused(), _LEFT_OUT: self._thrift.left_out}
         grown = {
