@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import asyncio
 import ctypes
 import gc
 import subprocess
 import sys
+import threading
 from collections import deque
 
 import pytest
+from tests.until import async_until
 
 from wax.machine import memory
 
 CAME_AND_WENT = """
 import ctypes, psutil
-from wax.machine.memory import return_large_blocks
+from wax.machine.memory import give_back, return_large_blocks
 
 if {returns}:
     return_large_blocks()
@@ -25,12 +28,14 @@ mib = 2**20
 c.free(c.malloc(16 * mib))
 before = psutil.Process().memory_info().rss
 large, small = [], []
-for _ in range(64):
-    large.append(c.malloc(mib))
+for _ in range(64 * mib // {size}):
+    large.append(c.malloc({size}))
     small.append(c.malloc(200_000))  # no gap of an import holds all of these
-    c.memset(large[-1], 1, mib)
+    c.memset(large[-1], 1, {size})
 for one in large:
     c.free(one)
+if {gives}:
+    give_back()
 print((psutil.Process().memory_info().rss - before) // mib)
 """
 
@@ -38,14 +43,35 @@ print((psutil.Process().memory_info().rss - before) // mib)
 @pytest.mark.skipif(
     not hasattr(ctypes.CDLL(None), "gnu_get_libc_version"), reason="another C library than glibc"
 )
-@pytest.mark.parametrize(("returns", "kept_mib"), [(True, range(4)), (False, range(60, 68))])
-def test_large_blocks_that_came_and_went_are_given_back(returns: bool, kept_mib: range) -> None:
+@pytest.mark.parametrize(
+    ("size", "does", "kept_mib"),
+    [
+        (2**20, "returns", range(4)),
+        (2**20, "", range(60, 68)),
+        (2**16, "gives", range(12)),
+        (2**16, "returns", range(60, 68)),
+    ],
+)
+def test_blocks_that_came_and_went_are_given_back(size: int, does: str, kept_mib: range) -> None:
     """Even where small ones behind them stay; glibc by itself keeps all of them."""
-    script = CAME_AND_WENT.format(returns=returns)
+    script = CAME_AND_WENT.format(size=size, returns=does == "returns", gives=does == "gives")
     told = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=20
     )
     assert int(told.stdout) in kept_mib
+
+
+async def test_what_is_free_is_given_back_beside_the_event_loop(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Within seconds, in another thread: it may take as long as four steps."""
+    given: list[int] = []
+    monkeypatch.setattr(memory, "_LOOK_S", 0.0)
+    monkeypatch.setattr(memory, "give_back", lambda: given.append(threading.get_ident()))
+    running = asyncio.create_task(memory.run())
+    await async_until(lambda: len(given) >= 2)
+    running.cancel()
+    assert threading.get_ident() not in given
 
 
 def test_what_stays_is_looked_through_once() -> None:
