@@ -1,4 +1,4 @@
-"""A receiver of events that does what a test wants."""
+"""A webhook receiver that behaves as a test tells it to."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SECRET = "whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw"
 
 
 class Receiver:
-    """Answers with `status`, as it `does`: ``answers``, ``floods``, ``drips`` or ``hangs``."""
+    """Answers with `status`; `does` is ``answers``, ``floods``, ``drips`` or ``hangs``."""
 
     def __init__(self) -> None:
         self.asked: list[tuple[str, dict[str, str], bytes]] = []
@@ -48,7 +48,7 @@ class Receiver:
         return web.Response(status=self.status, text=self.text or None, headers=location | later)
 
     async def _stream(self, request: web.Request) -> NoReturn:
-        """Send until the other end has had enough."""
+        """Send until the client disconnects."""
         response = web.StreamResponse(status=self.status)
         await response.prepare(request)
         piece = b"x" * (65_536 if self.does == "floods" else 1)
@@ -75,7 +75,7 @@ async def receiving() -> AsyncIterator[Receiver]:
 
 
 def secret_file(folder: Path) -> str:
-    """Return a file with a secret."""
+    """Return the path of a file with a secret."""
     path = folder / "hook-secret"
     path.write_text(SECRET)
     return str(path)

@@ -1,4 +1,4 @@
-"""All receivers of events together: one that fails is nobody else's matter."""
+"""All webhooks together: one that fails affects no other."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ async def rig(tmp_path: Path) -> AsyncIterator[Rig]:
 
 
 async def test_only_what_a_hook_asks_for_is_posted(rig: Rig) -> None:
-    """All of it where it names none; in order, each once."""
+    """A hook posts the types it names, or all if it names none; in order, each once."""
     some, everything = rig.hook(events=["tape.kept"]), rig.hook()
     for event in (BANNED, KEPT):
         some.put(event)
@@ -79,7 +79,7 @@ async def test_only_what_a_hook_asks_for_is_posted(rig: Rig) -> None:
 async def test_names_are_told_only_where_configured(
     rig: Rig, keys: dict[str, bool], name: str | None
 ) -> None:
-    """Each hook has its own say; there is nothing else of a person in it."""
+    """An event names a person only if the hook's `names` is true, and says nothing else of them."""
     hook = rig.hook(**keys)
     hook.put(BANNED)
     await rig.step(hook)
@@ -94,7 +94,7 @@ async def test_names_are_told_only_where_configured(
 
 
 async def test_what_failed_is_tried_again_as_the_same(rig: Rig) -> None:
-    """Not before it is time; then with the same id and body; nothing overtakes it."""
+    """A retry waits until it is due and has the same id and body; no event overtakes it."""
     hook = rig.hook()
     hook.put(BANNED)
     hook.put(KEPT)
@@ -121,7 +121,7 @@ async def test_what_failed_is_tried_again_as_the_same(rig: Rig) -> None:
 
 
 async def test_ten_minutes_of_nothing_lose_the_event(rig: Rig) -> None:
-    """Fifteen attempts, one line; the host reads that it waits, and then that it is lost."""
+    """An event is lost after fifteen attempts and one log line; the host sees both states."""
     hooks = Hooks([rig.settings()], rig.clock, lambda: 0)
     [hook] = hooks._hooks
     hooks.put(KEPT)
@@ -153,7 +153,7 @@ async def test_ten_minutes_of_nothing_lose_the_event(rig: Rig) -> None:
 
 @pytest.mark.parametrize("status", [400, 404, 422])
 async def test_what_is_refused_holds_nothing_up(rig: Rig, status: int) -> None:
-    """It is final for this event alone: not sent again, logged once for its type, and told."""
+    """A refused event is not sent again, is logged once for its type, and delays no other event."""
     hook = rig.hook()
     for event in (KEPT, KEPT, BANNED):
         hook.put(event)
@@ -170,7 +170,7 @@ async def test_what_is_refused_holds_nothing_up(rig: Rig, status: int) -> None:
 
 @pytest.mark.parametrize("status", [408, 425, 429, 500, 503])
 async def test_a_refusal_of_now_is_tried_again(rig: Rig, status: int) -> None:
-    """The event waits."""
+    """After a temporary refusal the event stays queued."""
     hook = rig.hook()
     hook.put(KEPT)
     rig.receiver.status = status
@@ -179,7 +179,7 @@ async def test_a_refusal_of_now_is_tried_again(rig: Rig, status: int) -> None:
 
 
 async def test_a_receiver_that_is_gone_is_asked_no_more(rig: Rig) -> None:
-    """What waits and what comes is lost, and the host is told that it is off."""
+    """After a 410, queued and new events are lost, and the host reads that the hook is off."""
     hook = rig.hook()
     hook.put(KEPT)
     hook.put(BANNED)
@@ -195,7 +195,7 @@ async def test_a_receiver_that_is_gone_is_asked_no_more(rig: Rig) -> None:
 
 
 async def test_what_both_ways_wait_for_is_told_once(rig: Rig) -> None:
-    """To the host, with the number of all that waits, and to the log."""
+    """A failure of both queues is one problem for the host, with their total, and one log line."""
     hook = rig.hook()
     hook.put(KEPT)
     hook.put(STOP)
@@ -210,7 +210,7 @@ async def test_what_both_ways_wait_for_is_told_once(rig: Rig) -> None:
 
 @pytest.mark.parametrize("event", [STOP, FAULT])
 async def test_what_is_urgent_does_not_wait_until_news_are_due(rig: Rig, event: Event) -> None:
-    """Whatever their receiver has asked for."""
+    """An urgent event does not wait for the Retry-After that a news event received."""
     hook = rig.hook()
     hook.put(KEPT)
     rig.receiver.status, rig.receiver.retry_after = 503, "300"
@@ -221,7 +221,7 @@ async def test_what_is_urgent_does_not_wait_until_news_are_due(rig: Rig, event: 
 
 
 async def test_a_stop_does_not_wait_for_news(rig: Rig) -> None:
-    """It is posted while an attempt of theirs is under way."""
+    """A Stop is posted while an attempt to post a news event still hangs."""
     hook = rig.hook()
     hook.put(KEPT)
     rig.receiver.does = "hangs"
@@ -236,7 +236,7 @@ async def test_a_stop_does_not_wait_for_news(rig: Rig) -> None:
 
 
 async def test_retry_after_is_waited_for(rig: Rig) -> None:
-    """By what it was said to, and not a second less."""
+    """A retry waits for as long as Retry-After asks, and no second less."""
     hook = rig.hook()
     hook.put(KEPT)
     rig.receiver.status, rig.receiver.retry_after = 429, "30"
@@ -250,7 +250,7 @@ async def test_retry_after_is_waited_for(rig: Rig) -> None:
 
 
 async def test_a_bug_here_is_a_failed_attempt(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever an attempt raises, the next is later, and nothing reaches the room."""
+    """An attempt that raises anything counts as failed, and nothing propagates."""
     hook = rig.hook()
     hook.put(KEPT)
 
@@ -266,7 +266,7 @@ async def test_a_bug_here_is_a_failed_attempt(rig: Rig, monkeypatch: pytest.Monk
 async def test_an_event_that_cannot_be_written_reaches_nobody(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The control loop's callbacks end here: nothing is raised, and it is said once."""
+    """`put` raises nothing into the control loop that calls it, and logs once."""
     hooks = Hooks([rig.settings()], rig.clock, lambda: 0)
 
     def fail(_: Event) -> None:
@@ -280,7 +280,7 @@ async def test_an_event_that_cannot_be_written_reaches_nobody(
 
 
 async def test_the_last_events_are_posted_at_the_end(rig: Rig) -> None:
-    """Even where the receiver wants them later; what is in vain is tried once."""
+    """`close` ignores Retry-After, and attempts each event once at most."""
     hooks = Hooks([rig.settings()], rig.clock, lambda: 0)
     rig.receiver.status, rig.receiver.retry_after = 503, "300"
     for event in (BANNED, KEPT):
@@ -295,7 +295,7 @@ async def test_the_last_events_are_posted_at_the_end(rig: Rig) -> None:
 
 
 async def test_an_authority_of_ones_own_is_read_at_the_start(rig: Rig) -> None:
-    """One that holds no certificate keeps the server from starting, with the key's name."""
+    """A `ca_file` without a certificate is a `StartError` that names the key."""
     keys = {"url": "https://127.0.0.1/h", "ca_file": str(rig.folder / "gone")}
     with pytest.raises(StartError, match=r"^hook\[0\]\.ca_file: .*holds no certificate"):
         rig.hook(**keys)
@@ -308,7 +308,7 @@ async def test_an_authority_of_ones_own_is_read_at_the_start(rig: Rig) -> None:
 async def test_a_receiver_by_tls_is_trusted_by_its_authority(
     rig: Rig, authority: str, code: str | None
 ) -> None:
-    """By the one in `ca_file` alone; otherwise the host is told whether to name one or another."""
+    """Only `ca_file` is trusted; otherwise the host is told whether to set it or replace it."""
     own = pair(rig.folder)
     (other := rig.folder / "other").mkdir()
     files = {"own": str(own), "other": str(pair(other)), "": ""}
@@ -322,7 +322,7 @@ async def test_a_receiver_by_tls_is_trusted_by_its_authority(
 
 
 async def test_the_secret_is_read_at_the_start(rig: Rig) -> None:
-    """A hook that could not sign keeps the server from starting, with the key's name."""
+    """A secret that cannot be read is a `StartError` that names the key."""
     gone = rig.settings(secret_file=str(rig.folder / "gone"))
     with pytest.raises(StartError, match=r"^hook\[1\]\.secret_file: .*cannot be read"):
         Hooks([rig.settings(), gone], rig.clock, lambda: 0)

@@ -1,4 +1,4 @@
-"""One attempt to post an event, whatever the other end does."""
+"""One attempt to post an event, whatever the receiver does."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 MESSAGE = Message("msg_1", "queue.empty", b'{"type":"queue.empty"}', 0.0)
 LIMIT_S = 60.0
-"""Whoever wants it to be over turns the event loop's clock."""
+"""A test that needs the timeout turns the event loop's clock."""
 
 
 @pytest.fixture
@@ -47,7 +47,7 @@ async def _post(url: str, *, own_port: int = 0, wants_answer: bool = False) -> t
 
 
 async def test_an_event_is_posted_and_signed(receiver: Receiver) -> None:
-    """One request with the body that was signed; any 2xx takes it."""
+    """One request carries the signed body; any 2xx accepts it."""
     receiver.status = 202
     assert await _post(receiver.url) == (202, b"")
     [(path, headers, body)] = receiver.asked
@@ -62,14 +62,14 @@ async def test_an_event_is_posted_and_signed(receiver: Receiver) -> None:
     "path", ["/h?sig=AbC%2Fd%2Be%3D&&x=", "/tok%7Een%2Dx", "/a%28b%29/../c?q=a+b%20c", "/?x=%C3%BC"]
 )
 async def test_an_address_is_sent_as_it_is_written(receiver: Receiver, path: str) -> None:
-    """A signed one would be another after decoding and encoding."""
+    """The URL is sent byte for byte: decoding and encoding would break a signed one."""
     await _post(f"http://127.0.0.1:{receiver.port}{path}")
     assert [asked for asked, *_ in receiver.asked] == [path]
 
 
 @pytest.mark.parametrize("status", [301, 302, 303, 307, 308])
 async def test_no_redirect_is_followed(receiver: Receiver, status: int) -> None:
-    """It is a failure, with a sentence that says what to write instead."""
+    """A redirect is a failure whose sentence says what to configure instead."""
     receiver.status = status
     with pytest.raises(HookError, match=rf"redirects with status {status}, .* \[\[hook\]\] url"):
         await _post(receiver.url)
@@ -78,7 +78,7 @@ async def test_no_redirect_is_followed(receiver: Receiver, status: int) -> None:
 
 @pytest.mark.parametrize("status", [400, 404, 429, 500, 503])
 async def test_a_refusal_is_told_by_its_status(receiver: Receiver, status: int) -> None:
-    """Nothing of what it says is repeated: it is a stranger's text."""
+    """The sentence has the status and none of the answer's text, which a stranger wrote."""
     receiver.status, receiver.text = status, "look at me"
     with pytest.raises(HookError) as refused:
         await _post(receiver.url)
@@ -88,7 +88,7 @@ async def test_a_refusal_is_told_by_its_status(receiver: Receiver, status: int) 
 async def test_one_that_never_answers_costs_the_time_limit(
     receiver: Receiver, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Then the connection ends, at the other end too."""
+    """After the timeout the connection is closed, at the receiver's end too."""
     receiver.does = "hangs"
     posting = asyncio.create_task(_post(receiver.url))
     await asyncio.wait_for(receiver.arrived.get(), 5)
@@ -100,7 +100,7 @@ async def test_one_that_never_answers_costs_the_time_limit(
 
 @pytest.mark.parametrize("wants_answer", [False, True])
 async def test_an_endless_answer_is_not_read(receiver: Receiver, wants_answer: bool) -> None:
-    """What the kernels buffer is all that a receiver can get rid of, and the event is taken."""
+    """A receiver can send no more than the kernels buffer, and the event counts as accepted."""
     receiver.does, receiver.status = "floods", 200
     status, begins = await _post(receiver.url, wants_answer=wants_answer)
     assert status == 200
@@ -112,7 +112,7 @@ async def test_an_endless_answer_is_not_read(receiver: Receiver, wants_answer: b
 
 @pytest.mark.parametrize("wants_answer", [False, True])
 async def test_an_answer_that_drips_holds_nobody_up(receiver: Receiver, wants_answer: bool) -> None:
-    """Its status came, and that is all that counts."""
+    """The status alone counts: a body that drips delays nothing."""
     receiver.does, receiver.status = "drips", 200
     status, begins = await _post(receiver.url, wants_answer=wants_answer)
     assert status == 200
@@ -120,7 +120,7 @@ async def test_an_answer_that_drips_holds_nobody_up(receiver: Receiver, wants_an
 
 
 async def test_nobody_there_is_a_sentence() -> None:
-    """It says what to check there."""
+    """A refused connection is a sentence that says so."""
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         port = taken.getsockname()[1]
@@ -130,7 +130,7 @@ async def test_nobody_there_is_a_sentence() -> None:
 
 @asynccontextmanager
 async def _babbling(said: bytes) -> AsyncIterator[str]:
-    """Return where somebody says this again and again, whatever they are asked."""
+    """Yield the URL of a server that sends `said` again and again, whatever it is asked."""
     ended = asyncio.Event()
 
     async def babble(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -150,7 +150,7 @@ async def _babbling(said: bytes) -> AsyncIterator[str]:
 
 @pytest.mark.parametrize("said", [b"SSH-2.0-" + b"x" * 5000 + b"\r\n\r\n", b"HTTP/1.1 200 \0\r\n"])
 async def test_what_is_no_http_is_a_sentence(said: bytes) -> None:
-    """In which neither what it said nor the address's path is shown."""
+    """The sentence shows neither the answer's text nor the path of the URL."""
     async with _babbling(said) as url:
         with pytest.raises(HookError) as refused:
             await _post(url)
@@ -162,7 +162,7 @@ async def test_what_is_no_http_is_a_sentence(said: bytes) -> None:
 async def test_of_announcements_without_end_a_few_are_parsed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Each pass of the event loop takes all that has come, and driving waits for it."""
+    """Interim responses without end are parsed up to 8,192 bytes: driving waits for the parser."""
     came_bytes: list[int] = []
     taken = ResponseHandler.data_received
 
@@ -184,7 +184,7 @@ async def test_of_announcements_without_end_a_few_are_parsed(
 async def test_the_servers_own_port_is_never_reached(
     receiver: Receiver, host: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """By whatever address of this machine, and whatever name leads to one."""
+    """Neither an address of this machine nor a name that resolves to one reaches the own port."""
     real = socket.getaddrinfo
 
     def look_up(name: str, *more: object) -> object:
@@ -197,14 +197,14 @@ async def test_the_servers_own_port_is_never_reached(
 
 
 def test_the_same_port_of_another_machine_is_another_program() -> None:
-    """An address in a network that nobody has (RFC 5737) is not this machine's."""
+    """An address for documentation (RFC 5737) is not this machine's."""
     assert not _is_own(socket.AF_INET, "192.0.2.1")
 
 
 async def test_a_name_is_looked_up_apart_from_the_event_loop(
     receiver: Receiver, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A name server that hangs takes none of the loop's own threads, and ends with the limit."""
+    """A name server that hangs uses no thread of the loop's executor, and times out."""
     real, asked, go_on = socket.getaddrinfo, threading.Event(), threading.Event()
     loop = asyncio.get_running_loop()
 
@@ -227,13 +227,13 @@ async def test_a_name_is_looked_up_apart_from_the_event_loop(
 
 
 async def test_a_name_is_found(receiver: Receiver) -> None:
-    """`localhost` is one that every machine knows."""
+    """A URL by name works, as with `localhost`."""
     assert await _post(f"http://localhost:{receiver.port}/") == (204, b"")
 
 
 @pytest.mark.parametrize("name", [f"{'x' * 64}.invalid", "exam\u00adple.org", "a..b"])
 async def test_what_can_be_no_name_is_a_sentence(name: str) -> None:
-    """In which the address's path is not shown."""
+    """The sentence for an impossible host name does not show the path of the URL."""
     with pytest.raises(HookError) as refused:
         await _post(f"http://{name}/secret-path")
     assert str(refused.value) == "It cannot be reached: no such name can be."
@@ -243,7 +243,7 @@ async def test_what_can_be_no_name_is_a_sentence(name: str) -> None:
 async def test_a_receiver_that_expects_tls_is_a_sentence(
     tmp_path: Path, plain: bytes | None
 ) -> None:
-    """Whether it hangs up at an address with http:// or answers 400, as most do."""
+    """A TLS receiver asked by http:// is recognized whether it hangs up or answers 400."""
     with (
         serving(server_context(pair(tmp_path)), plain=plain) as port,
         pytest.raises(HookError, match="write https:// in its address"),

@@ -1,4 +1,4 @@
-"""How long a receiver may have us wait."""
+"""How long a receiver can make us wait."""
 
 from __future__ import annotations
 
@@ -26,5 +26,5 @@ NOW_S = 784111777.0
     ],
 )
 def test_seconds_and_dates_are_bounded(value: str | None, seconds: float) -> None:
-    """What says nothing, or a time that is over, is no wait."""
+    """A wait is at most `LONGEST_S`; an invalid value or a time past is no wait."""
     assert wait_s(value, NOW_S) == seconds

@@ -1,4 +1,4 @@
-"""Who sent an event, as a receiver can check it, and the secret that makes that possible."""
+"""The signature by which a receiver checks who sent an event, and its secret."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SECRET = "whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw"
 
 @pytest.mark.parametrize("text", [SECRET, f"{SECRET}\n", SECRET.removeprefix("whsec_")])
 def test_it_is_that_of_standard_webhooks(text: str, tmp_path: Path) -> None:
-    """The vector that the standard's own libraries are tested by."""
+    """The headers match the test vector of Standard Webhooks' own libraries."""
     path = tmp_path / "secret"
     path.write_text(text)
     secret = read_secret(str(path), "hook[0].secret_file")
@@ -43,7 +43,7 @@ def test_it_is_that_of_standard_webhooks(text: str, tmp_path: Path) -> None:
     ],
 )
 def test_a_bad_secret_is_a_sentence(data: bytes | None, says: str, tmp_path: Path) -> None:
-    """It names the key and the file, and nothing of what is in it; a large file is not read."""
+    """The sentence names the key and the file, and quotes none of it; a large file is not read."""
     path = tmp_path / "secret"
     if data is not None:
         path.write_bytes(data)
@@ -55,6 +55,6 @@ def test_a_bad_secret_is_a_sentence(data: bytes | None, says: str, tmp_path: Pat
 
 
 def test_a_folder_is_no_secret(tmp_path: Path) -> None:
-    """Nor does it end in a traceback."""
+    """A folder in place of the secret is a `StartError`."""
     with pytest.raises(StartError, match="cannot be read: it is a folder"):
         read_secret(str(tmp_path), "hook[0].secret_file")

@@ -1,1 +1,1 @@
-"""Posts events to programs of the host's: bounded, Stop before news, lost and not waited for."""
+"""Webhooks: posts events to the host's programs from bounded queues, a Stop ahead of the rest."""

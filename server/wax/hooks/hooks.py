@@ -1,4 +1,4 @@
-"""All hooks: each posts what it wants to know; whatever fails here stays here."""
+"""Webhooks: each posts the events that it subscribes to; no failure leaves this module."""
 
 from __future__ import annotations
 
@@ -29,24 +29,24 @@ if TYPE_CHECKING:
 
 _LOG = structlog.get_logger(__name__)
 
-_LOOK_S: Final = 0.1
-"""So often at most each hook posts: a hundred that waited are no burst."""
+_POLL_S: Final = 0.1
+"""Each hook posts at most this often, so that a backlog of a hundred is no burst."""
 _URGENT: Final = ("stop.", "fault.")
-_LAST_S: Final = 1.0
-"""The end of the server waits no longer for the last events."""
+_FLUSH_S: Final = 1.0
+"""The server's shutdown waits at most this long for the last events."""
 
 
 class Hook:
     """One receiver; raises `StartError` if its secret cannot be read.
 
-    `name` is its number in the configuration and its host: its path is nobody's business. What is
-    `urgent` has a way of its own, each in order: it waits neither for `news` nor for what they
-    wait for. A receiver that says it is `gone` is asked no more.
+    `name` is its number in the configuration and its host: the URL's path may be a secret. Urgent
+    events have a queue of their own and never wait for `news` or for a retry of them. A receiver
+    that answers 410 is `gone`: nothing more is posted to it.
     """
 
     def __init__(self, number: int, settings: HookSettings, clock: Clock) -> None:
         self.name = f"{number} ({settings.host})"
-        self.urgent, self.news = self.ways = (Outbox(URGENT_WAIT_S), Outbox())
+        self.urgent, self.news = self.outboxes = (Outbox(URGENT_WAIT_S), Outbox())
         self.gone: Sentence | None = None
         self._refused_types: set[str] = set()
         self._settings = settings
@@ -57,15 +57,15 @@ class Hook:
             self._tls = client_tls(settings.ca_file, f"hook[{number - 1}].ca_file")
 
     def put(self, event: Event) -> None:
-        """Have an event posted soon, if this hook asks for it."""
+        """Enqueue an event if this hook subscribes to its type."""
         if not self._settings.events or event.type in self._settings.events:
-            way = self.urgent if event.type.startswith(_URGENT) else self.news
-            way.put(self.message(event))
+            outbox = self.urgent if event.type.startswith(_URGENT) else self.news
+            outbox.put(self.message(event))
             if self.gone is not None:
-                way.shut()
+                outbox.drop_all()
 
     def message(self, event: Event) -> Message:
-        """Return an event as it is posted."""
+        """Return the message that carries an event."""
         told = event if self._settings.names else nameless(event)
         body = told.model_dump_json().encode()
         return Message(f"msg_{secrets.token_hex(16)}", event.type, body, self._clock.now_s())
@@ -73,7 +73,7 @@ class Hook:
     async def post(
         self, http: aiohttp.ClientSession, message: Message, *, wants_answer: bool = False
     ) -> tuple[int, bytes]:
-        """Try once; see `wax.hooks.post.post`."""
+        """Make one attempt; see `wax.hooks.post.post`."""
         return await post(
             http,
             self._settings.url,
@@ -85,97 +85,97 @@ class Hook:
         )
 
     async def step(self, http: aiohttp.ClientSession) -> None:
-        """Post what is due, if anything is: one of each way at a time; never raises."""
-        await asyncio.gather(*(self._step(http, way) for way in self.ways))
+        """Post at most one due event of each queue; never raises."""
+        await asyncio.gather(*(self._step(http, outbox) for outbox in self.outboxes))
 
     async def run(self, http: aiohttp.ClientSession) -> None:
         """Post until cancelled."""
-        await asyncio.gather(*(self._run(http, way) for way in self.ways))
+        await asyncio.gather(*(self._run(http, outbox) for outbox in self.outboxes))
 
-    async def empty(self, http: aiohttp.ClientSession) -> None:
-        """Post all that waits, up to the first that is in vain."""
-        await asyncio.gather(*(self._empty(http, way) for way in self.ways))
+    async def flush(self, http: aiohttp.ClientSession) -> None:
+        """Post each queue until it is empty or an attempt fails that could be retried."""
+        await asyncio.gather(*(self._flush(http, outbox) for outbox in self.outboxes))
 
-    async def _step(self, http: aiohttp.ClientSession, way: Outbox) -> None:
-        message = way.due(self._clock.now_s())
+    async def _step(self, http: aiohttp.ClientSession, outbox: Outbox) -> None:
+        message = outbox.due(self._clock.now_s())
         if message is not None:
-            await self._try(http, way, message)
+            await self._attempt(http, outbox, message)
 
-    async def _run(self, http: aiohttp.ClientSession, way: Outbox) -> None:
+    async def _run(self, http: aiohttp.ClientSession, outbox: Outbox) -> None:
         while True:
-            await self._step(http, way)
-            await asyncio.sleep(_LOOK_S)
+            await self._step(http, outbox)
+            await asyncio.sleep(_POLL_S)
 
-    async def _empty(self, http: aiohttp.ClientSession, way: Outbox) -> None:
-        while (message := way.first) is not None and await self._try(http, way, message):
+    async def _flush(self, http: aiohttp.ClientSession, outbox: Outbox) -> None:
+        while (message := outbox.first) is not None and await self._attempt(http, outbox, message):
             pass
 
-    async def _try(self, http: aiohttp.ClientSession, way: Outbox, message: Message) -> bool:
-        """Return whether the next may follow."""
+    async def _attempt(self, http: aiohttp.ClientSession, outbox: Outbox, message: Message) -> bool:
+        """Attempt one delivery; return whether the next may follow."""
         try:
             await self.post(http, message)
         except HookError as error:
             failure = error
-        except Exception as error:  # driving does not need it
+        except Exception as error:  # driving does not depend on it
             failure = HookError(says(repr(error)))
         else:
-            way.took(message)
+            outbox.delivered(message)
             return True
         if failure.is_gone:
-            self._shut(failure.sentence)
+            self._disable(failure.sentence)
         elif failure.is_final:
             if message.type not in self._refused_types:
                 self._refused_types.add(message.type)
                 self._log("a hook refuses an event", failure.sentence, message)
-            way.refuse(message, failure.sentence)
+            outbox.refuse(message, failure.sentence)
         else:
-            if self.problem is None:  # once until it takes one: it may fail for days
+            if self.problem is None:  # logged once until a delivery succeeds: it may fail for days
                 self._log("a hook did not take an event", failure.sentence, message)
-            way.failed(failure.sentence, self._clock.now_s(), failure.wait_s)
+            outbox.failed(failure.sentence, self._clock.now_s(), failure.wait_s)
         return failure.is_final
 
-    def _shut(self, why: Sentence) -> None:
-        """Post nothing more: the receiver has said that it is gone."""
+    def _disable(self, why: Sentence) -> None:
+        """Post nothing more: the receiver has answered that it is gone."""
         if self.gone is None:
             _LOG.warning("a hook is off until the next start", hook=self.name, why=str(why))
         self.gone = why
-        for way in self.ways:
-            way.shut()
+        for outbox in self.outboxes:
+            outbox.drop_all()
 
     def _log(self, what: str, why: Sentence, message: Message) -> None:
         _LOG.warning(what, hook=self.name, what=message.type, why=str(why))
 
     @property
     def waiting(self) -> int:
-        return sum(map(len, self.ways))
+        return sum(map(len, self.outboxes))
 
     @property
     def lost(self) -> int:
-        return sum(way.lost for way in self.ways)
+        return sum(outbox.lost for outbox in self.outboxes)
 
     @property
     def refused(self) -> int:
-        return sum(way.refused for way in self.ways)
+        return sum(outbox.refused for outbox in self.outboxes)
 
     @property
     def problem(self) -> Sentence | None:
-        """Why it does not take what is posted, or not what was posted last."""
+        """Why the receiver is gone or the newest attempt failed; None if neither."""
         return self.gone or self.urgent.problem or self.news.problem
 
     def status(self) -> dict[str, object]:
-        """Return it as the host's status page has it."""
+        """Return this hook's entry for the host's status page."""
         return {
             "name": self.name,
             "problem": None if self.problem is None else str(self.problem),
             "disabled": self.gone is not None,
             "waiting": self.waiting,
-            "taken": sum(way.taken for way in self.ways),
+            "taken": sum(outbox.taken for outbox in self.outboxes),
             "refused": self.refused,
             "lost": self.lost,
         }
 
     def problems(self) -> Iterator[Sentence]:
-        """Yield what the host is to know."""
+        """Yield the problems to show to the host."""
         if self.gone is not None:
             yield Sentence("hook.disabled", {"hook": self.name, "why": self.gone})
             return
@@ -191,7 +191,7 @@ class Hook:
 
 
 class Hooks:
-    """All of `[[hook]]`; without any, nothing here does anything. Raises `StartError`."""
+    """All hooks of `[[hook]]`, idle if there are none. Raises `StartError`."""
 
     def __init__(
         self, settings: Sequence[HookSettings], clock: Clock, own_port: Callable[[], int]
@@ -201,13 +201,13 @@ class Hooks:
         self._contained = FirstErrorLogged("events are lost")
 
     def put(self, event: Event) -> None:
-        """Tell all who ask for it, soon; never raises."""
+        """Enqueue an event for each hook that subscribes to it; never raises."""
         with self._contained:
             for hook in self._hooks:
                 hook.put(event)
 
     async def run(self) -> None:
-        """Post until cancelled; never ends, since driving does not need it."""
+        """Post until cancelled; no failure ends it, since driving does not depend on hooks."""
         if self._hooks:
             with self._contained:
                 async with session(self._own_port) as http:
@@ -215,16 +215,16 @@ class Hooks:
         await asyncio.Event().wait()
 
     async def close(self) -> None:
-        """Try once more to post what waits; for a second at most, and never raises."""
+        """Attempt to post the backlog, for at most a second; never raises."""
         if any(hook.waiting for hook in self._hooks):
             with self._contained, suppress(TimeoutError):
-                async with asyncio.timeout(_LAST_S), session(self._own_port) as http:
-                    await asyncio.gather(*(hook.empty(http) for hook in self._hooks))
+                async with asyncio.timeout(_FLUSH_S), session(self._own_port) as http:
+                    await asyncio.gather(*(hook.flush(http) for hook in self._hooks))
 
     def status(self) -> list[dict[str, object]]:
-        """Return each hook as the host's status page has it."""
+        """Return an entry for each hook for the host's status page."""
         return [one.status() for one in self._hooks]
 
     def problems(self) -> list[Sentence]:
-        """Return what the host is to know."""
+        """Return the problems to show to the host."""
         return [what for one in self._hooks for what in one.problems()]

@@ -1,4 +1,4 @@
-"""What waits for one receiver, urgent or not: in order, bounded in number and age. Pure."""
+"""The queue of a receiver's urgent or other events: ordered, bounded in number and age. Pure."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ KEPT_S: Final = 600.0
 _FIRST_WAIT_S: Final = 1.0
 _LONGEST_WAIT_S: Final = 60.0
 URGENT_WAIT_S: Final = 10.0
-"""A Stop is tried so often at least, unless its receiver asks for a longer wait."""
+"""The longest wait before a Stop is retried, unless its receiver asks for a longer one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Message:
-    """One event as it is posted; `id` is the same each time it is tried."""
+    """One event as it is posted; `id` is the same at each retry."""
 
     id: str
     type: str
@@ -28,10 +28,10 @@ class Message:
 
 
 class Outbox:
-    """Only the first is ever under way; of more than `MOST` the oldest is lost.
+    """A queue that sends one message at a time and drops the oldest beyond `MOST`.
 
-    `problem` is why the newest attempt failed, None once one has not. `refused` counts the events
-    that will never be taken, `refusal` is why the newest of them was not.
+    `problem` is why the newest attempt failed; None once an event is accepted or refused for good.
+    `refused` counts the events refused for good, `refusal` is why the newest of them was.
     """
 
     def __init__(self, longest_wait_s: float = _LONGEST_WAIT_S) -> None:
@@ -53,41 +53,41 @@ class Outbox:
         self._waiting.append(message)
 
     def due(self, now_s: float) -> Message | None:
-        """Return what is to be posted now; what was in vain for `KEPT_S` is lost."""
+        """Return the message to post now; drop those older than `KEPT_S`."""
         while self._waiting and now_s - self._waiting[0].at_s > KEPT_S:
             self._lose()
         return self.first if now_s >= self._again_s else None
 
     @property
     def first(self) -> Message | None:
-        """What is next, whenever that is."""
+        """The oldest message, due or not."""
         return self._waiting[0] if self._waiting else None
 
-    def took(self, message: Message) -> None:
-        """Note that a message has arrived."""
+    def delivered(self, message: Message) -> None:
+        """Note that the receiver accepted a message."""
         self._answered(message)
         self.taken += 1
 
     def refuse(self, message: Message, why: Sentence) -> None:
-        """Note that a message will never be taken; what follows it is not held up."""
+        """Note that the receiver refused a message for good; it holds up none behind it."""
         self._answered(message)
         self.refused += 1
         self.refusal = why
 
     def failed(self, why: Sentence, now_s: float, asked_s: float = 0.0) -> None:
-        """Note an attempt in vain: the next is later, and no sooner than the receiver asks."""
+        """Note a failed attempt: back off, at least for as long as the receiver asks."""
         self.problem = why
         wait_s = min(_FIRST_WAIT_S * 2**self._failures, self._longest_wait_s)
         self._again_s = now_s + max(wait_s, asked_s)
         self._failures = min(self._failures + 1, 10)
 
-    def shut(self) -> None:
-        """Lose all that waits: nobody will ever take it."""
+    def drop_all(self) -> None:
+        """Drop the whole backlog: the receiver will never accept it."""
         self.lost += len(self._waiting)
         self._waiting.clear()
 
     def _answered(self, message: Message) -> None:
-        if self.first is message:  # else it was pushed out meanwhile, and counted
+        if self.first is message:  # otherwise it has been dropped as the oldest, and counted
             self._waiting.popleft()
         self._failures, self.problem = 0, None
 

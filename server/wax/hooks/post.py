@@ -1,4 +1,4 @@
-"""Post one event: whatever the other end does, it costs 11 s and a few kilobytes."""
+"""Post one event: whatever the receiver does, this takes at most 11 s and a few kilobytes."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ if TYPE_CHECKING:
     from wax.hooks.outbox import Message
 
 LIMIT_S: Final = 10.0
-"""A name, a handshake and an answer over the slowest links take a few seconds."""
-_LOOK_S: Final = 1.0
-"""More, to find out why an event was not taken."""
+"""A name lookup, a handshake and an answer take a few seconds over the slowest links."""
+_DIAGNOSIS_S: Final = 1.0
+"""Extra time to find out why an attempt failed."""
 _BUFFER_BYTES: Final = 2048
 _ANSWER_BYTES: Final = 8192
-"""An answer is parsed no further: its head is one that aiohttp would take, too."""
+"""No more of an answer is parsed; aiohttp limits one line of its head to about as much."""
 _REDIRECTS: Final = range(300, 400)
 _WELL: Final = range(200, 300)
 _REFUSALS: Final = range(400, 500)
 _LATER: Final = (408, 425, 429)
-"""Of the refusals, those of now: the same event may be taken later."""
+"""Temporary refusals: the same event may be accepted later."""
 _WAITED_FOR: Final = (429, 503)
 _GONE: Final = 410
 _NO_NAME: Final = "no such name can be"
@@ -47,10 +47,10 @@ _BAD_REQUEST: Final = 400
 
 
 class HookError(WaxError):
-    """A receiver that does not take an event, in a sentence for the host.
+    """Why a receiver did not accept an event, in a sentence for the host.
 
-    `is_final` if it never will, `is_gone` if it takes no event any more; `wait_s` is how long it
-    asks us to wait.
+    `is_final` if it never will, `is_gone` if it accepts no events any more; `wait_s` is how long
+    it asks us to wait.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class HookError(WaxError):
 
 
 def session(own_port: Callable[[], int]) -> aiohttp.ClientSession:
-    """Return a session that reaches anything but `own_port` of this machine, and keeps nothing."""
+    """Return a session without cookies that reaches anything but `own_port` of this machine."""
 
     def socket_to(info: Any) -> socket.socket:
         family, kind, protocol, _, address = info
@@ -96,10 +96,10 @@ async def post(
     limit_s: float = LIMIT_S,
     wants_answer: bool = False,
 ) -> tuple[int, bytes]:
-    """Return the status, and how the answer begins where that is wanted; raises `HookError`.
+    """Return the status and, if `wants_answer`, the start of the body; raises `HookError`.
 
-    The answer is not read otherwise, and never beyond what is buffered. `tls` is whom to trust,
-    True for whom this machine trusts.
+    No more of the body is read than one buffer. `tls` says which authorities to trust, True those
+    that this machine trusts.
     """
     target = Target.of(url, limit_s, ca_key="[[hook]] ca_file", has_ca=tls is not True)
     assert target is not None, "the configuration takes no other address"
@@ -123,13 +123,13 @@ async def post(
                 begins = await response.content.read(_BUFFER_BYTES)
     except (aiohttp.ClientError, OSError, ValueError) as error:  # a TimeoutError is an OSError
         if not status:
-            raise HookError(await explained_aside(target, error, _LOOK_S)) from error
+            raise HookError(await explained_aside(target, error, _DIAGNOSIS_S)) from error
     if status in _REDIRECTS:
         raise HookError(Sentence("hook.redirects", {"status": str(status)}))
     if status == _GONE:
         raise HookError(Sentence("hook.gone", {"status": str(status)}), is_gone=True)
-    if status == _BAD_REQUEST and url.startswith("http:"):  # so do most that expect TLS answer
-        told = await explained_aside(target, ConnectionAbortedError(), _LOOK_S)
+    if status == _BAD_REQUEST and url.startswith("http:"):  # most TLS servers answer HTTP so
+        told = await explained_aside(target, ConnectionAbortedError(), _DIAGNOSIS_S)
         if told.code == "unreachable.tls":
             raise HookError(told)
     if status not in _WELL:
@@ -142,7 +142,7 @@ async def post(
 
 
 def _is_own(family: int, address: str) -> bool:
-    """Whether an address is this machine's: only then can one listen there."""
+    """Return whether an address is this machine's: a socket binds to no other."""
     with socket.socket(family, socket.SOCK_DGRAM) as tried:
         try:
             tried.bind((address, 0))
@@ -152,10 +152,10 @@ def _is_own(family: int, address: str) -> bool:
 
 
 class _Answer(ResponseHandler):
-    """aiohttp's, which parses so many bytes at most.
+    """aiohttp's response handler, which parses at most `_ANSWER_BYTES`.
 
-    By itself it takes all answers that only announce one (1xx) in one pass of the event loop, as
-    many as have come, and driving waits for that.
+    Without that limit, it parses every interim response (1xx) that has arrived in one pass of the
+    event loop, and driving waits for that.
     """
 
     _left = _ANSWER_BYTES
@@ -175,7 +175,7 @@ class _Answer(ResponseHandler):
 
 
 class _Connector(aiohttp.TCPConnector):
-    """Whose answers are bounded."""
+    """aiohttp's connector with bounded answers."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
@@ -183,7 +183,7 @@ class _Connector(aiohttp.TCPConnector):
 
 
 class _Resolver(AbstractResolver):
-    """Looks names up in threads of its own, of which aiohttp asks for one a name."""
+    """Looks each name up in a thread of its own; aiohttp asks for a name once at a time."""
 
     async def resolve(
         self, host: str, port: int = 0, family: socket.AddressFamily = socket.AF_UNSPEC
@@ -203,4 +203,4 @@ class _Resolver(AbstractResolver):
         ]
 
     async def close(self) -> None:
-        """Keep nothing."""
+        """Do nothing: no resource is held."""

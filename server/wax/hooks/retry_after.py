@@ -1,4 +1,4 @@
-"""How long a receiver asks us to wait: `Retry-After`, as RFC 9110 has it (10.2.3). Pure."""
+"""How long a receiver asks us to wait: the header `Retry-After` (RFC 9110, 10.2.3). Pure."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from email.utils import parsedate_to_datetime
 from typing import Final
 
 LONGEST_S: Final = 300.0
-"""Nobody is obeyed longer: an event is kept for ten minutes, and is to be tried once more."""
+"""The longest wait that is granted: an event expires after ten minutes and needs one more try."""
 _MOST_DIGITS: Final = 9
 
 
 def wait_s(value: str | None, unix_s: float) -> float:
-    """Return the seconds from `unix_s` on, at most `LONGEST_S`; 0 for what says nothing."""
+    """Return the seconds to wait from `unix_s`, at most `LONGEST_S`; 0 for an invalid value."""
     text = (value or "").strip()
     if text.isascii() and text.isdigit():
         asked_s = float(text[:_MOST_DIGITS])

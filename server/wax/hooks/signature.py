@@ -1,4 +1,4 @@
-"""The signature of a posted event, as Standard Webhooks 1.0 has it (standardwebhooks.com)."""
+"""The signature of a posted event, by Standard Webhooks 1.0 (standardwebhooks.com)."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def read_secret(path: str, key: str) -> bytes:
 
 
 def headers(secret: bytes, message_id: str, unix_s: int, body: bytes) -> dict[str, str]:
-    """Return the three headers by which a receiver knows who sent this, and when."""
+    """Return the three headers that prove to a receiver who sent this, and when."""
     signed = hmac.digest(secret, f"{message_id}.{unix_s}.".encode() + body, hashlib.sha256)
     return {
         "webhook-id": message_id,
