@@ -589,7 +589,7 @@ class App:
     def _make_captures(self) -> dict[str, SourceThread[Picture] | SourceThread[Sound]]:
         video, audio = self._settings.video, self._settings.audio
         cameras = self._settings.camera
-        find_sources.tell_shared(video.source, audio.source, cameras)
+        find_sources.warn_of_shared_addresses(video.source, audio.source, cameras)
         taken = [one.source for one in cameras]
         sources = find_sources.make_sources(video, audio, self._clock, self._driver, taken)
         captures: dict[str, SourceThread[Picture] | SourceThread[Sound]] = {}

@@ -1,4 +1,4 @@
-"""Reads the time off a test card, as its description has it."""
+"""Reads the time off a test card, as `wax.capture.testcard` describes it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Blocks: nothing lost, nothing made up, and an even time line."""
+"""Blocks: no sample lost, none made up, and an even timeline."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_jitter_loses_and_makes_no_sample(
     if out:
         joined = np.concatenate([block.samples for block in out])
         assert np.array_equal(joined, np.concatenate([p.samples for p in pieces])[: len(joined)])
-        # A block may be made of two pieces that are longer than it, each correcting in full.
+        # A block may span two pieces that are longer than it, each of which corrects in full.
         steps = np.diff([block.captured_s for block in out])
         assert np.abs(steps - 0.01).max(initial=0) <= 0.0001 + 1e-6
     assert blocks.filled_samples == blocks.dropped_samples == 0
@@ -50,7 +50,7 @@ def test_jitter_loses_and_makes_no_sample(
 @given(jitter=st.lists(st.floats(-0.03, 0.03), min_size=300, max_size=300))
 @examples(30)
 def test_times_are_much_evener_than_the_device(jitter: list[float]) -> None:
-    """With pieces whose times jitter, each block is 10 ms after the one before ± 0.05 ms."""
+    """For pieces with jittering times, each block is 10 ms after the last ± 0.05 ms."""
     blocks = Blocks()
     pieces = [sound(960, 5 + index * 0.02 + late_s) for index, late_s in enumerate(jitter)]
     times = [block.captured_s for block in push_all(blocks, pieces)]
@@ -77,7 +77,7 @@ def test_a_drifting_sound_card_is_followed(ppm: int) -> None:
     )
 )
 def test_one_channel_or_two(pieces: list[tuple[int, int]]) -> None:
-    """Whatever comes after whatever, no sample is lost, and a block has one shape or the other."""
+    """When the number of channels changes, no sample is lost, and each block has one shape."""
     blocks, out, first = Blocks(), [], 0
     for length, channels in pieces:
         piece = sound(length, 1.0 + first / 48000, first)
@@ -90,7 +90,7 @@ def test_one_channel_or_two(pieces: list[tuple[int, int]]) -> None:
 
 
 def test_a_gap_in_stereo_is_silent_in_both_ears() -> None:
-    """The filling has the shape of what is around it."""
+    """The silence that fills a gap has the shape of the sound around it."""
     pieces = [sound(960, at_s).with_channels(2) for at_s in (1.0, 1.32)]
     out = push_all(Blocks(), pieces)
     assert {block.samples.shape for block in out} == {(480, 2)}
@@ -115,7 +115,7 @@ def test_a_gap_is_filled_with_silence(gap_s: float) -> None:
 
 @given(back_s=st.floats(0.101, 0.99))
 def test_an_overlap_is_left_out(back_s: float) -> None:
-    """Sound that claims a time already delivered is dropped: times rise and no delay is added."""
+    """Sound that overlaps what was delivered is dropped: times rise and no delay is added."""
     blocks = Blocks()
     pieces = [sound(960, 1 + index * 0.02) for index in range(60)]
     pieces += [sound(960, 2.2 - back_s + index * 0.02) for index in range(60)]
@@ -130,7 +130,7 @@ def test_an_overlap_is_left_out(back_s: float) -> None:
 
 @pytest.mark.parametrize("jump_s", [-3600.0, -1.5, 1.5, 3600.0])
 def test_a_jump_starts_the_time_line_anew(jump_s: float) -> None:
-    """After a jump of more than 1 s the next whole block has the new time, nothing is filled."""
+    """After a jump of more than 1 s the next block has the new time, and nothing is filled."""
     blocks = Blocks()
     before = blocks.push(sound(1000, 5000.0))
     after = blocks.push(sound(960, 5000.0 + 1000 / 48000 + jump_s))

@@ -1,4 +1,4 @@
-"""What leaves the camera and the microphone while the host wants privacy."""
+"""What the camera and the microphone deliver while the host wants privacy."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SOUND = Sound(np.array([1, -2, 3], np.int16), 2.5)
 
 
 def test_nothing_is_left_of_either() -> None:
-    """A black picture and silence, of the same size and time."""
+    """A blanked picture is black and blanked sound silent, of the same size and time."""
     blanking = Blanking(lambda: True)
     picture, sound = blanking.picture(PICTURE), blanking.sound(SOUND)
     assert picture.i420.shape == PICTURE.i420.shape
@@ -25,7 +25,7 @@ def test_nothing_is_left_of_either() -> None:
 
 @pytest.mark.parametrize("thing", [PICTURE, SOUND])
 def test_otherwise_both_pass(thing: Picture | Sound) -> None:
-    """As they came, without a copy."""
+    """Without blanking, picture and sound pass without a copy."""
     blanking = Blanking(lambda: False)
     passed = blanking.picture(thing) if isinstance(thing, Picture) else blanking.sound(thing)
     assert passed is thing

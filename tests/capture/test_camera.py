@@ -1,4 +1,4 @@
-"""The camera: asks for what is configured, survives what devices do, and never hangs its reader."""
+"""The camera: requests what is configured, survives faulty devices, and never hangs its reader."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ VGA = VideoSettings(width=640, height=480)
 
 
 class FakeDevice:
-    """A camera whose every frame is given out by the test."""
+    """A camera whose every frame the test supplies."""
 
     def __init__(self, size: tuple[int, int] = (640, 480), *, opens: bool = True) -> None:
         self.opens = opens
@@ -65,7 +65,7 @@ def camera(device: FakeDevice, settings: VideoSettings = VGA) -> OpenCvCamera:
 
 
 def test_a_picture_has_its_moment_and_size() -> None:
-    """A frame becomes a picture of the configured size with the moment of its arrival."""
+    """A frame becomes a picture of the configured size with the time of its arrival."""
     device = FakeDevice()
     source = camera(device)
     source.open()
@@ -79,7 +79,7 @@ def test_a_picture_has_its_moment_and_size() -> None:
 
 
 def test_the_device_is_asked_for_size_and_rate() -> None:
-    """Size, rate and one buffer are asked for; Motion JPEG only where raw is too much for USB."""
+    """Size, rate and one buffer are requested; Motion JPEG only where raw is too much for USB."""
     small, large = FakeDevice(), FakeDevice()
     for device, settings in ((small, VGA), (large, VideoSettings(width=1280, height=720))):
         source = camera(device, settings)
@@ -99,7 +99,7 @@ def test_the_device_is_asked_for_size_and_rate() -> None:
 
 
 def test_controls_are_set_before_the_first_picture() -> None:
-    """The camera gets its controls each time it opens; one that lacks them is let go."""
+    """The camera's controls are set each time it opens; one that lacks them is released."""
     settings = VideoSettings(controls={"focus_absolute": 30})
     device = FakeDevice()
     told: list[tuple[int | str, Mapping[str, float]]] = []
@@ -119,7 +119,7 @@ def test_controls_are_set_before_the_first_picture() -> None:
 
 
 def test_another_shape_is_shown_in_proportion() -> None:
-    """A camera that gives 16:9 though 4:3 was asked for is shown between black bars."""
+    """A camera that delivers 16:9 instead of the requested 4:3 is shown between black bars."""
     device = FakeDevice((1280, 720))
     source = camera(device)
     source.open()
@@ -146,7 +146,7 @@ def test_another_shape_is_shown_in_proportion() -> None:
 def test_a_camera_that_does_not_open_is_one_sentence(
     monkeypatch: pytest.MonkeyPatch, number: int | None, says: str
 ) -> None:
-    """Missing, forbidden and busy are told apart, as the system does; the camera is released."""
+    """Missing, forbidden and busy cameras get sentences of their own; the device is released."""
     device = FakeDevice(opens=False)
     source = camera(device)
     asked: list[str] = []
@@ -167,7 +167,7 @@ def test_a_camera_that_does_not_open_is_one_sentence(
 
 
 def test_unplugging_is_told_at_once() -> None:
-    """A failing grab ends the wait of a reader immediately."""
+    """A failed grab ends a reader's wait immediately."""
     device = FakeDevice()
     source = camera(device)
     source.open()
@@ -180,7 +180,7 @@ def test_unplugging_is_told_at_once() -> None:
 
 
 def test_a_hanging_camera_is_told_within_two_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Though OpenCV blocks, read gives up and close returns; the device is let go when possible."""
+    """Though OpenCV blocks, read gives up and close returns; the device is released later."""
     assert camera_module._SILENT_S < 2.0
     monkeypatch.setattr(camera_module, "_SILENT_S", 0.05)
     device = FakeDevice()
@@ -195,7 +195,7 @@ def test_a_hanging_camera_is_told_within_two_seconds(monkeypatch: pytest.MonkeyP
 
 
 def test_a_damaged_frame_is_skipped() -> None:
-    """A frame that cannot be decoded is left out, the next one is shown."""
+    """A frame that cannot be decoded is skipped, and the next one is shown."""
     device = FakeDevice()
     device.damaged = 2
     source = camera(device)
@@ -207,7 +207,7 @@ def test_a_damaged_frame_is_skipped() -> None:
 
 
 def test_a_device_that_raises_is_one_sentence() -> None:
-    """Whatever a driver raises becomes a sentence."""
+    """Any exception from OpenCV becomes a sentence."""
     device = FakeDevice()
 
     def explode() -> tuple[bool, Any]:
@@ -223,7 +223,7 @@ def test_a_device_that_raises_is_one_sentence() -> None:
 
 
 def test_through_opencv_itself(tmp_path: Path) -> None:
-    """OpenCV's own capture, here on a Motion JPEG file, delivers through the same path."""
+    """OpenCV's own capture, here of a Motion JPEG file, works through the same code."""
     path = str(tmp_path / "a.avi")
     writer = cv2.VideoWriter(path, cv2.VideoWriter.fourcc(*"MJPG"), 30, (320, 240))
     for _ in range(300):
@@ -242,7 +242,7 @@ def test_through_opencv_itself(tmp_path: Path) -> None:
 
 
 def test_a_camera_that_is_not_there() -> None:
-    """OpenCV says no to a device that does not exist, without an exception."""
+    """OpenCV reports a device that does not exist without an exception."""
     device = open_device("/dev/video-that-is-not-there")
     assert not device.isOpened()
     device.release()

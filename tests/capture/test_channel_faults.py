@@ -1,4 +1,4 @@
-"""A microphone's two channels: which of them are heard."""
+"""A stereo microphone's failed channel is left out."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ def railed() -> Samples:
 
 
 class Listening:
-    """Pushes blocks and keeps what comes of them."""
+    """Pushes blocks and records the results."""
 
     def __init__(self, most: int = 2) -> None:
         self.told: list[str | None] = []
         self.faults = ChannelFaults(self.told.append, most=most)
 
     def hears(self, seconds: float, left: object, right: object) -> Sound:
-        """Push so much sound; `left` and `right` make a block each."""
+        """Push this much sound, in blocks made by `left` and `right`."""
         assert callable(left)
         assert callable(right)
         for _ in range(round(seconds * 100)):
@@ -67,7 +67,7 @@ BROKEN = {
 @pytest.mark.parametrize("how", BROKEN)
 @pytest.mark.parametrize("side", [0, 1])
 def test_one_that_fails_is_left_out(how: str, side: int) -> None:
-    """Within 2 s both ears get the good one, it is said once, and it comes back."""
+    """Within 2 s both ears get the good channel, one sentence says so, and recovery is noticed."""
     listening, bad = Listening(), BROKEN[how]
     parts = (bad, good) if side == 0 else (good, bad)
     assert listening.hears(1.0, good, good).channels == 2
@@ -87,7 +87,7 @@ def test_one_that_fails_is_left_out(how: str, side: int) -> None:
 
 
 def test_a_quiet_room_says_nothing_about_a_capsule() -> None:
-    """While nothing sounds no channel fails, whatever it delivers, and none comes back."""
+    """While there is no sound, no channel fails, whatever it delivers, and none recovers."""
     listening = Listening()
     listening.hears(1.0, good, good)
     listening.hears(4.0, quiet, lambda: constant(0))
@@ -99,7 +99,7 @@ def test_a_quiet_room_says_nothing_about_a_capsule() -> None:
 
 
 def test_words_with_pauses_are_added_up() -> None:
-    """A capsule is missed by what is said to the other one, however short the words are."""
+    """A channel fails by the sum of the words that it misses, however short they are."""
     listening = Listening()
     for _ in range(11):
         listening.hears(0.2, good, lambda: constant(0))
@@ -109,7 +109,7 @@ def test_words_with_pauses_are_added_up() -> None:
 
 @given(share=st.floats(0.02, 1.0), first=st.booleans())
 def test_a_sound_on_one_side_is_no_fault(share: float, first: bool) -> None:
-    """Sound up to 34 dB softer in one ear than in the other is a direction."""
+    """Sound up to 34 dB softer in one ear than in the other only has a direction."""
     listening = Listening()
     soft = [lambda: noise(3000.0), lambda: noise(3000.0 * share)]
     left, right = soft if first else reversed(soft)
@@ -118,7 +118,7 @@ def test_a_sound_on_one_side_is_no_fault(share: float, first: bool) -> None:
 
 
 def test_one_microphone_twice_is_one() -> None:
-    """Two channels without any difference are mono until there is one, and again after 10 s."""
+    """Identical channels are mono until they differ, and again after 10 s."""
     listening = Listening()
     same = good()
     assert listening.hears(0.5, lambda: same, lambda: same).channels == 1
@@ -129,7 +129,7 @@ def test_one_microphone_twice_is_one() -> None:
 
 
 def test_an_empty_piece_says_nothing() -> None:
-    """Some devices begin with one; two channels stay two."""
+    """An empty piece, with which some devices begin, leaves stereo unchanged."""
     listening = Listening()
     listening.hears(0.5, good, good)
     listening.faults.push(Sound(np.zeros((0, 2), np.int16), 1.0))
@@ -140,7 +140,7 @@ def test_an_empty_piece_says_nothing() -> None:
 
 @pytest.mark.parametrize("shape", [(480,), (480, 1)])
 def test_one_channel_passes(shape: tuple[int, ...]) -> None:
-    """A driver's mono microphone is heard as it is."""
+    """A driver's mono microphone passes unchanged."""
     samples = good()
     sound = Listening().faults.push(Sound(samples.reshape(shape), 3.0))
     assert np.array_equal(sound.samples, samples)
@@ -148,7 +148,7 @@ def test_one_channel_passes(shape: tuple[int, ...]) -> None:
 
 
 def test_mono_is_the_mean_of_two() -> None:
-    """With `channels = 1` both are heard in one, without an overflow; a failed one is left out."""
+    """With `channels = 1` stereo is averaged without overflow, and a failed channel left out."""
     listening = Listening(most=1)
     loud, soft = constant(32000), constant(31000)
     loud[0], soft[0] = 0, 10
@@ -165,6 +165,6 @@ def test_mono_is_the_mean_of_two() -> None:
 def test_another_shape_is_a_sentence(
     samples: np.ndarray[tuple[int, ...], np.dtype[np.int16]],
 ) -> None:
-    """A class of the host's own that delivers something else is told what is wanted."""
+    """A plug-in that delivers another shape is told which one is expected."""
     with pytest.raises(SourceError, match=r"must be int16 of the shape \(n,\) for one channel"):
         Listening().faults.push(Sound(samples, 1.0))

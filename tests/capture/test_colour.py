@@ -1,4 +1,4 @@
-"""Five greys and three primaries come out as BT.601 in limited range, whatever they came in as."""
+"""Five greys and three primaries become BT.601 in limited range, whatever format they had."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def bars(
     says: int | None = None,
     says_range: int = 0,
 ) -> av.VideoFrame:
-    """Return the bars in a planar form, declared as a decoder declares them."""
+    """Return the bars in a planar format, declared as by a decoder."""
     frame = av.VideoFrame(*size, form)
     for number, (plane, values) in enumerate(
         zip(frame.planes, coded(matrix, full=full).T, strict=False)
@@ -107,7 +107,7 @@ LIMITED, FULL = 1, 2
     ],
 )
 def test_what_a_stream_declares_is_honoured(frame: av.VideoFrame) -> None:
-    """Range and matrix are those declared, else those of its kind, within four steps of 255."""
+    """Declared range and matrix count, otherwise the format's, within four steps of 255."""
     for part in (2, 4):  # as it is, and half as large
         i420 = fit_frame(frame, frame.width // part * 2, frame.height // part * 2)
         assert shown(i420) == pytest.approx(np.array(BARS), abs=4)
@@ -126,7 +126,7 @@ def test_what_a_stream_declares_is_honoured(frame: av.VideoFrame) -> None:
     ],
 )
 def test_grey_has_a_range_too(form: str, says: int, grey: float) -> None:
-    """A picture without colour keeps its range, and gets none."""
+    """A grey picture keeps its range and gets no colour."""
     frame = av.VideoFrame(64, 48, form)
     bits = frame.format.components[0].bits
     kind = np.dtype(np.uint8 if bits == 8 else ">u2" if form.endswith("be") else "<u2")
@@ -149,7 +149,7 @@ def test_grey_has_a_range_too(form: str, says: int, grey: float) -> None:
     ],
 )
 def test_hdr_has_its_white_where_a_screen_has(transfer: int, codes: list[float]) -> None:
-    """A tenth, a half and all of white are that on an ordinary screen, and grey stays grey."""
+    """A tenth, a half and all of white keep their brightness in SDR, and grey stays grey."""
     frame = av.VideoFrame(320, 240, "yuv420p10le")
     places = np.arange(320) * 5 // 320
     for plane, line in zip(
@@ -169,7 +169,7 @@ def test_hdr_has_its_white_where_a_screen_has(transfer: int, codes: list[float])
 
 @pytest.mark.parametrize("form", ["rgba", "yuva420p", "pal8"])
 def test_what_is_transparent_is_black(form: str) -> None:
-    """What a picture does not show is not shown: its right half is white that is transparent."""
+    """Transparent pixels become black, here a transparent white half."""
     rgba = np.full((48, 64, 4), 255, np.uint8)
     rgba[:, 32:, 3] = 0
     if form == "pal8":
@@ -185,7 +185,7 @@ def test_what_is_transparent_is_black(form: str) -> None:
 
 @pytest.mark.parametrize("kind", [".jpg", ".png"])
 def test_a_still_picture_is_full_range(kind: str) -> None:
-    """JPEG and PNG, as cameras give them at an address, keep black and white."""
+    """JPEG and PNG snapshots of network cameras keep black and white."""
     _, data = cv2.imencode(kind, RGB[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 100])
     with av.open(io.BytesIO(data.tobytes()), "r") as file:
         frame = next(file.decode(video=0))
@@ -193,14 +193,14 @@ def test_a_still_picture_is_full_range(kind: str) -> None:
 
 
 def test_opencvs_pictures_are_limited_range() -> None:
-    """What a camera gives through OpenCV, and a robot by ROS, is the same."""
+    """Pictures from OpenCV and from a ROS robot become limited range, too."""
     picture = Picture.from_bgr(RGB[..., ::-1].copy(), 0.0)
     assert shown(picture.i420) == pytest.approx(np.array(BARS), abs=4)
 
 
 @pytest.mark.parametrize(("orientation", "corner"), [(1, 0), (3, 3), (6, 1), (8, 2)])
 def test_a_jpeg_says_which_side_is_up(orientation: int, corner: int) -> None:
-    """A snapshot with Exif's orientation is shown as it says (Exif 2.3, 4.6.4 A, 0x0112)."""
+    """A snapshot is rotated as its Exif orientation says (Exif 2.3, 4.6.4 A, 0x0112)."""
     lit = np.zeros((64, 64), np.uint8)
     lit[:32, :32] = 255
     data = cv2.imencode(".jpg", lit)[1].tobytes()

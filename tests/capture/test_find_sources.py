@@ -12,7 +12,7 @@ from structlog.testing import capture_logs
 
 from wax.capture.camera import OpenCvCamera
 from wax.capture.file.media_file import FileAudio, FileVideo
-from wax.capture.find_sources import Sources, make_camera, make_sources, tell_shared
+from wax.capture.find_sources import Sources, make_camera, make_sources, warn_of_shared_addresses
 from wax.capture.microphone import PortAudioMicrophone
 from wax.capture.testcard import TestCardAudio, TestCardVideo
 from wax.clock import Clock, SystemClock
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class Robot:
-    """A driver without senses."""
+    """A driver without camera and microphone."""
 
     kind = "wooden"
     limits = Limits(1.0, 1.0)
@@ -47,7 +47,7 @@ class Robot:
 
 
 class SeeingRobot(Robot):
-    """A driver with an eye and an ear."""
+    """A driver with a camera and a microphone."""
 
     def camera(self, settings: VideoSettings, clock: Clock) -> VideoSource:
         return TestCardVideo(settings, clock)
@@ -77,7 +77,7 @@ def find(video: str = "none", audio: str = "none", robot: Robot | None = None) -
     ],
 )
 def test_each_name_of_a_picture(name: str, kind: type) -> None:
-    """The names of the manual make the source that they say, without opening it."""
+    """Each name in the manual builds its video source without opening it."""
     assert type(find(video=name).video) is kind
 
 
@@ -94,7 +94,7 @@ def test_each_name_of_a_picture(name: str, kind: type) -> None:
     ],
 )
 def test_each_name_of_a_sound(name: str, kind: type) -> None:
-    """The names of the manual make the source that they say, without opening it."""
+    """Each name in the manual builds its audio source without opening it."""
     assert type(find(audio=name).audio) is kind
 
 
@@ -107,14 +107,14 @@ def test_each_name_of_a_sound(name: str, kind: type) -> None:
     ],
 )
 def test_a_name_of_alsas_is_told_its_new_one(before: str, now: str) -> None:
-    """A configuration that names a device as ALSA does stops the start with what to write."""
+    """An ALSA device name stops the start with the name to write instead."""
     with pytest.raises(ConfigError) as caught:
         find(audio=before)
     assert str(caught.value).startswith(f"[audio] source: {before} is now {now}")
 
 
 def test_a_device_is_passed_on_as_it_is_written() -> None:
-    """Numbers become numbers, names stay names, and no name is the default device."""
+    """Numbers become numbers, names stay names, and an empty name is the default device."""
     names = [find(audio=name).audio for name in ("microphone", "microphone:3", "microphone:USB")]
     assert [str(getattr(m, "name", None)) for m in names] == [
         "The microphone",
@@ -129,12 +129,12 @@ def test_a_device_is_passed_on_as_it_is_written() -> None:
 
 
 def test_none_is_none() -> None:
-    """The word none means no source."""
+    """The value "none" configures no source."""
     assert find() == Sources(None, None)
 
 
 def test_the_robots_own_senses() -> None:
-    """The word robot asks the driver, and says so in a sentence if it has none."""
+    """The value "robot" takes the driver's device, or fails with a sentence if it has none."""
     sources = find("robot", "robot", SeeingRobot())
     assert isinstance(sources.video, TestCardVideo)
     assert isinstance(sources.audio, TestCardAudio)
@@ -145,7 +145,7 @@ def test_the_robots_own_senses() -> None:
 
 
 def test_a_file_named_twice_is_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Picture and sound of one file share a demuxer, however its path is written; two do not."""
+    """Picture and sound of one file, however its path is written, share a demuxer; two do not."""
     for name in ("a.mp4", "b.mp4"):
         with wave.open(str(tmp_path / name), "wb") as silence:
             silence.setparams((1, 2, 8000, 80, "NONE", ""))
@@ -165,7 +165,7 @@ def find_one(key: str, name: str) -> Sources:
 
 @pytest.mark.parametrize("key", ["video", "audio"])
 def test_a_missing_file_names_key_and_path(tmp_path: Path, key: str) -> None:
-    """A path that does not exist stops the start with key, path and what may be written."""
+    """A path that does not exist stops the start with key, path and the possible values."""
     path = str(tmp_path / "gone.mp4")
     with pytest.raises(ConfigError) as caught:
         find_one(key, path)
@@ -178,7 +178,7 @@ def test_a_missing_file_names_key_and_path(tmp_path: Path, key: str) -> None:
 
 @pytest.mark.parametrize("key", ["video", "audio"])
 def test_a_file_that_is_no_film_stops_the_start(tmp_path: Path, key: str) -> None:
-    """A text under a film's name stops the start with key, file and what to do."""
+    """A text file under a film's name stops the start with key, file and what to do."""
     diary = tmp_path / "diary.mp4"
     diary.write_text("These are words.\n" * 40)
     with pytest.raises(
@@ -188,7 +188,7 @@ def test_a_file_that_is_no_film_stops_the_start(tmp_path: Path, key: str) -> Non
 
 
 class Glass:
-    """Somebody else's source."""
+    """A plug-in source."""
 
     def __init__(self, settings: VideoSettings, clock: Clock) -> None:
         if settings.width == 32:
@@ -202,7 +202,7 @@ class Glass:
 
 
 def test_somebody_elses_class(monkeypatch: pytest.MonkeyPatch) -> None:
-    """`package.module:Class` is built with settings and clock; what is no source is refused."""
+    """`package.module:Class` is built with settings and clock, and refused if it is no source."""
     module = ModuleType("glass_eye")
     module.Glass = Glass  # type: ignore[attr-defined]  # made here
     module.Stone = dict  # type: ignore[attr-defined]  # made here
@@ -222,7 +222,7 @@ def test_somebody_elses_class(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class WatchedRobot(Robot):
-    """A driver with a camera that looks at it, and an arm to turn that."""
+    """A driver with a camera that films the robot, and an arm that turns it."""
 
     limits = Limits(1.0, 1.0, axes=("arm",))
 
@@ -231,7 +231,7 @@ class WatchedRobot(Robot):
 
 
 def test_a_camera_beside_the_driving_view_is_found() -> None:
-    """It takes what [video] takes; the robot's is the one that looks at it."""
+    """`[[camera]]` takes the values that `[video]` takes; "robot" is its external view."""
     clock = SystemClock()
     card = CameraSettings(name="Door", source="testcard")
     assert isinstance(make_camera(card, clock, Robot()), TestCardVideo)
@@ -242,17 +242,19 @@ def test_a_camera_beside_the_driving_view_is_found() -> None:
 
 
 def test_an_address_that_two_tables_open_is_told() -> None:
-    """A camera that serves one client would show one picture; [video] and [audio] share theirs."""
+    """An address in two tables is warned of, but not in `[video]` and `[audio]`, which share it."""
     yard, door = (
         CameraSettings(name=name, source="http://me:secret@cam:81/stream")
         for name in ("Yard", "Door")
     )
     with capture_logs() as logs:
-        tell_shared("rtsp://cam/1", "rtsp://cam/1", [yard])
-        tell_shared("testcard", "none", [CameraSettings(name="Card", source="testcard")])
+        warn_of_shared_addresses("rtsp://cam/1", "rtsp://cam/1", [yard])
+        warn_of_shared_addresses(
+            "testcard", "none", [CameraSettings(name="Card", source="testcard")]
+        )
     assert not logs
     with capture_logs() as logs:
-        tell_shared("rtsp://cam/1", "none", [yard, door])
+        warn_of_shared_addresses("rtsp://cam/1", "none", [yard, door])
     (told,) = logs
     assert told["address"] == "http://cam:81/stream"
     assert told["tables"] == ["[[camera]] Yard", "[[camera]] Door"]
@@ -271,7 +273,7 @@ def test_an_address_that_two_tables_open_is_told() -> None:
     ],
 )
 def test_a_camera_that_cannot_be_is_named(keys: dict[str, object], says: str) -> None:
-    """Whoever has four of them is told which."""
+    """An error in one of several cameras names that camera."""
     settings = CameraSettings.model_validate({"name": "Door", **keys})
     with pytest.raises(ConfigError) as refused:
         make_camera(settings, SystemClock(), Robot())
@@ -279,7 +281,7 @@ def test_a_camera_that_cannot_be_is_named(keys: dict[str, object], says: str) ->
 
 
 def test_an_address_has_no_controls() -> None:
-    """Exposure of a camera elsewhere is set there; a sentence says so, without the password."""
+    """Controls of a network address are refused in a sentence without the password."""
     address = "rtsp://me:secret@10.0.0.9/live"
     settings = VideoSettings(source=address, controls={"auto_exposure": 1})
     with pytest.raises(ConfigError, match=r"^\[video\] controls: rtsp://10\.0\.0\.9/live has none"):

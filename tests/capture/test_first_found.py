@@ -1,4 +1,4 @@
-"""`source = "auto"`: the first camera and microphone found, and never suddenly another camera."""
+"""`source = "auto"`: the first camera and microphone found, and never another camera later."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def device(source: str, name: str) -> ListedDevice:
 
 
 class Rig:
-    """Cameras that are plugged in and pulled out, and what was made of them."""
+    """Cameras to plug in and unplug, and a record of the sources built."""
 
     def __init__(self, *plugged: ListedDevice, taken: tuple[str, ...] = ()) -> None:
         self.plugged = list(plugged)
@@ -47,7 +47,7 @@ class Rig:
 
 
 def test_the_first_camera_is_taken_and_named() -> None:
-    """With two cameras the first is opened, and the log says what to write for it."""
+    """Of two cameras the first is opened, and the log says how to configure it."""
     rig = Rig(device("/dev/video0", "Front"), device("/dev/video2", "Rear"))
     with capture_logs() as logs:
         rig.camera.open()
@@ -60,7 +60,7 @@ def test_the_first_camera_is_taken_and_named() -> None:
 
 
 def test_without_a_camera_it_keeps_looking() -> None:
-    """None is a sentence that says what to do; one that is plugged in later is taken."""
+    """Without a camera a sentence says what to do, and one that is plugged in later is opened."""
     rig = Rig()
     with pytest.raises(SourceError, match="No camera was found: plug one in"):
         rig.camera.open()
@@ -70,7 +70,7 @@ def test_without_a_camera_it_keeps_looking() -> None:
 
 
 def test_nobody_suddenly_drives_by_another_camera() -> None:
-    """One that has gone is waited for, also under another number; others are left alone."""
+    """An unplugged camera is waited for, even under another number; others are not opened."""
     front, rear = device("/dev/video0", "Front"), device("/dev/video2", "Rear")
     rig = Rig(front, rear)
     rig.camera.open()
@@ -83,7 +83,7 @@ def test_nobody_suddenly_drives_by_another_camera() -> None:
 
 
 def test_of_two_alike_the_same_one_is_opened_again() -> None:
-    """Two cameras of one model are told apart by their numbers while both are there."""
+    """Two cameras of one model are told apart by number while both are present."""
     rig = Rig(device("/dev/video0", "Acme"), device("/dev/video2", "Acme"))
     rig.camera.open()
     rig.plugged.reverse()
@@ -92,7 +92,7 @@ def test_of_two_alike_the_same_one_is_opened_again() -> None:
 
 
 def test_its_twin_is_not_taken_for_it() -> None:
-    """Of two cameras of one model the other one is left alone when the driving view has gone."""
+    """When the chosen one of two identical cameras is gone, the other is not opened."""
     front, rear = device("/dev/video0", "Acme"), device("/dev/video2", "Acme")
     rig = Rig(front, rear)
     rig.camera.open()
@@ -105,7 +105,7 @@ def test_its_twin_is_not_taken_for_it() -> None:
 
 
 def test_one_that_never_opened_binds_to_nothing() -> None:
-    """A camera that could not be opened does not keep the others out when it has gone."""
+    """A camera that never opened does not exclude others once it is gone."""
     rig = Rig(device("/dev/video0", "Broken"))
     rig.broken = True
     with pytest.raises(SourceError, match="broken"):
@@ -118,14 +118,14 @@ def test_one_that_never_opened_binds_to_nothing() -> None:
 
 @pytest.mark.parametrize("name", ["/dev/video0", "camera:/dev/video0", "camera:0", "0"])
 def test_a_further_cameras_device_is_left_alone(name: str) -> None:
-    """What `[[camera]]` uses is no driving view, however it is written there."""
+    """A device of `[[camera]]` is not chosen, however it is written there."""
     rig = Rig(device("/dev/video0", "Rear"), device("/dev/video2", "Front"), taken=(name,))
     rig.camera.open()
     assert rig.made == ["/dev/video2"]
 
 
 class Sounds:
-    """PortAudio with inputs, and a default one or none."""
+    """PortAudio with these inputs, one of which may be the default."""
 
     def __init__(self, *names: str, default: str | None = None) -> None:
         self._names, self._default = names, default
@@ -152,7 +152,7 @@ class Sounds:
     ],
 )
 def test_the_default_microphone_else_the_first(sounds: Sounds, source: str | None) -> None:
-    """The system's choice, else the first, else none; each is told in the log."""
+    """The default microphone is chosen, else the first, else none; the log says which."""
     with capture_logs() as logs:
         found = first_microphone(load_portaudio=lambda: sounds)
     assert (None if found is None else found.source) == source
@@ -164,7 +164,7 @@ def auto(robot: Robot) -> find_sources.Sources:
 
 
 def test_what_nobody_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The defaults take the robot's own senses, and for a robot without them what is found."""
+    """The defaults use the robot's own devices, or else what is found."""
     seeing = auto(SeeingRobot())
     assert isinstance(seeing.video, TestCardVideo)
     assert isinstance(seeing.audio, TestCardAudio)
@@ -179,13 +179,13 @@ def test_what_nobody_named(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_it_is_the_source_of_the_listed_name() -> None:
-    """What was listed is built as if it had been configured by that name."""
+    """A found device is built as if it had been configured by its listed name."""
     camera = auto(Robot()).video
     assert isinstance(camera, FirstCamera)
     assert isinstance(camera._make("rtsp://127.0.0.1:1/eye"), FileVideo)
 
 
 def test_a_further_camera_must_be_named() -> None:
-    """Only the driving view is looked for."""
+    """The value "auto" is possible for the driving view only."""
     with pytest.raises(ConfigError, match=r"only \[video\] takes what it finds"):
         config.parse({"camera": [{"name": "Door", "source": "auto"}]}, "robot.toml")

@@ -1,4 +1,4 @@
-"""Fitting: whole, in proportion, centred, and never larger than asked for."""
+"""Fitting: whole, in proportion, centred, and never larger than requested."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_inner_size_is_even_and_fits(shown: tuple[int, int], width: int, height:
 def test_the_result_is_a_picture_of_the_wanted_size(
     width: int, height: int, odd: tuple[int, int]
 ) -> None:
-    """Whatever goes in, I420 of exactly the wanted size comes out, centred."""
+    """Any input becomes centred I420 of exactly the requested size."""
     frame = av.VideoFrame.from_ndarray(np.full((odd[1], odd[0], 3), 255, np.uint8), "rgb24")
     i420 = fit_frame(frame, width, height)
     assert (i420.shape, i420.dtype) == ((height * 3 // 2, width), np.dtype(np.uint8))
@@ -52,7 +52,7 @@ def test_wide_pixels_are_shown_wide() -> None:
 
 
 def test_an_image_of_the_right_size_is_not_copied() -> None:
-    """The usual case, a camera that does as it was told, costs nothing."""
+    """An image that already has the requested size is returned without a copy."""
     image = np.zeros((480, 640, 3), np.uint8)
     assert fit_bgr(image, 640, 480) is image
     assert fit_bgr(image, 320, 240).shape == (240, 320, 3)

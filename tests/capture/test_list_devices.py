@@ -1,4 +1,4 @@
-"""`wax devices`: lists what is there as it is written in the configuration, and never fails."""
+"""`wax devices`: lists devices as the configuration names them, and never fails."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Probe:
-    """A capture that opens or not."""
+    """A capture device that opens or does not."""
 
     def __init__(self, *, opens: bool) -> None:
         self.opens = opens
@@ -39,7 +39,7 @@ class Probe:
 
 
 class Sounds:
-    """PortAudio's questions; it finds a part of a name, and sooner the whole."""
+    """PortAudio's queries; a name matches exactly or, failing that, as a part."""
 
     def __init__(self, *names: str) -> None:
         self._names = names or ("USB Webcam",)
@@ -64,12 +64,12 @@ def no_library() -> None:
 
 
 def test_v4l2_names(tmp_path: Path) -> None:
-    """Cameras are listed by number with the name that the kernel knows; vanished ones are not."""
+    """Cameras are listed by number with the kernel's name; unplugged ones are not."""
     for number, name in ((10, "Thermal"), (2, "HD Webcam"), (3, "gone")):
         (tmp_path / "sys" / f"video{number}").mkdir(parents=True)
         (tmp_path / "sys" / f"video{number}" / "name").write_text(f"{name}\n")
     (tmp_path / "dev").mkdir()
-    for number in (2, 10):  # files that cannot be asked are listed: better one too many
+    for number in (2, 10):  # nodes that cannot be queried are listed: better one too many
         (tmp_path / "dev" / f"video{number}").write_bytes(b"")
     found = devices._v4l2_cameras(tmp_path / "sys", tmp_path / "dev")
     assert [(device.source, device.name) for device in found] == [
@@ -79,7 +79,7 @@ def test_v4l2_names(tmp_path: Path) -> None:
 
 
 def test_two_cameras_of_one_name_are_named_by_their_sockets(tmp_path: Path) -> None:
-    """The link that says what they are leads to whichever was found last."""
+    """Cameras of one model are listed by socket, since they share one link in by-id."""
     for number, name in ((0, "Acme"), (2, "Acme"), (4, "Thermal")):
         (tmp_path / "sys" / f"video{number}").mkdir(parents=True)
         (tmp_path / "sys" / f"video{number}" / "name").write_text(name)
@@ -97,7 +97,7 @@ def test_two_cameras_of_one_name_are_named_by_their_sockets(tmp_path: Path) -> N
 def test_metadata_nodes_are_left_out(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capabilities: int, listed: int
 ) -> None:
-    """A node that the kernel says cannot capture video, as each webcam has one, is not listed."""
+    """A node that cannot capture video, as each webcam has one, is not listed."""
     (tmp_path / "video0").mkdir()
     (tmp_path / "dev").mkdir()
     (tmp_path / "dev" / "video0").write_bytes(b"")
@@ -112,7 +112,7 @@ def test_metadata_nodes_are_left_out(
 
 
 def test_elsewhere_numbers_are_tried() -> None:
-    """Without V4L2 the numbers 0 to 4 are opened, listed if that works, and let go."""
+    """Without V4L2 the numbers 0 to 4 are opened, listed if they open, and released."""
     probes = [Probe(opens=number == 1) for number in range(5)]
     found = list_cameras(probe=lambda number: probes[int(number)])
     assert [str(device) for device in found] == ['[video] source = "1"   # camera 1']
@@ -120,7 +120,7 @@ def test_elsewhere_numbers_are_tried() -> None:
 
 
 def test_microphones_are_inputs() -> None:
-    """PortAudio's inputs are listed with the system that they belong to; outputs are not."""
+    """PortAudio's inputs are listed with their host API; outputs are not."""
     found, problem = list_microphones(load_portaudio=Sounds)
     assert problem is None
     assert found == [ListedDevice("[audio] source", "microphone:USB Webcam", "USB Webcam (ALSA)")]
@@ -129,7 +129,7 @@ def test_microphones_are_inputs() -> None:
 def test_sound_devices_are_named_by_what_stays(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """By name where PortAudio finds that one only; of two alike by socket; else by number."""
+    """A device is listed by name if that is unique, else by socket, else by number."""
     monkeypatch.setattr(devices, "SOUND_CARDS", tmp_path)
     monkeypatch.setattr(portaudio, "SOUND_CARDS", tmp_path)
     (tmp_path / "by-path").mkdir()
@@ -158,7 +158,7 @@ def test_a_missing_library_is_said() -> None:
 
 
 def test_it_works_on_this_machine() -> None:
-    """Whatever this machine has or lacks, there are lines for all kinds and no exception."""
+    """On any machine there are lines for all kinds and no exception."""
     lines = list_devices()
     assert lines[0] == "Cameras:"
     assert "Microphones:" in lines

@@ -1,4 +1,4 @@
-"""Microphones: 48 kHz whatever the device does, bounded, and told in a sentence."""
+"""Microphones: 48 kHz whatever the device does, a bounded queue, and errors as sentences."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class FakePortAudio(OneDevice):
-    """With one input."""
+    """PortAudio with one input."""
 
     InputStream = OneDevice.stream
 
@@ -51,7 +51,7 @@ def block(first: int = 1) -> np.ndarray[Any, np.dtype[np.int16]]:
 
 
 def test_blocks_of_10_ms_at_low_latency() -> None:
-    """PortAudio is asked for 10 ms blocks of 48 kHz; what it delivers is read unchanged."""
+    """PortAudio is asked for 10 ms blocks at 48 kHz, which are read unchanged."""
     portaudio, clock = FakePortAudio(), TurnedClock()
     source = make(portaudio, clock, device="Webcam")
     source.open()
@@ -64,7 +64,7 @@ def test_blocks_of_10_ms_at_low_latency() -> None:
 
 
 def test_a_stream_that_does_not_start_is_closed() -> None:
-    """Its device would be taken, and the next attempt refused."""
+    """A stream that fails to start is closed, or the next attempt would find the device in use."""
     portaudio = FakePortAudio()
     portaudio.starts = False
     source = make(portaudio, TurnedClock())
@@ -83,7 +83,7 @@ def test_a_stream_that_does_not_start_is_closed() -> None:
     [(50.0, 50.025, 0.025), (0.0, 50.0, 0.010), (50.0, 50.0, 0.010), (3.0, 50.0, 0.010)],
 )
 def test_capture_time(adc_s: float, now_s: float, age_s: float) -> None:
-    """The converter's time where it is credible, else the moment of arrival minus the block."""
+    """The converter's time is used where it is credible, else arrival minus the block's length."""
     portaudio, clock = FakePortAudio(), TurnedClock(100.0)
     source = make(portaudio, clock)
     source.open()
@@ -94,13 +94,13 @@ def test_capture_time(adc_s: float, now_s: float, age_s: float) -> None:
 
 
 def test_a_sound_servers_guess_moves_no_sound() -> None:
-    """An age that is wrong for some blocks makes no gap; sound that was lost does, or soon."""
+    """A wrong age for some blocks makes no gap; sound that was really lost soon does."""
     portaudio, clock = FakePortAudio(), TurnedClock()
     source = make(portaudio, clock)
     source.open()
 
     def hear(blocks: int, age_s: float = 0.025, *, overflow: bool = False) -> list[float]:
-        """Return when each block was captured, from the true time."""
+        """Return each block's capture time, relative to the true time."""
         errors_s = []
         for _ in range(blocks):
             clock.time_s += 0.01
@@ -122,7 +122,7 @@ def test_a_sound_servers_guess_moves_no_sound() -> None:
 
 @pytest.mark.parametrize(("rate_hz", "channels"), [(44_100, 2), (16_000, 1), (48_000, 2)])
 def test_a_device_of_another_rate_is_converted(rate_hz: int, channels: int) -> None:
-    """A device that cannot do 48 kHz is opened as it is; tone, times and channels are kept."""
+    """A device that cannot do 48 kHz is resampled, and tone, times and channels are kept."""
     portaudio, clock = FakePortAudio(rate_hz, channels), TurnedClock()
     source = make(portaudio, clock)
     source.open()
@@ -148,7 +148,7 @@ def test_a_device_of_another_rate_is_converted(rate_hz: int, channels: int) -> N
 
 
 def test_a_card_can_be_named_by_its_socket(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of two alike that is all that differs; its number is looked up each time it is opened."""
+    """One of two identical cards is named by socket; its number is looked up at each opening."""
     monkeypatch.setattr(portaudio_module, "SOUND_CARDS", tmp_path)
     link = tmp_path / "usb-0:1:1.0"
     fake = FakePortAudio()
@@ -162,7 +162,7 @@ def test_a_card_can_be_named_by_its_socket(tmp_path: Path, monkeypatch: pytest.M
 
 
 def test_two_capsules_are_two_channels() -> None:
-    """Left and right come as the device has them, and are not mixed up."""
+    """Left and right arrive as the device delivers them, not swapped or mixed."""
     portaudio = FakePortAudio(channels=2)
     source = make(portaudio, TurnedClock())
     source.open()
@@ -174,7 +174,7 @@ def test_two_capsules_are_two_channels() -> None:
 
 
 def test_one_channel_is_enough_and_said() -> None:
-    """A device with one channel gives mono, and the log says so, once each time it is opened."""
+    """A device with one channel gives mono, and the log says so once per opening."""
     portaudio = FakePortAudio(channels=1)
     source = make(portaudio, TurnedClock())
     with capture_logs() as logs:
@@ -186,7 +186,7 @@ def test_one_channel_is_enough_and_said() -> None:
 
 
 def test_a_device_of_two_channels_can_be_mono() -> None:
-    """With `channels = 1` a device that has only two is mixed into one, silently."""
+    """With `channels = 1` a device that only offers two is downmixed without a log line."""
     portaudio = FakePortAudio(channels=2)
     settings = AudioSettings(channels=1)
     source = PortAudioMicrophone(settings, TurnedClock(), load_portaudio=lambda: portaudio)
@@ -201,7 +201,7 @@ def test_a_device_of_two_channels_can_be_mono() -> None:
 
 
 def test_a_slow_reader_loses_the_oldest() -> None:
-    """Nobody waits in a queue of more than half a second; what was lost is logged, once in 10 s."""
+    """At most half a second is queued; losses are logged once in 10 s."""
     portaudio, clock = FakePortAudio(), TurnedClock()
     source = make(portaudio, clock)
     source.open()
@@ -224,7 +224,7 @@ def test_a_slow_reader_loses_the_oldest() -> None:
 
 
 def test_a_silent_device_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A microphone that delivers nothing is an error with what to do."""
+    """A microphone that delivers nothing is an error that says what to do."""
     monkeypatch.setattr(microphone, "_SILENT_S", 0.01)
     source = make(FakePortAudio(), TurnedClock())
     source.open()
@@ -234,7 +234,7 @@ def test_a_silent_device_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_a_missing_device_is_looked_for_again() -> None:
-    """No device is a sentence; at the next try PortAudio looks for devices anew and finds it."""
+    """A missing device is a sentence; at the next attempt PortAudio rescans and finds it."""
     portaudio = FakePortAudio(present=False)
     source = make(portaudio, TurnedClock(), device=2)
     with pytest.raises(SourceError, match=r"^Microphone 2 cannot be opened \(Error querying"):
@@ -258,7 +258,7 @@ def test_without_the_library_the_package_is_named(monkeypatch: pytest.MonkeyPatc
 
 
 def test_a_name_that_fits_several_says_which() -> None:
-    """The person sees what there is, with the numbers and names of which one is enough."""
+    """A name that fits several devices lists them with the numbers and names to choose from."""
     portaudio = FakePortAudio()
     several = "Multiple input devices found for 'USB':\n[2] USB Mic, ALSA\n[3] USB Cam, ALSA"
 

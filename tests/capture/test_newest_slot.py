@@ -1,4 +1,4 @@
-"""The newest-frame slot: the newest item or none, and no turning in circles."""
+"""The newest-frame slot returns the newest item or nothing, and never spins."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from wax.capture.newest_slot import NewestSlot
 
 @pytest.fixture
 def waited_s(monkeypatch: pytest.MonkeyPatch) -> list[float]:
-    """How long each wait would have been; none of them takes any time."""
+    """Record the length of each wait, which takes no real time."""
     found: list[float] = []
     monkeypatch.setattr(
         "threading.Condition.wait", lambda _self, timeout_s: found.append(timeout_s)
@@ -18,7 +18,7 @@ def waited_s(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 
 def test_a_newer_item_replaces_what_was_there(waited_s: list[float]) -> None:
-    """A late reader gets only the newest item, at once, and once."""
+    """A late reader gets only the newest item, at once and only once."""
     slot: NewestSlot[str] = NewestSlot()
     for item in "abc":
         slot.put(item)
@@ -31,6 +31,6 @@ def test_a_newer_item_replaces_what_was_there(waited_s: list[float]) -> None:
 
 @pytest.mark.parametrize("number", [-1, 0])
 def test_an_empty_slot_is_waited_for(waited_s: list[float], number: int) -> None:
-    """Before the first item there is nothing newer than anything, so a reader waits."""
+    """Before the first item a reader waits."""
     assert NewestSlot[str]().newer_than(number, 0.5) is None
     assert waited_s == [0.5]

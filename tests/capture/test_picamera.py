@@ -1,4 +1,4 @@
-"""A camera module by picamera2: its documented interface by a stand-in, since none is here."""
+"""A camera module through picamera2, with a stand-in for its documented interface."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 from tests.turned_clock import TurnedClock
 
 from wax.capture.find_sources import _Files, _find_video
-from wax.capture.list_devices import _captures, list_modules
+from wax.capture.list_devices import _can_capture, list_modules
 from wax.capture.picamera import PiCamera, load_picamera2, planar
 from wax.clock import SystemClock
 from wax.config.settings import VideoSettings
@@ -53,7 +53,7 @@ class Request:
 
 
 class Picamera2:
-    """The class, as far as it is used; what it says is set for a test."""
+    """A stand-in for the class; a test sets what it reports."""
 
     there: ClassVar[list[dict[str, Any]]] = []
     made: ClassVar[list[Picamera2]] = []
@@ -134,7 +134,7 @@ def camera(settings: VideoSettings = SIZE) -> PiCamera:
 
 
 def test_a_picture_has_its_planes_and_the_moment_of_exposure() -> None:
-    """Rows lose their padding, and the sensor's time becomes the server's: 50 ms ago."""
+    """Rows lose their padding, and the sensor's time, here 50 ms ago, becomes the server's."""
     source = camera()
     source.open()
     picture = source.read()
@@ -154,7 +154,7 @@ def test_a_picture_has_its_planes_and_the_moment_of_exposure() -> None:
 
 
 def test_controls_are_libcameras_own() -> None:
-    """The camera is set as the settings say; a name that it lacks is a sentence with its names."""
+    """The configured controls are set; an unknown name is a sentence that lists the known ones."""
     source = camera(SIZE.model_copy(update={"controls": {"ExposureTime": 8000}}))
     source.open()
     assert Picamera2.made[0].configuration["controls"]["ExposureTime"] == 8000
@@ -167,7 +167,7 @@ def test_controls_are_libcameras_own() -> None:
 
 @pytest.mark.parametrize("metadata", [{}, {"SensorTimestamp": 0}, {"SensorTimestamp": 2 * 10**12}])
 def test_a_time_that_cannot_be_is_not_believed(metadata: dict[str, int]) -> None:
-    """Without a credible time a picture is as old as its arrival."""
+    """A picture without a credible time is dated by its arrival."""
     source = camera()
     source.open()
     Picamera2.made[0].metadata = metadata
@@ -176,7 +176,7 @@ def test_a_time_that_cannot_be_is_not_believed(metadata: dict[str, int]) -> None
 
 
 def test_rows_without_padding_are_taken_as_they_are() -> None:
-    """What fits is not copied."""
+    """Rows without padding are not copied."""
     array = np.arange(180 * 160, dtype=np.uint32).astype(np.uint8).reshape(180, 160)
     assert planar(array, 160, 120) is not None
     assert np.shares_memory(planar(array, 160, 120), array)
@@ -192,7 +192,7 @@ def test_rows_without_padding_are_taken_as_they_are() -> None:
     ],
 )
 def test_each_fault_is_a_sentence(act: str, error: Exception, says: str) -> None:
-    """Whatever libcamera raises, the page says what to do, and the camera is given back."""
+    """Whatever libcamera raises, the page says what to do, and the camera is closed."""
     Picamera2.fault[act] = error
     source = camera()
 
@@ -208,7 +208,7 @@ def test_each_fault_is_a_sentence(act: str, error: Exception, says: str) -> None
 
 
 def test_one_that_does_not_stop_is_closed_all_the_same() -> None:
-    """A camera that raises when it is stopped is no reason to keep it."""
+    """A camera that raises when it is stopped is closed anyway."""
     source = camera()
     source.open()
     Picamera2.fault["stop"] = RuntimeError("no")
@@ -217,7 +217,7 @@ def test_one_that_does_not_stop_is_closed_all_the_same() -> None:
 
 
 def test_a_picture_that_breaks_is_given_back(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No fault costs the camera one of its few buffers."""
+    """A picture whose reading fails still returns its buffer to the camera."""
     source = camera()
     source.open()
 
@@ -233,7 +233,7 @@ def test_a_picture_that_breaks_is_given_back(monkeypatch: pytest.MonkeyPatch) ->
 
 @pytest.mark.parametrize(("name", "number"), [("picamera", 0), ("picamera:1", 1)])
 def test_it_is_found_by_its_name(name: str, number: int) -> None:
-    """As the manual has it; the number is libcamera's."""
+    """The names in the manual select the camera by libcamera's number."""
     settings = SIZE.model_copy(update={"source": name})
     source = _find_video(settings, "[video] source", SystemClock(), _Files(SystemClock()))
     assert isinstance(source, PiCamera)
@@ -243,7 +243,7 @@ def test_it_is_found_by_its_name(name: str, number: int) -> None:
 
 
 def test_what_is_not_there_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No camera, too high a number, no picamera2, and one that does not work."""
+    """No camera, too high a number, and a missing or broken picamera2 are sentences."""
     far = camera(SIZE.model_copy(update={"source": "picamera:7"}))
     with pytest.raises(SourceError, match="There is no camera 7 that libcamera finds"):
         far.open()
@@ -264,7 +264,7 @@ def test_what_is_not_there_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_modules_are_listed_without_usb_cameras() -> None:
-    """`wax devices` names each once: V4L2 has those on USB."""
+    """`wax devices` lists each camera once: V4L2 has those on USB."""
     assert [(one.source, one.name) for one in list_modules()] == [
         ("picamera:0", "imx708"),
         ("picamera:1", "imx219"),
@@ -275,7 +275,7 @@ def test_modules_are_listed_without_usb_cameras() -> None:
 def test_what_a_module_is_made_of_is_no_camera(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, driver: bytes, listed: bool
 ) -> None:
-    """A node that only libcamera can make a picture of is not taken for a camera."""
+    """A node that only libcamera can use is not listed as a camera."""
     (tmp_path / "video0").write_bytes(b"")
 
     def ioctl(node: object, request: int, answer: bytearray) -> int:
@@ -284,4 +284,4 @@ def test_what_a_module_is_made_of_is_no_camera(
         return 0
 
     monkeypatch.setattr("fcntl.ioctl", ioctl)
-    assert _captures(tmp_path / "video0") is listed
+    assert _can_capture(tmp_path / "video0") is listed

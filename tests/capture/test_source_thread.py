@@ -1,4 +1,4 @@
-"""The capture: a failing source is told about, retried, and never more than that."""
+"""The source thread reports, closes and reopens a failing source, and ends when told."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ WAIT_S = 5.0
 
 
 class Script:
-    """A source whose every step is handed in by the test."""
+    """A source whose every step the test supplies."""
 
     def __init__(self) -> None:
         self.steps: queue.Queue[int | Exception] = queue.Queue()
@@ -57,7 +57,7 @@ def _soon(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class Rig:
-    """A capture, what it delivers, and a clock that the test turns."""
+    """A source thread, what it delivers, and a clock that the test sets."""
 
     def __init__(self, sink: Callable[[int], None] | None = None) -> None:
         self.clock = TurnedClock(0.0)
@@ -74,7 +74,7 @@ class Rig:
         return self.items.get(timeout=WAIT_S)
 
     def problem(self) -> Sentence:
-        """Look until there is a problem."""
+        """Poll until there is a problem."""
         end_s = monotonic() + WAIT_S
         while (problem := self.capture.problem) is None:
             assert monotonic() < end_s, "no problem is told"
@@ -86,7 +86,7 @@ class Rig:
 
 
 def test_items_arrive_in_order() -> None:
-    """What is read is handed on, in order, without a problem."""
+    """What is read is passed on in order, without a problem."""
     rig = Rig()
     rig.capture.start()
     for number in (1, 2, 3):
@@ -99,7 +99,7 @@ def test_items_arrive_in_order() -> None:
 
 
 def test_a_failing_read_is_told_retried_and_forgotten() -> None:
-    """A `SourceError` becomes the problem, the source is reopened, success clears the problem."""
+    """A `SourceError` becomes the problem, the source is reopened, and success clears it."""
     rig = Rig()
     rig.capture.start()
     rig.source.steps.put(SourceError("It is unplugged."))
@@ -114,7 +114,7 @@ def test_a_failing_read_is_told_retried_and_forgotten() -> None:
 
 
 def test_any_exception_is_survived() -> None:
-    """A source that raises what it should not is closed and opened again like any other."""
+    """A source that raises any other exception is closed and reopened, too."""
     rig = Rig()
     rig.capture.start()
     rig.source.steps.put(ZeroDivisionError("by zero"))
@@ -125,7 +125,7 @@ def test_any_exception_is_survived() -> None:
 
 
 def test_a_failing_sink_is_survived() -> None:
-    """When the taker raises, the capture goes on as after a failing source."""
+    """When the sink raises, the source is reopened as after its own failure."""
     fail = [True]
     taken: queue.Queue[int] = queue.Queue()
 
@@ -144,7 +144,7 @@ def test_a_failing_sink_is_survived() -> None:
 
 
 def test_the_same_problem_is_told_once() -> None:
-    """A source that cannot be opened is tried again and again, counted, and logged once."""
+    """A source that cannot be opened is retried and counted each time, but logged once."""
     rig = Rig()
     rig.source.open_error = SourceError("Plug it in.")
     with capture_logs() as logs:
@@ -160,7 +160,7 @@ def test_the_same_problem_is_told_once() -> None:
 
 
 def test_a_hanging_read_becomes_a_problem() -> None:
-    """Though its thread is stuck, a source that blocks for 3 s has a problem until it moves."""
+    """A source that blocks for 3 s is a problem until it returns."""
     rig = Rig()
     rig.capture.start()
     assert rig.source.reading.wait(WAIT_S)
@@ -179,7 +179,7 @@ def test_a_hanging_read_becomes_a_problem() -> None:
 
 
 def test_stop_is_bounded_and_final() -> None:
-    """Stop returns though the source hangs; what it delivers later goes nowhere; twice is fine."""
+    """Stop returns though the source hangs; later items go nowhere; a second stop is harmless."""
     rig = Rig()
     rig.capture.start()
     assert rig.source.reading.wait(WAIT_S)
@@ -193,7 +193,7 @@ def test_stop_is_bounded_and_final() -> None:
 
 
 def test_stop_ends_the_wait_for_a_retry(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Stop does not wait for the pause between two tries."""
+    """Stop does not wait for the pause before a retry."""
     monkeypatch.setattr(device_thread, "_RETRY_S", 3600.0)
     rig = Rig()
     rig.source.open_error = SourceError("Plug it in.")
@@ -204,14 +204,14 @@ def test_stop_ends_the_wait_for_a_retry(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def test_stop_without_start() -> None:
-    """A capture that was never started can be stopped."""
+    """A thread that was never started can be stopped."""
     rig = Rig()
     rig.capture.stop()
     assert rig.source.opened == 0
 
 
 def test_all_can_be_asked_to_stop_before_any_is_waited_for() -> None:
-    """A request returns at once, and the source is released without anybody who waits."""
+    """A stop request returns at once, and the source is released without anybody waiting."""
     rigs = [Rig(), Rig()]
     for rig in rigs:
         rig.capture.start()

@@ -1,4 +1,4 @@
-"""When a picture of a live stream was captured: what stamps may add to its arrival."""
+"""The capture time of a live stream's pictures: what stamps may add to their arrival."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from wax.capture.stream_dating import LIVE_WITHIN_S, Dating, Repeats
 
 @dataclass
 class Sender:
-    """Sends pictures that a dating dates; `jam_s` is how long they wait on the way now."""
+    """Sends pictures to a dating; `jam_s` is the present delay of the backlog."""
 
     dating: Dating = field(default_factory=lambda: Dating(stamped=True))
     now_s: float = 100.0
@@ -23,7 +23,7 @@ class Sender:
     known: bool = False
 
     def send(self, stamp_s: float, *, track: int = 0, decoded: bool = True) -> float:
-        """Send what was captured now; return how old it is said to be when it arrives."""
+        """Send the picture that is captured now; return its estimated age on arrival."""
         self.arrived_s = max(self.arrived_s, self.now_s + self.jam_s)
         zero_s, within_s = self.dating.date(
             track, stamp_s, stamp_s if decoded else None, self.arrived_s
@@ -37,7 +37,7 @@ RATES = [5.0, 10.0, 15.0, 20.0, 30.0, 60.0]
 
 @pytest.mark.parametrize("fps", RATES)
 def test_made_up_stamps_are_not_believed(fps: float) -> None:
-    """A container without a clock claims 25 pictures a second: each is as old as its way."""
+    """Without a clock in the container, which claims 25 fps, arrival alone dates each picture."""
     sender = Sender(Dating(stamped=False))
     for number in range(200):
         assert sender.send(number / 25) == pytest.approx(0.0, abs=1e-9)
@@ -63,7 +63,7 @@ def test_made_up_stamps_are_not_believed(fps: float) -> None:
 def test_stamps_that_misbehave_cost_no_age(
     fps: float, clock: float, jitter_s: list[float], faults: list[tuple[str, int, float]]
 ) -> None:
-    """Standing, jumping, wrapping, absent or a little wrong: never young, and within 60 ms."""
+    """Stuck, jumping, wrapping, missing or slightly wrong stamps date within 60 ms, never young."""
     sender = Sender()
     stamp_s, count = 0.0, 0
 
@@ -91,13 +91,13 @@ def test_stamps_that_misbehave_cost_no_age(
 
 
 def test_a_jam_is_seen() -> None:
-    """What waits on its way is old by as much, however long that lasts, and new when it is over."""
+    """A backlog ages pictures by its delay, however long it lasts, and no longer once it drains."""
     sender = Sender()
     for number in range(9000):
         age_s = sender.send(number / 30)
         assert age_s == pytest.approx(sender.arrived_s - sender.now_s, abs=0.15)
         sender.now_s += 1 / 30
-        # It builds up, stays for four minutes, and is over.
+        # The backlog builds up, stays for four minutes, and drains.
         if 600 < number < 900:
             sender.jam_s += 1 / 300
         elif number > 8100:
@@ -106,7 +106,7 @@ def test_a_jam_is_seen() -> None:
 
 
 def test_after_a_stall_what_has_waited_is_not_new() -> None:
-    """The camera's link stands still for 3 s: what comes then is known again when it is live."""
+    """After a stall of 3 s pictures are of unknown age until they are live again."""
     sender = Sender()
     for number in range(300):
         sender.jam_s = max(0.0, 3.0 - (number - 150) / 30) if number >= 150 else 0.0
@@ -120,7 +120,7 @@ def test_after_a_stall_what_has_waited_is_not_new() -> None:
 
 @pytest.mark.parametrize("claimed_fps", [12.5, 25.0])
 def test_a_clock_of_another_speed_is_nobodys(claimed_fps: float) -> None:
-    """Stamps that say 25 a second of 10, as a jam would look, too, let nobody drive for long."""
+    """Stamps of 25 fps on 10 fps, which look like a backlog, soon make the age unknown."""
     sender = Sender()
     known = []
     for number in range(400):
@@ -129,21 +129,21 @@ def test_a_clock_of_another_speed_is_nobodys(claimed_fps: float) -> None:
         assert age_s <= 2.1
         sender.now_s += 0.1
     assert not any(known[130:])
-    assert age_s == pytest.approx(0.0)  # who watches gets it in step
+    assert age_s == pytest.approx(0.0)  # viewers still get it in step
 
 
 def test_by_datagrams_a_clock_of_another_speed_is_given_up() -> None:
-    """Nothing waits for 10 s where nothing queues: then arrival counts, and people drive."""
+    """Over datagrams, which queue for no 10 s, such stamps are dropped, and arrival counts."""
     sender = Sender(Dating(stamped=True, queues=False))
     for number in range(1600):
         age_s = sender.send(number / 25)
-        sender.now_s += 1 / 21  # as a camera does that claims 25 and sends 21
+        sender.now_s += 1 / 21  # like a camera that claims 25 fps and sends 21
     assert sender.known
     assert age_s == pytest.approx(0.0)
 
 
 def test_a_picture_stamped_hours_away_disturbs_no_other() -> None:
-    """A recorder that stamps one of fifty pictures hours off: it and the next are as old as all."""
+    """A recorder that stamps one picture in fifty hours off ages neither it nor the next."""
     sender = Sender()
     for number in range(600):
         sender.jam_s = 0.04 if number >= 60 else 0.0
@@ -155,7 +155,7 @@ def test_a_picture_stamped_hours_away_disturbs_no_other() -> None:
 
 @pytest.mark.parametrize("clock", [0.996, 0.999, 1.004])
 def test_a_clock_that_is_a_little_wrong_is_followed(clock: float) -> None:
-    """A camera that counts 25 of 24.9 pictures a second is not older after ten minutes."""
+    """A camera that stamps 24.9 fps as 25 fps is no older after ten minutes."""
     sender = Sender()
     ages_s = []
     for number in range(15_000):
@@ -167,7 +167,7 @@ def test_a_clock_that_is_a_little_wrong_is_followed(clock: float) -> None:
 
 
 def test_sound_and_picture_jump_together() -> None:
-    """A stream that begins its stamps anew has its sound and its picture in step as before."""
+    """After a stream restarts its stamps, sound and picture are in step as before."""
     sender = Sender()
     jumped_s = 0.0
     for number in range(400):
@@ -182,7 +182,7 @@ def test_sound_and_picture_jump_together() -> None:
 
 
 def test_what_comes_first_is_nobodys() -> None:
-    """A server may keep its last picture for whoever comes: it counts once the stream is live."""
+    """A server may send a stored picture first: the age is unknown until the stream is live."""
     dating = Dating(stamped=False)
     assert dating.date(0, 0.0, 0.0, 5.0)[1] is None
     assert dating.date(0, 0.1, 0.1, 5.9)[1] is None
@@ -190,7 +190,7 @@ def test_what_comes_first_is_nobodys() -> None:
 
 
 def test_repetitions_are_not_new() -> None:
-    """One that comes again is left out for a second, then it is old until there is another."""
+    """Repeated content is "again" for a second, and then "old" until it changes."""
     repeats = Repeats()
     came = [repeats.of(one, at_s) for one, at_s in [(b"a", 1), (b"a", 1.9), (b"a", 2), (b"b", 2.1)]]
     assert came == ["new", "again", "old", "new"]

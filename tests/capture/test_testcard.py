@@ -1,4 +1,4 @@
-"""The test card: what is read off it is the moment of capture."""
+"""The test card: the time read from it is the time of capture."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ NOW_MS = 1_795_249_152_112
 
 
 class FakeClock:
-    """Monotonic and wall time that only move when told to."""
+    """Monotonic and wall time that move only when told to."""
 
     def __init__(self, now_s: float = 1000.0, wall_s: float = NOW_MS / 1000) -> None:
         self.time_s = now_s
@@ -60,7 +60,7 @@ def test_crc_is_the_one_that_is_documented() -> None:
 )
 @examples(60)
 def test_every_moment_is_read_back(wall_ms: int, size: tuple[int, int]) -> None:
-    """What is drawn at any Unix time and size reads back as that time modulo 2⁴⁰."""
+    """A card drawn at any Unix time and size reads back as that time modulo 2⁴⁰."""
     assert read_stamp(card(*size, wall_ms)) == wall_ms % STAMP_MODULUS
 
 
@@ -79,7 +79,7 @@ def test_cells_lie_where_the_design_says() -> None:
 
 @pytest.mark.parametrize("size", [(640, 480), (320, 240), (160, 120)])
 def test_a_plane_and_an_array_are_told_apart(size: tuple[int, int]) -> None:
-    """A luma plane and a whole I420 array read the same, without saying which it is."""
+    """A luma plane and a whole I420 array read the same without saying which it is."""
     for step in range(5):
         wall_ms = NOW_MS + step * 33_333
         picture = card(*size, wall_ms)
@@ -88,7 +88,7 @@ def test_a_plane_and_an_array_are_told_apart(size: tuple[int, int]) -> None:
 
 
 def test_stamp_survives_a_modem_line() -> None:
-    """Made four times smaller and coded as VP8 at 20 kbit/s, 5 pictures a second, it is read."""
+    """Scaled down by four and coded as VP8 at 20 kbit/s and 5 fps, it is still readable."""
     encoder = av.CodecContext.create("libvpx", "w")
     decoder = av.CodecContext.create("vp8", "r")
     assert isinstance(encoder, av.VideoCodecContext)
@@ -114,7 +114,7 @@ def test_stamp_survives_a_modem_line() -> None:
 
 
 def test_a_wrong_cell_is_noticed() -> None:
-    """A stamp with one cell turned over is no stamp."""
+    """A stamp with one inverted cell is rejected."""
     right = card(640, 480, NOW_MS).i420
     for cell in range(48):
         i420 = right.copy()
@@ -131,7 +131,7 @@ def test_a_plain_picture_has_no_stamp(grey: int) -> None:
 
 
 def test_pictures_come_at_their_rate_with_the_moment_of_capture() -> None:
-    """100 pictures at 30 a second take 3.3 s, and stamp and capture time are one moment."""
+    """100 pictures at 30 fps take 3.3 s, and stamp and capture time agree."""
     clock = FakeClock()
     source = TestCardVideo(VideoSettings(width=160, height=120), clock, sleep=clock.sleep)
     source.open()
@@ -146,7 +146,7 @@ def test_pictures_come_at_their_rate_with_the_moment_of_capture() -> None:
 
 
 def test_a_stall_is_not_made_up_for() -> None:
-    """After a stall of 1 s the next picture is new and the rate is the same: no burst."""
+    """After a stall of 1 s the next picture is new and the rate unchanged: there is no burst."""
     clock = FakeClock()
     source = TestCardVideo(VideoSettings(width=160, height=120), clock, sleep=clock.sleep)
     source.open()
@@ -165,12 +165,12 @@ def test_the_lower_part_moves() -> None:
 
 
 def listen(clock: FakeClock, duration_s: float, source: TestCardAudio) -> list[Sound]:
-    """Read for so long."""
+    """Read sound for this long."""
     return [source.read() for _ in range(round(duration_s * 100))]
 
 
 def remainder(sounds: list[Sound]) -> NDArray[np.float64]:
-    """Take the 300 Hz tone away that must run through without a break; what is left is bursts."""
+    """Subtract the 300 Hz tone, which must be continuous; what is left is bursts."""
     samples = np.concatenate([sound.samples for sound in sounds]) / 32767
     index = np.arange(len(samples))
     return samples - 0.05 * np.sin(2 * np.pi * 300 * index / 48000)
@@ -203,7 +203,7 @@ def test_bursts_start_at_whole_seconds(now_s: float, wall_s: float) -> None:
 
 
 def test_samples_are_counted_on_the_clock() -> None:
-    """After 20 s the capture time of a block is its number × 10 ms to the microsecond."""
+    """After 20 s a block's capture time is its number × 10 ms to the microsecond."""
     clock = FakeClock()
     source = TestCardAudio(AudioSettings(), clock, sleep=clock.sleep)
     source.open()
@@ -213,7 +213,7 @@ def test_samples_are_counted_on_the_clock() -> None:
 
 
 def test_bursts_follow_a_wall_clock_that_was_set() -> None:
-    """When somebody sets the wall clock by 0.3 s, the next bursts are where it says."""
+    """When the wall clock is set by 0.3 s, the next bursts follow it."""
     clock = FakeClock(wall_s=1_800_000_000.5)
     source = TestCardAudio(AudioSettings(), clock, sleep=clock.sleep)
     source.open()
@@ -230,7 +230,7 @@ def test_bursts_follow_a_wall_clock_that_was_set() -> None:
 
 
 def test_sleep_of_the_machine_leaves_no_delay() -> None:
-    """After 5 s in which nothing was read the next block is new, on the same sample clock."""
+    """After 5 s without reading the next block is new, on the same sample clock."""
     clock = FakeClock()
     source = TestCardAudio(AudioSettings(), clock, sleep=clock.sleep)
     source.open()
@@ -247,7 +247,7 @@ def test_sleep_of_the_machine_leaves_no_delay() -> None:
 @example(before_s=0.5, stall_s=1.015625)
 @examples(50)
 def test_a_burst_that_was_dropped_does_not_follow_late(before_s: float, stall_s: float) -> None:
-    """Whatever is dropped, a burst is heard at its whole second or not at all."""
+    """Whatever is dropped, a burst starts at its whole second or not at all."""
     clock = FakeClock(wall_s=1_800_000_000.5)
     source = TestCardAudio(AudioSettings(), clock, sleep=clock.sleep)
     source.open()

@@ -1,4 +1,4 @@
-"""The time on the picture: readable on every ground; the picture given stays as it was."""
+"""The time on the picture: readable on any background, on a copy of the picture."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def plain(width: int, height: int, grey: int) -> Picture:
 
 
 def test_the_text_is_the_moment_in_utc() -> None:
-    """Date, time and milliseconds, in UTC and saying so."""
+    """The text is date, time and milliseconds in UTC, marked as UTC."""
     assert wall_text(NOW_MS) == "2026-11-21 08:19:12.112Z"
     assert wall_text(1_000) == "1970-01-01 00:00:01.000Z"
 
@@ -44,7 +44,7 @@ def test_it_can_be_read_on_any_ground(size: tuple[int, int], grey: int) -> None:
 
 
 def test_a_millisecond_can_be_seen() -> None:
-    """Two moments 1 ms apart look different, the same moment looks the same."""
+    """Two times 1 ms apart look different, the same time looks the same."""
     picture = plain(640, 480, 90)
     first, again = overlay_time(picture, NOW_MS), overlay_time(picture, NOW_MS)
     assert np.array_equal(first.i420, again.i420)
@@ -52,7 +52,7 @@ def test_a_millisecond_can_be_seen() -> None:
 
 
 def test_it_is_the_time_of_the_capture() -> None:
-    """A picture that was captured 0.25 s ago carries the wall clock's time of then."""
+    """A picture that was captured 0.25 s ago carries the wall clock's time of that moment."""
 
     class Clock:
         def now_s(self) -> float:

@@ -1,4 +1,4 @@
-"""What the host is told of a source by which nobody drives."""
+"""What the host reads about a source whose pictures are of unknown age."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from wax.capture.undated import undated
     ],
 )
 def test_it_is_said_what_to_do(source: str, says: str) -> None:
-    """Each kind has its remedy, and no sentence a password."""
+    """Each kind of source has its remedy, and no sentence contains a password."""
     told = str(undated(source))
     assert says in told
     assert "secret" not in told

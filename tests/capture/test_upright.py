@@ -1,4 +1,4 @@
-"""A camera that does not hang upright is shown upright."""
+"""The picture of a camera that is mounted at an angle is shown upright."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ RANDOM = np.random.default_rng(7).integers(0, 255, (48 * 3 // 2, 64), dtype=np.u
 @pytest.mark.parametrize("mirror", [False, True])
 @pytest.mark.parametrize("quarters", range(4))
 def test_each_plane_is_turned_and_then_mirrored(quarters: int, mirror: bool) -> None:
-    """Luma and chroma turn clockwise; left and right are swapped in the picture that is upright."""
+    """Luma and chroma turn clockwise, and then the upright picture is mirrored."""
     found = turned(RANDOM, quarters, mirror=mirror)
     for before, after in zip(planes(RANDOM), planes(found), strict=True):
         upright = np.rot90(before, -quarters)
@@ -31,7 +31,7 @@ def test_each_plane_is_turned_and_then_mirrored(quarters: int, mirror: bool) -> 
 
 
 class SidewaysRobot:
-    """A driver whose cameras give a picture of odd proportions, at a moment."""
+    """A driver whose cameras deliver a picture of odd proportions at a fixed time."""
 
     kind = "sideways"
     limits = Limits(1.0, 1.0)
@@ -65,7 +65,7 @@ class SidewaysRobot:
 def test_every_camera_is_turned_as_its_table_says(
     rotate: int, mirror: bool, size: tuple[int, int]
 ) -> None:
-    """The driving view and a camera beside it turn by their own settings; their time stays."""
+    """Driving view and other cameras turn by their own settings, and keep their times."""
     keys = {"source": "robot", "rotate": rotate, "mirror": mirror}
     robot, clock = SidewaysRobot(), SystemClock()
     view = DrivingViewSettings.model_validate(keys)
@@ -82,7 +82,7 @@ def test_every_camera_is_turned_as_its_table_says(
 
 
 def test_a_ladder_lies_or_stands_with_its_camera() -> None:
-    """Who turns a camera by a quarter gets the ladder upright, and their own as they wrote it."""
+    """A quarter turn turns the default ladder, but not one that is configured."""
     for model, name in (
         (DrivingViewSettings, {}),
         (CameraSettings, {"name": "Arm", "source": "1"}),
@@ -93,14 +93,14 @@ def test_a_ladder_lies_or_stands_with_its_camera() -> None:
         assert [(one.height, one.width) for one in standing] == [
             (one.width, one.height) for one in lying
         ]
-        # What was written out, as for another process, is not turned once more.
+        # A ladder that was serialised, as for another process, is not turned twice.
         written = model.model_validate({"rotate": 90} | name).model_dump()
         assert model.model_validate(written).renditions == standing
         assert all(above.bitrate_bps > below.bitrate_bps for above, below in pairwise(standing))
 
 
 def test_a_ladder_that_lies_under_a_picture_that_stands_is_refused() -> None:
-    """Who wrote a ladder of their own is told to turn it, too, for it would squash the picture."""
+    """A configured ladder that would squash the turned picture is refused."""
     lying = VideoSettings().model_dump()
     for degrees in (90, 270):
         with pytest.raises(
@@ -111,7 +111,7 @@ def test_a_ladder_that_lies_under_a_picture_that_stands_is_refused() -> None:
 
 
 def test_the_test_card_stays_readable() -> None:
-    """A measurement reads the test card's time whichever way the camera is said to hang."""
+    """The test card stays upright whichever way the settings turn a camera."""
     for rotate, size in ((90, (480, 640)), (180, (640, 480))):
         view = DrivingViewSettings.model_validate({"source": "testcard", "rotate": rotate})
         sources = make_sources(view, AudioSettings(source="none"), SystemClock(), SidewaysRobot())
@@ -126,7 +126,7 @@ def test_the_test_card_stays_readable() -> None:
 
 
 class _Card(SidewaysRobot):
-    """A camera that gives one picture."""
+    """A camera that delivers one picture."""
 
     def __init__(self, picture: Picture) -> None:
         self._picture = picture

@@ -1,4 +1,4 @@
-"""A camera's controls by V4L2's calls, as linux/videodev2.h has them, of a camera that is none."""
+"""A camera's controls through V4L2's calls (linux/videodev2.h), with a simulated kernel."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ READ_ONLY = 0x4
 
 
 class Webcam:
-    """What the kernel answers for a webcam: a call changes the octets that it is given."""
+    """The kernel's answers for a webcam: a call changes the bytes that it is given."""
 
     def __init__(self) -> None:
         self.there = {
@@ -81,13 +81,13 @@ def node(tmp_path: Path) -> str:
 
 
 def test_the_structures_are_the_kernels() -> None:
-    """The numbers of the calls have the sizes of their structures in them (_IOWR)."""
+    """The request codes contain the sizes of their structures (_IOWR)."""
     for call, form in ((G_CTRL, CONTROL), (S_CTRL, CONTROL), (QUERYCTRL, QUERY), (QUERYMENU, MENU)):
         assert call >> 16 & 0x3FFF == form.size
 
 
 def test_each_control_is_listed_as_it_is_written(node: str) -> None:
-    """A line has the name, its value now and what it can be; what is fixed is left out."""
+    """A line has the name, the present value and the range; fixed controls are left out."""
     assert list_controls(node, ioctl=Webcam().ioctl) == [
         "brightness = 0   # -64 to 64",
         "power_line_frequency = 1   # 0: 0, 1: 50, 2: 100",
@@ -98,7 +98,7 @@ def test_each_control_is_listed_as_it_is_written(node: str) -> None:
 
 
 def test_a_mode_is_set_before_what_it_unlocks(node: str) -> None:
-    """The order in the file does not matter: exposure needs manual exposure, which comes first."""
+    """Whatever their order in the file, manual exposure is set before the exposure."""
     webcam = Webcam()
     wanted = {
         "exposure_time_absolute": 100,
@@ -126,7 +126,7 @@ def test_a_mode_is_set_before_what_it_unlocks(node: str) -> None:
     ],
 )
 def test_what_cannot_be_set_is_a_sentence(wanted: dict[str, float], says: str, node: str) -> None:
-    """A wrong name or value names what there is, and then nothing is set."""
+    """A wrong name or value is a sentence with the right ones, and nothing is set."""
     webcam = Webcam()
     with pytest.raises(SourceError, match=says):
         set_controls(node, wanted | {"focus_automatic_continuous": 0}, ioctl=webcam.ioctl)
@@ -134,7 +134,7 @@ def test_what_cannot_be_set_is_a_sentence(wanted: dict[str, float], says: str, n
 
 
 def test_what_is_locked_says_what_may_be_missing(node: str) -> None:
-    """A camera that refuses a value is told with its reason, and a mode that often is missing."""
+    """The sentence for a refused value gives the reason and the mode that may be missing."""
     with pytest.raises(
         SourceError, match=r"be set \(Permission denied\); some need .*auto_exposure"
     ):
@@ -142,7 +142,7 @@ def test_what_is_locked_says_what_may_be_missing(node: str) -> None:
 
 
 def test_a_device_without_v4l2_is_a_sentence(node: str) -> None:
-    """What is no camera of V4L2, here a file, has no controls, and one that is gone says so."""
+    """A file has no controls, and the error for a missing device says so."""
     with pytest.raises(SourceError, match="no control brightness; it has: –"):
         set_controls(node, {"brightness": 1})
     with pytest.raises(SourceError, match="cannot be reached, which takes V4L2"):
@@ -152,7 +152,7 @@ def test_a_device_without_v4l2_is_a_sentence(node: str) -> None:
 
 
 def test_devices_tells_them_below_their_camera(monkeypatch: pytest.MonkeyPatch) -> None:
-    """`wax devices` lists what can be set below the camera that has it."""
+    """`wax devices` lists a camera's controls below it."""
     webcam = devices.ListedDevice("[video] source", "/dev/video7", "HD Webcam")
     monkeypatch.setattr(devices, "list_cameras", lambda: [webcam])
     monkeypatch.setattr(devices, "list_controls", lambda _: ["brightness = 0   # -64 to 64"])

@@ -111,11 +111,11 @@ def test_a_missing_device_is_looked_for_again() -> None:
     speaker = make(fake, device=3)
     with pytest.raises(SpeakerError, match=r"^Speaker 3 cannot be opened \(Error querying"):
         speaker.open()
-    microphone = portaudio.begin(FakePortAudio().OutputStream(samplerate=48_000, channels=1))
+    microphone = portaudio.start_stream(FakePortAudio().OutputStream(samplerate=48_000, channels=1))
     with pytest.raises(SpeakerError):
         speaker.open()
     assert fake.looked == 0
-    portaudio.end(microphone)
+    portaudio.close_stream(microphone)
     fake.present = True
     speaker.open()
     assert fake.looked == 1

@@ -1,4 +1,4 @@
-"""Cut sound into 10 ms blocks on an even timeline, whatever pieces a source delivers.
+"""Cut sound of any piece length into 10 ms blocks on an even timeline.
 
 The encoder needs blocks of one length, and synchronisation needs evenly spaced capture times, but a
 sound card's own times jitter by milliseconds and its crystal drifts from our clock.
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _JITTER_S: Final = 0.1
-"""A capture time off by up to this is jitter or drift; by more, a jump."""
+"""A capture time that is off by up to this is jitter or drift; beyond, a gap or an overlap."""
 
 _JUMP_S: Final = 1.0
 """Longer gaps are not filled: the timeline restarts where the sound does."""

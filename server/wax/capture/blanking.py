@@ -1,7 +1,7 @@
-"""Replaces picture and sound by nothing while the host wants privacy.
+"""Replaces the picture with black and the sound with silence while the host wants privacy.
 
-Before anything is encoded: no viewer's page, no tape and no encoder's memory has what was in front
-of the camera.
+This happens before anything is encoded, so that neither a viewer's page nor a tape nor an encoder's
+memory holds what was in front of the camera.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Blanking:
         return replace(picture, i420=black)
 
     def sound(self, sound: Sound) -> Sound:
-        """Return the sound, or as much silence."""
+        """Return the sound, or silence of the same length and shape."""
         if not self._is_on():
             return sound
         return replace(sound, samples=np.zeros_like(sound.samples))

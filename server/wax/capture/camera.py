@@ -36,7 +36,7 @@ _RAW_MAX_BYTES_PER_S: Final = 20_000_000
 """More than this does not fit through USB 2 uncompressed: request Motion JPEG."""
 
 _WITHIN_S: Final = 0.1
-"""Exposure and transfer of common USB cameras take 20 to 60 ms, and one frame may wait."""
+"""Exposure and transfer take 20 to 60 ms on common USB cameras, and one frame may be queued."""
 
 _IS_MAC: Final = sys.platform == "darwin"
 _IS_LINUX: Final = sys.platform.startswith("linux")
@@ -67,8 +67,8 @@ def open_device(device: int | str) -> VideoDevice:
 class OpenCvCamera:
     """A camera by number (``0``) or path (``/dev/video0``), at the size and rate of the settings.
 
-    OpenCV gives BGR, and takes Motion JPEG as full range and all other YUV as BT.601 in limited
-    range, as V4L2 has it where a driver says nothing else.
+    OpenCV returns BGR. It decodes Motion JPEG as full range and all other YUV as BT.601 in limited
+    range, which is V4L2's default where a driver does not say otherwise.
 
     If the camera delivers another size, the picture is scaled in proportion, with bars.
     `captured_s` is when OpenCV received the frame.
@@ -122,7 +122,7 @@ class OpenCvCamera:
             device.release()
             raise SourceError(_why_not_open(self._device))
         if width * height * 2 * fps > _RAW_MAX_BYTES_PER_S:
-            # The format first: it limits V4L2's sizes and rates.
+            # The format comes first: it decides which sizes and rates V4L2 offers.
             device.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*"MJPG"))
         device.set(cv2.CAP_PROP_FRAME_WIDTH, width)
         device.set(cv2.CAP_PROP_FRAME_HEIGHT, height)
@@ -137,7 +137,7 @@ class OpenCvCamera:
 
 
 def _why_not_open(device: int | str) -> Sentence:
-    """Say what to do. OpenCV does not tell why, so the system is asked."""
+    """Say what to do. OpenCV gives no reason, so the operating system is asked for one."""
     if _IS_LINUX:
         path = f"/dev/video{device}" if isinstance(device, int) else device
         try:
@@ -210,7 +210,7 @@ class _Grabber:
             raise SourceError(Sentence("camera.stopped", {"camera": self._device}))
         captured_s = self._clock.now_s()
         good, bgr = device.retrieve()
-        if good:  # else a damaged Motion JPEG picture: wait for the next
+        if good:  # otherwise a Motion JPEG picture is damaged: wait for the next
             with self._condition:
                 self._newest = (bgr, captured_s)
                 self._condition.notify_all()

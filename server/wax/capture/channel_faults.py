@@ -1,4 +1,4 @@
-"""Judges the two channels of a microphone: one that fails must not cost an ear. Pure."""
+"""Detects a failed channel of a stereo microphone, so that both ears still hear. Pure."""
 
 from __future__ import annotations
 
@@ -19,49 +19,49 @@ if TYPE_CHECKING:
 Failure = Literal["silent", "overdriven"]
 
 _FAILED_S: Final = 2.0
-"""A channel fails after so much sound of which it has nothing: the sum, since people pause."""
+"""A channel has failed after missing this much sound in total: people pause between words."""
 _BACK_S: Final = 1.0
-"""And it is good again after so much sound of its own, without a fault between."""
+"""A failed channel is good again after this much sound of its own without another fault."""
 _ALIKE_S: Final = 10.0
-"""Channels without any difference for so long are one microphone twice."""
+"""Channels that stay identical for this long carry one microphone twice."""
 
 _SOUND_RMS: Final = 30.0
-"""From this on there is sound (−61 dB of full scale): the noise of a quiet room is less."""
+"""Sound is at least this loud (−61 dB of full scale); the noise of a quiet room is softer."""
 _FAR_APART: Final = 10.0 ** (40.0 / 20.0)
-"""No head's shadow is as deep as these 40 dB between one channel and the other."""
+"""A level difference of 40 dB: more than a head's shadow ever causes between two ears."""
 _FULL: Final = 32_000
 _FULL_SHARE: Final = 0.8
-"""A channel with so much of its sound at full scale is broken; no loud sound stays there."""
+"""A channel with this share of its samples at full scale is broken; no loud sound stays there."""
 
 _SIDES: Final = ("left", "right")
 
 
 class ChannelFaults:
-    """Passes sound on with as many channels as carry something of their own.
+    """Passes sound on with only those channels that carry something of their own.
 
-    One channel stays one. Two become one where the other has failed: it is silent while there is
-    sound, or stands at full scale. They become one, too, where both are the same. `tell` gets a
-    sentence when a channel fails, and None when it is back.
+    Mono stays mono. Stereo becomes mono where one channel has failed, that is, where it is silent
+    while the other has sound, or stuck at full scale; and where both channels are identical.
+    `report` gets a sentence when a channel fails, and None when it works again.
     """
 
-    def __init__(self, tell: Callable[[str | None], None], *, most: int = MOST_CHANNELS) -> None:
-        self._tell = tell
+    def __init__(self, report: Callable[[str | None], None], *, most: int = MOST_CHANNELS) -> None:
+        self._report = report
         self._most = most
         self._bad_s = [0.0, 0.0]
         self._good_s = [0.0, 0.0]
         self._failed: int | None = None
         self._alike_s = _ALIKE_S
         self.problem: str | None = None
-        """A sentence while one of two channels has failed, else None."""
+        """A sentence while one of two channels has failed, otherwise None."""
 
     def push(self, sound: Sound) -> Sound:
         """Return the sound with the channels that are good.
 
-        Raises `SourceError` for samples of another shape or type than a source's.
+        Raises `SourceError` for samples of a shape or type that no source may deliver.
         """
         _check(sound.samples)
         if channels_of(sound.samples) == 1:
-            self._forget()
+            self._reset()
             return Sound(sound.samples.reshape(-1), sound.captured_s)
         if not len(sound.samples):
             return sound
@@ -72,14 +72,14 @@ class ChannelFaults:
         self._compare(sound.samples, length_s)
         return sound.with_channels(1 if self._alike_s >= _ALIKE_S else self._most)
 
-    def _forget(self) -> None:
-        """Begin anew: the source has one channel now."""
+    def _reset(self) -> None:
+        """Start over, because the source has one channel now."""
         self._bad_s, self._good_s = [0.0, 0.0], [0.0, 0.0]
         self._alike_s = _ALIKE_S
-        self._say(None, None)
+        self._set_failed(None, None)
 
     def _judge(self, samples: NDArray[np.int16], length_s: float) -> None:
-        # Around the mean: a constant is no sound.
+        # Deviation from the mean: a constant offset is not sound.
         loudness = samples.std(axis=0)
         faults = _faults(samples, loudness)
         for side, fault in enumerate(faults):
@@ -90,11 +90,11 @@ class ChannelFaults:
                 self._bad_s[side] = 0.0
                 self._good_s[side] += length_s
         if self._failed is not None and self._good_s[self._failed] >= _BACK_S:
-            self._say(None, None)
+            self._set_failed(None, None)
         if self._failed is None:
             for side, fault in enumerate(faults):
                 if fault is not None and self._bad_s[side] >= _FAILED_S:
-                    self._say(side, fault)
+                    self._set_failed(side, fault)
                     return
 
     def _compare(self, samples: NDArray[np.int16], length_s: float) -> None:
@@ -103,7 +103,7 @@ class ChannelFaults:
         else:
             self._alike_s = 0.0
 
-    def _say(self, failed: int | None, fault: Failure | None) -> None:
+    def _set_failed(self, failed: int | None, fault: Failure | None) -> None:
         self._failed = failed
         problem = None
         if failed is not None and fault is not None:
@@ -114,13 +114,13 @@ class ChannelFaults:
             )
         if problem != self.problem:
             self.problem = problem
-            self._tell(problem)
+            self._report(problem)
 
 
 def _faults(
     samples: NDArray[np.int16], loudness: NDArray[np.float64]
 ) -> tuple[Failure | None, Failure | None]:
-    """Return what is wrong with each channel, left first; nothing where both are alike in it."""
+    """Return what is wrong with each channel, left first; no fault that both channels share."""
     full = (np.abs(samples.astype(np.int32)) >= _FULL).mean(axis=0) >= _FULL_SHARE
     if full.any():
         return (
@@ -135,7 +135,7 @@ def _faults(
 
 
 def _check(samples: NDArray[np.int16]) -> None:
-    """Raise `SourceError` for what a driver or a class of the host's should not deliver."""
+    """Raise `SourceError` for samples that a driver or a plug-in must not deliver."""
     is_shaped = samples.ndim == 1 or (samples.ndim == 2 and 1 <= channels_of(samples) <= 2)
     if not is_shaped or samples.dtype != np.int16:
         raise SourceError(

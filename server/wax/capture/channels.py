@@ -1,4 +1,4 @@
-"""One channel or two: the shapes that sound has, and the way from one to the other. Pure."""
+"""The array shapes of mono and stereo sound, and conversion between them. Pure."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def channels_of(samples: NDArray[np.int16]) -> int:
 def with_channels(samples: NDArray[np.int16], channels: int) -> NDArray[np.int16]:
     """Return the samples as ``(n,)`` for one channel, ``(n, 2)`` for two.
 
-    Two become one as their mean, which cannot overflow; one is the same in both ears.
+    Stereo is downmixed to its mean, which cannot overflow; mono is copied to both channels.
     """
     if channels == channels_of(samples):
         return samples

@@ -1,6 +1,6 @@
-"""What a decoded picture's numbers mean, and the same picture in the one form that WAX has.
+"""Finds out the colour space of a decoded picture and converts it to the one that WAX uses.
 
-That form is BT.601 in limited range (black 16, white 235): what VP8 carries without saying so, and
+That one is BT.601 in limited range (black 16, white 235): what VP8 carries without saying so, and
 what our H.264 says that it carries (`wax.encode.video_encoder`).
 """
 
@@ -13,7 +13,7 @@ import numpy as np
 from av.video.frame import VideoFrame
 from av.video.reformatter import ColorRange, Colorspace
 
-from wax.capture.high_range import HLG, PQ, to_ordinary
+from wax.capture.high_range import HLG, PQ, to_sdr
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,21 +27,21 @@ _DECLARED: Final = {
     9: Colorspace.BT2020,
     10: Colorspace.BT2020,
 }
-"""ITU-T H.273, table 4, as far as libswscale knows them; RGB needs none."""
+"""Those matrices of ITU-T H.273, table 4, that libswscale knows; RGB needs none."""
 
 _SD_LINES: Final = 576
 _SD_COLUMNS: Final = 1024
-"""A larger picture that does not say its matrix is BT.709, as every player has it."""
+"""A larger picture that does not declare its matrix is BT.709, as every player assumes."""
 
 _RAW_GREY: Final = frozenset({"gray", "gray10le", "gray10be", "gray12le", "gray12be"})
-"""What monochrome HEVC and AV1 are decoded to; libswscale takes them as full range."""
+"""Formats that monochrome HEVC and AV1 decode to; libswscale assumes that they are full range."""
 
 
 def to_i420(frame: VideoFrame, width: int, height: int) -> NDArray[np.uint8]:
     """Return a decoded frame scaled to this even size, as ``(height * 3 // 2, width)``.
 
-    What the frame declares is honoured, else the convention of its kind: full range for JPEG and
-    RGB, limited for all other video. What is transparent is black.
+    What the frame declares is honoured. Otherwise its format decides: full range for JPEG and RGB,
+    limited range for all other video. Transparent pixels become black.
     """
     if frame.format.components[-1].is_alpha or frame.format.name == "pal8":
         frame = _on_black(frame)
@@ -57,7 +57,7 @@ def to_i420(frame: VideoFrame, width: int, height: int) -> NDArray[np.uint8]:
             src_colorspace=_matrix(frame),
             src_color_range=_range(frame),
         )
-        rgb = to_ordinary(np.asarray(deep.to_ndarray(), np.uint16), frame.color_trc)
+        rgb = to_sdr(np.asarray(deep.to_ndarray(), np.uint16), frame.color_trc)
         return np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV_I420), np.uint8)
     scaled = frame.reformat(
         *size,
@@ -72,7 +72,7 @@ def to_i420(frame: VideoFrame, width: int, height: int) -> NDArray[np.uint8]:
 
 
 def _matrix(frame: VideoFrame) -> Colorspace:
-    """Return what a frame's chroma is made of."""
+    """Return the matrix of a frame's YUV."""
     if frame.colorspace in _DECLARED:
         return _DECLARED[frame.colorspace]
     short, long = sorted((frame.width, frame.height))
@@ -87,7 +87,7 @@ def _range(frame: VideoFrame) -> ColorRange:
 
 
 def _is_jpeg(frame: VideoFrame) -> bool:
-    """Whether FFmpeg's form itself says that it is JPEG's."""
+    """Return whether FFmpeg's pixel format itself stands for JPEG."""
     return frame.format.name.startswith("yuvj")
 
 

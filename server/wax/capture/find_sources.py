@@ -54,11 +54,11 @@ def make_sources(
 ) -> Sources:
     """Build both sources; no device or address is opened yet.
 
-    `taken` are the sources of further cameras, which "auto" leaves alone.
+    `taken` are the sources of the other cameras, which "auto" does not choose.
 
-    Picture and sound from the same file or address share one demuxer. Raises `ConfigError` for what
-    cannot work, such as a missing file; a missing device is not an error, because it may be plugged
-    in later.
+    Picture and sound from the same file or address share one demuxer. Raises `ConfigError` for a
+    source that cannot work, such as a missing file; a missing device is not an error, because it
+    may be plugged in later.
     """
     files = _Files(clock)
     found = _make_video(video, clock, driver, files, taken)
@@ -69,9 +69,9 @@ def make_sources(
 
 
 def make_camera(settings: CameraSettings, clock: Clock, driver: Driver) -> VideoSource:
-    """Build the source of a camera beside the driving view, as `make_sources` does."""
+    """Build the source of a camera other than the driving view, as `make_sources` does."""
     unknown = next((axis for axis in settings.axes if axis not in driver.limits.axes), None)
-    if unknown is not None and getattr(driver, "is_known", True):  # else nobody knows its axes
+    if unknown is not None and getattr(driver, "is_known", True):  # otherwise its axes are unknown
         there = ", ".join(driver.limits.axes) or "none"
         raise ConfigError(
             f"camera {settings.name}: axes: the {driver.kind} robot has no axis {unknown}; its axes"
@@ -88,8 +88,8 @@ def make_camera(settings: CameraSettings, clock: Clock, driver: Driver) -> Video
     return upright(_find_video(settings, key, clock, _Files(clock)), settings)
 
 
-def tell_shared(video: str, audio: str, cameras: Iterable[CameraSettings]) -> None:
-    """Warn of an address that two tables open, each by itself: most cameras by RTSP allow that."""
+def warn_of_shared_addresses(video: str, audio: str, cameras: Iterable[CameraSettings]) -> None:
+    """Log an address that several tables open; most RTSP cameras serve several clients at once."""
     users: dict[str, list[str]] = {}
     tables = {"[video]": video, **{f"[[camera]] {one.name}": one.source for one in cameras}}
     if audio != video:
@@ -124,7 +124,7 @@ def _make_video(
         return FirstCamera(named, taken=taken)
     if settings.source in ("auto", "robot"):
         if not isinstance(driver, HasCamera):
-            raise ConfigError(_no_sense(_VIDEO_KEY, driver.kind, "camera", "a camera's number"))
+            raise ConfigError(_lacks_device(_VIDEO_KEY, driver.kind, "camera", "a camera's number"))
         return driver.camera(settings, clock)
     return _find_video(settings, _VIDEO_KEY, clock, files)
 
@@ -156,7 +156,7 @@ def _make_audio(
         return None
     if name == "robot":
         if not isinstance(driver, HasMicrophone):
-            raise ConfigError(_no_sense(_AUDIO_KEY, driver.kind, "microphone", "microphone"))
+            raise ConfigError(_lacks_device(_AUDIO_KEY, driver.kind, "microphone", "microphone"))
         return driver.microphone(clock)
     microphone = _microphone(settings, clock)
     if microphone is not None:
@@ -168,7 +168,7 @@ def _make_audio(
 
 
 def _found_for(settings: AudioSettings, driver: Driver) -> AudioSettings:
-    """Return the settings with what "auto" stands for here."""
+    """Return the settings with "auto" replaced by the microphone that was found."""
     if settings.source != "auto":
         return settings
     if isinstance(driver, HasMicrophone):
@@ -192,9 +192,9 @@ def _microphone(settings: AudioSettings, clock: Clock) -> AudioSource | None:
 
 
 def _named_by_portaudio(alsa: str) -> str:
-    """Give the new name of a device that was named as ALSA does.
+    """Return PortAudio's name for a device that is configured by its ALSA name.
 
-    PortAudio finds a device by a part of its name, in which a card has its number and not its id.
+    PortAudio matches part of a device's name, which contains the card's number but not its id.
     """
     match = re.fullmatch(r"(?:plug)?hw:(\d+)(?:,(\d+))?", alsa)
     if match is None:
@@ -203,7 +203,7 @@ def _named_by_portaudio(alsa: str) -> str:
 
 
 class _Files:
-    """The media files so far, so that one named twice is opened once."""
+    """The media files built so far, so that a file that is named twice is opened once."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -246,10 +246,10 @@ def _existing(name: str, key: str) -> Path:
 def _make_plugin(
     name: str, key: str, settings: VideoSettings | AudioSettings, clock: Clock, group: str
 ) -> Any:
-    """Build a plug-in source, and check that it is one."""
+    """Build a plug-in source and check that it has a source's methods."""
     needs, contract = ("open", "read", "close"), "wax/capture/source.py"
     return make_plugin(name, key, settings, clock, needs=needs, contract=contract, group=group)
 
 
-def _no_sense(key: str, kind: str, sense: str, instead: str) -> str:
-    return f"{key}: the {kind} robot has no {sense} of its own; use none, testcard or {instead}."
+def _lacks_device(key: str, kind: str, device: str, instead: str) -> str:
+    return f"{key}: the {kind} robot has no {device} of its own; use none, testcard or {instead}."

@@ -1,4 +1,4 @@
-"""`source = "auto"` where the robot has no camera or microphone of its own: the first found."""
+"""Picks the first camera or microphone for `source = "auto"` if the robot has none of its own."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ _LOG = structlog.get_logger(__name__)
 
 
 class FirstCamera:
-    """The first camera that is listed when it is opened; once it has opened, always that one.
+    """Opens the first camera that is listed; once one has opened, only ever that camera.
 
-    Another one looks somewhere else, and nobody must suddenly drive by it: when the one that was
-    taken has gone, this waits for it. While there is none, it keeps looking. `taken` are the
-    sources of the cameras beside the driving view; `make` builds the source of a name.
+    Another camera looks elsewhere, and the driving view must not switch to it: when the chosen one
+    is unplugged, opening fails until it is back. While no camera is listed, each `open` looks
+    again. `taken` are the sources of the other cameras; `make` builds a source from its name.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class FirstCamera:
 
     @property
     def name(self) -> str:
-        """What was taken, for people."""
+        """The chosen camera's source, for people."""
         return "auto" if self._device is None else str(self._device.source)
 
     def open(self) -> None:
@@ -78,8 +78,8 @@ class FirstCamera:
                 raise SourceError(Sentence("camera.none_found"))
             self._has_twin = sum(one.name == found[0].name for one in found) > 1
             return found[0]
-        # By its name, for a camera that was plugged in again often has another number; but where
-        # two have one name, only the socket tells them apart.
+        # Match by name, because a camera often has another number after it is plugged in again; but
+        # where two cameras share a name, only the socket tells them apart.
         same = [one for one in found if one.name == self._device.name]
         exact = next((one for one in same if one.source == self._device.source), None)
         if exact is not None:
@@ -90,7 +90,7 @@ class FirstCamera:
 
 
 def first_microphone(*, load_portaudio: Callable[[], Any] = load_portaudio) -> ListedDevice | None:
-    """Return the system's default microphone, else the first one, or None and say so."""
+    """Return the default microphone, else the first; log and return None if there is none."""
     found, problem = list_microphones(load_portaudio=load_portaudio)
     if not found:
         _LOG.warning(
@@ -111,13 +111,13 @@ def first_microphone(*, load_portaudio: Callable[[], Any] = load_portaudio) -> L
 def _default_of(portaudio: Any) -> ListedDevice | None:
     try:
         name = portaudio.query_devices(kind="input")["name"]
-    except Exception:  # PortAudio's own errors, where the system has chosen none
+    except Exception:  # PortAudio's own errors, where the system has no default
         return None
     return ListedDevice("[audio] source", "microphone", str(name))
 
 
 def _node(source: str) -> str:
-    """Return what tells whether two names are one camera: the device node, where it has one."""
+    """Return what identifies a camera under all its names: its device node if it has one."""
     device = source.removeprefix("camera:")
     if device.isdecimal() and sys.platform.startswith("linux"):
         device = f"/dev/video{device}"

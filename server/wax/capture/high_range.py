@@ -1,7 +1,7 @@
-"""HDR pictures (ITU-R BT.2100: PQ and HLG) as an ordinary screen shows them.
+"""Converts HDR pictures (ITU-R BT.2100: PQ and HLG) for an ordinary (SDR) screen.
 
-White of 203 cd/m² is white (ITU-R BT.2408, table 1), and what is brighter is cut off. libswscale
-can do it, too, but takes seconds before its first picture.
+Light of 203 cd/m² becomes white (ITU-R BT.2408, table 1), and brighter light is clipped. libswscale
+can convert them, too, but takes seconds before its first picture.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ HLG: Final = 18
 _WHITE_NITS: Final = 203.0
 _HLG_NITS: Final = 1000.0
 _GAMMA: Final = 2.4
-"""A screen's, ITU-R BT.1886."""
+"""A screen's gamma (ITU-R BT.1886)."""
 _TO_709: Final = np.array(
     [[1.6605, -0.5876, -0.0728], [-0.1246, 1.1329, -0.0083], [-0.0182, -0.1006, 1.1187]],
     np.float32,
 )
-"""Primaries of BT.2020 to those of BT.709 (ITU-R BT.2407, 2.2)."""
+"""Converts primaries of BT.2020 to those of BT.709 (ITU-R BT.2407, 2.2)."""
 _STEPS: Final = 4096
 
 
-def to_ordinary(rgb: NDArray[np.uint16], transfer: int) -> NDArray[np.uint8]:
-    """Return 16 bit RGB of this transfer, ``(height, width, 3)``, as 8 bit RGB of BT.709."""
+def to_sdr(rgb: NDArray[np.uint16], transfer: int) -> NDArray[np.uint8]:
+    """Convert 16 bit RGB of this transfer, ``(height, width, 3)``, to 8 bit RGB of BT.709."""
     light = cv2.transform(_light(transfer).take(rgb >> 4), _TO_709)
     return _coded().take((np.clip(light, 0, 1) * (_STEPS - 1)).astype(np.uint16))
 

@@ -41,7 +41,7 @@ def fit_frame(
 
 
 def fit_bgr(bgr: NDArray[np.uint8], width: int, height: int) -> NDArray[np.uint8]:
-    """Return an OpenCV image scaled in proportion into ``(height, width, 3)``, bars black."""
+    """Return an OpenCV image scaled in proportion into ``(height, width, 3)``, with black bars."""
     if bgr.shape[:2] == (height, width):
         return bgr
     inner_width, inner_height = inner_size(bgr.shape[1], bgr.shape[0], width, height)

@@ -1,6 +1,6 @@
 """List this machine's cameras, microphones and speakers, as written in the configuration.
 
-Each by the name that it keeps: the numbers of devices change as others are plugged in.
+Each device is listed by a lasting name, because numbers change as other devices are plugged in.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from wax.capture.camera import VideoDevice, open_device
 from wax.capture.picamera import load_picamera2
-from wax.capture.portaudio import SOUND_CARDS, load_portaudio, sought
+from wax.capture.portaudio import SOUND_CARDS, load_portaudio, portaudio_name
 from wax.capture.v4l2_controls import list_controls
 from wax.errors import SourceError
 from wax.lasting_names import lasting_name, links
@@ -32,7 +32,7 @@ _CAN_CAPTURE: Final = 0x1
 """V4L2_CAP_VIDEO_CAPTURE (linux/videodev2.h)."""
 
 _NOT_PICTURES: Final = (b"unicam", b"bcm2835-isp", b"rp1-cfe", b"pispbe")
-"""What a Raspberry Pi's camera module is made of, for libcamera alone: its drivers' names."""
+"""Drivers of a Raspberry Pi's camera module whose nodes only libcamera can use."""
 
 _PROBED: Final = 5
 
@@ -88,13 +88,13 @@ def list_cameras(
 
 
 def list_modules(load: Callable[[], Any] = load_picamera2) -> list[ListedDevice]:
-    """List the camera modules that libcamera finds, none where picamera2 is missing.
+    """List the camera modules that libcamera finds; none if picamera2 is missing.
 
-    It finds USB cameras, too, which V4L2 has already.
+    USB cameras, which libcamera finds, too, are left out: V4L2 lists them already.
     """
     try:
         there = load().global_camera_info()
-    except Exception:  # it is missing, or its library, or the system's
+    except Exception:  # picamera2, libcamera or a system library is missing or broken
         return []
     return [
         ListedDevice("[video] source", f"picamera:{number}", str(one.get("Model", "camera module")))
@@ -104,12 +104,12 @@ def list_modules(load: Callable[[], Any] = load_picamera2) -> list[ListedDevice]
 
 
 def _v4l2_cameras(sysfs: Path, dev: Path) -> list[ListedDevice]:
-    """Read the names from sysfs, without the nodes that deliver no picture (metadata)."""
+    """List the nodes that deliver pictures, not metadata, by their names in sysfs."""
     nodes = sorted(sysfs.glob("video*"), key=lambda node: (len(node.name), node.name))
     found = [
         (str(dev / node.name), _text(node / "name") or node.name)
         for node in nodes
-        if _captures(dev / node.name)
+        if _can_capture(dev / node.name)
     ]
     alike = Counter(name for _, name in found)
     return [
@@ -122,9 +122,9 @@ def _v4l2_cameras(sysfs: Path, dev: Path) -> list[ListedDevice]:
     ]
 
 
-def _captures(path: Path) -> bool:
-    """Whether a V4L2 node captures video; assumed for a node that may not be opened."""
-    fcntl = importlib.import_module("fcntl")  # not on every system, but wherever V4L2 is
+def _can_capture(path: Path) -> bool:
+    """Return whether a V4L2 node captures video; True for a node that cannot be opened."""
+    fcntl = importlib.import_module("fcntl")  # exists wherever V4L2 does
     answer = bytearray(_QUERYCAP_BYTES)
     try:
         with path.open("rb", buffering=0) as node:
@@ -165,16 +165,16 @@ def _sound_devices(
                 found.append(ListedDevice(key, f"{kind}:{name}", f"{entry['name']} ({host})"))
     except SourceError as error:
         problem = str(error)
-    except Exception as error:  # without a sound system PortAudio raises its own errors
+    except Exception as error:  # PortAudio's own errors, without a sound system
         problem = f"PortAudio cannot list its devices: {error}"
     return found, problem
 
 
 def _name_of(portaudio: Any, number: int, full: str, way: str) -> str:
-    """Return by what PortAudio finds this device and no other, the most lasting first.
+    """Return the most lasting name by which PortAudio finds this device and no other.
 
-    Its own name, without the number that ALSA adds in brackets; of two alike the socket of the
-    sound card, else its number at ALSA, else PortAudio's.
+    That is its own name without the number that ALSA adds in brackets; for one of two identical
+    devices the sound card's socket, else its ALSA number; failing these, PortAudio's number.
     """
     names = [full.split(" (", maxsplit=1)[0].strip(), full]
     if card := re.search(r"hw:(\d+),\d+", full):
@@ -182,8 +182,8 @@ def _name_of(portaudio: Any, number: int, full: str, way: str) -> str:
         names[1:] = [socket or card[0], card[0]]
     for name in names:
         if name.isprintable() and not name.isdecimal() and not set(name) & set('"\\'):
-            with suppress(Exception):  # PortAudio's own, where it finds none or several
-                if portaudio.query_devices(sought(name), way)["index"] == number:
+            with suppress(Exception):  # PortAudio's error, where it finds none or several
+                if portaudio.query_devices(portaudio_name(name), way)["index"] == number:
                     return name
     return str(number)
 

@@ -1,6 +1,7 @@
 """Live microphones: everything that PortAudio reaches.
 
-FFmpeg's ALSA input, which PyAV brings, was as late to within a millisecond at twice the CPU time.
+FFmpeg's ALSA input, which comes with PyAV, had the same delay to within a millisecond, but took
+twice the CPU time.
 """
 
 from __future__ import annotations
@@ -17,12 +18,12 @@ from av.audio.frame import AudioFrame
 
 from wax.capture.channels import MOST_CHANNELS
 from wax.capture.portaudio import (
-    begin,
-    end,
+    close_stream,
     load_portaudio,
-    look_for_new_devices,
-    sought,
-    telling_part,
+    portaudio_name,
+    readable_part,
+    rescan_devices,
+    start_stream,
 )
 from wax.capture.resample import Resampler
 from wax.capture.source import SAMPLE_RATE_HZ, Sound
@@ -41,10 +42,10 @@ _LOG = structlog.get_logger(__name__)
 
 _BLOCKS_PER_S: Final = 100
 _QUEUE_BLOCKS: Final = 50
-"""Half a second: a reader further behind loses the oldest, so that delay cannot grow."""
+"""Half a second: a reader that falls further behind loses the oldest, so that delay cannot grow."""
 
 _MOST_AGE_S: Final = 0.5
-"""What a block waits for in the device at most, as far as its word is taken."""
+"""The greatest age of a block, as reported by the device, that is believed."""
 
 _SILENT_S: Final = 1.8
 _LOG_EVERY_S: Final = 10.0
@@ -54,12 +55,12 @@ class PortAudioMicrophone:
     """A microphone of ALSA, PulseAudio, PipeWire, CoreAudio, WASAPI …, the default or one of them.
 
     `device` is PortAudio's number, a part of the name, a link in /dev/snd, or None for the
-    default. Blocks last 10 ms.
-    A device is opened with as many channels as are wanted and it has; one that cannot do 48 kHz
-    so is opened at its own rate and converted. `captured_s` is
-    PortAudio's time of the first sample at the converter if the device gives a credible one, else
-    the time of arrival minus the block's length; since sound servers guess it, and are wrong for
-    some blocks by a quarter of a second, it is what most blocks of the last second say. Losses in
+    default. Blocks last 10 ms. A device is opened with as many of the wanted channels as it has;
+    one that cannot deliver them at 48 kHz is opened at its own rate and resampled.
+
+    `captured_s` is PortAudio's time of the first sample at the converter if that is credible,
+    otherwise the time of arrival minus the block's length. Sound servers guess it, and for some
+    blocks are wrong by a quarter of a second, so the median of the last second is used. Losses in
     the device and by a slow reader are logged, at most once in 10 s.
     """
 
@@ -92,14 +93,14 @@ class PortAudioMicrophone:
         self.close()
         portaudio = self._load_portaudio()
         if self._opened_before:
-            look_for_new_devices(portaudio)
+            rescan_devices(portaudio)
         self._opened_before = True
         try:
             self._stream = self._start(portaudio)
         except (portaudio.PortAudioError, ValueError) as error:
             raise SourceError(
                 Sentence(
-                    "microphone.not_open", {"microphone": self.name, "why": telling_part(error)}
+                    "microphone.not_open", {"microphone": self.name, "why": readable_part(error)}
                 )
             ) from error
 
@@ -115,11 +116,11 @@ class PortAudioMicrophone:
 
     def close(self) -> None:
         stream, self._stream = self._stream, None
-        end(stream)
+        close_stream(stream)
         self._blocks = queue.Queue(_QUEUE_BLOCKS)
 
     def _start(self, portaudio: Any) -> Any:
-        device = sought(self._device)
+        device = portaudio_name(self._device)
         own = portaudio.query_devices(device, "input")
         has = max(1, min(MOST_CHANNELS, own["max_input_channels"]))
         channels = min(self._wanted_channels, has)
@@ -148,7 +149,7 @@ class PortAudioMicrophone:
             latency="low",
             callback=self._receiver(rate_hz, channels),
         )
-        begin(stream)
+        start_stream(stream)
         if channels < self._wanted_channels:
             _LOG.info("the microphone has one channel: its sound is mono", source=str(self.name))
         return stream
@@ -170,32 +171,32 @@ class PortAudioMicrophone:
             zero_s = self._clock.now_s() - _age_s(times, length_s) - count / rate_hz
             if status.input_overflow:
                 self._losses += 1
-            # Time without sound: what the blocks before it said of the first one's no longer holds.
+            # Sound was missing, so the count no longer says when the first block was captured.
             if status.input_overflow or (zeros_s and abs(zero_s - zeros_s[-1]) > _MOST_AGE_S):
                 zeros_s.clear()
             zeros_s.append(zero_s)
             captured_s = median(zeros_s) + count / rate_hz
             if resampler is None:
                 copy = samples[:, 0].copy() if channels == 1 else samples.copy()
-                self._keep(blocks, Sound(samples=copy, captured_s=captured_s))
+                self._enqueue(blocks, Sound(samples=copy, captured_s=captured_s))
             else:
                 frame = _frame(samples, rate_hz, count)
                 for piece, time_s in resampler.feed(frame):
                     begin_s = captured_s + time_s - count / rate_hz
-                    self._keep(blocks, Sound(samples=piece, captured_s=begin_s))
+                    self._enqueue(blocks, Sound(samples=piece, captured_s=begin_s))
             count += frames
 
         return receive
 
     def _log_losses(self) -> None:
-        """Log losses, in the reader's thread: PortAudio's must not wait for a terminal."""
+        """Log losses from the reader's thread: PortAudio's thread must not wait for a terminal."""
         now_s, losses = self._clock.now_s(), self._losses
         if losses == self._losses_logged or now_s - self._logged_s < _LOG_EVERY_S:
             return
         _LOG.warning("sound was lost", source=str(self.name), blocks=losses - self._losses_logged)
         self._losses_logged, self._logged_s = losses, now_s
 
-    def _keep(self, blocks: queue.Queue[Sound], sound: Sound) -> None:
+    def _enqueue(self, blocks: queue.Queue[Sound], sound: Sound) -> None:
         while True:
             try:
                 blocks.put_nowait(sound)
@@ -211,7 +212,7 @@ class PortAudioMicrophone:
 def _age_s(times: Any, length_s: float) -> float:
     """Return how long ago the block's first sample was captured.
 
-    Some host interfaces report 0 or another clock's time; a block's age is at least its length.
+    Some host APIs report 0 or another clock's time; a block's age is at least its length.
     """
     age_s = float(times.currentTime - times.inputBufferAdcTime)
     credible = times.inputBufferAdcTime > 0 and 0.5 * length_s <= age_s <= _MOST_AGE_S

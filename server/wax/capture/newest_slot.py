@@ -1,4 +1,4 @@
-"""The newest-frame slot: a writer that never waits, readers that see only the newest item."""
+"""The newest-frame slot: the writer never waits, and readers see only the newest item."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class NewestSlot(Generic[T]):
 
     @property
     def count(self) -> int:
-        """How many items were ever put."""
+        """How many items have ever been put."""
         return self._number
 
     def put(self, item: T) -> None:
@@ -37,7 +37,7 @@ class NewestSlot(Generic[T]):
             self._condition.notify_all()
 
     def newer_than(self, number: int, timeout_s: float) -> tuple[int, T] | None:
-        """Wait for an item newer than the one with `number`; None after `timeout_s` or `wake`."""
+        """Wait for an item with a higher number; return None after `timeout_s` or `wake`."""
         with self._condition:
             if self._item is None or self._number <= number:
                 self._condition.wait(timeout_s)

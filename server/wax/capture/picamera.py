@@ -1,7 +1,7 @@
-"""A Raspberry Pi's camera module, or whatever else libcamera reaches, by picamera2.
+"""A Raspberry Pi's camera module, or any other libcamera camera, through picamera2.
 
-Debian's package brings it (`python3-picamera2`), for Debian's Python: it is imported only where it
-is used. Written after its documentation; it has not yet met a real camera module here.
+Debian's package `python3-picamera2` installs it for Debian's Python, so it is imported only where
+it is used. This is written from its documentation and was never tried on a real camera module.
 """
 
 from __future__ import annotations
@@ -29,26 +29,26 @@ _LOG = structlog.get_logger(__name__)
 
 _SILENT_S: Final = 1.8
 _WITHIN_S: Final = 0.04
-"""From the first row's exposure to the last one's, at 25 pictures a second."""
+"""The time from exposing the first row to exposing the last one, at 25 pictures a second."""
 _BUFFERS: Final = 4
-"""One is being filled, one is being read, and two keep a short pause from costing a picture."""
+"""One is being filled, one is being read, and two bridge a short pause of the reader."""
 
 
 def load_picamera2() -> Any:
-    """Import it; raises `SourceError` with the line that installs it."""
+    """Import picamera2; raises `SourceError` with the command that installs it."""
     try:
         return importlib.import_module("picamera2").Picamera2
     except ImportError as error:
         raise SourceError(Sentence("picamera.missing")) from error
-    except Exception as error:  # libcamera's library is of another version, or not at all
+    except Exception as error:  # libcamera's library is missing or of another version
         raise SourceError(Sentence("picamera.broken", {"why": str(error)})) from error
 
 
 class PiCamera:
     """The camera that `source` names: ``picamera`` is the first, ``picamera:1`` the second.
 
-    Pictures are planar already and of the configured size: the camera's own processor scales.
-    `captured_s` is when the sensor began to expose the first row, as libcamera tells it.
+    Pictures arrive planar and at the configured size: the camera's own processor scales them.
+    `captured_s` is when the sensor began to expose the first row, as libcamera reports it.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class PiCamera:
                         "size": (self._settings.width, self._settings.height),
                         "format": "YUV420",
                     },
-                    # Else it is BT.709 from 1280×720 on.
+                    # Without this it would be BT.709 from 1280×720 upwards.
                     colour_space=importlib.import_module("libcamera").ColorSpace.Smpte170m(),
                     controls={"FrameRate": self._settings.fps, **self._settings.controls},
                     buffer_count=_BUFFERS,
@@ -121,7 +121,7 @@ class PiCamera:
             i420 = planar(request.make_array("main"), width, height)
             taken_ns = request.get_metadata().get("SensorTimestamp")
         finally:
-            request.release()  # else the camera soon has no buffer left
+            request.release()  # otherwise the camera soon runs out of buffers
         return Picture(i420, *self._captured_s(taken_ns))
 
     def close(self) -> None:
@@ -147,9 +147,9 @@ class PiCamera:
                 )
 
     def _captured_s(self, taken_ns: int | None) -> tuple[float, float | None]:
-        """Turn libcamera's time, which also runs while the machine sleeps, into the server's.
+        """Return `captured_s` and `within_s` for libcamera's boot time, which includes sleep.
 
-        A time that cannot be is nobody's.
+        An impossible time makes the picture's age unknown.
         """
         now_s = self._clock.now_s()
         if taken_ns is None:
@@ -160,9 +160,9 @@ class PiCamera:
 
 
 def planar(array: NDArray[np.uint8], width: int, height: int) -> NDArray[np.uint8]:
-    """Return I420 without the bytes that pad each row to the hardware's measure.
+    """Return I420 without the bytes that pad each row to the hardware's alignment.
 
-    `array` has the rows of luma, then those of both chroma planes, two of them in each row.
+    `array` holds the rows of luma, then those of both chroma planes, two chroma rows in each row.
     """
     padded = array.shape[1]
     if padded == width:

@@ -1,4 +1,4 @@
-"""PortAudio, of which a process has one: loading it, and looking for its devices again."""
+"""Loads PortAudio (one instance per process), starts its streams and rescans its devices."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ MICROPHONES: Final = Sentence("portaudio.microphones")
 SOUND_CARDS: Final = Path("/dev/snd")
 _MAX_CHARS: Final = 300
 _in_use: Final[set[int]] = set()
-"""The open streams of this process, which PortAudio itself does not tell."""
+"""The open streams of this process, which PortAudio does not report."""
 
 
 def load_portaudio(what: Sentence = MICROPHONES, instead: str = '[audio] source = "none"') -> Any:
     """Import `sounddevice`, which needs the PortAudio library; raises `SourceError`.
 
-    `what` needs it, and `instead` is what to set where it cannot be had.
+    In the message, `what` needs it, and `instead` is what to configure where it is unavailable.
     """
     try:
         return importlib.import_module("sounddevice")
@@ -34,10 +34,10 @@ def load_portaudio(what: Sentence = MICROPHONES, instead: str = '[audio] source 
         ) from error
 
 
-def sought(device: int | str | None) -> int | str | None:
-    """Return what PortAudio finds a device by: of a link to a sound card the card's number now.
+def portaudio_name(device: int | str | None) -> int | str | None:
+    """Return what PortAudio knows a device by; a link to a sound card becomes its current number.
 
-    udev names cards by their sockets, the only difference between two that are alike.
+    udev's links name cards by socket, the only difference between two identical ones.
     """
     if not isinstance(device, str) or not device.startswith(f"{SOUND_CARDS}/"):
         return device
@@ -45,8 +45,8 @@ def sought(device: int | str | None) -> int | str | None:
     return f"hw:{card[1]}," if card else device
 
 
-def begin(stream: Any) -> Any:
-    """Start a stream and return it; one that does not start is closed."""
+def start_stream(stream: Any) -> Any:
+    """Start a stream and return it; close it if it does not start."""
     try:
         stream.start()
     except BaseException:
@@ -56,19 +56,19 @@ def begin(stream: Any) -> Any:
     return stream
 
 
-def end(stream: Any) -> None:
-    """Close a stream at once, if there is one; what it still has to play is lost."""
+def close_stream(stream: Any) -> None:
+    """Close a stream at once, if there is one; sound that it has not played yet is lost."""
     if stream is not None:
         stream.abort(ignore_errors=True)
         stream.close(ignore_errors=True)
         _in_use.discard(id(stream))
 
 
-def look_for_new_devices(portaudio: Any) -> None:
-    """Make PortAudio list its devices again, which it does only when it starts.
+def rescan_devices(portaudio: Any) -> None:
+    """Make PortAudio list its devices again, which it otherwise does only when it starts.
 
-    There is no public function for that. It ends all streams of the process, so it is left out
-    while one is open: a microphone that fails must not end the speaker, nor the other way round.
+    There is no public function for that. Restarting ends all streams of the process, so nothing is
+    done while one is open: a microphone that fails must not end the speaker, nor vice versa.
     """
     if _in_use:
         return
@@ -76,10 +76,10 @@ def look_for_new_devices(portaudio: Any) -> None:
     portaudio._initialize()
 
 
-def telling_part(error: Exception) -> str:
-    """Return the part of PortAudio's errors that says something to people.
+def readable_part(error: Exception) -> str:
+    """Return the part of one of PortAudio's errors that helps a person.
 
-    Of a name that fits several devices that is all: the devices follow, each in a line.
+    That is its first line; all of them for a name that fits several devices, which they list.
     """
     first, *others = str(error).strip().splitlines() or [type(error).__name__]
     if not isinstance(error, ValueError) or not others:

@@ -3,12 +3,12 @@
 For a device of your own, write a class with these methods and name it in the configuration as
 ``package.module:Class``, or by your package's entry point in the group ``wax.cameras`` or
 ``wax.microphones``. It is built as ``Class(settings, clock)`` with the configuration's
-`VideoSettings` or `AudioSettings`. A thread of its own then calls `open`, `read` repeatedly, and
+`VideoSettings` or `AudioSettings`. A dedicated thread then calls `open`, `read` repeatedly, and
 `close`, so `read` may block. A `SourceError` from `open` or `read` is shown on the page, and the
 source is closed and opened again after a pause.
 
-Pictures are turned by ``rotate`` and ``mirror`` of the settings after `read`; a class that does so
-itself says ``is_upright = True``.
+After `read`, pictures are turned as ``rotate`` and ``mirror`` of the settings say; a class that
+turns them itself declares ``is_upright = True``.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ class Picture:
 
     `i420` has shape ``(height * 3 // 2, width)``, dtype uint8: the luma plane on top, below it
     the two chroma planes. Width and height are even. The array is never changed afterwards.
-    `captured_s` is the moment of capture on the server's monotonic clock. `within_s` is what that
-    may err by, counted as age where it is decided who may drive; None if nobody knows how old the
-    picture is: then people watch, and nobody drives by it.
+    `captured_s` is the moment of capture on the server's monotonic clock. `within_s` is its error
+    bound, which the gate adds to the picture's age; None means that the age is unknown, and the
+    picture can be watched but not driven by.
     """
 
     i420: NDArray[np.uint8]
@@ -81,7 +81,7 @@ class Sound:
         return channels_of(self.samples)
 
     def with_channels(self, channels: int) -> Sound:
-        """Return the same sound with one channel, or with two."""
+        """Return the same sound as mono (1) or stereo (2)."""
         if channels == self.channels:
             return self
         return Sound(with_channels(self.samples, channels), self.captured_s)

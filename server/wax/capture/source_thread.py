@@ -28,8 +28,8 @@ class _Source(Device, Protocol[ItemT_co]):
 class SourceThread(DeviceThread, Generic[ItemT]):
     """Opens a source, passes everything it delivers to `sink`, and reopens it after a failure.
 
-    `name` is ``camera``, which a name of its own may follow, or ``microphone``. `sink` is
-    called from this object's thread; an error of it counts as one of the source.
+    `name` is ``microphone``, or ``camera``, optionally followed by the camera's own name. `sink`
+    is called from this object's thread; an error that it raises counts as one of the source.
     """
 
     def __init__(
@@ -42,13 +42,13 @@ class SourceThread(DeviceThread, Generic[ItemT]):
     ) -> None:
         self._source = source
         self._sink = sink
-        self._hears = name == "microphone"
+        self._is_microphone = name == "microphone"
         super().__init__(
             source,
             clock,
             name=name,
             problem=None,
-            hangs=Sentence("microphone.silent" if self._hears else "camera.silent"),
+            hangs=Sentence("microphone.silent" if self._is_microphone else "camera.silent"),
             hangs_after_s=_BLOCKED_S,
         )
 
@@ -63,4 +63,6 @@ class SourceThread(DeviceThread, Generic[ItemT]):
             self._sink(item)
 
     def _failed(self, why: str) -> Sentence:
-        return Sentence("microphone.failed" if self._hears else "camera.failed", {"why": why})
+        return Sentence(
+            "microphone.failed" if self._is_microphone else "camera.failed", {"why": why}
+        )

@@ -1,10 +1,10 @@
-"""When the pictures of a live stream were captured, from their time stamps and their arrival. Pure.
+"""Estimates when a live stream's pictures were captured, from time stamps and arrival. Pure.
 
-Arrival on our own clock is the only clock that nobody can invent. Where the container has time
-stamps, they add how much later than others a picture comes: what waited on its way is old, though
-it has only just arrived. Nothing counts as captured after its arrival. What lies between the sensor
-and the shortest way so far (exposure, encoding, transfer) is not seen from here; `LIVE_WITHIN_S`
-stands for it.
+The arrival on our own clock is the only time that no sender can make up. Where the container has
+time stamps, they add how much later than others a picture arrives: one that was queued on its way
+is old, though it has only just arrived. No picture counts as captured after its arrival. The delay
+between the sensor and the fastest arrival so far (exposure, encoding, transfer) cannot be measured
+here; `LIVE_WITHIN_S` bounds it.
 """
 
 from __future__ import annotations
@@ -15,20 +15,20 @@ from statistics import median
 from typing import Final, Literal
 
 LIVE_WITHIN_S: Final = 0.2
-"""What network cameras commonly need from the sensor to the first bit here."""
+"""The delay of common network cameras from the sensor to the arrival of the first bit."""
 
 _SETTLE_S: Final = 1.0
-"""What comes first may be old: servers keep the last picture, or a second, for newcomers."""
+"""The first pictures may be old: servers keep the last one, or a second of them, for newcomers."""
 
 _JUMP_S: Final = 0.5
-"""A picture can be this much less late than the last one only if the stamps have jumped."""
+"""A picture whose lateness is this much below that of the last one proves a jump of the stamps."""
 
 _JITTERED: Final = 8
 _LOST_S: Final = 2.0
 _FOUND_S: Final = 0.1
 _NEVER_S: Final = 10.0
-"""Stamps that fall this far behind are those of another clock, or of a jam that nobody drives by;
-they count again when they are back."""
+"""Stamps that fall this far behind come from another clock, or from a backlog too old to drive by;
+they count again once they have caught up."""
 
 _REPEATED_S: Final = 1.0
 
@@ -37,15 +37,15 @@ _WINDOWS: Final = 9
 _FEWEST: Final = 3
 _MOST_DRIFT: Final = 0.005
 _FORGET: Final = 0.0005
-"""A sender's clock may run slow by 0.5 %, as some cameras' do: by the same in most windows of 5 s.
-A delay that comes once and stays is forgotten by 30 ms a minute only: it is real."""
+"""A sender's clock may run slow by 0.5 %, as some cameras' do, at one rate in most 5 s windows.
+A delay that appears once and stays is real, so it is forgotten by only 30 ms a minute."""
 
 
 @dataclass(slots=True)
 class _Track:
-    """`offset_s` is what its stamps have jumped, `before_s` what they had before the last jump.
+    """One track's stamps: `offset_s` is the sum of their jumps, `before_s` the sum before the last.
 
-    `lates_s` is how late its newest packets were: their least is a jam, the rest is jitter.
+    `lates_s` is how late its newest packets were: the minimum is backlog, the rest is jitter.
     """
 
     offset_s: float
@@ -57,10 +57,11 @@ class _Track:
 
 
 class Dating:
-    """One opened stream; `stamped` is whether its container has a clock at all.
+    """Dates one opened stream; `stamped` is whether its container has a clock at all.
 
-    `queues` is whether the way may keep what it cannot carry, as TCP does: by datagrams nothing
-    comes 10 s late, so stamps that say so are given up, and arrival alone counts.
+    `queues` is whether the transport may queue what the link cannot carry, as TCP does. No datagram
+    arrives 10 s late, so without a queue stamps that claim this are ignored from then on, and
+    arrival alone counts.
     """
 
     def __init__(self, *, stamped: bool, queues: bool = True) -> None:
@@ -79,11 +80,11 @@ class Dating:
     def date(
         self, track: int, shown_s: float, decoded_s: float | None, arrived_s: float
     ) -> tuple[float, float | None]:
-        """Return when the stream's time 0 was, and within what that is certain (None: unknown).
+        """Return when the stream's time 0 was, and that time's error bound (None: unknown).
 
-        `shown_s` is the stamp of a packet, which was captured that much after time 0; `decoded_s`
-        rises from packet to packet, None where the packet has no stamp. Within a track `arrived_s`
-        never falls.
+        `shown_s` is a packet's presentation stamp: it was captured that much after time 0.
+        `decoded_s` is its decoding stamp, which rises from packet to packet; None if it has none.
+        Within a track `arrived_s` never falls.
         """
         if self._first_s is None:
             self._first_s = self._before_s = self._window_s = arrived_s
@@ -124,15 +125,16 @@ class Dating:
 
     @staticmethod
     def _has_jumped(track: _Track, stamp_s: float, arrived_s: float) -> bool:
-        """Whether stamps stand, run backwards, or are ahead of what any jam can make up for."""
+        """Return whether stamps stay, go back, or gain more than a drained backlog explains."""
         step_s = stamp_s - track.decoded_s
         return step_s <= 0.0 or step_s - (arrived_s - track.arrived_s) > track.lates_s[-1] + _JUMP_S
 
     def _jump(self, track: _Track, shown_s: float, arrived_s: float) -> None:
-        """Absorb a jump: back to where it was, or by as much as another track of the same clock.
+        """Absorb a jump into the offset: a return to the one before, or to that of another track.
 
-        Else it is as late as before; where jump follows jump, less each time, for a jam passes.
-        What would be later than anything lately has not come back: that is another jump.
+        It is no return if the packet would then be later than any recent one. Otherwise the packet
+        counts as late as before the jump, or, after several jumps in a row, less late each time,
+        because a backlog drains.
         """
         offset_s, most_s = track.offset_s, max(track.lates_s)
         for known_s in (track.before_s, *(other.offset_s for other in self._tracks.values())):
@@ -146,7 +148,7 @@ class Dating:
         track.offset_s = shown_s - (arrived_s - self._zero_s - late_s)
 
     def _measure(self, way_s: float, arrived_s: float) -> None:
-        """Note by how much the shortest way of each window grows."""
+        """Record how fast the shortest delay grows from window to window."""
         self._floor_s = way_s if self._floor_s is None else min(self._floor_s, way_s)
         if arrived_s - self._window_s < _WINDOW_S:
             return
@@ -157,16 +159,16 @@ class Dating:
         self._floor_s, self._window_s = None, arrived_s
 
     def _drift(self) -> float:
-        """Return how fast the sender's clock falls behind: in most windows, not in one."""
+        """Return how fast the sender's clock falls behind: the median over the windows."""
         if len(self._slopes) < _FEWEST:
             return 0.0
         return min(max(median(self._slopes), 0.0), _MOST_DRIFT)
 
 
 class Repeats:
-    """Tells a picture from its repetitions, which no sensor makes: its noise differs each time.
+    """Detects repeated pictures, which no sensor produces: its noise differs each time.
 
-    Servers repeat the last picture while their camera stands still or has gone.
+    Servers repeat the last picture while their camera hangs or is gone.
     """
 
     def __init__(self) -> None:
@@ -174,9 +176,9 @@ class Repeats:
         self._since_s = 0.0
 
     def of(self, content: bytes, now_s: float) -> Literal["new", "again", "old"]:
-        """Compare with the picture before: ``again`` may be left out, ``old`` comes for a second.
+        """Compare with the last picture: ``again`` may be dropped, ``old`` has repeated for 1 s.
 
-        A server that sends more often than its camera takes pictures repeats each of them.
+        A server that sends at a higher rate than its camera's repeats every picture.
         """
         if content != self._content:
             self._content, self._since_s = content, now_s

@@ -44,9 +44,9 @@ _BURST_HZ: Final = 1000
 _BURST_AMPLITUDE: Final = 0.4
 _BURST_SAMPLES: Final = SAMPLE_RATE_HZ // 10
 _LATE_S: Final = 0.2
-"""Sound later than this (the machine slept) is dropped, not sent in a burst."""
+"""Sound later than this (the machine slept) is dropped, not sent all at once."""
 _BURST_LATE_S: Final = 0.0011
-"""A burst may begin so late: the estimate of the wall clock moves by up to 1 ms."""
+"""A burst may begin this late: the estimate of the wall clock moves by up to 1 ms."""
 
 
 def crc8(data: bytes) -> int:
@@ -60,13 +60,13 @@ def crc8(data: bytes) -> int:
 
 
 class TestCardVideo:
-    """The picture, at the size and rate of the settings; upright, however a camera would be turned.
+    """The picture, at the size and rate of the settings; never turned or mirrored.
 
-    Else nobody could read its cells.
+    A turned picture's cells could not be read.
     """
 
     is_upright: Final = True
-    __test__ = False  # not a test, whatever pytest makes of the name
+    __test__ = False  # keeps pytest from collecting it by its name
 
     def __init__(
         self, settings: VideoSettings, clock: Clock, *, sleep: Callable[[float], None] = time.sleep
@@ -129,7 +129,7 @@ class TestCardAudio:
     """The sound, in blocks of 10 ms, each delivered when its last sample is due.
 
     Samples follow the monotonic clock without drift; bursts follow the wall clock to within 1 ms,
-    even after it was set.
+    even after the wall clock was set.
     """
 
     __test__ = False
@@ -183,7 +183,7 @@ class TestCardAudio:
         self._offset_s = min(max(self._offset_s, low_s), low_s + 0.001)
 
     def _add_burst(self, wave: NDArray[np.float64], wall_s: float) -> None:
-        # Sound was dropped, or somebody set the wall clock: a burst that is missed does not follow.
+        # Sound was dropped, or the wall clock was set: a missed burst is skipped.
         if not -1.5 < wall_s - self._next_second < _BURST_LATE_S:
             self._next_second = math.floor(wall_s) + 1
         begin = 0

@@ -1,4 +1,4 @@
-"""The wall clock, drawn on the picture: two screens side by side show their drift (thesis 4.2)."""
+"""Draws the wall clock on the picture: two screens side by side show their drift (thesis 4.2)."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class TimestampOverlay:
         self._put = put
 
     def __call__(self, picture: Picture) -> None:
-        """Handle a picture, in the source's thread."""
+        """Draw the time on a picture and pass it on, in the source's thread."""
         age_ms = (self._clock.now_s() - picture.captured_s) * 1000
         self._put(overlay_time(picture, self._clock.wall_ms() - round(age_ms)))
 

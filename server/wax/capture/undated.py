@@ -1,4 +1,4 @@
-"""Why nobody drives by a source that cannot say how old its pictures are, and what to do."""
+"""Explains why a source whose pictures are of unknown age cannot be driven by, and what to do."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from wax.sentence import Sentence
 
 
 def undated(source: str) -> Sentence:
-    """Return the sentence for the host, by the value of `[video] source`."""
+    """Return the sentence for the host about this value of `[video] source`."""
     if is_network(source):
         name = shown_name(source)
         if urlsplit(source).scheme in ("http", "https"):

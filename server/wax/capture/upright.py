@@ -1,7 +1,7 @@
-"""Turn and mirror the picture of a camera that does not hang upright, or looks into a mirror.
+"""Turn and mirror the picture of a camera that is mounted at an angle or looks into a mirror.
 
-It happens before anything else sees the picture: the time on it, the path on the floor, recordings
-and renditions are all of the upright one.
+This happens before anything else uses the picture: the time and the path that are drawn on it,
+recordings and renditions are all upright.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from wax.config.settings import VideoSettings
 
 _FLIP: Final = {(True, True): -1, (True, False): 1, (False, True): 0}
-"""OpenCV's number for left and right, up and down."""
+"""OpenCV's flip code for (left and right, up and down)."""
 
 
 def upright(source: VideoSource, settings: VideoSettings) -> VideoSource:
-    """Return the source as the settings turn it; itself where they do not, or it does so."""
+    """Wrap the source as the settings turn it; return it unchanged if it needs no turning."""
     if not settings.is_turned or getattr(source, "is_upright", False):
         return source
     return Upright(source, settings.rotate // 90, mirror=settings.mirror)
@@ -69,8 +69,8 @@ def turn_plane(
     plane: NDArray[np.uint8], target: NDArray[np.uint8], quarters: int, *, mirror: bool
 ) -> None:
     """Write a plane into `target`, turned as `turned` does it."""
-    # A quarter is a transposition and a flip, so that two of them, and a mirror, are one flip more.
-    # Nothing is allocated: pages of fresh memory cost more than the turning.
+    # A quarter turn is a transposition and a flip; a half turn or a mirror only changes the flip.
+    # Nothing is allocated, because fresh pages of memory cost more than the turning.
     source = cv2.transpose(plane, dst=target) if quarters % 2 else plane
     flips = (quarters % 4 in (1, 2)) != mirror, quarters % 4 in (2, 3)
     if any(flips):

@@ -1,7 +1,7 @@
-"""Exposure, focus and what else a camera of Linux offers, by the names that `v4l2-ctl -l` shows.
+"""Lists and sets a V4L2 camera's controls (exposure, focus …) by their names in `v4l2-ctl -l`.
 
-V4L2's calls and structures are those of linux/videodev2.h. They need a second descriptor of the
-camera only: OpenCV knows a few of them, by other names.
+Calls and structures are those of linux/videodev2.h, on a second descriptor of the camera: OpenCV
+has only a few of the controls, by other names.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ G_CTRL: Final = 0xC008561B
 S_CTRL: Final = 0xC008561C
 QUERYCTRL: Final = 0xC0445624
 QUERYMENU: Final = 0xC02C5625
-"""VIDIOC_…, the numbers of the calls."""
+"""The request codes VIDIOC_…"""
 
 CONTROL: Final = struct.Struct("=Ii")
 QUERY: Final = struct.Struct("=II32siiiiI8x")
@@ -44,7 +44,7 @@ _MOST: Final = 200
 
 @dataclass(frozen=True, slots=True)
 class CameraControl:
-    """One that can be set: to a whole number from `least` to `most`, or of a menu's `choices`."""
+    """A control that can be set, to a whole number from `least` to `most` or one of `choices`."""
 
     number: int
     name: str
@@ -67,9 +67,9 @@ class CameraControl:
 def set_controls(
     camera: int | str, wanted: Mapping[str, float], *, ioctl: Ioctl | None = None
 ) -> None:
-    """Set them; raises `SourceError` for a name or a value that the camera does not have.
+    """Set these controls; raises `SourceError` for a name or value that the camera does not have.
 
-    Modes go first, such as auto_exposure: the value beside them is locked until they allow it.
+    Modes such as auto_exposure are set first: they lock and unlock the values that belong to them.
     """
     if not wanted:
         return
@@ -104,7 +104,7 @@ def set_controls(
 
 
 def list_controls(camera: int | str, *, ioctl: Ioctl | None = None) -> list[str]:
-    """Return a line for each control: its value now, as one writes it, and what it may be."""
+    """Return a line for each control: its present value, as configured, and its range."""
     lines = []
     with contextlib.suppress(OSError, SourceError), _opened(camera, ioctl) as call:
         for one in _controls(call):
@@ -130,14 +130,14 @@ def _opened(camera: int | str, ioctl: Ioctl | None) -> Iterator[Callable[[int, b
 
 
 def _controls(call: Callable[[int, bytearray], object]) -> Iterator[CameraControl]:
-    """Yield those that can be set, in the camera's order."""
+    """Yield the controls that can be set, in the camera's order."""
     number = 0
     for _ in range(_MOST):
         asked = bytearray(QUERY.pack(number | NEXT, 0, b"", 0, 0, 0, 0, 0))
         try:
             call(QUERYCTRL, asked)
         except OSError:
-            return  # there is none after this one, or the device has none at all
+            return  # no more controls, or none at all
         number, kind, name, least, most, _step, _default, flags = QUERY.unpack(asked)
         if kind in _SETTABLE and not flags & (_DISABLED | _READ_ONLY):
             is_menu = kind in (_MENU, _INTEGER_MENU)
@@ -151,7 +151,7 @@ def _choices(
     found = {}
     for place in places[:_MOST]:
         asked = bytearray(MENU.pack(number, place, b""))
-        with contextlib.suppress(OSError):  # a menu has holes
+        with contextlib.suppress(OSError):  # a menu may have gaps
             call(QUERYMENU, asked)
             text = MENU.unpack(asked)[2]
             is_number = kind == _INTEGER_MENU

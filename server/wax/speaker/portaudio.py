@@ -9,12 +9,12 @@ import av
 import numpy as np
 
 from wax.capture.portaudio import (
-    begin,
-    end,
+    close_stream,
     load_portaudio,
-    look_for_new_devices,
-    sought,
-    telling_part,
+    portaudio_name,
+    readable_part,
+    rescan_devices,
+    start_stream,
 )
 from wax.errors import SourceError, SpeakerError
 from wax.sentence import Sentence
@@ -73,13 +73,13 @@ class PortAudioSpeaker:
         except SourceError as error:
             raise SpeakerError(error.sentence) from error
         if self._opened_before:
-            look_for_new_devices(portaudio)
+            rescan_devices(portaudio)
         self._opened_before = True
         try:
             self._stream = self._start(portaudio)
         except (portaudio.PortAudioError, ValueError) as error:
             raise SpeakerError(
-                Sentence("speaker.not_open", {"speaker": self.name, "why": telling_part(error)})
+                Sentence("speaker.not_open", {"speaker": self.name, "why": readable_part(error)})
             ) from error
 
     def write(self, samples: NDArray[np.int16]) -> None:
@@ -89,13 +89,13 @@ class PortAudioSpeaker:
 
     def close(self) -> None:
         stream, self._stream = self._stream, None
-        end(stream)
+        close_stream(stream)
 
     def _start(self, portaudio: Any) -> Any:
         try:
             return self._start_at(portaudio, RATE_HZ, 1)
         except portaudio.PortAudioError:
-            own = portaudio.query_devices(sought(self._device), "output")
+            own = portaudio.query_devices(portaudio_name(self._device), "output")
             rate_hz, channels = round(own["default_samplerate"]), min(2, own["max_output_channels"])
             if (rate_hz, channels) == (RATE_HZ, 1):
                 raise
@@ -108,9 +108,9 @@ class PortAudioSpeaker:
             """Run in PortAudio's thread, which must not wait."""
             out[:] = waiting.take(frames)[:, np.newaxis]
 
-        return begin(
+        return start_stream(
             portaudio.OutputStream(
-                device=sought(self._device),
+                device=portaudio_name(self._device),
                 samplerate=rate_hz,
                 channels=channels,
                 blocksize=rate_hz // _BLOCKS_PER_S,

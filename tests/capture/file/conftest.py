@@ -32,7 +32,7 @@ FAST = {
 
 
 class FakeClock(TurnedClock):
-    """Moves when somebody sleeps on it."""
+    """Advances when somebody sleeps on it."""
 
     def sleep(self, duration_s: float) -> None:
         self.time_s += duration_s
@@ -104,7 +104,7 @@ def audio_frames(seconds: float, rate_hz: int, layout: str, length: int) -> Iter
 
 
 class Player:
-    """Opens a file's wanted faces on a fake clock and reads whichever is behind."""
+    """Opens the wanted sources of a file on a fake clock and reads whichever is behind."""
 
     def __init__(
         self,
@@ -172,7 +172,7 @@ class Player:
 
 
 class MakeClip(Protocol):
-    """Writes a clip of this name; the rest is as for `write_clip`."""
+    """Writes a clip under this name; the other arguments are those of `write_clip`."""
 
     def __call__(self, name: str, **how: Any) -> Path: ...
 

@@ -1,7 +1,7 @@
-"""A real RTSP server (GStreamer's), for Debian's Python: not a part of our own.
+"""A real RTSP server (GStreamer's), to be run by Debian's Python.
 
 ``/usr/bin/python3 rtsp_server.py PORT [USER PASSWORD]`` serves a test picture with a tone at
-``/cam``, to those who know the password if there is one.
+``/cam``, protected by the password if one is given.
 """
 # mypy: ignore-errors
 # ruff: noqa: T201, E402
@@ -36,7 +36,7 @@ def main(port, user="", password=""):
             allow.add_permission_for_role("viewer", permission, True)
         factory.set_permissions(allow)
         auth = GstRtspServer.RTSPAuth()
-        auth.set_supported_methods(GstRtsp.RTSPAuthMethod.DIGEST)  # as cameras want it
+        auth.set_supported_methods(GstRtsp.RTSPAuthMethod.DIGEST)  # as cameras expect it
         viewer = GstRtspServer.RTSPToken()
         viewer.set_string("media.factory.role", "viewer")
         auth.add_digest(user, password, viewer)

@@ -42,7 +42,7 @@ def test_a_live_stream_never_builds_up_delay(
         with open_player(address, audio=False) as player:
             assert player.video is not None
             thread.join(timeout=5)
-            while not player.video.demuxer.failed:  # it has come as a whole
+            while not player.video.demuxer.failed:  # all of it has arrived
                 time.sleep(0.005)
             with pytest.raises(SourceError, match="has ended; waiting for it to come back"):
                 pictures.extend(iter(player.video.read, None))
@@ -81,12 +81,12 @@ def test_a_file_behind_http_is_played_like_a_file(
 
 
 def test_an_address_that_nobody_answers_is_one_sentence(open_player: type[Player]) -> None:
-    """An unreachable stream is named without its password, with what to do."""
+    """The error for an unreachable stream names it without its password and says what to do."""
     port = free_port()
     with pytest.raises(SourceError) as caught:
         open_player(f"http://me:secret@127.0.0.1:{port}/live?token=abc").__enter__()
     assert f"http://127.0.0.1:{port}/live cannot be opened. Nobody listens" in str(caught.value)
-    # It may be there, and taken by this configuration itself.
+    # The port may be open and used by this configuration itself.
     assert "another source of this configuration" in str(caught.value)
     assert "secret" not in str(caught.value)
     assert "abc" not in str(caught.value)
@@ -101,11 +101,11 @@ def test_an_address_that_nobody_answers_is_one_sentence(open_player: type[Player
 )
 @pytest.mark.parametrize("scheme", ["http", "rtsp"])
 def test_a_cameras_address_is_asked_for_as_written(scheme: str, challenge: str, said: str) -> None:
-    """A signed one would be another after decoding; name and password alone are decoded."""
+    """The path is requested undecoded, as signed addresses need; name and password are decoded."""
     heads: list[str] = []
 
     class Handler(StreamRequestHandler):
-        """Asks for a password, and then has nothing."""
+        """Asks for a password, then has no such file."""
 
         def handle(self) -> None:
             head = ""
@@ -147,6 +147,6 @@ def _md5(text: str) -> str:
 
 
 def test_names_that_people_see_have_no_password() -> None:
-    """Of an address host and path are shown, of a file its name."""
+    """People see only an address's host and path, and a file's name."""
     assert shown_name("rtsp://u:p@cam.example:554/a?k=v") == "rtsp://cam.example:554/a"
     assert shown_name("/home/me/clip.mp4") == "clip.mp4"

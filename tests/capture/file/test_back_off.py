@@ -1,4 +1,4 @@
-"""An address in vain is tried ever more seldom, and one that worked at once."""
+"""A failing address is tried ever more rarely, a working one at once."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from wax.capture.file.back_off import BackOff
 
 
 def test_pauses_double_up_to_a_quarter_of_a_minute() -> None:
-    """1, 2, 4, 8, 15, 15 … seconds, for ever."""
+    """The pauses are 1, 2, 4, 8, 15, 15 … seconds without end."""
     back_off = BackOff()
     pauses = []
     for _ in range(2000):
@@ -17,7 +17,7 @@ def test_pauses_double_up_to_a_quarter_of_a_minute() -> None:
 
 
 def test_what_has_delivered_is_opened_at_once() -> None:
-    """A stream that broke off is no stranger, and what fails after it begins anew."""
+    """A stream that broke off is reopened at once, and later failures start over at 1 s."""
     back_off = BackOff()
     for _ in range(5):
         back_off.failed(100.0, delivered=False, refused=False)
@@ -28,7 +28,7 @@ def test_what_has_delivered_is_opened_at_once() -> None:
 
 
 def test_a_wrong_password_waits_longest() -> None:
-    """Nobody is locked out for us."""
+    """A wrong password pauses for long enough that no camera locks its users out."""
     back_off = BackOff()
     back_off.failed(0.0, delivered=False, refused=True)
     assert back_off.until_s == 30.0

@@ -1,4 +1,4 @@
-"""Media files that are cut off, damaged or none at all: what can be is played, else a sentence."""
+"""Damaged media files: what can be played is played, otherwise a sentence says what to do."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_a_file_without_its_index_is_one_sentence(
 def test_a_file_that_is_no_video_is_one_sentence(
     open_player: type[Player], tmp_path: Path, content: bytes
 ) -> None:
-    """Text, zeros and nothing at all under the name of a film are refused with what to do."""
+    """Text, zeros and an empty file under a film's name are refused with what to do."""
     clip = tmp_path / "diary.mp4"
     clip.write_bytes(content)
     with pytest.raises(
@@ -74,13 +74,13 @@ def test_a_file_that_is_no_video_is_one_sentence(
 
 
 def test_a_missing_file_is_one_sentence(open_player: type[Player], tmp_path: Path) -> None:
-    """A file that was taken away is named, with what to do."""
+    """The error for a file that was removed names it and says what to do."""
     with pytest.raises(SourceError, match=r"^gone\.mp4 does not exist; .*create it\.$"):
         open_player(tmp_path / "gone.mp4").__enter__()
 
 
 def test_a_damaged_middle_is_played_over(make_clip: MakeClip, open_player: type[Player]) -> None:
-    """Noise in the middle of a file costs some pictures, not the rest of them."""
+    """Noise in the middle of a file costs some pictures, but not those after it."""
     clip = make_clip("a.ts", seconds=4)
     data = bytearray(clip.read_bytes())
     middle = len(data) // 2

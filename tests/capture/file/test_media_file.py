@@ -42,7 +42,7 @@ def test_picture_and_sound_stay_in_step(
         flashes, beeps = player.flashes(), player.beeps()
     assert len(flashes) == len(beeps) == 6
     assert np.abs(np.subtract(beeps, flashes)).max() < 0.020
-    # What encoders add at the end of a file (up to 50 ms) belongs to the file: it is played.
+    # The padding that encoders add at the end of a file (up to 50 ms) is played.
     assert np.diff(flashes[::2]) == pytest.approx(2.0, abs=0.05)
     assert np.ptp(np.subtract(beeps, flashes)) < 0.003
 
@@ -59,7 +59,7 @@ def test_it_plays_at_its_own_speed(make_clip: MakeClip, open_player: type[Player
 
 
 def test_sound_has_no_gap_from_pass_to_pass(make_clip: MakeClip, open_player: type[Player]) -> None:
-    """The pieces of sound follow each other to the sample, through five passes, 20 ms at most."""
+    """Through five passes the pieces of sound, at most 20 ms each, follow without a gap."""
     with open_player(make_clip("a.mp4", rate_hz=44_100), video=False) as player:
         player.play(10.5)
     ends = [s.captured_s + len(s.samples) / SAMPLE_RATE_HZ for s in player.sounds]
@@ -102,7 +102,7 @@ def test_a_slow_reader_gets_what_is_new(
 
 
 class SlowToWake(threading.Condition):
-    """A machine whose busy cores leave a reader waiting after what it waits for has come."""
+    """A clock whose busy machine delays one reader after its data has arrived."""
 
     def wait_for(self, predicate: Callable[[], object], timeout: float | None = None) -> Any:
         there = super().wait_for(predicate, timeout)
@@ -116,7 +116,7 @@ class SlowToWake(threading.Condition):
 def test_sound_is_not_read_ahead_and_lost_while_the_picture_is_slow_to_wake(
     make_clip: MakeClip, open_player: type[Player], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """After a stall of 7 s each second has its beep, however late the pictures' reader wakes."""
+    """After a stall of 7 s no second lacks its beep, however late the pictures' reader wakes."""
     monkeypatch.setattr(threading, "Condition", SlowToWake)
     with open_player(make_clip("a.mp4")) as player:
         player.play(1.0)
@@ -129,7 +129,7 @@ def test_sound_is_not_read_ahead_and_lost_while_the_picture_is_slow_to_wake(
 def test_one_face_closes_and_opens_while_the_other_plays(
     make_clip: MakeClip, open_player: type[Player]
 ) -> None:
-    """Picture and sound come and go on their own, and are in step again afterwards."""
+    """Picture or sound may close and reopen alone, and they are in step again afterwards."""
     with open_player(make_clip("a.mp4")) as player:
         player.play(1.0)
         video = player.video

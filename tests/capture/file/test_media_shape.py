@@ -33,7 +33,7 @@ def test_sound_becomes_48_khz_mono(make_clip: MakeClip, open_player: type[Player
 def test_a_file_has_its_own_channels(
     make_clip: MakeClip, open_player: type[Player], layout: str, shape: tuple[int, ...]
 ) -> None:
-    """Where two are wanted a stereo file has two and a mono file one, the pauses included."""
+    """With two channels wanted, a stereo file has two and a mono file one, even in its gaps."""
     clip = make_clip("a.wav", video=None, audio="pcm_s16le", rate_hz=44_100, layout=layout)
     with open_player(clip, video=False, channels=2) as player:
         player.play(1.0)
@@ -41,7 +41,7 @@ def test_a_file_has_its_own_channels(
 
 
 def test_a_variable_rate_is_kept(make_clip: MakeClip, open_player: type[Player]) -> None:
-    """Pictures of a variable rate come at their own times; in a long pause the last is repeated."""
+    """Pictures of a variable rate appear at their own times; in a long gap the last is repeated."""
     times_ms = [0, 100, 150, 400, 420, 1500, 1600]
     clip = make_clip("a.mkv", audio=None, times_ms=times_ms)
     with open_player(clip, audio=False) as player:
@@ -57,7 +57,7 @@ def test_a_variable_rate_is_kept(make_clip: MakeClip, open_player: type[Player])
 def test_a_file_without_sound_shows_its_picture(
     make_clip: MakeClip, open_player: type[Player]
 ) -> None:
-    """Asked for the sound of a silent film, it says so in a sentence; its picture plays."""
+    """Opening the sound of a silent film is an error with a sentence; its picture plays."""
     clip = make_clip("silent.mp4", audio=None)
     player = open_player(clip)
     assert player.video is not None
@@ -72,7 +72,7 @@ def test_a_file_without_sound_shows_its_picture(
 def test_a_file_without_picture_plays_its_sound(
     make_clip: MakeClip, open_player: type[Player]
 ) -> None:
-    """Asked for the picture of a sound file, it says so in a sentence; its sound plays."""
+    """Opening the picture of a sound file is an error with a sentence; its sound plays."""
     clip = make_clip("radio.ogg", video=None, audio="libopus")
     player = open_player(clip)
     assert player.video is not None
@@ -87,16 +87,16 @@ def test_a_file_without_picture_plays_its_sound(
 def test_bare_coded_pictures_play_at_their_rate(
     make_clip: MakeClip, open_player: type[Player]
 ) -> None:
-    """A bare H.264 stream, which has no time stamps, is counted out."""
+    """A bare H.264 stream, which has no time stamps, is timed by counting its packets."""
     clip = make_clip("a.h264", audio=None, seconds=1)
     with open_player(clip, audio=False) as player:
         player.play(2.5)
     steps = np.diff([picture.captured_s for picture in player.pictures])
-    assert steps == pytest.approx(0.04, abs=0.011)  # FFmpeg's rate where a stream names none
+    assert steps == pytest.approx(0.04, abs=0.011)  # FFmpeg's rate for a stream without one
 
 
 def test_any_size_is_shown_in_proportion(make_clip: MakeClip, open_player: type[Player]) -> None:
-    """A tall, odd-sized film is shown whole between black bars, in the size of the settings."""
+    """A tall, odd-sized film is shown whole between black bars, at the size of the settings."""
     clip = make_clip("a.webm", video="libvpx", audio=None, size=(101, 203))
     with open_player(clip, audio=False) as player:
         player.play(0.5)
@@ -112,7 +112,7 @@ def test_any_size_is_shown_in_proportion(make_clip: MakeClip, open_player: type[
 def test_a_turned_film_is_shown_upright(
     open_player: type[Player], tmp_path: Path, matrix: str, corner: tuple[int, int]
 ) -> None:
-    """A film that a phone marked as lying on its side is turned the way that the mark says."""
+    """A film that a phone marked as rotated is turned as the mark says."""
     clip = tmp_path / "phone.mp4"
     with av.open(str(clip), "w") as out:
         stream = out.add_stream("libx264", rate=30)

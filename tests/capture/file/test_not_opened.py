@@ -1,4 +1,4 @@
-"""What is said of a stream that does not open, by programs that really fail so."""
+"""What people read about a stream that does not open, from programs that really fail this way."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ def _why(said: Sentence) -> str:
 
 @pytest.mark.parametrize("scheme", NETWORK)
 def test_a_port_that_nobody_has(scheme: str) -> None:
-    """It is one, by whatever protocol; a camera that serves one client may close it, too."""
+    """For a closed port the sentence is the same in every protocol: the camera may be in use."""
     said = _said(f"{scheme}://127.0.0.1:{free_port()}/x")
     assert (said.code, _why(said)) == ("file.perhaps_taken", "nobody")
 
 
 @pytest.mark.parametrize("scheme", ["http", "rtsp", "rtmp"])
 def test_one_that_hangs_up_may_serve_another(scheme: str) -> None:
-    """FFmpeg calls it by three names, one of them invalid data."""
+    """A closed connection, for which FFmpeg has three errors, may mean a camera in use."""
     with serving(None) as port:
         said = _said(f"{scheme}://127.0.0.1:{port}/x")
     assert (said.code, _why(said)) == ("file.perhaps_taken", "closed")
@@ -51,7 +51,7 @@ def test_one_that_hangs_up_may_serve_another(scheme: str) -> None:
 
 @pytest.mark.parametrize("scheme", NETWORK[:-1])
 def test_a_name_that_there_is_not_is_no_camera_that_is_taken(scheme: str) -> None:
-    """FFmpeg calls it an input/output error."""
+    """FFmpeg's input/output error for an unknown host becomes a sentence about the name."""
     said = _said(f"{scheme}://nowhere.invalid/x")
     assert said.code == "file.not_reached"
     assert _why(said) in ("no_name", "no_name_server")
@@ -59,7 +59,7 @@ def test_a_name_that_there_is_not_is_no_camera_that_is_taken(scheme: str) -> Non
 
 @pytest.mark.parametrize("scheme", ["https", "rtsps"])
 def test_a_plain_port_that_is_spoken_to_by_tls(scheme: str) -> None:
-    """The address is what is wrong."""
+    """The sentence blames the address when TLS meets a plain port."""
     with serving(None) as port:
         said = _said(f"{scheme}://127.0.0.1:{port}/x")
     assert (said.code, _why(said)) == ("file.not_reached", "no_tls")
@@ -67,7 +67,7 @@ def test_a_plain_port_that_is_spoken_to_by_tls(scheme: str) -> None:
 
 @pytest.mark.parametrize("scheme", ["http", "rtsp"])
 def test_an_encrypted_port_that_is_spoken_to_in_plain_text(tmp_path: Path, scheme: str) -> None:
-    """The right scheme is named."""
+    """The sentence names the right scheme when plain text meets a TLS port."""
     with serving(server_context(pair(tmp_path))) as port:
         said = _said(f"{scheme}://127.0.0.1:{port}/x")
     assert (said.code, _why(said)) == ("file.not_reached", "tls")
@@ -75,7 +75,7 @@ def test_an_encrypted_port_that_is_spoken_to_in_plain_text(tmp_path: Path, schem
 
 
 def test_what_comes_by_no_connection_delivers_nothing() -> None:
-    """By UDP there is nobody to look at; the same is said where a stream falls silent."""
+    """An address over UDP, which cannot be probed, is called silent, as is a stream that stalls."""
     silent = Sentence("file.silent", {"name": "cam"})
     assert not_opened("cam", None, TIME_IS_OVER, is_late=True) == silent
     assert stopped("cam", TIME_IS_OVER) == silent

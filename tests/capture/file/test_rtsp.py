@@ -1,4 +1,4 @@
-"""Cameras by RTSP: GStreamer's server as the real counterpart, and some that misbehave."""
+"""RTSP cameras: GStreamer's server as the real counterpart, and some that misbehave."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 PYTHON = "/usr/bin/python3"
 PROGRAM = Path(__file__).with_name("rtsp_server.py")
 SIZE = VideoSettings(width=320, height=240)
-SECRET = "s3cr%40t"  # as it is written in an address
+SECRET = "s3cr%40t"  # percent-encoded in an address
 CLOCK = SystemClock()
 
 
@@ -102,7 +102,7 @@ def _serving(real: RealServer) -> Iterator[RealServer]:
 
 
 def until(holds: Callable[[], bool], within_s: float) -> float:
-    """Wait until it holds, and return how long that took."""
+    """Wait until the condition holds, and return how long that took."""
     began_s = time.monotonic()
     while not holds():
         assert time.monotonic() - began_s < within_s, "it never happened"
@@ -121,7 +121,7 @@ def until(holds: Callable[[], bool], within_s: float) -> float:
     ],
 )
 def test_the_newest_picture_is_shown(server: RealServer, transport: Transport) -> None:
-    """By TCP and by UDP; a reader who was away for a second gets no old one, and then all."""
+    """By TCP and UDP, a reader that was away for 1 s gets no old picture, then all new ones."""
     source = MediaFile(f"{server.url}/cam", CLOCK, transport=transport).video(SIZE)
     source.open()
     try:
@@ -157,7 +157,7 @@ def test_sound_comes_from_the_same_camera(server: RealServer) -> None:
 
 @REAL
 def test_it_comes_back_by_itself(locked: RealServer) -> None:
-    """While the camera is gone its host is named, without its password, and then it is back."""
+    """The problem names a lost camera's host without the password until it reconnects by itself."""
     pictures: list[Picture] = []
     media = MediaFile(f"rtsp://me:{SECRET}@127.0.0.1:{locked.port}/cam", CLOCK)
     thread = SourceThread(media.video(SIZE), pictures.append, name="camera", clock=CLOCK)
@@ -184,7 +184,7 @@ def test_it_comes_back_by_itself(locked: RealServer) -> None:
 @REAL
 @pytest.mark.alone
 def test_one_that_freezes_is_noticed(server: RealServer) -> None:
-    """A read ends 3 s after the last picture when nothing comes though the connection stands."""
+    """A read fails 3 s after the last picture when nothing arrives on an open connection."""
     source = MediaFile(f"{server.url}/cam", CLOCK).video(SIZE)
     source.open()
     try:
@@ -192,7 +192,7 @@ def test_one_that_freezes_is_noticed(server: RealServer) -> None:
         server.freeze()
         came_s = [time.monotonic()]
 
-        def read() -> bool:  # what has come before is still read
+        def read() -> bool:  # packets that had arrived are still read
             source.read()
             came_s.append(time.monotonic())
             return True
@@ -207,7 +207,7 @@ def test_one_that_freezes_is_noticed(server: RealServer) -> None:
 @REAL
 @pytest.mark.parametrize("who", ["", "me:wrong@", f"you:{SECRET}@"])
 def test_a_wrong_password_is_said(locked: RealServer, who: str) -> None:
-    """None, a wrong one and a wrong name: a sentence that says what to write, without theirs."""
+    """For a missing or wrong login the sentence says what to write, without the password."""
     with pytest.raises(SourceError, match="refuses the user name or the password") as caught:
         open_container(f"rtsp://{who}127.0.0.1:{locked.port}/cam")
     assert "wrong" not in str(caught.value)
@@ -217,13 +217,13 @@ def test_a_wrong_password_is_said(locked: RealServer, who: str) -> None:
 
 @REAL
 def test_a_wrong_path_is_said(server: RealServer) -> None:
-    """A path that the camera does not have."""
+    """The sentence for a path that the camera does not have says so."""
     with pytest.raises(SourceError, match="has no such stream"):
         open_container(f"{server.url}/nothing")
 
 
 class Answering(socketserver.StreamRequestHandler):
-    """Answers each request alike, or not at all."""
+    """Gives each request the same answer, or none."""
 
     answer = b""
     came: ClassVar[list[float]] = []
@@ -238,7 +238,7 @@ class Answering(socketserver.StreamRequestHandler):
 
 @contextmanager
 def listening(answer: bytes) -> Iterator[tuple[str, list[float]]]:
-    """Accept connections, and answer each request so; yield the address and when they came."""
+    """Accept connections and answer each request so; yield the address and connection times."""
     came: list[float] = []
     handler = type("Handler", (Answering,), {"answer": answer, "came": came})
     with socketserver.ThreadingTCPServer(("127.0.0.1", 0), handler) as server:
@@ -252,7 +252,7 @@ def listening(answer: bytes) -> Iterator[tuple[str, list[float]]]:
 
 
 def test_one_that_never_answers_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Who accepts and says nothing costs what it may, not for ever."""
+    """A camera that accepts but never answers fails after a bounded time."""
     monkeypatch.setattr(address, "_TIMEOUT_S", (0.5, 0.5))
     with listening(b"") as (host, _):
         began_s = time.monotonic()
@@ -274,7 +274,7 @@ BREAKS = b"RTSP/1.0 500 Internal Server Error\r\nCSeq: NUMBER\r\nContent-Length:
 def test_it_is_not_asked_too_often(
     answer: bytes, most: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In 4 s at most so many connections; meanwhile the page says why there is no picture."""
+    """In 4 s there is a bounded number of connections; meanwhile the page says what is wrong."""
     with listening(answer) as (host, came):
         media = MediaFile(f"rtsp://me:{SECRET}@{host}/cam", CLOCK)
         monkeypatch.setattr(device_thread, "_RETRY_S", 0.1)

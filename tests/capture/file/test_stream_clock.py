@@ -1,4 +1,4 @@
-"""How old the pictures of streams and files are said to be, by real bytes on a line."""
+"""The age of the pictures of streams and files, with real bytes on a real connection."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ CUT = b"\r\n--cut\r\n"
 
 
 def jpeg(number: int) -> bytes:
-    """Return a picture that says its number, in black and white bars."""
+    """Return a picture that shows this number in black and white bars."""
     bars = [255 * (number >> bit & 1) for bit in range(BITS)]
     row = np.repeat(np.array(bars, np.uint8), 160 // BITS)
     return cv2.imencode(".jpg", np.tile(row, (120, 1)))[1].tobytes()
@@ -79,7 +79,7 @@ def serving(answer: Callable[[Send], None]) -> Iterator[str]:
 
 
 def watch(address: str, enough: Callable[[Seen], bool]) -> Seen:
-    """Return the pictures until they are enough, each with when it was handed over."""
+    """Return at least this many pictures, each with the time at which it was read."""
     source = MediaFile(address, CLOCK).video(SIZE)
     source.open()
     seen: Seen = []
@@ -96,7 +96,7 @@ def some(count: int) -> Callable[[Seen], bool]:
 
 
 def are_dated_by_their_arrival(seen: Seen, taken_s: list[float]) -> bool:
-    """Tell whether none was captured before it was taken, and half of them soon after that."""
+    """Tell whether no picture is dated before it was taken, and half of them soon after."""
     errors_s = [picture.captured_s - taken_s[number_of(picture)] for picture, _ in seen]
     return min(errors_s) >= 0.0 and statistics.median(errors_s) < 0.09
 
@@ -104,7 +104,7 @@ def are_dated_by_their_arrival(seen: Seen, taken_s: list[float]) -> bool:
 def multipart(
     pictures: Iterable[bytes], fps: float, taken_s: list[float], *, first: bytes = CUT
 ) -> Callable[[Send], None]:
-    """Return an answer of parts with their lengths; `first` is before the first one."""
+    """Return a response of parts with their lengths; `first` precedes the first one."""
 
     def answer(send: Send) -> None:
         send(b"HTTP/1.1 200 OK\r\nContent-Type: multipart/x-mixed-replace;boundary=cut\r\n\r\n")
@@ -121,14 +121,14 @@ def multipart(
 
 @pytest.fixture
 def soon(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the first second and a second of repetitions be short."""
+    """Shorten the first second and the second of repetitions."""
     monkeypatch.setattr("wax.capture.stream_dating._SETTLE_S", 0.2)
     monkeypatch.setattr("wax.capture.stream_dating._REPEATED_S", 0.2)
 
 
 @pytest.mark.usefixtures("soon")
 def test_multipart_jpeg_is_as_old_as_it_is() -> None:
-    """A camera of 10 pictures a second, which FFmpeg stamps as 25, is dated by what arrives."""
+    """A camera of 10 pictures a second, which FFmpeg stamps as 25, is dated by arrival."""
     taken_s: list[float] = []
     with serving(multipart(map(jpeg, range(150)), 10, taken_s)) as address:
         seen = watch(address, some(9))
@@ -137,7 +137,7 @@ def test_multipart_jpeg_is_as_old_as_it_is() -> None:
 
 
 def test_a_camera_that_forgets_its_first_boundary_is_shown() -> None:
-    """Some boards begin with a part's head; each picture is known once the next one has begun."""
+    """A stream that begins with a part's header is shown, each picture once the next has begun."""
     taken_s: list[float] = []
     with serving(multipart(map(jpeg, range(150)), 30, taken_s, first=b"")) as address:
         seen = watch(address, some(12))
@@ -145,7 +145,7 @@ def test_a_camera_that_forgets_its_first_boundary_is_shown() -> None:
 
 
 def test_a_page_is_no_camera() -> None:
-    """An address that answers with words is said to be nothing to play."""
+    """An address that returns a web page is reported as unplayable."""
 
     def answer(send: Send) -> None:
         send(b"HTTP/1.0 200 OK\r\nContent-Length: 13\r\n\r\n<p>Log in</p>")
@@ -156,7 +156,7 @@ def test_a_page_is_no_camera() -> None:
 
 @pytest.mark.usefixtures("soon")
 def test_a_picture_that_is_repeated_is_not_new() -> None:
-    """A server whose camera hangs sends its last picture on: watched by many, driven by nobody."""
+    """A repeated last picture of a camera that hangs can be watched, but not driven by."""
     hangs = threading.Event()
 
     def pictures() -> Iterator[bytes]:
@@ -166,7 +166,7 @@ def test_a_picture_that_is_repeated_is_not_new() -> None:
             number += not hangs.is_set()
 
     def is_old(seen: Seen) -> bool:
-        """Let the camera hang once its pictures count, and see the last one of them grow old."""
+        """Let the camera hang once its pictures are dated; wait until the last one ages."""
         if seen and seen[-1][0].within_s is not None:
             hangs.set()
         return hangs.is_set() and [one.within_s for one, _ in seen[-3:]] == [None] * 3
@@ -202,7 +202,7 @@ def coded_number(picture: Picture) -> int:
 
 
 def successive(seen: Seen) -> list[tuple[tuple[Picture, float], tuple[Picture, float]]]:
-    """Return each two of which the second was sent right behind the first."""
+    """Return each pair of pictures of which the second was sent right after the first."""
     return [
         (one, other)
         for one, other in pairwise(seen)
@@ -211,9 +211,9 @@ def successive(seen: Seen) -> list[tuple[tuple[Picture, float], tuple[Picture, f
 
 
 def test_a_bare_stream_is_dated_by_its_arrival() -> None:
-    """H.264 without a container: a picture had come when the one before was handed over.
+    """Bare H.264 is dated by the hand-over of the previous picture, which this one's arrival ends.
 
-    That one was ended by it. What came while FFmpeg looked at the stream is read all at once.
+    Pictures that arrive while FFmpeg probes the stream are read all at once.
     """
     frames = coded(CODED)
     sent_s: list[float] = []
@@ -237,7 +237,7 @@ def test_a_bare_stream_is_dated_by_its_arrival() -> None:
 
 @pytest.mark.parametrize("length", [True, False])
 def test_a_snapshot_is_nobodys(*, length: bool) -> None:
-    """One JPEG that is asked for again and again, with a length or without, is never known."""
+    """The age of a JPEG that is requested repeatedly, with a length or without, is unknown."""
     content = jpeg(9)
 
     def answer(send: Send) -> None:
@@ -250,7 +250,7 @@ def test_a_snapshot_is_nobodys(*, length: bool) -> None:
 
 
 def test_a_film_by_http_is_nobodys_and_a_file_is_ours(make_clip: MakeClip) -> None:
-    """The same film: from elsewhere it is of unknown age, from this machine a demonstration."""
+    """The same film is of unknown age over HTTP, and a demonstration from this machine."""
     clip = make_clip("a.ts", audio=None, seconds=0.5)
     content = clip.read_bytes()
 
@@ -263,7 +263,7 @@ def test_a_film_by_http_is_nobodys_and_a_file_is_ours(make_clip: MakeClip) -> No
 
 
 def test_segments_are_nobodys(make_clip: MakeClip, tmp_path: Path) -> None:
-    """A playlist of HLS is late by its segments, wherever it lies."""
+    """The age of an HLS playlist, which lags by its segments, is unknown wherever it is stored."""
     make_clip("a.ts", audio=None, seconds=0.5)
     playlist = tmp_path / "live.m3u8"
     playlist.write_text("#EXTM3U\n#EXT-X-TARGETDURATION:1\n#EXTINF:0.5,\na.ts\n#EXT-X-ENDLIST\n")
@@ -271,7 +271,7 @@ def test_segments_are_nobodys(make_clip: MakeClip, tmp_path: Path) -> None:
 
 
 def test_a_picture_file_is_nobodys(tmp_path: Path) -> None:
-    """Another program may write it anew, or have stopped to do so."""
+    """The age of a picture file is unknown, because another program may overwrite it."""
     path = tmp_path / "snapshot.jpg"
     path.write_bytes(jpeg(3))
     assert watch(str(path), some(1))[0][0].within_s is None

@@ -1,4 +1,4 @@
 """A media file or stream address as a camera and a microphone in sync.
 
-One demuxer feeds two decoders. Live devices are in `wax.capture`.
+One demuxer feeds two decoders. Local devices are in `wax.capture`.
 """

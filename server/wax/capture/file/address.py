@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 Kind = Literal["video", "audio"]
 
 _TIMEOUT_S: Final = (5.0, 2.0)
-"""For connecting, and between packets: a stream that pauses for longer is opened again."""
+"""Timeouts for connecting, and between packets: a stream that pauses for longer is reopened."""
 
 Transport = Literal["auto", "tcp", "udp"]
 
@@ -46,40 +46,40 @@ _NO_MULTIPART: Final = frozenset(
         *(".mp3", ".aac", ".ogg", ".opus", ".wav", ".flac"),
     }
 )
-"""Endings of what is certainly something else, and need not be asked for twice."""
+"""Suffixes that rule out multipart JPEG, so that no second request is needed."""
 
 _RTSP: Final = frozenset({"rtsp", "rtsps"})
 _TRANSPORT: Final[dict[Transport, dict[str, str]]] = {
-    # UDP loses packets of keyframes, and with them pictures; TCP costs one round trip.
+    # Over UDP lost packets of keyframes cost pictures; TCP costs one round trip.
     "auto": {"rtsp_flags": "prefer_tcp"},
     "tcp": {"rtsp_transport": "tcp"},
-    # A packet out of order is waited for as long as people do not notice.
+    # Reordering waits for a packet only so long that people do not notice.
     "udp": {"rtsp_transport": "udp", "max_delay": "50000"},
 }
-_AT_ONCE: Final = {"fflags": "nobuffer", "flags": "low_delay", "analyzeduration": "1000000"}
-"""Nothing is kept back, and a stream is looked at for at most a second before it is shown."""
+_LOW_DELAY: Final = {"fflags": "nobuffer", "flags": "low_delay", "analyzeduration": "1000000"}
+"""FFmpeg buffers nothing, and probes a stream for at most a second before showing it."""
 
 _BARE_JPEG: Final = {"fpsprobesize": "0", "analyzeduration": "100000"}
 
 _LIVE_SCHEMES: Final = frozenset({"rtsp", "rtsps", "rtp", "rtmp", "rtmps", "udp", "srt", "tcp"})
 _DATAGRAMS: Final = frozenset({"udp", "rtp"})
 _UNBOUNDED: Final = frozenset({"mpegts", "mpeg"})
-"""Their packets of video do not say how long they are (ISO/IEC 13818-1, 2.4.3.7)."""
+"""Containers whose video packets do not declare their length (ISO/IEC 13818-1, 2.4.3.7)."""
 
 _SEGMENTED: Final = frozenset({"hls", "dash"})
 _ONE_PICTURE: Final = ("image2", "_pipe")
-"""Demuxers of single pictures: whoever asks again and again may get an old one each time."""
+"""Demuxers of single pictures: each request may return an old one."""
 
 _NO_TIMESTAMPS: Final = 0x80
 _GENERIC_INDEX: Final = 0x100
-"""Flags of FFmpeg's demuxers (libavformat/avformat.h): its stamps are made up; a bare stream, whose
-parser finds where a picture ends."""
+"""Flags of FFmpeg's demuxers (libavformat/avformat.h): FFmpeg makes up the stamps; the stream is
+bare, so that a parser must find where a picture ends."""
 
 _DEFAULT_PERIOD_S: Final = {"video": 0.04, "audio": 0.02}
 
 
 class RefusedError(SourceError):
-    """The user name or the password is wrong, or missing."""
+    """The user name or the password is wrong or missing."""
 
 
 @dataclass(slots=True)
@@ -98,30 +98,30 @@ class Track:
 
 
 def is_network(address: str) -> bool:
-    """Whether this is ``scheme://…``, not a path."""
+    """Return whether the address is ``scheme://…``, not a path."""
     return "://" in address
 
 
 def shown_name(address: str) -> str:
-    """Return the address without user name, password and query, since everybody sees messages."""
+    """Return the address without user name, password and query, to show to anyone."""
     return shown_url(address) if is_network(address) else Path(address).name
 
 
 def is_rtsp(address: str) -> bool:
-    """Whether it is a camera's stream by RTSP."""
+    """Return whether the address is an RTSP stream's."""
     return urlsplit(address).scheme in _RTSP
 
 
 def open_container(address: str, transport: Transport = "auto") -> InputContainer:
-    """Open for reading; raises `SourceError`. A network address gives up after 5 s.
+    """Open for reading; raises `SourceError`, for a network address after at most 5 s.
 
-    FFmpeg's errors have the whole address, with its password, so none of them is passed on.
+    FFmpeg's errors contain the whole address with its password, so they are never passed on.
     """
     name = shown_name(address)
     began_s = time.monotonic()
     try:
         if is_rtsp(address):
-            options = _TRANSPORT[transport] | _AT_ONCE
+            options = _TRANSPORT[transport] | _LOW_DELAY
             return av.open(address, timeout=_TIMEOUT_S, options=options)
         if is_network(address):
             return _open_http(address) or av.open(address, timeout=_TIMEOUT_S)
@@ -137,7 +137,7 @@ def open_container(address: str, transport: Transport = "auto") -> InputContaine
 
 
 def _why(name: str, address: str, error: Exception, took_s: float) -> Sentence:
-    # By RTSP it is also what FFmpeg calls an answer that never came.
+    # With RTSP, FFmpeg reports an answer that never came as invalid data, too.
     if isinstance(error, InvalidDataError) and not is_rtsp(address):
         return Sentence("file.unplayable", {"name": name})
     if not is_network(address):
@@ -147,10 +147,10 @@ def _why(name: str, address: str, error: Exception, took_s: float) -> Sentence:
 
 
 def _open_http(address: str) -> InputContainer | None:
-    """Open what may be a network camera's JPEG, or return None where there is none to ask for.
+    """Open an HTTP address that may be a network camera's JPEG; return None for any other address.
 
-    By itself FFmpeg takes most multipart JPEG for bare JPEG: it looks at it for 5 s, and shows each
-    picture only when the next one has begun; or, where the first boundary is missing, for nothing.
+    Left to itself, FFmpeg detects most multipart JPEG as bare JPEG: it probes for 5 s, and returns
+    each picture only when the next one has begun. Without a first boundary it detects nothing.
     """
     parts = urlsplit(address)
     if parts.scheme not in _HTTP or Path(parts.path).suffix.lower() in _NO_MULTIPART:
@@ -168,7 +168,7 @@ def _open_http(address: str) -> InputContainer | None:
 
 
 def is_live(address: str, container: InputContainer) -> bool:
-    """Whether the remote end sets the pace, so that nothing may be queued here."""
+    """Return whether the remote end sets the pace, so that nothing may be queued here."""
     if not is_network(address):
         return False
     if urlsplit(address).scheme in _LIVE_SCHEMES:
@@ -180,23 +180,23 @@ def is_live(address: str, container: InputContainer) -> bool:
 
 
 def is_one_picture(container: InputContainer) -> bool:
-    """Whether it is a still picture, as a camera's snapshot is."""
+    """Return whether the address is a still picture, such as a camera's snapshot."""
     return container.format.name.endswith(_ONE_PICTURE)
 
 
 def has_own_clock(address: str, container: InputContainer) -> bool:
-    """Whether what is played and not live is a demonstration: a film of this machine's own.
+    """Return whether a paced address is a demonstration, that is, a film stored on this machine.
 
-    It is played by our clock, so it is "captured" when it is shown. Everything else has waited
-    somewhere for nobody knows how long: segments, a film by HTTP, a snapshot, also one in a file,
-    which another program may write anew.
+    It is played by our clock, so it counts as captured when it is shown. Everything else was stored
+    elsewhere for an unknown time: segments, a film over HTTP, and a snapshot, even one in a local
+    file, because another program may overwrite it.
     """
     segmented = container.format.name in _SEGMENTED
     return not (is_network(address) or segmented or is_one_picture(container))
 
 
 def live_dating(address: str, container: InputContainer, transport: Transport) -> Dating:
-    """Return what dates the packets of a live stream."""
+    """Build the dating of a live stream's packets."""
     return Dating(
         stamped=not int(container.format.flags) & _NO_TIMESTAMPS,
         queues=urlsplit(address).scheme not in _DATAGRAMS
@@ -205,14 +205,14 @@ def live_dating(address: str, container: InputContainer, transport: Transport) -
 
 
 def ends_with_next(container: InputContainer) -> bool:
-    """Whether a picture is handed over only when the next one begins, which ends it."""
+    """Return whether the demuxer returns a picture only once the next one has begun."""
     kind = container.format
     is_bare = int(kind.flags) & _NO_TIMESTAMPS and int(kind.flags) & _GENERIC_INDEX
     return bool(is_bare) or kind.name in _UNBOUNDED
 
 
 def find_tracks(container: InputContainer) -> dict[Kind, Track]:
-    """Return the first decodable video and audio streams, without cover pictures."""
+    """Return the first decodable video and audio streams; cover pictures do not count."""
     tracks: dict[Kind, Track] = {}
     for stream in container.streams.video:
         if "video" in tracks or stream.disposition & Disposition.attached_pic:

@@ -1,4 +1,4 @@
-"""How soon an address is opened again: a camera that others share must not be flooded. Pure."""
+"""Decides when an address is opened again, so that a shared camera is not flooded. Pure."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ from typing import Final
 
 _MOST_S: Final = 15.0
 _REFUSED_S: Final = 30.0
-"""After a wrong password: many cameras lock out who tries a few times."""
+"""The pause after a wrong password: many cameras lock a client out after a few attempts."""
 
 
 class BackOff:
-    """Doubles the pause with each opening in vain, up to 15 s; what has delivered begins anew."""
+    """Doubles the pause with each failed attempt, up to 15 s; a delivered packet resets it."""
 
     def __init__(self, first_s: float = 1.0) -> None:
         self._first_s = first_s
         self._failures = 0
         self.until_s = float("-inf")
-        """Nothing is opened before."""
+        """The address is not opened before this time."""
 
     def failed(self, now_s: float, *, delivered: bool, refused: bool) -> None:
-        """Note that it has ended; `delivered` if anything had come, `refused` for its password."""
+        """Record a failure: after a packet (`delivered`), or for a wrong password (`refused`)."""
         if delivered:
             self._failures = 0
             self.until_s = now_s

@@ -4,10 +4,10 @@ It reads packets a little ahead, maps them to a timeline on the monotonic clock 
 the queue of its stream. The reader of a queue decodes, so an unused stream costs nothing. There are
 two kinds of address:
 
-* **paced** (files, HLS, DASH): played at their own speed by their timestamps; reopened at the end,
-  so that every pass is like the first, and continued without a gap;
-* **live** (RTSP, RTP, RTMP, SRT, endless HTTP, …): passed on as they arrive, so delay cannot build
-  up, and dated by their arrival and their stamps (`wax.capture.stream_dating`).
+* **paced** (files, HLS, DASH): played at their own speed by their timestamps, and reopened at the
+  end, so that every pass is like the first and follows without a gap;
+* **live** (RTSP, RTP, RTMP, SRT, endless HTTP, …): passed on as packets arrive, so that delay
+  cannot build up, and dated by arrival and stamps (`wax.capture.stream_dating`).
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _START_S: Final = 0.2
-"""From opening a file to its first picture: time to decode it before it is due."""
+"""The time from opening a file to its first picture, so that it is decoded before it is due."""
 
 _AHEAD_S: Final = 0.5
 _AHEAD_STARVED_S: Final = 10.0
@@ -65,15 +65,15 @@ _REBUFFER_S: Final = 0.5
 _STALL_S: Final = 1.0
 _SHORTEST_PASS_S: Final = 0.02
 _PICTURE_BY_PICTURE: Final = frozenset({"mjpeg", "jpeg2000", "png"})
-"""Codecs of which equal packets are equal pictures."""
+"""Codecs whose equal packets decode to equal pictures."""
 
 
 @dataclass(frozen=True, slots=True)
 class Coded:
     """A packet for its decoder, due at `due_s`; `zero_s` is the stream's time 0.
 
-    `within_s` is what the time of capture may err by, None if nobody knows it.
-    A track other than the previous packet's means that a new pass has begun.
+    `within_s` is the error bound of its time of capture, None if that is unknown. A packet of
+    another track than the previous packet's begins a new pass.
     """
 
     packet: Packet[Any]
@@ -87,10 +87,10 @@ class Coded:
 class _Queue:
     items: deque[Coded] = field(default_factory=deque)
     needed_s: float | None = None
-    """While a reader waits: the position at which it can be told that nothing is due.
+    """While a reader waits: how far to read ahead before it learns that nothing is due.
 
-    One that has something no longer waits, even before it wakes: else the other stream would be
-    read so far ahead that its queue is cleared.
+    A reader whose queue has an item no longer counts as waiting, even before it wakes; otherwise
+    the other stream would be read so far ahead that its queue is cleared.
     """
     resume_s: float | None = float("-inf")
     """While not None, everything before a keyframe due at or after this time is dropped."""
@@ -107,7 +107,7 @@ class _Queue:
 
 
 class Demuxer:
-    """Reads `address` until `stop` or a failure; to continue, make a new one.
+    """Reads `address` until `stop` or a failure; it cannot be restarted.
 
     `wanted` are the streams that will be read.
     """
@@ -122,7 +122,7 @@ class Demuxer:
         self._address = address
         self._transport = transport
         self.delivered = False
-        """Whether a packet has ever come."""
+        """Whether any packet has arrived."""
         self.name = shown_name(address)
         self.live = False
         self._network = is_network(address)
@@ -148,19 +148,19 @@ class Demuxer:
 
     @property
     def failure(self) -> SourceError | None:
-        """Why it has ended, if it has."""
+        """Why the thread has ended, if it has."""
         return self._failure
 
     @property
     def refused(self) -> bool:
-        """Whether it ended because of its password."""
+        """Whether the address refused the user name or password."""
         return isinstance(self._failure, RefusedError)
 
     def start(self) -> None:
         self._thread.start()
 
     def stop(self) -> None:
-        """End the thread; one that waits for the network takes a few seconds."""
+        """End the thread, which takes a few seconds while it waits for the network."""
         with self._condition:
             self._stopping = True
             self._condition.notify_all()
@@ -174,7 +174,7 @@ class Demuxer:
                 return self._found
             raise self._failure or SourceError(Sentence("file.silent", {"name": self.name}))
 
-    def take(self, kind: Kind, until_s: float) -> Coded | None:
+    def next_packet(self, kind: Kind, until_s: float) -> Coded | None:
         """Return the next packet; None if none is due before `until_s`.
 
         Blocks at most 2 s; raises `SourceError`.
@@ -198,12 +198,12 @@ class Demuxer:
             raise SourceError(Sentence("file.silent", {"name": self.name}))
 
     def waiting(self, kind: Kind) -> int:
-        """Return how many packets can be taken without waiting."""
+        """Return how many packets `next_packet` can return without waiting."""
         with self._condition:
             return len(self._queues[kind].items)
 
     def skip_to_keyframe(self, kind: Kind, due_s: float) -> None:
-        """Drop everything before a keyframe due at or after `due_s`."""
+        """Drop every packet before a keyframe that is due at or after `due_s`."""
         with self._condition:
             waiting = self._queues[kind].items
             queue = self._queues[kind] = _Queue(resume_s=due_s)
@@ -222,7 +222,7 @@ class Demuxer:
         except FFmpegError as error:
             failure = SourceError(stopped(self.name, error))
         except Exception as error:
-            # An error's own text may have the address with its password.
+            # The error's own text may contain the address with its password.
             why = type(error).__name__ if self._network else str(error)
             _LOG.error("demuxer failed", address=self.name, why=why)
             failure = SourceError(Sentence("file.failed", {"name": self.name, "why": why}))
@@ -231,14 +231,14 @@ class Demuxer:
             self._condition.notify_all()
 
     def _play(self, start_s: float | None) -> float:
-        """Play the address once; return when the next pass begins."""
+        """Play the address once; return the start time of the next pass."""
         with open_container(self._address, self._transport) as container:
             found = find_tracks(container)
             self.live = is_live(self._address, container)
             self._dating = live_dating(self._address, container, self._transport)
             self._repeats = Repeats()
             self._ends_with_next, self._handed_s = ends_with_next(container), {}
-            # A recording that comes as a live stream does, from a recorder, is one all the same.
+            # A recorder's recording is of unknown age even if it arrives like a live stream.
             self._recorded = container.duration is not None
             self._within_s = 0.0 if has_own_clock(self._address, container) else None
             with self._condition:
@@ -256,12 +256,12 @@ class Demuxer:
             for packet in self._packets(container, list(tracks)):
                 self._put(packet, tracks[packet.stream_index], ends_s, container.duration)
             length_s = max(ends_s.values()) - origin_s
-            # In a segmented stream the network may have shifted the timeline meanwhile.
+            # Rebuffering may have shifted a segmented stream's timeline meanwhile.
             start_s = start_s if self._zero_s is None else self._zero_s + origin_s
             return start_s + _pass_length_s(length_s, container.duration)
 
     def _packets(self, container: InputContainer, indices: list[int]) -> Iterator[Packet[Any]]:
-        """Yield packets no faster than needed; a truncated file just ends."""
+        """Yield packets no faster than needed; a truncated file simply ends."""
         count = 0
         try:
             for packet in container.demux([container.streams[index] for index in indices]):
@@ -303,11 +303,11 @@ class Demuxer:
         stamp = packet.pts if packet.pts is not None else packet.dts
         decoded_s = None if packet.dts is None else float(packet.dts * time_base)
         if stamp is None:
-            # A bare elementary stream has no timestamps: count.
+            # A bare elementary stream has no timestamps: count packets.
             stamp = packet.dts = round(ends_s[track.index] / time_base)
         time_s = float(stamp * time_base)
         if duration_us and not self.live and time_s > ends_s[track.index] + duration_us / 1e6 + 1:
-            return  # a damaged timestamp: it would never be due
+            return  # damaged: this packet would never be due
         length_s = float((packet.duration or 0) * time_base) or track.period_s
         ends_s[track.index] = max(ends_s[track.index], time_s + length_s)
         now_s = self._clock.now_s()
@@ -331,7 +331,7 @@ class Demuxer:
             self._condition.notify_all()
 
     def _follow(self, time_s: float, now_s: float) -> float:
-        """Return the time of a paced stream's time 0, shifted if the network requires it."""
+        """Return when a paced stream's time 0 is, shifted if the network is too slow."""
         arrived_s = now_s - time_s
         if self._zero_s is None:
             self._zero_s = arrived_s
@@ -341,7 +341,7 @@ class Demuxer:
         return self._zero_s
 
     def _arrival_s(self, track: Track, now_s: float) -> float:
-        """Return when a packet had come: where the next one ends it, when the last was given."""
+        """Return when a packet arrived: at the last one's hand-over if the next packet ends it."""
         before_s = self._handed_s.get(track.index, now_s)
         self._handed_s[track.index] = now_s
         return before_s if self._ends_with_next and track.kind == "video" else now_s
@@ -357,8 +357,8 @@ class Demuxer:
 def _pass_length_s(length_s: float, duration_us: int | None) -> float:
     """Return the length of a pass that read packets for `length_s`.
 
-    The container's duration is more exact, because the decoder removes the last packet's padding,
-    but counts only if it is close: it may be a guess, and a truncated file claims too much.
+    The container's duration is more exact, because the decoder removes the last packet's padding.
+    It counts only if it is close, because it may be a guess, or too long for a truncated file.
     """
     if duration_us and 0 <= length_s - duration_us / 1e6 < 0.1:
         length_s = duration_us / 1e6

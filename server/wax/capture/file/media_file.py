@@ -33,10 +33,10 @@ if TYPE_CHECKING:
 
 
 _PAUSE_S: Final = 0.25
-"""In longer pauses of the file the last picture is repeated and silence is played."""
+"""In longer gaps in the file the last picture is repeated and silence is played."""
 
 _LATE_S: Final = 0.1
-"""Anything later than this is skipped."""
+"""Pictures and sound that are later than this are skipped."""
 
 _CATCH_UP_S: Final = 0.5
 """After trying to catch up for this long, a late picture is shown and the next is a keyframe."""
@@ -84,14 +84,14 @@ class MediaFile:
         self._wanted.add("audio")
         return FileAudio(settings.channels, self)
 
-    def join(self) -> Demuxer:
+    def acquire_demuxer(self) -> Demuxer:
         """Return the running demuxer, or a new one if none works; raises `SourceError`.
 
-        While an address is not to be opened again yet, it is why it could not be opened.
+        Until the address may be opened again, that is the error of the last attempt.
         """
         with self._lock:
             if self._demuxer is None or self._demuxer.failed:
-                self._learn(self._demuxer)
+                self._note_failure(self._demuxer)
                 if self._failure is not None and self.clock.now_s() < self._back_off.until_s:
                     raise self._failure
                 self._failure = None
@@ -102,19 +102,19 @@ class MediaFile:
             self._users.append(self._demuxer)
             return self._demuxer
 
-    def leave(self, demuxer: Demuxer) -> None:
+    def release_demuxer(self, demuxer: Demuxer) -> None:
         """Release a demuxer; the last release stops it."""
         with self._lock:
             self._users.remove(demuxer)
             unused = demuxer not in self._users
             if self._demuxer is demuxer and (unused or demuxer.failed):
-                self._learn(demuxer)
+                self._note_failure(demuxer)
                 self._demuxer = None
         if unused:
             demuxer.stop()
 
-    def _learn(self, demuxer: Demuxer | None) -> None:
-        """Note how a demuxer of an address has ended; the lock is held."""
+    def _note_failure(self, demuxer: Demuxer | None) -> None:
+        """Record why the demuxer of a network address failed; call with the lock held."""
         if demuxer is not None and demuxer.failure is not None and is_network(self._address):
             self._failure = demuxer.failure
             self._back_off.failed(
@@ -125,9 +125,9 @@ class MediaFile:
 class FileVideo(StreamDecoder):
     """The file's pictures, scaled to the configured size.
 
-    `captured_s` is when a picture is due on the file's timeline; `wax.capture.file.demuxer` says
-    within what. In a long pause the last picture
-    is repeated; a machine that is too slow skips late ones.
+    `captured_s` is when a picture is due on the file's timeline; `wax.capture.file.demuxer` sets
+    its error bound. In a long gap the last picture is repeated; a machine that is too slow skips
+    late pictures.
     """
 
     kind: Kind = "video"
@@ -199,7 +199,7 @@ class FileAudio(StreamDecoder):
     """The file's sound in pieces of at most 10 ms, delivered when the last sample is due.
 
     A paced file's sound has no gaps: missing sound is replaced by silence. There are at most
-    `channels`: one of each mono track, two of all others.
+    `channels`: one for a mono track, two for any other.
     """
 
     kind: Kind = "audio"

@@ -1,4 +1,4 @@
-"""Why a stream does not open, or plays no longer: FFmpeg's errors say little, or something else."""
+"""Explains why a stream does not open or has stopped: FFmpeg's errors are vague or misleading."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from wax.unreachable import Target
 
 _TAKEN: Final = (CLOSED, "unreachable.hangs", "unreachable.nobody", "unreachable.no_connection")
-"""How a camera that serves one client at a time turns away the next."""
+"""How a camera that serves one client at a time may reject the next."""
 
 
 def not_opened(name: str, target: Target | None, error: Exception, *, is_late: bool) -> Sentence:
-    """Return why an address does not open; `name` is what is shown of it.
+    """Return why an address does not open; `name` is the part of it that people may see.
 
-    Blocks for a second look at its `target` where the error says too little, as all do that come
-    when `is_late`. What is not reached by TCP has no target.
+    Blocks while it probes `target` if the error is too vague, as every error is after a timeout
+    (`is_late`). An address that is not reached by TCP has no target.
     """
     if target is None and is_late:
         return Sentence("file.silent", {"name": name})
@@ -40,13 +40,13 @@ def not_opened(name: str, target: Target | None, error: Exception, *, is_late: b
 
 
 def stopped(name: str, error: FFmpegError) -> Sentence:
-    """Return why what has played plays no longer."""
+    """Return why a stream that was playing has stopped."""
     if isinstance(error, ExitError):
         return Sentence("file.silent", {"name": name})
     return Sentence("file.stopped", {"name": name, "why": reason_of(error)})
 
 
 def _plain(error: Exception) -> Exception:
-    """Return an error as sockets have it; what FFmpeg calls by another name is an end."""
+    """Return the error as a socket would raise it; a vague one counts as a closed connection."""
     is_clear = isinstance(error, OSError) and says_enough(error)
     return error if is_clear else ConnectionAbortedError()

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _FRUITLESS: Final = 100
-"""After this many packets without a picture or sound the decoder has failed."""
+"""After this many packets that yield no picture or sound, decoding has failed."""
 
 
 class StreamDecoder:
@@ -37,7 +37,7 @@ class StreamDecoder:
     def open(self) -> None:
         """Raise `SourceError` if the file cannot be played or lacks this stream."""
         self.close()
-        self._demuxer = self._file.join()
+        self._demuxer = self._file.acquire_demuxer()
         try:
             if self.kind not in self._demuxer.kinds():
                 raise SourceError(
@@ -53,7 +53,7 @@ class StreamDecoder:
     def close(self) -> None:
         demuxer, self._demuxer, self._last, self._fruitless = self._demuxer, None, None, 0
         if demuxer is not None:
-            self._file.leave(demuxer)
+            self._file.release_demuxer(demuxer)
 
     @property
     def demuxer(self) -> Demuxer:
@@ -66,7 +66,7 @@ class StreamDecoder:
 
         Frames left in the decoder at the end of a pass come before the next pass.
         """
-        item = self.demuxer.take(self.kind, until_s)
+        item = self.demuxer.next_packet(self.kind, until_s)
         if item is None:
             return None
         frames: list[tuple[Any, Coded]] = []
@@ -80,15 +80,15 @@ class StreamDecoder:
         return frames
 
     def _decode(self, item: Coded, *, flush: bool = False) -> list[tuple[Any, Coded]]:
-        """Feed a packet, or the end of the stream; a damaged packet yields nothing."""
+        """Decode a packet, or flush the decoder; a damaged packet yields no frames."""
         try:
             frames = item.track.decoder.decode(None if flush else item.packet)
         except FFmpegError as error:
             _LOG.debug("packet cannot be decoded", kind=self.kind, why=str(error))
             return []
         for frame in frames:
-            frame.time_base = item.packet.time_base  # flushed frames lack it
-            if frame.pts is None:  # a bare elementary stream, whose packets were counted
+            frame.time_base = item.packet.time_base  # missing in flushed frames
+            if frame.pts is None:  # a bare elementary stream: packets were counted
                 frame.pts = self._next_pts if frame.dts is None else frame.dts
             self._next_pts = frame.pts + round(item.track.period_s / frame.time_base)
         return [(frame, item) for frame in frames]
