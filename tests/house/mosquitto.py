@@ -1,4 +1,4 @@
-"""Debian's broker as a process of the test's own, and somebody at home who listens and presses."""
+"""Debian's broker as a process for tests, and a client at home that listens and presses."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _SENTENCE = "mosquitto is missing; type: sudo apt-get install -y mosquitto"
 
 
 def mosquitto() -> str:
-    """Return the broker's program; without it the test is skipped, but not in CI."""
+    """Return the path of the broker's program; skip the test without it, except in CI."""
     found = shutil.which("mosquitto", path=f"{os.environ.get('PATH', '')}:/usr/sbin")
     if found is None:
         if os.environ.get("CI"):
@@ -40,7 +40,7 @@ class Mosquitto:
     def __init__(self, folder: Path, *lines: str) -> None:
         self.port = free_port()
         self._file = folder / "mosquitto.conf"
-        # As root it would become somebody who cannot read the test's files.
+        # Started as root, it would switch to a user who cannot read the test's files.
         own = [f"listener {self.port} 127.0.0.1", "user root"]
         own += [] if any("allow_anonymous" in line for line in lines) else ["allow_anonymous true"]
         self._file.write_text("\n".join([*own, *lines, ""]))
@@ -80,9 +80,9 @@ def running(folder: Path, *lines: str) -> Iterator[Mosquitto]:
 
 
 class AtHome:
-    """A client that keeps what others say: of each topic the newest, and whether that was kept.
+    """A client that records others' messages: each topic's newest, and whether it is retained.
 
-    `said` is all of it, for what may be over before anybody looks.
+    `said` has all messages, for those that may be replaced before a test looks.
     """
 
     def __init__(self, port: int) -> None:
@@ -90,7 +90,7 @@ class AtHome:
         self.said: list[tuple[str, str]] = []
         self.events: list[str] = []
         self._client = paho.Client(CallbackAPIVersion.VERSION2, protocol=paho.MQTTv5)
-        self._client.on_message = self._take
+        self._client.on_message = self._on_message
         self._client.connect("127.0.0.1", port)
         self._client.subscribe("#", options=SubscribeOptions(qos=1, noLocal=True))
         self._client.loop_start()
@@ -101,7 +101,7 @@ class AtHome:
     def __exit__(self, *_: object) -> None:
         self._client.disconnect()
         self._client.loop_stop()
-        del self._client  # it closes the last of its sockets when nobody has it any more
+        del self._client  # it closes its last socket when it is collected
 
     def says(self, topic: str, payload: str | bytes, *, retain: bool = False, qos: int = 1) -> None:
         info = self._client.publish(topic, payload, qos=qos, retain=retain)
@@ -111,7 +111,7 @@ class AtHome:
     def value(self, topic: str) -> str | None:
         return self.heard.get(topic, (None, False))[0]
 
-    def _take(self, _client: paho.Client, _data: object, message: paho.MQTTMessage) -> None:
+    def _on_message(self, _client: paho.Client, _data: object, message: paho.MQTTMessage) -> None:
         text = message.payload.decode(errors="replace")
         self.heard[message.topic] = (text, message.retain)
         self.said.append((message.topic, text))

@@ -1,4 +1,4 @@
-"""The whole server at a broker, as somebody at home sees it."""
+"""The whole server with a broker, as seen from home."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _flood(home: AtHome) -> None:
 
 
 async def test_the_robot_at_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It is found, seen, closed and opened; old and too many messages do nothing; Stop stops."""
+    """Home sees, closes, opens and stops the robot; retained and flooding messages do nothing."""
     (tmp_path / "index.html").write_text("<!doctype html>")
     monkeypatch.setattr(routes, "PAGE", tmp_path)
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))

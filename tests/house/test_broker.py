@@ -1,4 +1,4 @@
-"""The connection, against Debian's broker: whatever that does, the server only notices."""
+"""The link, against Debian's broker: whatever the broker does, the server only reports it."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ pytestmark = pytest.mark.system
 
 @pytest.fixture(autouse=True)
 def _soon(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Try a lost broker again at once: nobody waits here."""
+    """Reconnect almost at once, so that the tests need not wait."""
     monkeypatch.setattr(broker, "_FIRST_WAIT_S", 0.05)
 
 
 class Kept(BrokerLink):
-    """A link of which the test has the connection, and what was taken."""
+    """A link that exposes its connection and what it delivered."""
 
     connection: BrokerConnection
     taken: list[tuple[str, bytes, bool]]
@@ -59,7 +59,7 @@ class Kept(BrokerLink):
         return self.connection
 
     def break_off(self) -> None:
-        """End the connection as a network does."""
+        """Break the connection as a network would."""
         self.connection.client.socket().shutdown(socket.SHUT_RDWR)  # type: ignore[union-attr]
 
 
@@ -76,7 +76,7 @@ def _link(port: int, scheme: str = "mqtt", host: str = "localhost", **keys: Any)
         topic="rover",
         asks={"rover/stop/set": "rover/stop/status"},
         birth="homeassistant/status",
-        take=take,
+        deliver=take,
     )
     link.taken = taken
     link.states = {"rover/queue": "0"}
@@ -96,7 +96,7 @@ def _linked(port: int, *args: str, **keys: Any) -> Iterator[Kept]:
 
 
 def test_states_are_retained_and_events_are_not(tmp_path: Path) -> None:
-    """Who comes later reads the states; the end is told as "offline"."""
+    """A later client reads the states but no events; closing publishes "offline"."""
     with running(tmp_path) as mosquitto, AtHome(mosquitto.port) as home:
         with _linked(mosquitto.port) as link:
             link.put('{"type":"tape.kept"}')
@@ -112,7 +112,7 @@ def test_states_are_retained_and_events_are_not(tmp_path: Path) -> None:
 
 
 def test_only_live_and_bounded_messages_come_in(tmp_path: Path) -> None:
-    """No retained copy at all, not at a new connection either, and nothing beyond the limit."""
+    """No retained copy and no message beyond the limit arrives, even after a reconnection."""
     with running(tmp_path) as mosquitto, AtHome(mosquitto.port) as home:
         home.says("rover/stop/set", "RETAINED", retain=True)
         with _linked(mosquitto.port) as link:
@@ -130,7 +130,7 @@ def test_only_live_and_bounded_messages_come_in(tmp_path: Path) -> None:
 
 
 def _heard(home: AtHome, link: Kept) -> bool:
-    """Whether the link listens; what is said before it does is nobody's."""
+    """Send a Stop and return whether the link has delivered one."""
     home.says("rover/stop/set", "NOW")
     return bool(link.taken)
 
@@ -138,10 +138,10 @@ def _heard(home: AtHome, link: Kept) -> bool:
 def test_a_flood_is_left_before_driving_waits_for_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What came before acts, the host reads why, and it is tried again."""
+    """A flood ends the connection after the first messages; the host reads why; it reconnects."""
     monkeypatch.setattr(connection, "MOST_PER_S", 50)
     said: list[str | None] = []
-    clock = TurnedClock()  # all come at once, however long that takes
+    clock = TurnedClock()  # it stands still, so all arrive within one second
 
     def wait(_: float) -> None:
         said.append(_code(link))
@@ -165,7 +165,7 @@ def test_a_flood_is_left_before_driving_waits_for_it(
 
 
 def test_nothing_is_read_of_what_is_too_large() -> None:
-    """A broker was asked to send no such thing, nor many at once; paho would take 256 MB of it."""
+    """A packet beyond the announced limit ends the connection; paho would buffer 256 MB of it."""
     accepted, taken = b"\x20\x03\x00\x00\x00", b"\x90\x04\x00\x01\x00\x01"
     publishes = b"\x30\xff\xff\xff\x7f"
     with (
@@ -183,7 +183,7 @@ def _code(link: BrokerLink) -> str | None:
 
 
 def test_a_lost_server_is_told_by_the_broker(tmp_path: Path) -> None:
-    """By the last will; the link is back by itself, and says all its states again."""
+    """The broker sends the will; the link reconnects and publishes all states again."""
     with (
         running(tmp_path) as mosquitto,
         AtHome(mosquitto.port) as home,
@@ -198,7 +198,7 @@ def test_a_lost_server_is_told_by_the_broker(tmp_path: Path) -> None:
 
 
 def test_a_killed_broker_is_awaited(tmp_path: Path) -> None:
-    """Meanwhile nothing waits and too many events are counted; then it has all states again."""
+    """Without a broker, excess events are counted as lost; a new one receives all states."""
     mosquitto = Mosquitto(tmp_path)
     with _linked(mosquitto.port) as link:
         until(lambda: link.problem)
@@ -221,7 +221,7 @@ def test_a_killed_broker_is_awaited(tmp_path: Path) -> None:
 
 
 def test_old_events_are_not_told(tmp_path: Path) -> None:
-    """They would switch something at home that has long been otherwise."""
+    """An event that has expired is not published: what it reports may have changed."""
     with running(tmp_path) as mosquitto, AtHome(mosquitto.port) as home:
         link = _link(mosquitto.port)
         link._clock = clock = TurnedClock()
@@ -235,7 +235,7 @@ def test_old_events_are_not_told(tmp_path: Path) -> None:
 
 
 def test_it_is_tried_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Less and less often, but twice a minute; once it was connected, as soon as at first."""
+    """The link retries for ever, after at most 30 s; a connection resets the backoff."""
     monkeypatch.setattr(broker, "_FIRST_WAIT_S", 1.0)
     link, waited_s = _link(1), list[float]()
 
@@ -257,7 +257,7 @@ def test_it_is_tried_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_broker_that_hangs_holds_up_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It is left, tried again, said, and served when it goes on."""
+    """A hung broker is disconnected, reported and retried, and served once it goes on."""
     monkeypatch.setattr(connection, "KEEPALIVE_S", 1)
     monkeypatch.setattr(broker, "LIMIT_S", 1.0)
     with running(tmp_path) as mosquitto, _linked(mosquitto.port) as link:
@@ -274,10 +274,10 @@ def test_a_broker_that_hangs_holds_up_nothing(
             until(lambda: home.value("rover/queue") == "2")
 
 
-# paho leaves the socket of a handshake that fails to whoever collects it.
+# paho leaves the socket of a failed handshake to the garbage collector.
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_a_wrong_certificate_is_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing is said to such a broker; with its authority named, either way, it is ours."""
+    """A broker with an untrusted authority or another name is refused; `ca_file` adds trust."""
     own = self_signed(tmp_path, ["localhost"], datetime.now(UTC))
     lines = [f"certfile {own.chain}", f"keyfile {own.key}"]
     with running(tmp_path, *lines) as mosquitto:
@@ -298,7 +298,7 @@ def test_a_wrong_certificate_is_a_sentence(tmp_path: Path, monkeypatch: pytest.M
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_the_wrong_port_and_what_a_broker_wants_are_sentences(tmp_path: Path) -> None:
-    """Debian's broker only hangs up; the second look says why."""
+    """Debian's broker only hangs up; the link's own diagnosis says why."""
     own = self_signed(tmp_path, ["localhost"], datetime.now(UTC))
     lines = [f"certfile {own.chain}", f"keyfile {own.key}"]
     with running(tmp_path, *lines, f"cafile {own.chain}", "require_certificate true") as mosquitto:
@@ -311,7 +311,7 @@ def test_the_wrong_port_and_what_a_broker_wants_are_sentences(tmp_path: Path) ->
 
 
 def test_a_broker_without_mqtt_5_is_a_sentence() -> None:
-    """It answers as MQTT 3.1.1 has it (3.1.2.2), which is not this server's language."""
+    """A broker that speaks only MQTT 3.1.1 (3.1.2.2) is a sentence that asks for MQTT 5."""
     with (
         socket.create_server(("localhost", 0)) as other,
         _answering(other, b"\x20\x02\x00\x01"),
@@ -321,13 +321,13 @@ def test_a_broker_without_mqtt_5_is_a_sentence() -> None:
 
 
 def test_an_authority_made_by_hand_is_one(tmp_path: Path) -> None:
-    """Python 3.13 refuses those without an identifier of their key, as most are."""
+    """An authority without a key identifier is accepted, which Python 3.13 refuses by default."""
     own = self_signed(tmp_path, ["localhost"], datetime.now(UTC))
     assert not client_tls(str(own.chain), "mqtt.ca_file").verify_flags & ssl.VERIFY_X509_STRICT
 
 
 def test_who_is_refused_reads_why(tmp_path: Path) -> None:
-    """Whether by a broker, or by what is none; the password is not among it."""
+    """A refusal gives its reason, by a broker or something else, and never the password."""
     (tmp_path / "password").write_text("secret-4711\n")
     (tmp_path / "passwords").write_text("")
     lines = ["allow_anonymous false", f"password_file {tmp_path}/passwords"]
@@ -345,7 +345,7 @@ def test_who_is_refused_reads_why(tmp_path: Path) -> None:
 
 
 def test_a_topic_that_is_kept_from_us_is_said() -> None:
-    """Otherwise a Stop at home would do nothing, and nobody would know."""
+    """A refused command topic is an error: a Stop at home would silently do nothing."""
     accepted, refused = b"\x20\x03\x00\x00\x00", b"\x90\x04\x00\x01\x00\x87"
     with (
         socket.create_server(("localhost", 0)) as other,
@@ -356,9 +356,9 @@ def test_a_topic_that_is_kept_from_us_is_said() -> None:
 
 
 class Acl:
-    """Who may what at a broker, as mosquitto has it: the robot's rights, and all to those at home.
+    """mosquitto's access list: the robot's rights, and all rights for clients at home.
 
-    mosquitto grants every subscription, and drops what may not be read when it would be delivered.
+    mosquitto grants every subscription, and drops at delivery what may not be read.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -384,7 +384,7 @@ ALL = ("readwrite rover/#", "readwrite homeassistant/#")
 def test_a_stop_that_does_not_arrive_is_not_offered(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Nor said to be online before it is tried; the host reads which topic, until it arrives."""
+    """Stop is offline at home, and its topic is named to the host, until a probe of it arrives."""
     monkeypatch.setattr(probes, "AGAIN_S", 0.2)
     monkeypatch.setattr(probes, "LIMIT_S", 0.2)
     monkeypatch.setattr(probes, "PERIOD_S", 0.2)
@@ -400,7 +400,7 @@ def test_a_stop_that_does_not_arrive_is_not_offered(
             acl.allow(*ALL, broker=mosquitto)
             until(lambda: home.value("rover/stop/status") == "online")
             until(lambda: not link.troubles)
-            acl.allow("write rover/#", broker=mosquitto)  # while the connection stands
+            acl.allow("write rover/#", broker=mosquitto)  # while connected
             until(lambda: home.value("rover/stop/status") == "offline")
         assert ("rover/stop/status", "online") not in home.said[: home.said.index(OFFERED)]
         assert link.taken == []
@@ -412,7 +412,7 @@ OFFERED = ("rover/status", "online")
 def test_a_stop_that_cannot_be_tried_is_not_offered(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where the robot may read its commands but write none; the host reads that."""
+    """A robot that may read its commands but not probe them offers none, and the host reads why."""
     monkeypatch.setattr(probes, "LIMIT_S", 0.2)
     acl = Acl(tmp_path)
     acl.allow("write rover/+", "write rover/+/status", "read rover/#")
@@ -427,7 +427,7 @@ def test_a_stop_that_cannot_be_tried_is_not_offered(
 
 
 def test_what_may_not_be_said_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The device that Home Assistant does not find; it is said again until it may."""
+    """A refused discovery message is reported, and published again until it is accepted."""
     monkeypatch.setattr(connection, "AGAIN_S", 0.2)
     acl, device = Acl(tmp_path), "homeassistant/device/rover/config"
     acl.allow("readwrite rover/#")
@@ -446,9 +446,9 @@ def test_what_may_not_be_said_is_told(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_what_is_too_large_for_a_broker_is_left_out(tmp_path: Path) -> None:
-    """That alone, and the host reads which, once: the rest is said, and Stop is offered and heard.
+    """Only a message beyond the broker's limit is left out, and the host reads of it once.
 
-    What is as long as the broker takes is said.
+    A message of exactly the limit is published, and Stop works.
     """
     device = "homeassistant/device/rover/config"
     fits = 1300 - len("rover/long") - 8
@@ -477,14 +477,14 @@ def test_what_is_too_large_for_a_broker_is_left_out(tmp_path: Path) -> None:
 
 
 def test_an_old_will_has_not_the_last_word(tmp_path: Path) -> None:
-    """A power cut: the broker still has the old connection, and tells of its end when it likes."""
+    """A late will of an old connection, as after a power cut, is corrected to "online"."""
     with running(tmp_path) as mosquitto, AtHome(mosquitto.port) as home:
         old = _link(mosquitto.port)._reach()
         with _linked(mosquitto.port) as link:
             until(lambda: home.value("rover/status") == "online")
-            with pytest.raises(BrokerError):  # its place is taken: no will is left
+            with pytest.raises(BrokerError):  # taken over, and so without a will
                 until(old.step)
-            home.says("rover/status", "offline", retain=True)  # as of one that was another client
+            home.says("rover/status", "offline", retain=True)  # as the will of another client
             until(lambda: home.said[-1] == ("rover/status", "online"))
             assert link.troubles == []
 
@@ -492,7 +492,7 @@ def test_an_old_will_has_not_the_last_word(tmp_path: Path) -> None:
 def test_a_status_that_does_not_stay_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What is kept says something else, and goes on doing so."""
+    """A retained status that cannot be corrected is reported to the host."""
     monkeypatch.setattr(connection, "AGAIN_S", 0.2)
     acl = Acl(tmp_path)
     acl.allow("readwrite rover/stop/#", "read rover/status")
@@ -505,7 +505,7 @@ def test_a_status_that_does_not_stay_is_told(
 def test_whoever_takes_our_place_is_told_of(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Once we are back, though the broker says nothing of it; and then nobody hurries any more."""
+    """A takeover is reported after reconnecting, even unannounced; a second one slows the retry."""
     monkeypatch.setattr(broker, "_LONGEST_WAIT_S", 0.1)
     waited_s: list[float] = []
     with running(tmp_path) as mosquitto, _linked(mosquitto.port) as link:
@@ -528,7 +528,7 @@ def test_whoever_takes_our_place_is_told_of(
 
 
 def test_what_our_own_connections_leave_is_no_rivals(tmp_path: Path) -> None:
-    """Neither an earlier process's status nor our own will; the doctor comes as another client."""
+    """Neither an earlier process's status nor our own will counts as a rival."""
     with running(tmp_path) as mosquitto, AtHome(mosquitto.port) as home:
         with _linked(mosquitto.port):
             until(lambda: home.value("rover/status") == "online")
@@ -543,7 +543,7 @@ def test_what_our_own_connections_leave_is_no_rivals(tmp_path: Path) -> None:
 
 
 def test_a_broker_that_says_who_took_our_place_is_believed() -> None:
-    """By its reason code."""
+    """The reason code of a takeover is reported as such."""
     accepted, taken = b"\x20\x03\x00\x00\x00", b"\x90\x04\x00\x01\x00\x01"
     with (
         socket.create_server(("localhost", 0)) as other,
@@ -554,7 +554,7 @@ def test_a_broker_that_says_who_took_our_place_is_believed() -> None:
 
 
 def test_home_assistants_start_has_all_said_again(tmp_path: Path) -> None:
-    """It may have lost what was kept; what is retained of an earlier start means nothing."""
+    """A live birth message has all states published again; a retained one does not."""
     with running(tmp_path) as mosquitto, AtHome(mosquitto.port) as home:
         home.says("homeassistant/status", "online", retain=True)
         with _linked(mosquitto.port):
@@ -566,13 +566,13 @@ def test_home_assistants_start_has_all_said_again(tmp_path: Path) -> None:
 
 
 def test_a_broker_may_want_an_identifier(tmp_path: Path) -> None:
-    """It has one that lasts."""
+    """A broker that refuses empty client ids is served."""
     with running(tmp_path, "allow_zero_length_clientid false") as mosquitto:
         _link(mosquitto.port).check()
 
 
 def test_what_a_broker_ends_the_connection_for_is_left_or_told() -> None:
-    """Some do so instead of refusing: our own status is then no longer listened to."""
+    """A disconnection instead of a refusal is reported, or ends the optional subscriptions."""
     accepted, taken = b"\x20\x03\x00\x00\x00", b"\x90\x04\x00\x01\x00\x01"
     unauthorized = b"\xe0\x02\x87\x00"
     with socket.create_server(("localhost", 0)) as other:
@@ -585,7 +585,7 @@ def test_what_a_broker_ends_the_connection_for_is_left_or_told() -> None:
         values = {"topics": "rover/stop/set", "why": "Not authorized"}
         assert ended.value.sentence == Sentence("house.not_said", values)
         opened._listening = 5
-        opened._sent_away(
+        opened._on_disconnect(
             opened.client,
             None,
             DisconnectFlags(is_disconnect_packet_from_server=True),
@@ -596,7 +596,7 @@ def test_what_a_broker_ends_the_connection_for_is_left_or_told() -> None:
 
 
 def test_the_end_waits_for_no_broker_that_is_silent(monkeypatch: pytest.MonkeyPatch) -> None:
-    """There is nobody to tell."""
+    """`close` does not wait for a broker that never answered."""
 
     def wait(_: float) -> None:
         raise AssertionError
@@ -614,7 +614,7 @@ def test_the_end_waits_for_no_broker_that_is_silent(monkeypatch: pytest.MonkeyPa
 
 
 def test_many_open_files_are_no_limit(tmp_path: Path) -> None:
-    """With hundreds of viewers the connection's descriptor is one that `select` does not take."""
+    """The link works with a descriptor above 1,023, which `select` refuses."""
     limits = resource.getrlimit(resource.RLIMIT_NOFILE)
     with ExitStack() as kept:
         kept.callback(resource.setrlimit, resource.RLIMIT_NOFILE, limits)
@@ -626,7 +626,7 @@ def test_many_open_files_are_no_limit(tmp_path: Path) -> None:
 
 
 def test_the_doctor_tries_the_broker(tmp_path: Path) -> None:
-    """It says where topics begin, and tells those at home nothing."""
+    """`wax doctor` names the prefix of the topics, and sends home nothing but probes."""
     with running(tmp_path) as mosquitto, AtHome(mosquitto.port) as home:
         settings = Settings.model_validate({"mqtt": {"url": f"mqtt://localhost:{mosquitto.port}"}})
         verdict = examine(Check("MQTT broker", lambda: command._broker(settings)))
@@ -648,7 +648,7 @@ def test_the_doctor_tries_the_broker(tmp_path: Path) -> None:
 def test_the_doctor_says_which_command_does_not_arrive(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """However well the broker accepts it."""
+    """`wax doctor` names a command that does not arrive at a broker that accepts the connection."""
     monkeypatch.setattr(probes, "LIMIT_S", 0.2)
     acl = Acl(tmp_path)
     acl.allow("write wax/#", "read wax/wax/+/set")
@@ -665,7 +665,7 @@ def test_the_doctor_says_which_command_does_not_arrive(
 
 
 def test_the_doctor_neither_stops_nor_replaces_a_server(tmp_path: Path) -> None:
-    """That runs: its probes come by the same topics."""
+    """`wax doctor` neither stops nor disconnects a running server with the same topics."""
     with (
         running(tmp_path) as mosquitto,
         AtHome(mosquitto.port) as home,
@@ -680,7 +680,7 @@ def test_the_doctor_neither_stops_nor_replaces_a_server(tmp_path: Path) -> None:
 
 @contextmanager
 def _answering(server: socket.socket, *texts: bytes) -> Iterator[list[bytes]]:
-    """Answer each of what one connection sends with the next of these; yield what it sends."""
+    """Answer each read of one connection with the next text; yield the list of what was read."""
     heard: list[bytes] = []
 
     def answer() -> None:

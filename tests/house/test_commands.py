@@ -1,4 +1,4 @@
-"""What comes in by MQTT."""
+"""Commands by MQTT."""
 
 from __future__ import annotations
 
@@ -36,18 +36,18 @@ MAY = {messages.Stop, messages.Release, messages.HoldQueue, messages.Close, mess
 def test_a_message_means_one_thing_or_nothing(
     name: str, payload: bytes, act: HouseAct | None
 ) -> None:
-    """Nothing is guessed, but that a Stop stops whatever stands in it."""
+    """No payload is guessed, except that a Stop counts whatever its payload."""
     assert parse(name, payload) == act
 
 
 @given(st.sampled_from(NAMES) | st.text(), st.binary() | st.sampled_from([b"ON", b"OFF"]))
 def test_whatever_comes_is_within_its_role(name: str, payload: bytes) -> None:
-    """No message becomes more than the house may do, and driving is not among it."""
+    """No message becomes an act beyond the house's role, and never one that drives."""
     act = parse(name, payload)
     if act is not None:
         assert may("house", messages.Release if isinstance(act, ReleaseAt) else type(act))
 
 
 def test_the_house_may_do_five_things() -> None:
-    """Of all messages and routes: no driving, no page, nothing of the host's other acts."""
+    """The house's role permits five acts: no driving, no page, none of the host's others."""
     assert {act for act in PERMISSIONS if may("house", act)} == MAY

@@ -1,4 +1,4 @@
-"""What Home Assistant is told, against what it documents of each platform."""
+"""The discovery message, checked against Home Assistant's documentation of each platform."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from wax.house.discovery import discovery
 
 Text = Annotated[str, Field(min_length=1, max_length=255)]
 Topic = Annotated[str, Field(pattern=r"^[^+#\x00$][^+#\x00]*$")]
-"""That can be published to."""
+"""A topic that can be published to."""
 
 
 class _Schema(BaseModel):
@@ -55,7 +55,7 @@ class Way(_Schema):
 
 
 class _Commanded(_Entity):
-    """With a list of its own, all of which must be "online"; `availability_topic` excludes it."""
+    """An entity with an availability list of its own, and so no `availability_topic`."""
 
     command_topic: Topic
     availability: Annotated[list[Way], Field(min_length=1)]
@@ -77,7 +77,7 @@ class Switch(_Commanded):
 
 
 class Gone(_Schema):
-    """An entry of its platform alone removes what was there."""
+    """An entry with nothing but its platform, which removes the entity."""
 
     platform: Literal["sensor", "button"]
 
@@ -123,7 +123,7 @@ def _told(tree: dict[str, Any]) -> tuple[str, dict[str, Any]]:
 
 @given(ROBOT_NAMES, st.booleans(), st.booleans())
 def test_it_keeps_to_the_documentation(name: str, names: bool, release: bool) -> None:
-    """Whatever the robot and its gauges are called; every id is there once."""
+    """The message is valid whatever the robot and its gauges are called, and its ids are unique."""
     gauge = {"name": "Motor_1", "label": name[:24], "unit": name[:8]}
     tree = {
         "page": {"name": name},
@@ -139,7 +139,7 @@ def test_it_keeps_to_the_documentation(name: str, names: bool, release: bool) ->
 
 
 def test_every_entity_is_there() -> None:
-    """Sensors, binary sensors, buttons and switches, of one device."""
+    """One device has all sensors, binary sensors, buttons and switches."""
     gauges = [{"name": "temperature", "label": "Motor", "unit": "°C"}]
     _, told = _told({"gauges": gauges, "mqtt": {"names": True, "release": True, "topic": "a/b"}})
     assert {key: one["platform"] for key, one in told["components"].items()} == {
@@ -164,7 +164,7 @@ def test_every_entity_is_there() -> None:
 
 
 def test_what_commands_is_there_while_its_way_leads_here() -> None:
-    """And while the robot is; each has a way of its own."""
+    """A button or switch is available while the robot is online and its own commands arrive."""
     _, told = _told({"mqtt": {"release": True, "topic": "a/b"}})
     ways = {
         key: [way["topic"] for way in one["availability"]]
@@ -181,7 +181,7 @@ def test_what_commands_is_there_while_its_way_leads_here() -> None:
 
 
 def test_what_is_not_allowed_is_removed() -> None:
-    """Who drives, and releasing, are offered only where the configuration says so."""
+    """The driver's name and Release are offered only if configured."""
     _, told = _told({})
     assert told["components"]["driver"] == {"platform": "sensor"}
     assert told["components"]["release"] == {"platform": "button"}
@@ -189,5 +189,5 @@ def test_what_is_not_allowed_is_removed() -> None:
 
 @pytest.mark.parametrize("prefix", ["ha", "home/assistant"])
 def test_the_prefix_is_configured(prefix: str) -> None:
-    """As Home Assistant's own may be."""
+    """The discovery prefix is configurable, as it is in Home Assistant."""
     assert _told({"mqtt": {"discovery": prefix}})[0] == f"{prefix}/device/wax_wax/config"

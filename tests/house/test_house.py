@@ -1,4 +1,4 @@
-"""What goes to the broker and what comes from it, without one."""
+"""Messages to and from the broker, without a broker."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class Link:
-    """Stands for the connection: keeps what it is given."""
+    """A fake link that records what it is given."""
 
     name = "home:1883"
     problem: Sentence | None = None
@@ -36,7 +36,7 @@ class Link:
     lost = expired = 0
 
     def __init__(
-        self, *_: object, topic: str, asks: dict[str, str], birth: str, take: object
+        self, *_: object, topic: str, asks: dict[str, str], birth: str, deliver: object
     ) -> None:
         self.topic, self.asks, self.birth = topic, asks, birth
         self.states: dict[str, str] = {}
@@ -52,7 +52,7 @@ class Link:
 
 
 class Rig:
-    """A house at its broker, with a clock."""
+    """A house with a fake link and a clock."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, **mqtt: Any) -> None:
         monkeypatch.setattr(broker, "BrokerLink", Link)
@@ -72,7 +72,7 @@ class Rig:
         self.acts.append(act)
 
     def hears(self, name: str, payload: bytes, *, retained: bool = False) -> None:
-        self.house.arrived(f"rover/{name}/set", payload, retained)
+        self.house.receive(f"rover/{name}/set", payload, retained)
 
 
 @pytest.fixture
@@ -83,12 +83,12 @@ async def rig(monkeypatch: pytest.MonkeyPatch) -> Rig:
 
 
 def _states(rig: Rig) -> dict[str, str]:
-    rig.house._look()
+    rig.house._refresh_states()
     return {topic: one for topic, one in rig.link.states.items() if topic.startswith("rover/")}
 
 
 async def test_states_are_what_is_seen_and_what_was_told(rig: Rig) -> None:
-    """A fault lasts until the last of them is mended; the last Stop has its role or reason."""
+    """Faults are on until all are mended; the last Stop has its role or reason."""
     assert _states(rig) == {
         "rover/queue": "0",
         "rover/fault": "OFF",
@@ -119,7 +119,7 @@ async def test_states_are_what_is_seen_and_what_was_told(rig: Rig) -> None:
 async def test_home_assistant_is_told_unless_configured_otherwise(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Its message is retained, as the states are."""
+    """The discovery message is published among the states unless `discovery` is empty."""
     _states(rig)
     assert "homeassistant/device/rover/config" in rig.link.states
     other = Rig(monkeypatch, discovery="")
@@ -131,14 +131,14 @@ async def test_home_assistant_is_told_unless_configured_otherwise(
 async def test_names_are_told_only_where_configured(
     monkeypatch: pytest.MonkeyPatch, names: bool, name: str | None
 ) -> None:
-    """As by a hook."""
+    """An event names people only if `names` is true."""
     rig = Rig(monkeypatch, names=names)
     rig.house.put(Removed(type="viewer.banned", viewer=2, name="Eve"))
     assert [one["name"] for one in rig.link.events] == [name]
 
 
 async def test_only_what_may_act_is_listened_to(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Releasing is not, unless configured."""
+    """Every command but Release is subscribed to, and Release if configured."""
     names = ["stop", "open", "paused", "blanked"]
     assert sorted(rig.link.asks) == sorted(f"rover/{name}/set" for name in names)
     assert "rover/release/set" in Rig(monkeypatch, release=True).link.asks
@@ -148,13 +148,13 @@ async def test_only_what_may_act_is_listened_to(rig: Rig, monkeypatch: pytest.Mo
 async def test_home_assistants_start_is_heard_where_it_is_told(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """By its prefix; who announces nothing has nothing to announce again."""
+    """The birth topic has the discovery prefix; it is empty without discovery."""
     assert rig.link.birth == "homeassistant/status"
     assert Rig(monkeypatch, discovery="").link.birth == ""
 
 
 async def test_a_command_acts_at_once_and_is_seen(rig: Rig) -> None:
-    """The state follows it without waiting for the next look."""
+    """A command acts and updates the states at once."""
     rig.seen = {"queue": "7"}
     rig.hears("stop", b"PRESS")
     await asyncio.sleep(0)
@@ -164,7 +164,7 @@ async def test_a_command_acts_at_once_and_is_seen(rig: Rig) -> None:
 
 @pytest.mark.parametrize("name", ["stop", "open", "paused", "blanked", "release"])
 async def test_a_retained_copy_does_nothing(rig: Rig, name: str) -> None:
-    """Nor what deletes one, unless it may be meant as a Stop; what did nothing is counted."""
+    """Retained and empty messages are ignored and counted, except an empty Stop."""
     rig.hears(name, b"ON", retained=True)
     rig.hears(name, b"", retained=True)
     await asyncio.sleep(0)
@@ -177,17 +177,17 @@ async def test_a_retained_copy_does_nothing(rig: Rig, name: str) -> None:
 
 
 async def test_what_nobody_asked_for_does_nothing(rig: Rig) -> None:
-    """A broker that sends all its topics costs no memory and no pass of the event loop."""
+    """A message to another topic uses no memory and no pass of the event loop."""
     for number in range(1000):
         rig.hears(f"{number}", b"ON")
-        rig.house.arrived(f"other/{number}", b"ON", False)
+        rig.house.receive(f"other/{number}", b"ON", False)
     assert rig.house._newest == {}
 
 
 async def test_a_flood_reaches_the_loop_as_a_trickle(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The first of a topic acts at once, then the newest, and another topic's is not held up."""
+    """Of a topic's flood the first acts at once and then the newest; other topics do not wait."""
     for number in range(1000):
         rig.hears("open", b"OFF" if number < 999 else b"ON")
     rig.hears("stop", b"PRESS")
@@ -205,7 +205,7 @@ async def test_a_flood_reaches_the_loop_as_a_trickle(
     turn_loop(GAP_S, monkeypatch)
     await async_until(lambda: len(rig.acts) > 2)
     assert rig.acts[2:] == [messages.Close(type="close", closed=False)]
-    assert rig.house._taken_s["open"] == rig.clock.time_s
+    assert rig.house._acted_s["open"] == rig.clock.time_s
     rig.clock.time_s += GAP_S
     rig.hears("open", b"OFF")
     await asyncio.sleep(0)
@@ -215,7 +215,7 @@ async def test_a_flood_reaches_the_loop_as_a_trickle(
 async def test_a_second_press_of_stop_acts_in_time(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Within 100 ms, whatever was pressed before: somebody may have released the first."""
+    """A second Stop acts within 100 ms: somebody may have released the first."""
     for _ in range(2):
         rig.hears("stop", b"PRESS")
         await asyncio.sleep(0)
@@ -224,7 +224,7 @@ async def test_a_second_press_of_stop_acts_in_time(
 
 
 async def test_garbage_is_one_line(rig: Rig) -> None:
-    """Counted, however much of it comes."""
+    """Each invalid message is counted, and the first is logged."""
     with structlog.testing.capture_logs() as logs:
         for _ in range(3):
             rig.hears("open", b"\xff")
@@ -238,7 +238,7 @@ async def test_garbage_is_one_line(rig: Rig) -> None:
 
 
 async def test_a_refusal_is_counted_and_said(rig: Rig) -> None:
-    """Nobody at home sees it otherwise than by the state, which stays."""
+    """A refused command is counted and logged with its reason."""
     rig.refuses = True
     with structlog.testing.capture_logs() as logs:
         rig.hears("paused", b"ON")
@@ -248,7 +248,7 @@ async def test_a_refusal_is_counted_and_said(rig: Rig) -> None:
 
 
 async def test_the_host_reads_a_refusal_for_a_minute(rig: Rig) -> None:
-    """Nobody at home can."""
+    """The host sees why a command was refused, for 60 s."""
     rig.refuses = True
     rig.hears("paused", b"ON")
     await asyncio.sleep(0)
@@ -259,7 +259,7 @@ async def test_the_host_reads_a_refusal_for_a_minute(rig: Rig) -> None:
 
 
 async def test_a_bug_here_reaches_nobody(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What raises in the look or the act is said once; the room and the loop go on."""
+    """An exception in `seen`, `act` or the link is logged once and goes no further."""
 
     def fail(*_: object) -> None:
         raise RuntimeError("bug")
@@ -271,18 +271,18 @@ async def test_a_bug_here_reaches_nobody(rig: Rig, monkeypatch: pytest.MonkeyPat
         rig.hears("paused", b"ON")
         await asyncio.sleep(0)
         rig.house.put(Removed(type="viewer.banned", viewer=2, name="Eve"))
-        rig.house._look()
+        rig.house._refresh_states()
     assert [one["event"] for one in logs] == ["the house is not told"]
 
 
 async def test_the_end_waits_a_second_at_most(rig: Rig) -> None:
-    """Whatever the broker does then."""
+    """`close` gives the link a second at most."""
     await rig.house.close()
     assert rig.link.ended_within_s <= 1.0
 
 
 async def test_the_host_reads_that_the_broker_is_away(rig: Rig) -> None:
-    """With why, in their language; nothing while all is well."""
+    """The host reads that the connection is lost, and why."""
     assert rig.house.problems() == []
     rig.link.problem = Sentence("unreachable.silent", {"limit": 10.0})
     assert [str(one) for one in rig.house.problems()] == [
@@ -295,7 +295,7 @@ async def test_the_host_reads_that_the_broker_is_away(rig: Rig) -> None:
 
 
 async def test_the_host_reads_what_the_broker_keeps_from_the_robot(rig: Rig) -> None:
-    """On the page and in the status; while there is no connection, only that."""
+    """Troubles are on the page and in the status; a lost connection replaces them."""
     rig.link.troubles = (Sentence("house.not_kept", {"topic": "rover/status"}),)
     assert rig.house.problems() == list(rig.link.troubles)
     told = rig.house.status()
@@ -306,7 +306,7 @@ async def test_the_host_reads_what_the_broker_keeps_from_the_robot(rig: Rig) -> 
 
 
 def test_without_a_url_nothing_is_loaded(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nor asked of this machine; events go nowhere."""
+    """Without a `url`, the link's module is not imported and events are dropped."""
     monkeypatch.setitem(sys.modules, "wax.house.broker", None)
     house = House(Settings(), TurnedClock(), seen=dict, act=lambda _: None)
     house.put(Removed(type="viewer.banned", viewer=2, name="Eve"))
@@ -314,7 +314,7 @@ def test_without_a_url_nothing_is_loaded(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_a_missing_library_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With the line that installs it."""
+    """The sentence has the command that installs the missing library."""
     monkeypatch.setitem(sys.modules, "wax.house.broker", None)
     settings = Settings.model_validate({"mqtt": {"url": "mqtt://home"}})
     with pytest.raises(StartError, match=r'pip install "wax-teleop\[mqtt\]"'):
@@ -335,7 +335,7 @@ def test_a_missing_library_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> Non
 def test_what_cannot_be_read_keeps_the_server_from_starting(
     tmp_path: Path, keys: dict[str, str], text: str | None, says: str
 ) -> None:
-    """With the name of its key."""
+    """A file that cannot be used is a `StartError` that names its key."""
     path = tmp_path / "file"
     if text is not None:
         path.write_text(text)

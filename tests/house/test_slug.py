@@ -1,4 +1,4 @@
-"""Names as topics and ids have them."""
+"""Names made valid for topics and ids."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from wax.house.slug import client_id, slug
     ],
 )
 def test_a_name_stays_readable(text: str, expected: str) -> None:
-    """As far as it can; a digest follows where more is lost than case and what separates."""
+    """A slug stays readable; a digest follows if more than case and separators is lost."""
     if expected and not expected.endswith("_"):
         assert slug(text) == expected
     else:
@@ -34,14 +34,14 @@ def test_a_name_stays_readable(text: str, expected: str) -> None:
 
 @given(st.text())
 def test_any_name_is_fit(text: str) -> None:
-    """Short, of letters that every topic and id may have, and the same each time."""
+    """Any text gives the same short slug each time, valid in every topic and id."""
     assert re.fullmatch("[a-z0-9_]{1,49}", slug(text))
     assert slug(text) == slug(text)
 
 
 @given(st.text(), st.text())
 def test_two_names_stay_two(one: str, other: str) -> None:
-    """Unless they differ in case and separators only."""
+    """Two names have two slugs unless they differ only in case and separators."""
 
     def plain(text: str) -> str:
         return re.sub(r"[ _/-]+", "_", text.lower()).strip("_")
@@ -51,7 +51,7 @@ def test_two_names_stay_two(one: str, other: str) -> None:
 
 @given(st.text(min_size=1, max_size=100))
 def test_every_broker_takes_the_identifier(topic: str) -> None:
-    """1 to 23 letters and digits (MQTT 5, 3.1.3.1): the same for a topic, another for each use."""
+    """A client id has 1 to 23 letters and digits (MQTT 5, 3.1.3.1) and depends on topic and use."""
     own = client_id(topic, "server")
     assert re.fullmatch("[0-9a-z]{1,23}", own)
     assert own == client_id(topic, "server") != client_id(topic, "trial")

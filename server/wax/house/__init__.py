@@ -1,5 +1,5 @@
-"""Home automation by MQTT: it is told states and events, and may do what its role may.
+"""Home automation by MQTT: it receives states and events, and sends the commands its role permits.
 
-`house` decides which messages count, `commands` parses them. `broker` stays connected; of each
-`connection`, `probes` try whether commands arrive, and `publications` are what it has said.
+`house` decides which messages count, `commands` parses them. `broker` keeps the link connected;
+for each `connection`, `probes` test whether commands arrive and `publications` track what was sent.
 """

@@ -1,7 +1,7 @@
-"""The connection to the broker, in a thread of its own: nothing of the server waits for it.
+"""The link to the broker, in a thread of its own so that nothing else waits for it.
 
-paho looks names up, shakes hands and reads for as long as the other end takes; in the event loop
-that would be everybody's delay, and Stop's too.
+paho blocks on name lookups, handshakes and reads; in the event loop that would delay every viewer,
+and Stop.
 """
 
 from __future__ import annotations
@@ -37,26 +37,26 @@ LIMIT_S: Final = 10.0
 """How long a broker may take to accept a connection."""
 MOST_EVENTS: Final = 200
 KEPT_S: Final = 60.0
-"""Old events would switch something that has long been otherwise; states are what lasts."""
+"""An older event would trigger an automation about what has since changed; states are current."""
 _FIRST_WAIT_S: Final = 1.0
 _LONGEST_WAIT_S: Final = 30.0
 RIVAL_S: Final = 60.0
-"""So long the host is told of another server in our place; to be sooner back would be a fight."""
+"""How long the host sees that a rival took our client id; returning sooner would start a fight."""
 _MOST_CHARS: Final = 120
 _MOST_PASSWORD_CHARS: Final = 1000
 
 
 class BrokerLink:
-    """Tries for ever; `StartError` if what it needs on this machine cannot be read.
+    """Retries for ever; raises `StartError` if a file that it needs cannot be read.
 
-    `states` are what each topic says now: whoever sets them replaces all of them. `asks` are the
-    topics whose messages are given to `take`, in this thread: topic, payload, whether it is a
-    retained copy; each with the topic that says whether they arrive. "online" at the topic `birth`
-    has everything said again.
+    `states` maps each topic to its current payload; assign it as a whole. `asks` maps each command
+    topic to the topic that says whether its commands arrive. A command is passed to `deliver`, in
+    this thread: topic, payload, whether it is a retained copy. "online" at the topic `birth` has
+    everything published again.
 
-    `is_connected` is true once each way for commands has been tried. `problem` is why there is no
-    connection, None while there is one; `troubles` are what is kept from it. `lost` counts the
-    events that were too many, `expired` those that were too old.
+    `is_connected` is true once each command topic has been probed. `problem` is why there is no
+    connection, None while there is one; `troubles` is what the broker refuses or withholds. `lost`
+    counts the events dropped from a full queue, `expired` those that were too old.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class BrokerLink:
         topic: str,
         asks: Mapping[str, str],
         birth: str,
-        take: Callable[[str, bytes, bool], None],
+        deliver: Callable[[str, bytes, bool], None],
     ) -> None:
         parts = urlsplit(settings.url)
         self.name = parts.netloc
@@ -89,35 +89,35 @@ class BrokerLink:
         self._topic = topic
         self._asks = asks
         self._birth = birth
-        self._take = take
+        self._deliver = deliver
         self._may_listen = True
         self._mark, self._is_return = secrets.token_hex(8), False
         self._rival: tuple[float, Sentence] | None = None
         self._is_fight = False
         self._events: deque[tuple[float, str]] = deque(maxlen=MOST_EVENTS)
         self._ended = threading.Event()
-        # A daemon: a name server that hangs must not keep the process.
+        # A daemon: a name server that hangs must not keep the process alive.
         self._thread = threading.Thread(target=self._run, name="mqtt", daemon=True)
 
     def start(self) -> None:
         self._thread.start()
 
     def close(self, limit_s: float) -> None:
-        """Tell the broker that this ends; waits so long at most, and for none that is away."""
+        """Disconnect; wait at most `limit_s`, and not at all for a broker that is away."""
         self._ended.set()
         if self.is_connected:
             self._thread.join(limit_s)
 
     def put(self, event: str) -> None:
-        """Have an event published soon; of too many the oldest is lost."""
+        """Enqueue an event; a full queue drops its oldest."""
         self.lost += len(self._events) == MOST_EVENTS
         self._events.append((self._clock.now_s(), event))
 
     def check(self) -> None:
-        """Connect once, try each way for commands, and leave; raises `BrokerError`.
+        """Connect once, probe each command topic and disconnect; raises `BrokerError`.
 
-        As another client and without a will: the server that runs keeps its session, and nobody at
-        home is told anything.
+        It has a client id of its own and no will: a running server keeps its session, and nobody at
+        home notices.
         """
         try:
             connection = self._connection("trial")
@@ -143,7 +143,7 @@ class BrokerLink:
             self._is_fight = False
             try:
                 self._serve(self._reach())
-            except Exception as error:  # paho's too: driving does not need it
+            except Exception as error:  # a bug of paho's, too: driving does not depend on it
                 why = self._why(error)
                 if why != self.problem:
                     _LOG.warning("no connection to the MQTT broker", broker=self.name, why=str(why))
@@ -154,9 +154,9 @@ class BrokerLink:
             self._ended.wait(_LONGEST_WAIT_S if self._is_fight else wait_s)
 
     def _reach(self) -> BrokerConnection:
-        """Return a connection that the broker accepts and hears; raises as `open` does."""
+        """Return an open connection; raises as `BrokerConnection.open` does."""
         connection = self._connection("server")
-        connection.will()
+        connection.set_will()
         connection.open(self._target.host, self._target.port, LIMIT_S)
         self.problem, self.is_connected, self._is_return = None, True, True
         return connection
@@ -169,34 +169,34 @@ class BrokerLink:
             is_return=self._is_return,
             status=f"{self._topic}/{STATUS}",
             asks=self._asks,
-            take=self._take,
+            deliver=self._deliver,
             login=(self._user, self._password) if self._user else None,
             tls=self._tls,
         )
 
     def _serve(self, connection: BrokerConnection) -> None:
-        """Publish and listen until the end; raises what ends it before."""
+        """Publish and listen until closed; raises whatever ends the connection first."""
         _LOG.info("connected to the MQTT broker", broker=self.name)
         try:
             if self._may_listen:
                 connection.listen(self._birth)
             while not self._ended.is_set():
                 connection.step()
-                self._say(connection)
-                self._tell(connection)
+                self._publish(connection)
+                self._update_troubles(connection)
         except BrokerError:
             self._note_end(connection)
             raise
         else:
-            self._say(connection)
-            connection.leave()
+            self._publish(connection)
+            connection.disconnect()
         finally:
             connection.close()
 
-    def _say(self, connection: BrokerConnection) -> None:
-        """Publish what is new, as far as the broker takes it: what it does not take waits here."""
-        connection.say(self.states)
-        while self._events and connection.publications.may():
+    def _publish(self, connection: BrokerConnection) -> None:
+        """Publish changed states and queued events, as many as the broker accepts now."""
+        connection.publish_states(self.states)
+        while self._events and connection.publications.can_send():
             at_s, event = self._events.popleft()
             now_s = self._clock.now_s()
             if now_s - at_s > KEPT_S:
@@ -204,8 +204,8 @@ class BrokerLink:
             else:
                 connection.publications.publish(f"{self._topic}/event", event, now_s)
 
-    def _tell(self, connection: BrokerConnection) -> None:
-        """Have the host told what is kept from this server."""
+    def _update_troubles(self, connection: BrokerConnection) -> None:
+        """Update what the broker refuses or withholds, and log what is new."""
         self._note_rival(connection)
         found = connection.troubles()
         if self._rival is not None and self._has_rival():

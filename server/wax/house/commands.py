@@ -1,4 +1,4 @@
-"""What comes in from the house's broker, as typed values. Pure."""
+"""Parses the commands that come from the house's broker. Pure."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ReleaseAt:
-    """Release the stop in force, as of a Unix time in ms: a broker may hold a message back."""
+    """Release the stop that was in force at a Unix time in ms: a broker may delay a message."""
 
     wall_ms: int
 
@@ -27,7 +27,7 @@ OPEN: Final = "open"
 PAUSED: Final = "paused"
 BLANKED: Final = "blanked"
 NAMES: Final = (STOP, RELEASE, OPEN, PAUSED, BLANKED)
-"""The last but one level of a command's topic, as ``home/rover/stop/set``."""
+"""The last level but one of a command's topic, as in ``home/rover/stop/set``."""
 
 ON: Final = "ON"
 OFF: Final = "OFF"
@@ -41,9 +41,9 @@ _WALL_MS: Final = re.compile(rb"\d{13}")
 
 
 def parse(name: str, payload: bytes) -> HouseAct | None:
-    """Return what a message asks for; None for what nobody can have meant.
+    """Return what a message asks for; None if its payload is invalid.
 
-    Whatever stands in a Stop, it stops.
+    A Stop counts whatever its payload.
     """
     if name == STOP:
         return messages.Stop(type="stop")

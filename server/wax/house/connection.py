@@ -1,7 +1,7 @@
 """One connection to a broker, by MQTT 5.
 
-Its brokers send nothing larger than they are asked to, and no retained copies where nobody wants
-them; one that does is left.
+It limits the size of what the broker sends and asks for no retained commands; it disconnects from a
+broker that exceeds the limit.
 """
 
 from __future__ import annotations
@@ -33,37 +33,37 @@ if TYPE_CHECKING:
     from wax.clock import Clock
 
 KEEPALIVE_S: Final = 15
-"""A broker that hangs is left after twice this; it tells of us that we are gone after 1.5 times."""
+"""We disconnect from a hung broker after twice this; a broker sends our will after 1.5 times."""
 MOST_BYTES: Final = 2048
-"""A probe of Stop has 1,024 beside its topic."""
+"""A probe of Stop has 1,024 and its topic."""
 MOST_PER_S: Final = 2000
 """Reading more would take the interpreter from the event loop, and with it from driving."""
 _READS: Final = 4
-"""What the largest message takes: its kind, its length in two bytes, the rest."""
+"""The reads that the largest message takes: its type, two bytes of length, the rest."""
 AGAIN_S: Final = 10.0
-"""What was refused or does not stay is said again so often; all of it, no more often."""
+"""How often what was refused or overwritten is published again; everything, at most as often."""
 _CORRECTED_S: Final = 1.0
 _LOOP_S: Final = 0.1
 _MOST_HELD: Final = 20
-"""Messages that the broker may have begun and not finished (QoS 2), which paho keeps."""
+"""Messages the broker may have in flight to us (QoS 2): paho keeps each until it is complete."""
 _MARK: Final = "wax-server"
-"""The user property of a status: which process says it."""
+"""The user property of a status that names the process that published it."""
 _NOT_AUTHORIZED: Final = 0x87
 _OLD: Final = "Unsupported protocol version"
 _TAKEN_OVER: Final = 0x8E
 
 
 class BrokerError(WaxError):
-    """What keeps this server from its broker, in a sentence for the host."""
+    """Why this server cannot use its broker, in a sentence for the host."""
 
 
 class BrokerConnection:
-    """Belongs to one thread. `asks`, `take` and what `listen` hears are as of `BrokerLink`.
+    """Belongs to one thread; `asks`, `deliver` and the `birth` of `listen` are `BrokerLink`'s.
 
-    A client's identifier lasts, and so a new connection ends an old one that the broker has not
-    given up: else it would tell that one's will when we are long back. `rival` says that another
-    server does so to us: `mark` is the name of this process, and `is_return` whether it has been
-    connected before. `may_listen` is false where the broker ends the connection for it.
+    The client id is constant, so a new connection ends an old one that the broker still holds:
+    otherwise the broker would send the old one's will after we are back. `rival` says that another
+    server has ended ours so: `mark` is the name of this process, `is_return` whether it has been
+    connected before. `may_listen` is false if the broker ended the connection because of `listen`.
     """
 
     def __init__(
@@ -75,15 +75,15 @@ class BrokerConnection:
         is_return: bool,
         status: str,
         asks: Mapping[str, str],
-        take: Callable[[str, bytes, bool], None],
+        deliver: Callable[[str, bytes, bool], None],
         login: tuple[str, str | None] | None,
         tls: ssl.SSLContext | None,
     ) -> None:
         self.client = _Client(client_id, self._before_read)
-        self.client.on_connect = self._accepted
-        self.client.on_subscribe = self._subscribed
-        self.client.on_message = self._arrived
-        self.client.on_disconnect = self._sent_away
+        self.client.on_connect = self._on_connect
+        self.client.on_subscribe = self._on_subscribe
+        self.client.on_message = self._on_message
+        self.client.on_disconnect = self._on_disconnect
         if login is not None:
             self.client.username_pw_set(*login)
         if tls is not None:
@@ -93,10 +93,10 @@ class BrokerConnection:
         self.may_listen = True
         self._id, self._mark, self._clock = client_id, mark, clock
         self._is_return = is_return
-        self._status, self._asks, self._take = status, asks, take
+        self._status, self._asks, self._deliver = status, asks, deliver
         self._tls = tls
         self._probes = Probes(asks)
-        self._is_accepted = self._is_heard = False
+        self._is_accepted = self._is_subscribed = False
         self._end: Sentence | None = None
         self._birth = ""
         self._listening: int | None = None
@@ -106,13 +106,16 @@ class BrokerConnection:
         most = MOST_PER_S * _READS
         self._read_s: deque[float] = deque([float("-inf")] * most, maxlen=most)
 
-    def will(self) -> None:
-        """Have the broker say that this server is gone."""
+    def set_will(self) -> None:
+        """Set the will, by which the broker publishes that this server is gone."""
         marked = self._marked(PacketTypes.WILLMESSAGE)
         self.client.will_set(self._status, OFFLINE, 1, retain=True, properties=marked)
 
     def open(self, host: str, port: int, limit_s: float) -> None:
-        """Be accepted and heard, and try each way; raises `BrokerError` or `OSError`, closed."""
+        """Connect, subscribe and probe each command topic; closed if it raises.
+
+        Raises `BrokerError` or `OSError`.
+        """
         try:
             self._open(host, port, limit_s)
         except BaseException:
@@ -126,7 +129,7 @@ class BrokerConnection:
         asked.ReceiveMaximum = _MOST_HELD
         self.client.connect(host, port, KEEPALIVE_S, properties=asked)
         end_s = self._clock.now_s() + limit_s
-        while not self._is_heard:
+        while not self._is_subscribed:
             if self._clock.now_s() > end_s:
                 raise TimeoutError
             self.step()
@@ -134,13 +137,13 @@ class BrokerConnection:
             self.step()
 
     def listen(self, birth: str) -> None:
-        """Hear what is useful, but not needed: our own status, and `birth`, if not empty."""
+        """Subscribe to what is useful but not needed: our own status and, if not empty, `birth`."""
         self._birth = birth
         heard = [(self._status, SubscribeOptions(qos=1)), *([(birth, _live())] if birth else [])]
         _, self._listening = self.client.subscribe(heard)
 
     def step(self) -> None:
-        """Read and write what there is; paho's own `loop` would need a descriptor below 1,024."""
+        """Read and write what is ready; paho's own `loop` needs a descriptor below 1,024."""
         client = self.client
         line: Any = client.socket()
         code = paho.MQTT_ERR_CONN_LOST
@@ -156,15 +159,15 @@ class BrokerConnection:
         if self._end is not None:
             raise BrokerError(self._end)
         if code != paho.MQTT_ERR_SUCCESS and not self._is_accepted:
-            raise ConnectionAbortedError  # by whom or why is for a second look
+            raise ConnectionAbortedError  # `explained` finds out why
         if code != paho.MQTT_ERR_SUCCESS:
             raise BrokerError(_lost(paho.error_string(code)))
-        for topic, payload in self._probes.due(now_s) if self._is_heard else ():
-            if self.publications.may():
+        for topic, payload in self._probes.due(now_s) if self._is_subscribed else ():
+            if self.publications.can_send():
                 self.publications.publish(topic, payload, now_s)
 
-    def say(self, states: Mapping[str, str]) -> None:
-        """Publish what is new: by which ways commands arrive, that we are there, and these."""
+    def publish_states(self, states: Mapping[str, str]) -> None:
+        """Publish what has changed: which command topics work, that we are online, and `states`."""
         now_s, publications = self._clock.now_s(), self.publications
         if now_s - self._again_s >= AGAIN_S:
             self._again_s = now_s
@@ -178,25 +181,25 @@ class BrokerConnection:
             for topic, told in self._asks.items()
         }
         for topic, payload in (ways | {self._status: ONLINE} | dict(states)).items():
-            if not publications.may():
+            if not publications.can_send():
                 return
             marked = self._marked(PacketTypes.PUBLISH) if topic == self._status else None
-            publications.state(topic, payload, now_s, marked)
+            publications.publish_state(topic, payload, now_s, marked)
 
-    def leave(self) -> None:
-        """Say that this server ends."""
+    def disconnect(self) -> None:
+        """Publish "offline" and disconnect."""
         marked = self._marked(PacketTypes.PUBLISH)
         self.client.publish(self._status, OFFLINE, retain=True, properties=marked)
         self.client.disconnect()
 
     def close(self) -> None:
-        """Let go of the line, which paho leaves to whoever collects it."""
+        """Close the socket, which paho would leave to the garbage collector."""
         line: Any = self.client.socket()
         if line is not None:
             line.close()
 
     def troubles(self) -> list[Sentence]:
-        """Return what the host is to know of this connection."""
+        """Return the problems of this connection to show to the host."""
         said = self.publications
         closed = [topic for topic in self._probes.closed() if topic not in said.too_large]
         found = troubles(self._asks, closed, said.refused)
@@ -207,7 +210,7 @@ class BrokerConnection:
             found.append(Sentence("house.not_kept", {"topic": self._status}))
         return found
 
-    def _accepted(
+    def _on_connect(
         self, client: paho.Client, _data: Any, _flags: Any, answer: ReasonCode, more: Any
     ) -> None:
         if answer.is_failure:
@@ -222,48 +225,48 @@ class BrokerConnection:
         )
         client.subscribe([(topic, _live()) for topic in self._asks])
 
-    def _subscribed(
+    def _on_subscribe(
         self, _client: paho.Client, _data: Any, mid: int, answers: list[ReasonCode], _more: Any
     ) -> None:
-        """Be heard if no topic is kept from us: else a Stop at home would do nothing."""
+        """Fail if the broker refuses any command topic: a Stop at home would do nothing."""
         if mid == self._listening:
             self._listening = None
             return
         refusal = next((one for one in answers if one.is_failure), None)
-        self._is_heard = refusal is None
+        self._is_subscribed = refusal is None
         if refusal is not None:
             self._end = Sentence("house.refused", {"why": str(refusal)})
 
-    def _sent_away(
+    def _on_disconnect(
         self, _client: paho.Client, _data: Any, flags: DisconnectFlags, why: ReasonCode, _more: Any
     ) -> None:
-        """Note why the broker ends the connection, as some do instead of refusing one thing."""
+        """Note why the broker disconnects us; some do so instead of refusing one topic."""
         if not flags.is_disconnect_packet_from_server:
             return
         unanswered = self.publications.awaited()
         self._end = _lost(str(why))
         if why.value == _TAKEN_OVER:  # mosquitto 2.0 does not say so
-            self._end = self.rival = self._taken_over()
+            self._end = self.rival = self._rival_problem()
         elif why.value == _NOT_AUTHORIZED and self._listening is not None:
             self.may_listen = False
         elif why.value == _NOT_AUTHORIZED and unanswered:
             self._end = not_said(unanswered, why)
 
-    def _arrived(self, _client: paho.Client, _data: Any, message: paho.MQTTMessage) -> None:
+    def _on_message(self, _client: paho.Client, _data: Any, message: paho.MQTTMessage) -> None:
         topic, payload, now_s = message.topic, bytes(message.payload), self._clock.now_s()
         if topic == self._status:
             said_by = dict(getattr(message.properties, "UserProperty", [])).get(_MARK, self._mark)
             is_online, is_live = payload == ONLINE.encode(), not message.retain
             if said_by != self._mark and (is_online if is_live else self._is_return):
-                self.rival = self._taken_over()
-            self._hear_status(is_online=is_online, is_live=is_live, now_s=now_s)
+                self.rival = self._rival_problem()
+            self._check_status(is_online=is_online, is_live=is_live, now_s=now_s)
         elif topic == self._birth:
             self._is_born |= payload == ONLINE.encode() and not message.retain
-        elif not self._probes.take(topic, payload, now_s):
-            self._take(topic, payload, message.retain)
+        elif not self._probes.consume(topic, payload, now_s):
+            self._deliver(topic, payload, message.retain)
 
-    def _hear_status(self, *, is_online: bool, is_live: bool, now_s: float) -> None:
-        """Say again that we are there where an old will, or somebody else, says that we are not."""
+    def _check_status(self, *, is_online: bool, is_live: bool, now_s: float) -> None:
+        """Publish "online" again where an old will, or somebody else, has said "offline"."""
         if is_online:
             self._wrong_s = None
             return
@@ -272,7 +275,7 @@ class BrokerConnection:
             self._corrected_s = now_s
             self.publications.forget([self._status])
 
-    def _taken_over(self) -> Sentence:
+    def _rival_problem(self) -> Sentence:
         return Sentence("house.taken_over", {"client": self._id})
 
     def _marked(self, packet: int) -> Properties:
@@ -281,7 +284,7 @@ class BrokerConnection:
         return made
 
     def _before_read(self, n_bytes: int) -> None:
-        """Raise `BrokerError` where too much comes at once; what came before has acted."""
+        """Raise `BrokerError` if a message or the rate is too large; earlier ones have acted."""
         if n_bytes > MOST_BYTES:
             raise BrokerError(_lost(paho.error_string(paho.MQTT_ERR_PROTOCOL)))
         now_s, before_s = self._clock.now_s(), self._read_s[0]
@@ -291,9 +294,9 @@ class BrokerConnection:
 
 
 class _Client(paho.Client):
-    """paho's, which tells how much it is about to read.
+    """paho's client, which asks `before_read` before each read.
 
-    By itself it takes what a broker announces, up to 256 MB of one packet, and holds it all.
+    On its own, it buffers whatever length a broker announces, up to 256 MB for one packet.
     """
 
     def __init__(self, client_id: str, before_read: Callable[[int], None]) -> None:
@@ -311,7 +314,7 @@ class _Client(paho.Client):
 
 
 def _live() -> SubscribeOptions:
-    """Return how a topic is heard without retained copies."""
+    """Return the options of a subscription without retained copies."""
     return SubscribeOptions(qos=1, retainHandling=SubscribeOptions.RETAIN_DO_NOT_SEND)
 
 

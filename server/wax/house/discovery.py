@@ -1,8 +1,8 @@
 """How Home Assistant finds the robot: MQTT discovery of one device with its components. Pure.
 
-One message for the whole device (Home Assistant 2024.11 and later) instead of one for each entity:
-it appears at once or not at all, and what the configuration no longer allows goes with the next
-start. https://www.home-assistant.io/integrations/mqtt/#device-discovery-payload
+One message describes the whole device (Home Assistant 2024.11 and later), not one each entity: the
+device appears at once or not at all, and the next start removes what the configuration no longer
+allows. https://www.home-assistant.io/integrations/mqtt/#device-discovery-payload
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ ONLINE: Final = "online"
 OFFLINE: Final = "offline"
 
 _RELEASED: Final = "{{ (now().timestamp() * 1000) | int }}"
-"""Home Assistant's template of the time at which somebody presses, as `ReleaseAt` has it."""
+"""Home Assistant's template for the time of a press, in the unit of `ReleaseAt`."""
 _MEASURED: Final = {"state_class": "measurement"}
 
 
 def topic_of(settings: Settings) -> str:
-    """Return the levels that all topics of this robot begin with."""
+    """Return the prefix of all topics of this robot."""
     return settings.mqtt.topic or f"wax/{slug(settings.page.name)}"
 
 
@@ -34,22 +34,22 @@ def command_topic(topic: str, name: str) -> str:
 
 
 def way_topic(topic: str, name: str) -> str:
-    """Return where it is said whether what is sent to the `command_topic` arrives."""
+    """Return the topic that says whether messages to the `command_topic` arrive."""
     return f"{topic}/{name}/{STATUS}"
 
 
 def birth_topic(settings: Settings) -> str:
-    """Return where Home Assistant says that it has started; empty where it is told nothing."""
+    """Return the topic of Home Assistant's birth message; empty if discovery is off."""
     return f"{settings.mqtt.discovery}/{STATUS}" if settings.mqtt.discovery else ""
 
 
 def gauge_key(name: str) -> str:
-    """Return the levels of a gauge, and its id with "/" for "_"; its name is fit for both."""
+    """Return the last levels of a gauge's topic; its id has "_" for "/"."""
     return f"gauge/{name}"
 
 
 def discovery(settings: Settings, software: str) -> tuple[str, dict[str, Any]]:
-    """Return the topic and the payload, which are retained."""
+    """Return the topic and the payload of the message, which must be retained."""
     topic, mqtt, page = topic_of(settings), settings.mqtt, settings.page
     own_id = slug(topic)
     components: dict[str, dict[str, Any]] = {}
@@ -62,7 +62,7 @@ def discovery(settings: Settings, software: str) -> tuple[str, dict[str, Any]]:
         add(key.replace("/", "_"), platform, name, state_topic=f"{topic}/{key}", **more)
 
     def commands_by(key: str) -> dict[str, object]:
-        """Return what makes a component unavailable while its way does not lead here."""
+        """Return keys that show a component as unavailable while its commands do not arrive."""
         ways = [{"topic": one} for one in (f"{topic}/{STATUS}", way_topic(topic, key))]
         return {
             "command_topic": command_topic(topic, key),
@@ -91,7 +91,7 @@ def discovery(settings: Settings, software: str) -> tuple[str, dict[str, Any]]:
     switch(commands.OPEN, "Open")
     switch(commands.PAUSED, "Pause the queue")
     switch(commands.BLANKED, "Blank")
-    # What is not allowed, or not any more, is an entry of its platform alone, which removes it.
+    # An entry with nothing but its platform removes a component that is not allowed (any more).
     if mqtt.names:
         shows("driver", "sensor", "Driver")
     else:
@@ -106,7 +106,8 @@ def discovery(settings: Settings, software: str) -> tuple[str, dict[str, Any]]:
         | {"sw_version": software}
         | (page_url if settings.server.public_url else {}),
         "origin": {"name": "WAX", "sw_version": software},
-        # As a list, which a component's own replaces; an `availability_topic` would exclude it.
+        # A list, which a component's own list replaces; Home Assistant refuses a list together
+        # with an `availability_topic`.
         "availability": [{"topic": f"{topic}/{STATUS}"}],
         "qos": 1,
         "components": components,

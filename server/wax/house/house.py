@@ -1,4 +1,4 @@
-"""Publishes states and events to the broker, and decides which of its commands count."""
+"""Publishes states and events to the broker, and decides which of its messages are obeyed."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 UNKNOWN: Final = "None"
-"""What Home Assistant takes for a state that nobody knows."""
+"""The payload that Home Assistant shows as an unknown state."""
 GAP_S: Final = 0.2
-"""Messages of one topic act so often at most: the first at once, then the newest."""
+"""Messages of one topic act at most this often: the first at once, then the newest."""
 _STOP_GAP_S: Final = 0.04
-"""The same of Stop, which acts within 100 ms whatever was pressed before."""
-_LOOK_S: Final = 1.0
-_LAST_S: Final = 1.0
-_TOLD_S: Final = 60.0
-"""So long the host is told that a command was refused: nobody at home reads why."""
+"""The same for Stop, which must act within 100 ms even right after another."""
+_REFRESH_S: Final = 1.0
+_CLOSE_S: Final = 1.0
+_REFUSAL_SHOWN_S: Final = 60.0
+"""How long the host sees that a command was refused: nobody at home reads why."""
 
 
 def broker_link(
-    settings: Settings, clock: Clock, take: Callable[[str, bytes, bool], None] = lambda *_: None
+    settings: Settings, clock: Clock, deliver: Callable[[str, bytes, bool], None] = lambda *_: None
 ) -> BrokerLink:
-    """Return a link that gives every command to `take`; raises `StartError`."""
+    """Return a link that passes every command to `deliver`; raises `StartError`."""
     try:
         from wax.house.broker import BrokerLink  # noqa: PLC0415 - an extra
     except ImportError as error:
@@ -56,14 +56,14 @@ def broker_link(
     names = [name for name in commands.NAMES if name != commands.RELEASE or may_release]
     asks = {command_topic(topic, name): way_topic(topic, name) for name in names}
     birth = birth_topic(settings)
-    return BrokerLink(settings.mqtt, clock, topic=topic, asks=asks, birth=birth, take=take)
+    return BrokerLink(settings.mqtt, clock, topic=topic, asks=asks, birth=birth, deliver=deliver)
 
 
 class House:
-    """`[mqtt]`; without its `url`, nothing here does anything. Raises `StartError`.
+    """The integration of `[mqtt]`, idle without its `url`. Raises `StartError`.
 
-    `seen` returns the states that are polled, by the last levels of their topics; `act` carries out
-    what comes in, or raises `ForbiddenError`.
+    `seen` returns the polled states by the last levels of their topics; `act` carries out a command
+    or raises `ForbiddenError`.
     """
 
     def __init__(
@@ -88,17 +88,17 @@ class House:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._lock = threading.Lock()
         self._newest: dict[str, bytes] = {}
-        self._taken_s: dict[str, float] = {}
+        self._acted_s: dict[str, float] = {}
         self._is_garbage_told = False
         self._refused: tuple[float, Sentence] | None = None
         self.counts = dict.fromkeys(("retained", "overtaken", "garbage", "refused"), 0)
         self._contained = FirstErrorLogged("the house is not told")
         self._link = None
         if self._settings.url:
-            self._link = broker_link(settings, clock, self.arrived)
+            self._link = broker_link(settings, clock, self.receive)
 
     def put(self, event: Event) -> None:
-        """Tell an event, soon; never raises."""
+        """Enqueue an event; never raises."""
         if self._link is None:
             return
         with self._contained:
@@ -107,22 +107,22 @@ class House:
             self._link.put(told.model_dump_json())
 
     async def run(self) -> None:
-        """Tell what is to be seen until cancelled; never ends, since driving does not need it."""
+        """Refresh the states until cancelled; no failure ends it: driving does not depend on it."""
         if self._link is not None:
             self._loop = asyncio.get_running_loop()
-            self._look()
+            self._refresh_states()
             self._link.start()
         while True:
-            await asyncio.sleep(_LOOK_S)
-            self._look()
+            await asyncio.sleep(_REFRESH_S)
+            self._refresh_states()
 
     async def close(self) -> None:
-        """Tell the broker that this ends; for a second at most."""
+        """Disconnect from the broker, within a second."""
         if self._link is not None:
-            await asyncio.to_thread(self._link.close, _LAST_S)
+            await asyncio.to_thread(self._link.close, _CLOSE_S)
 
     def status(self) -> dict[str, object] | None:
-        """Return what the host's status page has; None without a broker."""
+        """Return the entry for the host's status page; None without a broker."""
         link = self._link
         if link is None:
             return None
@@ -136,14 +136,14 @@ class House:
         }
 
     def problems(self) -> list[Sentence]:
-        """Return what the host is to know."""
+        """Return the problems to show to the host."""
         link = self._link
         if link is None:
             return []
         if link.problem is not None:
             return [Sentence("house.away", {"broker": link.name, "why": link.problem})]
         told = list(link.troubles)
-        if self._refused is not None and self._clock.now_s() - self._refused[0] < _TOLD_S:
+        if self._refused is not None and self._clock.now_s() - self._refused[0] < _REFUSAL_SHOWN_S:
             told.append(Sentence("house.act_refused", {"why": self._refused[1]}))
         return told
 
@@ -158,7 +158,7 @@ class House:
             case StoppedByItself():
                 self._last_stop = event.timestamp, event.why
 
-    def _look(self) -> None:
+    def _refresh_states(self) -> None:
         if self._link is None:
             return
         with self._contained:
@@ -170,13 +170,13 @@ class House:
 
     # --- what comes in -----------------------------------------------------------------------
 
-    def arrived(self, topic: str, payload: bytes, is_retained: bool) -> None:
-        """Take a message, in the broker's thread; however many come, a few reach the event loop.
+    def receive(self, topic: str, payload: bytes, is_retained: bool) -> None:
+        """Receive a message in the broker's thread; only a few of a flood reach the event loop.
 
-        A retained copy is what somebody wanted at some time, and would act again with each new
-        connection. That goes for Stop, too: a robot that stops whenever its broker comes back is
-        soon driven without one. An empty message is how a retained one is deleted, or how somebody
-        presses who has nothing to say: in doubt it stops.
+        A retained copy is an old wish, and would act again at each new connection. That holds for
+        Stop, too: people would soon do without a broker that stops the robot whenever it is back.
+        An empty message deletes a retained one, or is a press without a payload: in doubt, an empty
+        Stop stops.
         """
         loop = self._loop
         if loop is None:
@@ -185,7 +185,7 @@ class House:
         if is_retained or not (payload or name == commands.STOP):
             self.counts["retained"] += 1
             return
-        if name not in commands.NAMES:  # nobody asked for it, and names are kept
+        if name not in commands.NAMES:  # not subscribed to; `_newest` must not grow with names
             return
         with self._lock:
             is_awaited = name in self._newest
@@ -194,18 +194,18 @@ class House:
             self.counts["overtaken"] += 1
             return
         with suppress(RuntimeError):  # the server has ended meanwhile
-            loop.call_soon_threadsafe(self._take_in_time, loop, name)
+            loop.call_soon_threadsafe(self._schedule, loop, name)
 
-    def _take_in_time(self, loop: asyncio.AbstractEventLoop, name: str) -> None:
-        since_s = self._clock.now_s() - self._taken_s.get(name, float("-inf"))
+    def _schedule(self, loop: asyncio.AbstractEventLoop, name: str) -> None:
+        since_s = self._clock.now_s() - self._acted_s.get(name, float("-inf"))
         rest_s = (_STOP_GAP_S if name == commands.STOP else GAP_S) - since_s
         if rest_s <= 0:
-            self._take_newest(name)
+            self._act_on_newest(name)
         else:
-            loop.call_later(rest_s, self._take_newest, name)
+            loop.call_later(rest_s, self._act_on_newest, name)
 
-    def _take_newest(self, name: str) -> None:
-        self._taken_s[name] = self._clock.now_s()
+    def _act_on_newest(self, name: str) -> None:
+        self._acted_s[name] = self._clock.now_s()
         with self._lock:
             payload = self._newest.pop(name)
         with self._contained:
@@ -222,4 +222,4 @@ class House:
                 self.counts["refused"] += 1
                 self._refused = self._clock.now_s(), error.sentence
                 _LOG.warning("refused by MQTT", topic=name, why=str(error))
-        self._look()
+        self._refresh_states()

@@ -1,4 +1,4 @@
-"""What one connection has published, and what of it the broker does not take."""
+"""What one connection has published, and what of it the broker refused."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
     from paho.mqtt.reasoncodes import ReasonCode
 
 MOST_AWAITED: Final = 20
-"""Messages that the broker has not acknowledged; beyond them, what is to be said waits here."""
+"""The most messages that may await an acknowledgement; beyond them, publishing pauses."""
 MOST_PACKET_BYTES: Final = 268_435_460
-"""What every broker takes that names no limit (MQTT 5, 2.1.4)."""
+"""The largest packet where the broker names no limit (MQTT 5, 2.1.4)."""
 
 
 class Publications:
-    """With QoS 1, since only then a broker answers that a topic may not be written.
+    """Publishes with QoS 1, since only then does a broker answer that a topic may not be written.
 
-    `refused` are the topics of which it did, and why; `too_large` those of which the last message
-    was left out, since the broker ends a connection that sends it more than `most_bytes` at once.
+    `refused` maps the topics that it refused to why; `too_large` are those whose last message was
+    not sent, since the broker ends a connection that sends a packet of more than `most_bytes`.
     """
 
     def __init__(self, client: paho.Client) -> None:
@@ -34,30 +34,30 @@ class Publications:
         self._most = MOST_AWAITED
         self._said: dict[str, str] = {}
         self._awaited: dict[int, tuple[str, float]] = {}
-        client.on_publish = self._answered
+        client.on_publish = self._on_publish
 
     def limit(self, n_awaited: int, most_bytes: int) -> None:
-        """Keep to what the broker takes, in all and of one packet."""
+        """Apply the broker's limits: unacknowledged messages, and bytes of one packet."""
         self._most, self.most_bytes = min(MOST_AWAITED, n_awaited), most_bytes
 
-    def may(self) -> bool:
-        """Whether the broker takes another message now."""
+    def can_send(self) -> bool:
+        """Whether the broker accepts another message now."""
         return len(self._awaited) < self._most and not self._client.want_write()
 
     def publish(self, topic: str, payload: str | bytes, now_s: float) -> None:
-        """Send what is not kept."""
+        """Publish a message that is not retained."""
         self._send(topic, payload, now_s, retain=False)
 
-    def state(
+    def publish_state(
         self, topic: str, payload: str, now_s: float, properties: Properties | None = None
     ) -> None:
-        """Send what is kept, unless it was the last that was said there."""
+        """Publish a retained message, unless it equals the topic's last."""
         if self._said.get(topic) != payload:
             self._said[topic] = payload
             self._send(topic, payload, now_s, retain=True, properties=properties)
 
     def forget(self, topics: Iterable[str]) -> None:
-        """Have `state` send these again."""
+        """Let `publish_state` publish these topics again."""
         for topic in topics:
             self._said.pop(topic, None)
 
@@ -65,11 +65,11 @@ class Publications:
         self._said.clear()
 
     def awaited(self) -> list[str]:
-        """Return the topics of which no answer has come, the oldest first."""
+        """Return the topics that await an acknowledgement, the oldest first."""
         return list(dict.fromkeys(topic for topic, _ in self._awaited.values()))
 
     def awaited_s(self, now_s: float) -> float:
-        """Return since when the oldest answer is awaited."""
+        """Return for how many seconds the oldest acknowledgement has been awaited."""
         return max((now_s - at_s for _, at_s in self._awaited.values()), default=0.0)
 
     def _send(
@@ -88,7 +88,7 @@ class Publications:
         sent = self._client.publish(topic, payload, 1, retain, properties)
         self._awaited[sent.mid] = topic, now_s
 
-    def _answered(
+    def _on_publish(
         self, _client: paho.Client, _data: Any, mid: int, answer: ReasonCode, _more: Any
     ) -> None:
         topic, _ = self._awaited.pop(mid, (None, 0.0))
@@ -101,7 +101,7 @@ class Publications:
 
 
 def _packet_bytes(topic: str, payload: str | bytes, properties: Properties | None) -> int:
-    """Return how long it is on its way (MQTT 5, 3.3)."""
+    """Return the bytes of the whole PUBLISH packet (MQTT 5, 3.3)."""
     body = payload.encode() if isinstance(payload, str) else payload
     more = b"\0" if properties is None else properties.pack()  # type: ignore[no-untyped-call]
     rest = 2 + len(topic.encode()) + 2 + len(more) + len(body)

@@ -1,4 +1,4 @@
-"""People's names made fit for topics and ids. Pure."""
+"""Names as people write them, made valid for topics and ids. Pure."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _FITS: Final = re.compile(r"[A-Za-z0-9 _/-]{1,40}")
 def slug(text: str) -> str:
     """Return 1 to 49 lower-case letters, digits and underscores, the same for the same text.
 
-    Where more is lost than case and what separates, a digest keeps two names apart.
+    A digest keeps two names apart where more than case and separators is lost.
     """
     plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode().lower()
     kept = re.sub(r"[^a-z0-9]+", "_", plain).strip("_")[:_MOST].strip("_")
@@ -25,9 +25,9 @@ def slug(text: str) -> str:
 
 
 def client_id(topic: str, use: str) -> str:
-    """Return the identifier of a robot's client for one use, the same for the same topic.
+    """Return the client id of a robot's connection for one use, the same for the same topic.
 
-    Up to 23 letters and digits, what every broker takes (MQTT 5, 3.1.3.1).
+    It has at most 23 letters and digits, which every broker accepts (MQTT 5, 3.1.3.1).
     """
     plain = re.sub(r"[^a-z0-9]", "", slug(topic))[:15]
     return plain + hashlib.sha256(f"{use} {topic}".encode()).hexdigest()[:8]

@@ -1,4 +1,4 @@
-"""What the host is to know of a broker that is connected, as sentences. Pure."""
+"""The problems at a connected broker, as sentences for the host. Pure."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 def troubles(
     asks: Iterable[str], closed: Sequence[str], refused: Mapping[str, object]
 ) -> list[Sentence]:
-    """Return what is kept from this server, and what it may not say.
+    """Return which commands do not arrive, and which topics the broker refuses.
 
-    `asks` are the topics of commands, `closed` those of which none arrives. `refused` is why what
-    was said at a topic was not taken; a probe, too, which then proves nothing.
+    `asks` are the command topics, `closed` those whose probes do not return. `refused` maps a topic
+    to why the broker refused a message there; where it refused a probe, nothing is proven.
     """
     unproven = [topic for topic in closed if topic in refused]
     unheard = [topic for topic in closed if topic not in refused]
@@ -34,5 +34,5 @@ def troubles(
 
 
 def not_said(topics: Iterable[str], why: object) -> Sentence:
-    """Return that a broker takes nothing at these topics, in its words why."""
+    """Return the sentence that a broker refuses these topics, with its reason."""
     return Sentence("house.not_said", {"topics": ", ".join(topics), "why": str(why)})
