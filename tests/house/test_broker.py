@@ -476,6 +476,21 @@ def test_what_is_too_large_for_a_broker_is_left_out(tmp_path: Path) -> None:
     assert len(told) == len(set(told))
 
 
+def test_a_stop_too_large_to_try_is_not_offered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A broker that takes less than such a probe has: the host reads why there is no button."""
+    monkeypatch.setattr(probes, "LIMIT_S", 0.2)
+    with (
+        running(tmp_path, "max_packet_size 1000") as mosquitto,
+        AtHome(mosquitto.port) as home,
+        _linked(mosquitto.port) as link,
+    ):
+        told = Sentence("house.not_tried", {"topics": "rover/stop/set", "most": 1000})
+        until(lambda: link.troubles == [told])
+        until(lambda: home.value("rover/stop/status") == "offline")
+
+
 def test_an_old_will_has_not_the_last_word(tmp_path: Path) -> None:
     """A late will of an old connection, as after a power cut, is corrected to "online"."""
     with running(tmp_path) as mosquitto, AtHome(mosquitto.port) as home:

@@ -757,6 +757,24 @@ async def test_stop_and_release_by_the_second_way(rig: Rig) -> None:
     assert ada.last("room")["stop"] is None
 
 
+async def test_a_page_without_a_cookie_is_known_by_its_tab(rig: Rig) -> None:
+    """By its secret a guest's page is whose offer it was; nobody is the host by that."""
+    await rig.room.answer(visitor("ada-1111"), "ada's secret", OFFER)
+    signed_in = replace(visitor("host-111"), sign_in=rig.sign_in())
+    await rig.room.answer(signed_in, "the host's", OFFER)
+    nobody = visitor("", address="192.0.2.9")
+    assert rig.room.by_tab(nobody, "ada's secret") == visitor("ada-1111")
+    for tab in ("", "ada's", "the host's", "\udcff"):
+        assert rig.room.by_tab(nobody, tab) is nobody
+
+
+async def test_an_embed_is_nobody_by_its_tab(rig: Rig) -> None:
+    """It has none, and so no Stop by HTTP."""
+    await rig.room.answer(replace(visitor("embed 1"), is_embed=True), "", OFFER)
+    nobody = visitor("")
+    assert rig.room.by_tab(nobody, "") is nobody
+
+
 @pytest.mark.usefixtures("rig")
 async def test_where_only_the_operator_may_stop(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where it is so configured an observer's stop is refused by both ways, the host's is not."""

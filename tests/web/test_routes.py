@@ -85,6 +85,10 @@ class FakeRoom:
         known = any(one.identity == visitor.identity for one in self.visitors)
         return "host" if visitor.is_host else self.role if known else "stranger"
 
+    def by_tab(self, visitor: Visitor, tab: str) -> Visitor:
+        tabs = [known for known, _ in self.offers]
+        return self.visitors[tabs.index(tab)] if tab in tabs else visitor
+
     def file_sent(self, visitor: Visitor, size_bytes: int) -> float | None:
         self.pieces += self.file_waits_s is not None
         return self.file_waits_s
@@ -924,6 +928,19 @@ async def test_strangers_stop_nothing(client: Client, room: FakeRoom) -> None:
     assert (refused.status, room.stops) == (403, [])
     await client.post("/api/offer", json=GOOD)
     assert (await client.post("/api/stop", json={})).status == 200
+
+
+async def test_who_allows_no_cookie_stops_by_the_tab(client: Client, room: FakeRoom) -> None:
+    """Nothing but Stop, and nobody who shows a cookie by another's tab."""
+    await client.post("/api/offer", json=GOOD)
+    client.session.cookie_jar.clear()
+    known, other = {"WAX-Tab": GOOD["client"]}, {"WAX-Tab": "12345678-none"}
+    assert (await client.post("/api/stop", json={}, headers=other)).status == 403
+    assert (await client.post("/api/stop", json={}, headers=known)).status == 200
+    assert (await client.post("/api/release", json={"stop": 7}, headers=known)).status == 403
+    await client.post("/api/queue", json={"client": "12345678-efgh", "wants": "here"})
+    assert (await client.post("/api/stop", json={}, headers=known)).status == 403
+    assert room.stops == [(None, None, False)]
 
 
 async def test_the_host_proves_the_stop(client: Client, lent: Lent, access: Access) -> None:

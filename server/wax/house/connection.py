@@ -203,9 +203,13 @@ class BrokerConnection:
         said = self.publications
         closed = [topic for topic in self._probes.closed() if topic not in said.too_large]
         found = troubles(self._asks, closed, said.refused)
-        if said.too_large:
-            topics = ", ".join(sorted(said.too_large))
-            found.append(Sentence("house.too_large", {"topics": topics, "most": said.most_bytes}))
+        for code, left_out in (
+            ("house.too_large", said.too_large - self._asks.keys()),
+            ("house.not_tried", said.too_large & self._asks.keys()),
+        ):
+            if left_out:
+                topics = ", ".join(sorted(left_out))
+                found.append(Sentence(code, {"topics": topics, "most": said.most_bytes}))
         if self._wrong_s is not None and self._clock.now_s() - self._wrong_s > AGAIN_S:
             found.append(Sentence("house.not_kept", {"topic": self._status}))
         return found

@@ -336,6 +336,14 @@ class Room:
             return "observer" if self._rooms.has_seat(visitor) else "stranger"
         return self.viewer_role(viewer)
 
+    def by_tab(self, visitor: Visitor, tab: str) -> Visitor:
+        """Return the guest whose tab has this secret; the visitor if there is none.
+
+        Embeds have no tab, and a host without their cookie is none.
+        """
+        viewer = self._viewers.of_secret(tab)
+        return visitor if viewer is None or viewer.visitor.is_host else viewer.visitor
+
     def has_people_at(self, address: str) -> bool:
         """Whether somebody at this address watches, here or elsewhere."""
         return bool(self._watches_from(address))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from secrets import compare_digest
 from typing import TYPE_CHECKING, Final
 
 import structlog
@@ -64,6 +65,12 @@ class Viewers:
     def of_tab(self, identity: str, tab: str | None) -> Viewer | None:
         """Return the viewer that is this tab of this browser; None if there is none."""
         return next((one for one in self.of_identity(identity) if one.tab == tab), None)
+
+    def of_secret(self, tab: str) -> Viewer | None:
+        """Return the viewer whose tab this is, of whichever browser; None if there is none."""
+        if not (tab and tab.isascii()):
+            return None
+        return next((one for one in self if compare_digest(one.tab, tab)), None)
 
     def of_identity(self, identity: str) -> list[Viewer]:
         """Return all viewers of one browser."""

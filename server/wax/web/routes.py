@@ -85,14 +85,17 @@ _KNOCKS_BURST: Final = 10
 _MAX_ADDRESSES: Final = 1024
 _ASSET: Final = "/{path:.+}"
 _EMBED: Final = "/api/embed"
-_URGENT: Final = frozenset({"POST /api/stop", "POST /api/release"})
+_STOP: Final = "POST /api/stop"
+_URGENT: Final = frozenset({_STOP, "POST /api/release"})
 """Of whoever may: it passes the requests of others."""
 _VISITOR: Final = web.RequestKey("visitor", Visitor)
+_TAB: Final = "WAX-Tab"
+"""The header by which a page presses Stop whose browser allows no cookie."""
 
 PAGE: Final = Path(__file__).parent / "dist"
 Client = Annotated[str, Field(pattern=r"^[A-Za-z0-9-]{8,64}$")]
-"""A tab tells itself from the others of its browser by this, which alone admits nobody; a page in
-another site's frame, which shows no cookie, is known by it."""
+"""A tab tells itself from the others of its browser by this secret, which alone admits nobody; a
+page that shows no cookie is known by it: to watch in another site's frame, or to press Stop."""
 
 
 class _Asked(BaseModel):
@@ -394,12 +397,14 @@ class Routes:
             is_embed = resource is not None and resource.canonical == _EMBED
             shown = Shown() if is_embed else self._shown(request)
             visitor = self._access.visitor(shown, self._guards.sender(request))
-            request[_VISITOR] = visitor
             if resource is not None:  # otherwise there is no such page
                 path = "/assets" if resource.canonical == "/{path}" else resource.canonical
                 method = "GET" if request.method == "HEAD" else request.method
                 route = f"{method} {path}"
+                if route == _STOP and not (visitor.identity or visitor.is_host):
+                    visitor = self._room.by_tab(visitor, request.headers.get(_TAB, ""))
                 permissions.check(self._room.role_of(visitor), route)
+            request[_VISITOR] = visitor
             return await handler(request)
 
         return check

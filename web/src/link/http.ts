@@ -20,7 +20,7 @@ export class RequestError extends Error {
   }
 }
 
-const JSON_TYPE = { "Content-Type": "application/json" };
+export const JSON_TYPE = { "Content-Type": "application/json" };
 
 /** Posts JSON and returns the JSON answer; throws `RequestError`. */
 export function post(path: string, body: object, init: RequestInit = {}): Promise<Answer> {

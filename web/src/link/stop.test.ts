@@ -24,6 +24,13 @@ it("posts a stop in the same task, ahead of other requests and beyond the life o
   expect(await posted).toBe(7);
 });
 
+it("shows the tab's secret, by which a browser without cookies is known", () => {
+  fetching.mockResolvedValue(new Response('{"stop": 7}'));
+  void postStop("some-uuid", 5);
+  const [, { headers }] = fetching.mock.lastCall as [string, { headers: object }];
+  expect(headers).toEqual({ "Content-Type": "application/json", "WAX-Tab": "some-uuid" });
+});
+
 it("takes an answer without a stop for none", async () => {
   fetching.mockResolvedValue(new Response('{"ok": true}'));
   await expect(postStop("c", 5)).rejects.toMatchObject({ isFinal: false });

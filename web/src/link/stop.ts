@@ -1,9 +1,11 @@
 /** Stop and its release by HTTP; when, and what goes by the channel: `drive/stopControl.ts`. */
 
 import { ours } from "../words/said";
-import { post, RequestError } from "./http";
+import { JSON_TYPE, post, RequestError } from "./http";
 
 const STOP_MS = 5000;
+/** By its tab's secret the server knows a page whose browser allows no cookie. */
+const TAB = "WAX-Tab";
 
 /**
  * Presses Stop by HTTP, in parallel with the state channel; the request survives the page being
@@ -15,7 +17,7 @@ export async function postStop(client: string, press: number): Promise<number> {
   const { stop } = await post(
     "api/stop",
     { client, press },
-    { keepalive: true, priority: "high", signal },
+    { keepalive: true, priority: "high", signal, headers: { ...JSON_TYPE, [TAB]: client } },
   );
   if (typeof stop === "number") return stop;
   // A portal that wants a login answers everything.
