@@ -275,10 +275,10 @@ def test_the_clock_of_a_turn_stands_still_while_the_person_aboard_drives(bench: 
     bench.driver.now = replace(bench.driver.now, aboard=Aboard("stopped", 0.0))
     bench.step()
     bench.step()
-    left_s = bench.turns.stands_left_s(bench.clock.time_s)
+    left_s = bench.turns.paused_left_s(bench.clock.time_s)
     assert left_s is not None
     bench.step(20.0)
-    assert bench.turns.stands_left_s(bench.clock.time_s) == left_s
+    assert bench.turns.paused_left_s(bench.clock.time_s) == left_s
 
 
 class FakeTimer(FakeDriver):
@@ -601,14 +601,14 @@ def test_the_turns_clock_stands_still(bench: Bench, what: str) -> None:
     bench.drive()
     ends_s = bench.turns.ends_s
     if what == "the robot":
-        bench.loop.maintain(says("away"))
+        bench.loop.lend_driver(says("away"))
     elif what == "the camera":
         bench.camera_fails = True
     else:
         bench.loop.press_stop(says("Bob"), viewer=B)
     for _ in range(2):
         bench.step()
-    assert bench.turns.stands_left_s(bench.clock.now_s()) is not None
+    assert bench.turns.paused_left_s(bench.clock.now_s()) is not None
     assert bench.turns.ends_s == pytest.approx((ends_s or 0.0) + 60.0, abs=0.1)
 
 
@@ -620,7 +620,7 @@ def test_the_next_turns_clock_stands_still_from_its_beginning(by: int) -> None:
     bench.loop.press_stop(says("somebody"), viewer=by)
     while bench.turns.operator == A:
         bench.step(5.0)
-    assert (bench.turns.stands_left_s(bench.clock.now_s()) is None) is (by == B)
+    assert (bench.turns.paused_left_s(bench.clock.now_s()) is None) is (by == B)
 
 
 def test_no_clock_stands_still_for_their_own_stop_or_link(bench: Bench) -> None:
@@ -629,12 +629,12 @@ def test_no_clock_stands_still_for_their_own_stop_or_link(bench: Bench) -> None:
     bench.loop.press_stop(says("Ada"), viewer=A)
     bench.step()
     bench.step()
-    assert bench.turns.stands_left_s(bench.clock.now_s()) is None
+    assert bench.turns.paused_left_s(bench.clock.now_s()) is None
     bench.camera_fails = True
     bench.loop.lost(A)
     bench.step()
     bench.step()
-    assert bench.turns.stands_left_s(bench.clock.now_s()) is None
+    assert bench.turns.paused_left_s(bench.clock.now_s()) is None
 
 
 def test_the_host_slows_the_robot(bench: Bench) -> None:
@@ -745,7 +745,7 @@ def test_after_stop_nothing_moves(bench: Bench) -> None:
     bench.offer(-1.0)
     assert bench.step() == []
     bench.clock.time_s += 60.0
-    bench.loop.keep_time()
+    bench.loop.tick_turns()
     assert bench.turns.operator == A, "a turn began that nobody can drive"
 
 
@@ -811,7 +811,7 @@ def test_who_is_called_answers_and_drives() -> None:
     call = bench.turns.call
     assert call is not None
     assert call.viewer == B
-    bench.loop.here(B)
+    bench.loop.answer_call(B)
     assert bench.turns.call is None
     bench.step(10.0)
     assert bench.turns.operator == B
@@ -934,9 +934,9 @@ def test_driver_that_cannot_even_stop(bench: Bench) -> None:
 def test_lent_driver_hears_nothing(bench: Bench) -> None:
     """While somebody else has the driver it gets a last stop and then not a word of the loop."""
     bench.drive()
-    bench.loop.maintain(says("The stop is being proved."))
+    bench.loop.lend_driver(says("The stop is being proved."))
     assert bench.driver.take() == [("stop", 1)]
-    bench.loop.maintain(says("The stop is being proved, still."))
+    bench.loop.lend_driver(says("The stop is being proved, still."))
     bench.driver.broken = {"state", "apply", "stop"}  # as one whose line is unplugged
     for _ in range(10):
         bench.offer(0.0)
@@ -952,7 +952,7 @@ def test_lent_driver_hears_nothing(bench: Bench) -> None:
 
 def test_stop_is_heard_even_by_a_lent_driver(bench: Bench) -> None:
     """A pressed stop and the end of the loop reach the robot whoever has it."""
-    bench.loop.maintain(says("The stop is being proved."))
+    bench.loop.lend_driver(says("The stop is being proved."))
     bench.driver.take()
     bench.loop.press_stop(says("Bob"))
     assert bench.driver.take() == [("stop", 1)]
@@ -965,9 +965,9 @@ def test_driver_that_comes_back_begins_with_neutral(bench: Bench) -> None:
     bench.offer()
     bench.pan(0.5)
     bench.step()
-    bench.loop.maintain(says("The stop is being proved."))
+    bench.loop.lend_driver(says("The stop is being proved."))
     bench.step()
-    bench.loop.maintain(None)
+    bench.loop.lend_driver(None)
     assert bench.step() == [("stop", 1), ("apply", STANDSTILL, 1)]
     assert bench.statuses[-1] == (A, False, Hold.FAULT.value)
     assert not bench.moves()
@@ -979,7 +979,7 @@ def test_driver_that_comes_back_begins_with_neutral(bench: Bench) -> None:
 def test_taking_back_what_was_not_lent_is_nothing(bench: Bench) -> None:
     """The end of a maintenance that never began does not stop anybody."""
     bench.drive()
-    bench.loop.maintain(None)
+    bench.loop.lend_driver(None)
     assert bench.step() == [("apply", AHEAD, 1)]
 
 

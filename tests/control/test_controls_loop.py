@@ -87,7 +87,7 @@ class Rig(Bench):
         self.hold()
         assert self.ask({"spin": 1}) is None
         self.step()
-        assert self.loop._safe_driver._working["spin"].value is True
+        assert self.loop._safe_driver._active["spin"].value is True
 
 
 @pytest.fixture
@@ -216,7 +216,7 @@ def test_a_control_that_fails_stops_the_robot(rig: Rig) -> None:
     assert rig.statuses[-1][:3] == (A, False, NO_ANSWER)
     rig.driver.broken = set()
     assert not rig.moves()
-    assert ("control", "lamp", True, 1) in rig.driver.calls or rig.loop._safe_driver._working
+    assert ("control", "lamp", True, 1) in rig.driver.calls or rig.loop._safe_driver._active
     rig.drive()
 
 
@@ -285,7 +285,7 @@ def test_the_clock_of_a_turn_stands_still_while_a_gauge_keeps_it(rig: Rig) -> No
     rig.driver.now = replace(COOL, gauges={})
     rig.step()
     rig.step()
-    assert rig.turns.stands_left_s(rig.clock.time_s) is not None
+    assert rig.turns.paused_left_s(rig.clock.time_s) is not None
 
 
 def test_a_stop_is_said_before_a_gauge(rig: Rig) -> None:

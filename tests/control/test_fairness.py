@@ -19,14 +19,14 @@ def make(**settings: Any) -> Fairness:
 def test_everybody_is_equal_at_first() -> None:
     """Without rules what somebody drove changes nothing."""
     fairness = make(invited_first=False)
-    fairness.drove(ANN, 0.0, 60.0)
+    fairness.record(ANN, 0.0, 60.0)
     assert fairness.rank(ANN, 61.0) == fairness.rank(BOB, 61.0) == fairness.rank(HOST, 61.0)
 
 
 def test_a_cool_down_lets_others_go_first() -> None:
     """It begins when the turn ends, and is over after its time."""
     fairness = make(cooldown_s=30.0)
-    fairness.drove(ANN, 0.0, 60.0)
+    fairness.record(ANN, 0.0, 60.0)
     assert fairness.rank(BOB, 89.0) < fairness.rank(ANN, 89.0)
     assert fairness.rank(BOB, 90.0) == fairness.rank(ANN, 90.0)
 
@@ -35,34 +35,34 @@ def test_the_invited_go_first() -> None:
     """If the host wants it so, and even before them goes who has had a rest."""
     fairness = make(cooldown_s=30.0)
     assert fairness.rank(HOST, 0.0) < fairness.rank(ANN, 0.0)
-    fairness.drove(HOST, 0.0, 60.0)
+    fairness.record(HOST, 0.0, 60.0)
     assert fairness.rank(ANN, 70.0) < fairness.rank(HOST, 70.0)
 
 
 def test_a_persons_share() -> None:
     """Ann drove two thirds of the time: more than half."""
     fairness = make(max_share_per_person=0.5)
-    fairness.drove(ANN, 0.0, 60.0)
-    fairness.drove(BOB, 60.0, 120.0)
+    fairness.record(ANN, 0.0, 60.0)
+    fairness.record(BOB, 60.0, 120.0)
     assert fairness.rank(ANN, 120.0) == fairness.rank(BOB, 120.0)
-    fairness.drove(ANN, 120.0, 180.0)
+    fairness.record(ANN, 120.0, 180.0)
     assert fairness.rank(BOB, 180.0) < fairness.rank(ANN, 180.0)
-    assert fairness.yields(ANN, 180.0)
+    assert fairness.may_be_overtaken(ANN, 180.0)
 
 
 def test_an_addresss_share() -> None:
     """Two of one school count together; somebody who never drove waits for their neighbours."""
     fairness = make(max_share_per_address=0.5)
-    fairness.drove(BOB, 0.0, 60.0)
+    fairness.record(BOB, 0.0, 60.0)
     assert fairness.rank(ANN, 60.0) < fairness.rank(EVE, 60.0)
 
 
 def test_what_is_long_ago_is_forgotten() -> None:
     """An hour later a share begins anew."""
     fairness = make(max_share_per_person=0.5)
-    fairness.drove(ANN, 0.0, 60.0)
-    assert fairness.yields(ANN, WINDOW_S + 59.0)
-    assert not fairness.yields(ANN, WINDOW_S + 60.0)
+    fairness.record(ANN, 0.0, 60.0)
+    assert fairness.may_be_overtaken(ANN, WINDOW_S + 59.0)
+    assert not fairness.may_be_overtaken(ANN, WINDOW_S + 60.0)
 
 
 def test_what_is_kept_does_not_grow_with_turns() -> None:
@@ -70,7 +70,7 @@ def test_what_is_kept_does_not_grow_with_turns() -> None:
     fairness = make(max_share_per_person=0.5)
     people = [Person(str(number)) for number in range(20)]
     for number in range(100_000):
-        fairness.drove(people[number % 20], number * 0.1, number * 0.1 + 0.1)
+        fairness.record(people[number % 20], number * 0.1, number * 0.1 + 0.1)
     assert sum(len(minute.driven_ms) for minute in fairness._minutes) <= 20 * (WINDOW_S / 60 + 1)
     assert fairness._all_ms <= (WINDOW_S + 60.0) * 1000
 
@@ -79,9 +79,9 @@ def test_nobody_is_kept_for_longer_than_an_hour() -> None:
     """Ten thousand people who drove one after another leave those of the last hour, then none."""
     fairness = make(cooldown_s=3600.0, max_share_per_person=0.5)
     for number in range(10_000):
-        fairness.drove(Person(str(number)), number * 10.0, number * 10.0 + 10.0)
+        fairness.record(Person(str(number)), number * 10.0, number * 10.0 + 10.0)
     kept = fairness._last_s, fairness._by_person_ms
     assert all(len(each) <= WINDOW_S / 10.0 + 6 for each in kept)
-    assert not fairness.yields(ANN, 100_020.0 + WINDOW_S)
+    assert not fairness.may_be_overtaken(ANN, 100_020.0 + WINDOW_S)
     assert [len(each) for each in (*kept, fairness._by_address_ms, fairness._minutes)] == [0] * 4
     assert fairness._all_ms == 0

@@ -78,28 +78,28 @@ def test_the_battery_may_be_a_fraction() -> None:
 )
 def test_why_it_stops(gauge: GaugeSettings, state: RobotState, said: str) -> None:
     """The sentence names the gauge and its limit, not its value, which changes all the time."""
-    assert str(gauge_limits.watch(GaugeHold(), [SPEED, gauge], state, 5.0).reason) == said
+    assert str(gauge_limits.update(GaugeHold(), [SPEED, gauge], state, 5.0).reason) == said
 
 
 def test_a_number_at_its_limit_does_not_stop_again_and_again() -> None:
     """Once stopped, all must have been well for a while."""
-    hold = gauge_limits.watch(GaugeHold(), [HEAT], told(heat=81.0), 10.0)
+    hold = gauge_limits.update(GaugeHold(), [HEAT], told(heat=81.0), 10.0)
     assert hold.reason
-    hold = gauge_limits.watch(hold, [HEAT], told(heat=70.0), 10.1)
+    hold = gauge_limits.update(hold, [HEAT], told(heat=70.0), 10.1)
     assert hold.reason
-    hold = gauge_limits.watch(hold, [HEAT], told(heat=81.0), 11.0)
-    hold = gauge_limits.watch(hold, [HEAT], told(heat=70.0), 10.9 + WELL_S)
+    hold = gauge_limits.update(hold, [HEAT], told(heat=81.0), 11.0)
+    hold = gauge_limits.update(hold, [HEAT], told(heat=70.0), 10.9 + WELL_S)
     assert hold.reason
-    hold = gauge_limits.watch(hold, [HEAT], told(heat=70.0), 11.0 + WELL_S)
+    hold = gauge_limits.update(hold, [HEAT], told(heat=70.0), 11.0 + WELL_S)
     assert hold.reason is None
 
 
 def test_a_robot_that_is_not_there_tells_nothing_new() -> None:
     """It is held for that, not for a gauge; and what held it before still does."""
     away = RobotState(connected=False)
-    assert gauge_limits.watch(GaugeHold(), [HEAT], away, 1.0).reason is None
-    hot = gauge_limits.watch(GaugeHold(), [HEAT], told(heat=90.0), 1.0)
-    assert gauge_limits.watch(hot, [HEAT], away, 100.0) == hot
+    assert gauge_limits.update(GaugeHold(), [HEAT], away, 1.0).reason is None
+    hot = gauge_limits.update(GaugeHold(), [HEAT], told(heat=90.0), 1.0)
+    assert gauge_limits.update(hot, [HEAT], away, 100.0) == hot
 
 
 @given(st.lists(st.tuples(st.floats(0, 3), st.floats()), max_size=30))
@@ -108,7 +108,7 @@ def test_driven_only_where_all_was_well(trace: list[tuple[float, float]]) -> Non
     now_s, hold, ill_s = 0.0, GaugeHold(), -math.inf
     for gap_s, heat in trace:
         now_s += gap_s
-        hold = gauge_limits.watch(hold, [HEAT], told(heat=heat), now_s)
+        hold = gauge_limits.update(hold, [HEAT], told(heat=heat), now_s)
         if not heat <= 80.0 or math.isinf(heat):
             ill_s = now_s
         assert (hold.reason is None) is (now_s - ill_s >= WELL_S)

@@ -41,7 +41,7 @@ class Person:
         """Do something once, and return what mode comes of it."""
         self.now_s += 0.02
         reading = HandReading(self.now_s, *stick, **buttons)
-        self.state = local_hand.hear(
+        self.state = local_hand.accept(
             self.state,
             reading,
             self.now_s,
@@ -59,7 +59,7 @@ class Person:
 
     def silent(self, during_s: float) -> HandMode:
         self.now_s += during_s
-        self.state = local_hand.watch(self.state, self.now_s, self.rules)
+        self.state = local_hand.tick(self.state, self.now_s, self.rules)
         return self.state.mode
 
     def press(self, ask: Ask) -> HandMode:
@@ -243,7 +243,7 @@ def test_old_readings_and_those_of_the_future_count_as_none(age_s: float) -> Non
     """They neither take over nor end the silence."""
     person = sitting()
     reading = HandReading(person.now_s - age_s, 1.0)
-    after = local_hand.hear(person.state, reading, person.now_s, RULES)
+    after = local_hand.accept(person.state, reading, person.now_s, RULES)
     assert after == person.state
 
 
@@ -253,7 +253,7 @@ def test_a_stop_counts_however_late_it_comes(age_s: float) -> None:
     person = sitting()
     person.does(AHEAD)
     press = HandReading(person.now_s - age_s, stop=True)
-    person.state = local_hand.hear(person.state, press, person.now_s, RULES)
+    person.state = local_hand.accept(person.state, press, person.now_s, RULES)
     assert person.state.mode == "stopped"
     assert person.goes_on(3.0) == "stopped"
 
@@ -271,7 +271,7 @@ def test_a_stop_does_not_bring_a_lost_control_back() -> None:
     person = sitting()
     person.silent(1.0)
     press = HandReading(person.now_s - 0.5, stop=True)
-    person.state = local_hand.hear(person.state, press, person.now_s, RULES)
+    person.state = local_hand.accept(person.state, press, person.now_s, RULES)
     assert person.state.mode == "lost"
     assert person.does() == "stopped"
 
@@ -281,7 +281,7 @@ def test_an_earlier_reading_does_not_count_after_a_later_one() -> None:
     person = sitting()
     person.does()
     before = HandReading(person.now_s - 0.01, 1.0)
-    assert local_hand.hear(person.state, before, person.now_s, RULES) == person.state
+    assert local_hand.accept(person.state, before, person.now_s, RULES) == person.state
 
 
 def test_several_readings_of_one_moment_all_count() -> None:
@@ -289,7 +289,7 @@ def test_several_readings_of_one_moment_all_count() -> None:
     person = sitting()
     for stick in (AHEAD, REST):
         reading = HandReading(person.now_s, *stick)
-        person.state = local_hand.hear(person.state, reading, person.now_s, RULES)
+        person.state = local_hand.accept(person.state, reading, person.now_s, RULES)
     assert person.state.mode == "pause"
 
 
@@ -300,7 +300,7 @@ def test_requests_are_numbered_by_their_presses() -> None:
         person.does(ask="left")
     person.press("wait")
     person.press("wait")
-    assert local_hand.told(person.state, RULES) == Aboard("free", 1.0, "wait", 3)
+    assert local_hand.report(person.state, RULES) == Aboard("free", 1.0, "wait", 3)
 
 
 def test_a_request_does_not_touch() -> None:

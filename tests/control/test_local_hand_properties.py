@@ -171,7 +171,7 @@ def play(
                         word.ask,
                     )
                     heard = word.is_operator_heard
-                    state = local_hand.hear(state, reading, now_s, rules, is_operator_heard=heard)
+                    state = local_hand.accept(state, reading, now_s, rules, is_operator_heard=heard)
                     judge.hear(reading, now_s, is_operator_heard=heard)
                 case "lose":
                     state = local_hand.lose(state)
@@ -179,7 +179,7 @@ def play(
                 case "disarm":
                     state = local_hand.disarm(state, now_s)
                     judge.was_at_rest = False
-            state = local_hand.watch(state, now_s, rules)
+            state = local_hand.tick(state, now_s, rules)
             each(state, judge, now_s)
 
 

@@ -77,8 +77,8 @@ def taken(state: OperationState, what: Operation, *, now_s: float = 10.0) -> Ope
 def works(
     state: OperationState, *, now_s: float = 10.0, may_move: bool = True, turn: TurnView = TURN
 ) -> dict[str, ControlValue]:
-    working = CONTROLS.working(state, turn, may_move=may_move, now_s=now_s)
-    return {name: one.value for name, one in working.items()}
+    active = CONTROLS.active(state, turn, may_move=may_move, now_s=now_s)
+    return {name: one.value for name, one in active.items()}
 
 
 @pytest.mark.parametrize(
@@ -158,10 +158,10 @@ def test_what_moves_needs_all_that_driving_needs(name: str) -> None:
 @pytest.mark.parametrize(
     ("let_go", "left"),
     [
-        (CONTROLS.stopped, {"horn": True, "lamp": True}),
-        (controls.let_go, {"lamp": True}),
-        (lambda state: controls.let_go(state, A), {"lamp": True}),
-        (lambda state: controls.let_go(state, B), {"horn": True, "lamp": True, "spin": True}),
+        (CONTROLS.release_moving, {"horn": True, "lamp": True}),
+        (controls.release_held, {"lamp": True}),
+        (lambda state: controls.release_held(state, A), {"lamp": True}),
+        (lambda state: controls.release_held(state, B), {"horn": True, "lamp": True, "spin": True}),
     ],
 )
 def test_what_was_let_go_of_must_be_pressed_again(
@@ -183,7 +183,7 @@ def test_what_was_let_go_of_must_be_pressed_again(
 def test_one_is_released_while_another_is_held_on() -> None:
     """What is pressed again counts again, what is held on does not."""
     state = taken(OperationState(), asked(1, held={"horn": 1, "spin": 1}))
-    state = controls.let_go(state)
+    state = controls.release_held(state)
     state = taken(state, asked(2, held={"horn": 1}))
     state = taken(state, asked(3, held={"horn": 1, "spin": 1}))
     assert works(state) == {"spin": True}
@@ -246,7 +246,7 @@ def test_all_of_it_or_nothing() -> None:
 def test_a_new_page_counts_from_the_start() -> None:
     """Its numbers are its own, and what the page before it held is released."""
     state = taken(OperationState(), asked(9, held={"horn": 1}, wanted={"lamp": 1}))
-    state = controls.begin_anew(state, A)
+    state = controls.reset_viewer(state, A)
     assert works(state) == {"lamp": True}
     assert works(taken(state, asked(0, held={"horn": 1}))) == {"lamp": True, "horn": True}
 
@@ -345,20 +345,20 @@ def test_held_only_by_the_rules(trace: list[Word]) -> None:
                 if refusal is None:
                     judge.hear(word.viewer, word.held, min(now_s, sent_s))
             case "stop":
-                is_stopped, state = True, controls.let_go(state)
+                is_stopped, state = True, controls.release_held(state)
                 judge.let_go(HELD)
             case "open":
                 is_stopped = False
             case "begin":
-                state = CONTROLS.stopped(state)
+                state = CONTROLS.release_moving(state)
                 judge.let_go(MOVING)
             case _:
                 seq += 5
-                state = controls.begin_anew(state, word.viewer)
+                state = controls.reset_viewer(state, word.viewer)
                 judge.anew(word.viewer)
-        working = works(state, now_s=now_s)
-        assert {one for one in HELD if one in working} == {
+        active = works(state, now_s=now_s)
+        assert {one for one in HELD if one in active} == {
             one for one in HELD if judge.allows(one, now_s)
         }
-        assert "siren" not in working  # nobody here is the host
-        assert abs(float(working.get("lift") or 0)) <= 1
+        assert "siren" not in active  # nobody here is the host
+        assert abs(float(active.get("lift") or 0)) <= 1

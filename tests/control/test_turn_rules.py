@@ -40,10 +40,10 @@ def test_nobody_acts_for_others() -> None:
     """
     turns = make(A, B, idle_s=10.0)
     assert turns.answer(C, 1.0) == ()
-    turns.drives(B, 9.0)
+    turns.record_motion(B, 9.0)
     assert turns.tick(10.0)[0] == TurnEnded(1, A, Why.IDLE)
     turns.connect(C, 11.0)
-    assert turns.change(C, STRANGER, 11.0) == ()
+    assert turns.update_person(C, STRANGER, 11.0) == ()
 
 
 # --- one person, one place -------------------------------------------------------------------
@@ -120,12 +120,12 @@ def test_who_may_not_queue_any_more_loses_place_and_turn() -> None:
     """At once, and the next one drives."""
     turns = make(A, B, C)
     why = Sentence("queue.not_invited")
-    assert turns.change(B, STRANGER, 1.0) == (PlaceLost(B, why),)
-    assert turns.change(A, STRANGER, 2.0) == (
+    assert turns.update_person(B, STRANGER, 1.0) == (PlaceLost(B, why),)
+    assert turns.update_person(A, STRANGER, 2.0) == (
         TurnEnded(1, A, Why.NOT_ALLOWED),
         TurnStarted(2, C, 62.0),
     )
-    assert turns.change(A, STRANGER, 3.0) == ()
+    assert turns.update_person(A, STRANGER, 3.0) == ()
     assert turns.queue == ()
 
 
@@ -351,7 +351,7 @@ def test_a_lost_one_is_not_absent() -> None:
 def test_an_idle_operator_yields_to_somebody_who_waits() -> None:
     """15 s without a command, and the next one drives; the idle one observes."""
     turns = make(A, B, idle_s=15.0)
-    turns.drives(A, 5.0)
+    turns.record_motion(A, 5.0)
     assert turns.tick(19.9) == ()
     assert turns.tick(20.0) == (TurnEnded(1, A, Why.IDLE), TurnStarted(2, B, 80.0))
     assert turns.place(A) is None
@@ -384,9 +384,9 @@ def test_the_clock_stands_still_while_something_keeps_them_from_driving() -> Non
     """20 s of a stop make the turn end 20 s later."""
     turns = make(A, B)
     turns.tick(10.0, is_kept=True)
-    assert turns.stands_left_s(20.0) == 50.0
+    assert turns.paused_left_s(20.0) == 50.0
     turns.tick(30.0)
-    assert turns.stands_left_s(31.0) is None
+    assert turns.paused_left_s(31.0) is None
     assert turns.ends_s == 80.0
     assert turns.tick(80.0)[0] == TurnEnded(1, A, Why.EXPIRED)
 

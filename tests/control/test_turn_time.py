@@ -14,14 +14,14 @@ STEPS = st.lists(st.tuples(st.floats(0, 100), st.booleans()), max_size=12)
 def test_a_clock_that_runs_ends_after_its_time() -> None:
     """Nothing was paused: it ends when its seconds are over."""
     time = TurnTime(10.0, 60.0)
-    assert (time.ends_s, time.left_at(30.0), time.stands_at(30.0)) == (70.0, 40.0, False)
+    assert (time.ends_s, time.left_at(30.0), time.is_paused_at(30.0)) == (70.0, 40.0, False)
 
 
 def test_a_clock_that_stands_keeps_what_is_left() -> None:
     """20 s of the turn are over; ten later they still are, and it ends ten later."""
     standing = TurnTime(0.0, 60.0).paused(True, 20.0)
     assert standing.left_at(30.0) == 40.0
-    assert standing.stands_at(30.0)
+    assert standing.is_paused_at(30.0)
     assert standing.paused(False, 30.0).ends_s == 70.0
 
 
@@ -29,7 +29,7 @@ def test_it_stands_a_minute_in_all() -> None:
     """Once 60 s have been used up, in one piece or several, the clock runs on."""
     standing = TurnTime(0.0, 60.0).paused(True, 10.0)
     assert standing.ends_s == 60.0 + MAX_PAUSE_S
-    assert not standing.stands_at(10.0 + MAX_PAUSE_S)
+    assert not standing.is_paused_at(10.0 + MAX_PAUSE_S)
     assert standing.left_at(10.0 + MAX_PAUSE_S + 5.0) == 45.0
     again = standing.paused(False, 30.0).paused(True, 35.0)
     assert again.pause_left_s == MAX_PAUSE_S - 20.0

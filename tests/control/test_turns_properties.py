@@ -204,7 +204,7 @@ class TurnsMachine(RuleBasedStateMachine):
         gone = self.lost | self.passed_over | {*self.away_since_s}
         return [] if self.is_held else [v for v in self.turns.queue if v not in gone]
 
-    def yields(self, viewer: int) -> bool:
+    def may_be_overtaken(self, viewer: int) -> bool:
         """Whether cool-down or shares let others go before this one, as the manual has it."""
         person, rules = self.people[viewer], self.policy
         ended_s = [end_s for one, _, end_s in self.driven if one.key == person.key]
@@ -230,7 +230,7 @@ class TurnsMachine(RuleBasedStateMachine):
             if self.policy.invited_first and is_other_class:
                 continue
             just_drove = bool(self.driven) and self.driven[-1][0].key == self.people[other].key
-            assert self.yields(other) or just_drove, f"{other} was overtaken"
+            assert self.may_be_overtaken(other) or just_drove, f"{other} was overtaken"
 
     def check_order(self, before: list[int], events: tuple[TurnEvent, ...]) -> None:
         """Those who waited before and still do have not changed their order."""
@@ -319,7 +319,7 @@ class TurnsMachine(RuleBasedStateMachine):
         self.people[viewer] = person
         if viewer in self.known:
             self.drives_by_s.clear()  # another's share, counted by address, may be another one now
-            self.act(lambda now_s: self.turns.change(viewer, person, now_s))
+            self.act(lambda now_s: self.turns.update_person(viewer, person, now_s))
 
     @rule(viewer=VIEWERS)
     def join(self, viewer: int) -> None:
@@ -359,7 +359,7 @@ class TurnsMachine(RuleBasedStateMachine):
         if viewer == self.running:
             self.acted_s[viewer] = self.now_s
             self.missed.pop(viewer, None)
-        self.turns.drives(viewer, self.now_s)
+        self.turns.record_motion(viewer, self.now_s)
 
     @rule(viewer=VIEWERS)
     def lose(self, viewer: int) -> None:

@@ -1,7 +1,7 @@
-"""Beats: random words by which the server knows what a page has heard, and when. Pure.
+"""Beats: random tokens that prove how recent a page's message is. Pure.
 
-Whoever names one cannot have sent that before the server sent the beat, and cannot have guessed it:
-no clock but the server's is believed. Only the newest count.
+A message that quotes a beat was sent after the server sent that beat, since nobody can guess one:
+the server trusts no clock but its own. Only the newest `_KEPT` beats count.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ if TYPE_CHECKING:
 
 EVERY_S: Final = 0.1
 THIN_EVERY_S: Final = 0.15
-"""Over a thin link, where ten a second would take a fifth of what a modem carries. One may be lost
-without a command counting as too old for it."""
+"""The interval on a thin link: ten beats a second would take a fifth of a modem's rate. Losing one
+beat does not make a command too old."""
 _KEPT: Final = 64
 
 
 def _random() -> str:
-    """Return 32 random bits in six characters, since a modem's uplink carries one in each command.
+    """Return 32 random bits in six characters: short, because every command quotes a beat.
 
-    At 100 messages a second a page guesses one in force about once in 50 days.
+    At 100 messages a second a page guesses a valid beat about once in 50 days.
     """
     return secrets.token_urlsafe(4)
 
@@ -37,7 +37,7 @@ class Beats:
         self._newest_s = -math.inf
 
     def send(self, now_s: float) -> str:
-        """Return a new one, which is sent now."""
+        """Return a new beat and record that it is sent now."""
         word = self._word()
         self._sent_s.pop(word, None)
         self._sent_s[word] = self._newest_s = now_s
@@ -46,9 +46,9 @@ class Beats:
         return word
 
     def is_due(self, now_s: float, *, is_thin: bool) -> bool:
-        """Whether somebody who sends commands shall hear another."""
+        """Whether a page that sends commands is due another beat."""
         return now_s - self._newest_s >= (THIN_EVERY_S if is_thin else EVERY_S)
 
     def sent_s(self, word: str | None) -> float:
-        """Return when this one was sent, minus infinity if it was not, or long ago."""
+        """Return when this beat was sent, minus infinity if it is unknown or expired."""
         return -math.inf if word is None else self._sent_s.get(word, -math.inf)

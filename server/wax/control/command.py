@@ -30,7 +30,7 @@ class Command:
     axes: Mapping[str, float] = field(default_factory=dict)
     """Positions in -1…1 of the axes being held."""
     heard_s: float = -math.inf
-    """Known: when the newest beat was sent that the page had heard; minus infinity if none."""
+    """When the server sent the newest beat that the page quotes; minus infinity if none."""
 
     @property
     def asks_for_motion(self) -> bool:
@@ -39,7 +39,7 @@ class Command:
 
     @property
     def is_neutral(self) -> bool:
-        """Whether everything is released: no motion, no dead-man, no axis.
+        """Whether everything is released: neither motion nor the dead-man.
 
         Two keys that cancel each other out are not neutral, nor is a dead-man taped down.
         """

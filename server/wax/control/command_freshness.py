@@ -5,11 +5,11 @@ age plus the one-way delay, as `wax.control.operator_delay` estimates it: a link
 delay can be driven over, and one whose delay grows stops the robot. All timestamps are in seconds
 on the server's clock, to which the page has aligned its own. NaN is never fresh.
 
-A page may claim any time. So each command names the newest beat that its sender has heard
-(`wax.control.beats`), and counts as sent no later than that beat was, plus what one takes to arrive
-and may be held. By the server's clock alone a command therefore moves nothing later than
-`max_age_s` + 2 · one-way delay + `HELD_S` after its sender last heard anything. Claims of the delay
-raise that no further than `max_command_age_s` lets them.
+A page may claim any time. So each command quotes the newest beat that its sender has received
+(`wax.control.beats`), and counts as sent no later than the beat's own time plus the one-way delay
+plus `HELD_S`. By the server's clock alone a command therefore moves nothing later than
+`max_age_s` + 2 · one-way delay + `HELD_S` after its sender last received a beat. A page that claims
+a longer delay raises that no further than `max_command_age_s` allows.
 """
 
 from __future__ import annotations
@@ -20,28 +20,27 @@ if TYPE_CHECKING:
     from wax.control.rules import Rules
 
 FUTURE_S: Final = 0.050
-"""A timestamp further ahead than this plus the one-way delay means the clock is not aligned."""
+"""A timestamp further ahead than this plus the one-way delay means a misaligned clock."""
 
 HELD_S: Final = 0.35
-"""How long whoever drives may have held the newest beat: they are sent one each 0.1 s, and two may
-be lost."""
+"""How old the operator's newest beat may be: beats go out every 0.1 s, and two may be lost."""
 
 CALM_HELD_S: Final = 1.0 + HELD_S
-"""The same for others, who hear one a second."""
+"""The same for everybody else: their beats go out once a second."""
 
 MAX_ONE_WAY_S: Final = 2.0
-"""The largest delay allowed for: nobody drives over a slower link, whatever is configured."""
+"""The largest delay that is ever allowed for, whatever is configured."""
 
 
 def allowance_s(one_way_s: float | None) -> float:
-    """Return how much delay is allowed for: none while it is unknown, because that stops sooner."""
+    """Return how much delay to allow for: none while it is unknown, because that stops sooner."""
     if one_way_s is None or not one_way_s > 0:
         return 0.0
     return min(one_way_s, MAX_ONE_WAY_S)
 
 
 def time_to_live_s(one_way_s: float | None, rules: Rules) -> float | None:
-    """Return how long a command counts after it was sent; None if the delay is too long."""
+    """Return a command's time-to-live, from when it was sent; None if the delay is too long."""
     ttl_s = rules.max_age_s + allowance_s(one_way_s)
     return ttl_s if ttl_s <= rules.max_command_age_s else None
 
@@ -49,9 +48,9 @@ def time_to_live_s(one_way_s: float | None, rules: Rules) -> float | None:
 def credible_sent_s(
     sent_s: float, heard_s: float, now_s: float, *, one_way_s: float | None, held_s: float = HELD_S
 ) -> float:
-    """Return when something counts as sent that claims `sent_s` and has arrived by `now_s`.
+    """Return the send time to believe of a message that claims `sent_s` and has come by `now_s`.
 
-    `heard_s` is when the newest beat was sent that its sender had heard, minus infinity if none.
+    `heard_s` is when the newest beat that its sender had received was sent, minus infinity if none.
     """
     return min(sent_s, now_s, heard_s + allowance_s(one_way_s) + held_s)
 

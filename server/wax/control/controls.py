@@ -1,16 +1,16 @@
-"""What the robot has besides wheels: which of what people ask counts. Pure.
+"""The robot's controls besides its wheels: which requests for them count. Pure.
 
-What is held - a button, and whatever moves - counts like a command: only from somebody who may use
-it, for as long as a command would, and until the next of theirs that does not hold it. What moves
-also needs everything that driving needs: its operator's turn, a fresh command of theirs with the
-dead-man held, a fresh picture, no stop. Whatever ends that lets go of it, and then it must be
-released and pressed again, as must what was held when a turn ended or somebody pressed Stop.
+A *held* control, such as a button or anything that moves, works like a command: only for somebody
+who may use it, for a command's time-to-live, and until their next message no longer holds it. One
+that moves also needs everything that driving needs: the operator's turn, a fresh command with the
+dead-man held, a fresh picture, no stop. When any of these ends, it must be released and pressed
+again, as must every control held when a turn ended or somebody pressed Stop.
 
-What is set - a toggle, a slider, a choice - stays as it is until somebody sets it otherwise, also
-while the robot is stopped: nobody is helped by lights that go out. It is told as the state that it
-shall have, never as a change, so that a page may repeat it until it hears that it has arrived.
+A *set* control (a toggle, a slider, a choice) keeps its value until somebody changes it, even while
+the robot is stopped: lights that go out help nobody. The page sends the value, never a change, so
+that it may repeat the message until it is acknowledged.
 
-Letting go is never refused for its age.
+A release is never refused for its age.
 """
 
 from __future__ import annotations
@@ -38,16 +38,16 @@ if TYPE_CHECKING:
     from wax.driver.interface import ControlValue
 
 SET_TTL_S: Final = 2.0
-"""What is only set may be this old: an older wish may no longer be one."""
+"""The maximum age of a request that only sets: an older one may no longer be wanted."""
 
 
 @dataclass(frozen=True, slots=True)
 class Operation:
-    """All that a page holds now, and what it sets, by the controls' names.
+    """Everything that a page holds now, and the controls that it sets, by name.
 
     Values are numbers: 1 for a button that is held or a toggle that is on, 0 for one that is off, a
-    slider's own value, and the place of a choice in its list. `sent_s` is what the page claims,
-    `heard_s` when the newest beat was sent that it had heard, as in `Command`.
+    slider's own value, and a choice's index in its list. `sent_s` and `heard_s` are as in
+    `Command`.
     """
 
     seq: int
@@ -60,7 +60,7 @@ class Operation:
 
 @dataclass(frozen=True, slots=True)
 class ControlsOperator:
-    """Somebody who operates controls: which roles they have, and the delay of their link."""
+    """A viewer who operates controls: their roles, and the delay of their link."""
 
     viewer: int
     roles: frozenset[ControlRole]
@@ -71,7 +71,7 @@ class ControlsOperator:
 class Hand:
     """The newest operation of a viewer that counted; `held` counts until `until_s`.
 
-    `spent` is what they still hold since before something let go of it.
+    `spent` are the held controls that have been released for them and must be pressed again.
     """
 
     seq: int
@@ -83,14 +83,14 @@ class Hand:
 
 @dataclass(frozen=True, slots=True)
 class OperationState:
-    """What is held by each viewer, and what was set."""
+    """What each viewer holds, and the values that were set."""
 
     hands: Mapping[int, Hand] = field(default_factory=dict)
     values: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
-class Working:
+class ActiveControl:
     """A control that is held or was set, and the value for the driver."""
 
     value: ControlValue
@@ -99,7 +99,7 @@ class Working:
 
     @property
     def released(self) -> ControlValue:
-        """The value with which the driver learns that nobody holds it any more."""
+        """The value that tells the driver that nobody holds the control any more."""
         return False if isinstance(self.value, bool) else None
 
 
@@ -120,7 +120,7 @@ class Controls:
         is_stopped: bool,
         now_s: float,
     ) -> tuple[OperationState, Refusal | None]:
-        """Take what has just arrived, or return why not: all of it, or none."""
+        """Accept an operation that has just arrived, or return why not: all of it or none."""
         hand = state.hands.get(by.viewer)
         if hand is not None and operation.seq <= hand.seq:
             return state, Refusal.OUT_OF_ORDER
@@ -139,11 +139,11 @@ class Controls:
             {**state.hands, by.viewer: newest}, {**state.values, **operation.wanted}
         ), None
 
-    def working(
+    def active(
         self, state: OperationState, turn: TurnView, *, may_move: bool, now_s: float
-    ) -> dict[str, Working]:
-        """Return every control that is held now, or was set; what is not in it is released."""
-        found = {name: self._worked(name, value) for name, value in state.values.items()}
+    ) -> dict[str, ActiveControl]:
+        """Return every control that is held now or was set; all others are released."""
+        found = {name: self._active_control(name, value) for name, value in state.values.items()}
         for viewer, hand in state.hands.items():
             if now_s > hand.until_s:
                 continue
@@ -151,19 +151,19 @@ class Controls:
             for name, value in hand.held.items():
                 counts = (may_move and drives) if self._moves(name) else True
                 if counts and name not in hand.spent:
-                    found[name] = self._worked(name, value)
+                    found[name] = self._active_control(name, value)
         return found
 
-    def stopped(self, state: OperationState) -> OperationState:
-        """Let go of what moves, until it is pressed again."""
-        return _spent(state, self._moves)
+    def release_moving(self, state: OperationState) -> OperationState:
+        """Release the controls that move, until they are pressed again."""
+        return _release(state, self._moves)
 
     def _moves(self, name: str) -> bool:
         return self._settings[name].moves
 
-    def _worked(self, name: str, value: float) -> Working:
+    def _active_control(self, name: str, value: float) -> ActiveControl:
         control = self._settings[name]
-        return Working(driver_value(control, value), control.moves, control.is_held)
+        return ActiveControl(driver_value(control, value), control.moves, control.is_held)
 
     def _unknown(self, operation: Operation) -> Refusal | None:
         if not math.isfinite(operation.sent_s):
@@ -180,7 +180,7 @@ class Controls:
     def _not_allowed(
         self, by: ControlsOperator, operation: Operation, turn: TurnView
     ) -> Refusal | None:
-        """Refuse what is for others, or for whoever drives in another turn."""
+        """Refuse controls that are for other roles, or for the operator of another turn."""
         drives = by.viewer == turn.operator and "operator" in by.roles
         is_theirs = drives and operation.turn == turn.number
         roles = by.roles if is_theirs else by.roles - {"operator"}
@@ -195,7 +195,7 @@ class Controls:
     def _untimely(
         self, by: ControlsOperator, operation: Operation, held_s: float, now_s: float
     ) -> tuple[Refusal | None, float]:
-        """Refuse what is too old; else return until when what is held counts."""
+        """Refuse an operation that is too old; else return when what it holds expires."""
         ttl_s = time_to_live_s(by.one_way_s, self._rules) if operation.held else SET_TTL_S
         if ttl_s is None:
             return Refusal.TOO_SLOW, math.inf
@@ -209,18 +209,18 @@ class Controls:
         return None, sent_s + ttl_s
 
 
-def let_go(state: OperationState, viewer: int | None = None) -> OperationState:
-    """Let go of all that is held, or all that this viewer holds, until it is pressed again."""
-    return _spent(state, lambda _: True, viewer)
+def release_held(state: OperationState, viewer: int | None = None) -> OperationState:
+    """Release all held controls, or this viewer's, until they are pressed again."""
+    return _release(state, lambda _: True, viewer)
 
 
-def begin_anew(state: OperationState, viewer: int) -> OperationState:
-    """Let a new page of a viewer number its operations from the start; it holds nothing yet."""
+def reset_viewer(state: OperationState, viewer: int) -> OperationState:
+    """Start a viewer's new page: it numbers operations from the start and holds nothing."""
     return replace(state, hands={one: hand for one, hand in state.hands.items() if one != viewer})
 
 
 def driver_value(control: ControlSettings, value: float) -> ControlValue:
-    """Return a value as the driver gets it."""
+    """Return a value in the form that the driver gets."""
     match control.kind:
         case "slider":
             return float(value)
@@ -231,7 +231,7 @@ def driver_value(control: ControlSettings, value: float) -> ControlValue:
 
 
 def _is_possible(control: ControlSettings, value: float) -> bool:
-    """Whether a control can have this value; what is not a number never is."""
+    """Whether a control can have this value; NaN never is."""
     match control.kind:
         case "button":
             return value == 1
@@ -243,7 +243,7 @@ def _is_possible(control: ControlSettings, value: float) -> bool:
             return value in range(len(control.choices))
 
 
-def _spent(
+def _release(
     state: OperationState, is_let_go: Callable[[str], bool], viewer: int | None = None
 ) -> OperationState:
     if not any(hand.held for hand in state.hands.values()):

@@ -1,4 +1,4 @@
-"""What people hold and set of the robot's controls, and telling it: the loop's part for them."""
+"""The part of the control loop that passes lamps, grippers and other controls to the robot."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from wax.config.controls import ControlRole, ControlSettings
-    from wax.control.controls import Operation, Working
+    from wax.control.controls import ActiveControl, Operation
     from wax.control.reasons import Refusal
     from wax.control.rules import Rules
     from wax.control.safe_driver import SafeDriver
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class ControlsLoop:
-    """Remembers the operations of all viewers, and keeps the robot told of what they make."""
+    """Keeps what all viewers hold and set, and sends the robot each resulting change."""
 
     def __init__(
         self, settings: Iterable[ControlSettings], rules: Rules, safe_driver: SafeDriver
@@ -31,7 +31,7 @@ class ControlsLoop:
 
     @property
     def values(self) -> Mapping[str, float]:
-        """How the controls were set that stay as they are set."""
+        """The values of the controls that were set, not held."""
         return self._state.values
 
     def accept(
@@ -45,7 +45,7 @@ class ControlsLoop:
         is_stopped: bool,
         now_s: float,
     ) -> Refusal | None:
-        """Take what has just arrived, or return why not; see `Controls.accept`."""
+        """Accept an operation that has just arrived, or return why not; see `Controls.accept`."""
         drives = is_driving(viewer, turn)
         by = ControlsOperator(
             viewer,
@@ -57,32 +57,32 @@ class ControlsLoop:
         )
         return refusal
 
-    def begin_anew(self, viewer: int) -> None:
-        """Let a new page of a viewer begin, with nothing held."""
-        self._state = controls.begin_anew(self._state, viewer)
+    def reset_viewer(self, viewer: int) -> None:
+        """Start a viewer's new page with nothing held."""
+        self._state = controls.reset_viewer(self._state, viewer)
 
-    def let_go(self, viewer: int | None = None) -> None:
-        """Let go of all that is held, or all that a viewer holds, until it is pressed again."""
-        self._state = controls.let_go(self._state, viewer)
+    def release_held(self, viewer: int | None = None) -> None:
+        """Release all held controls, or one viewer's, until they are pressed again."""
+        self._state = controls.release_held(self._state, viewer)
 
-    def stop_moving(self) -> None:
-        """Let go of what moves, until it is pressed again."""
-        self._state = self._controls.stopped(self._state)
+    def release_moving(self) -> None:
+        """Release the controls that move, until they are pressed again."""
+        self._state = self._controls.release_moving(self._state)
 
-    def is_news(self, turn: TurnView, *, may_move: bool, now_s: float) -> bool:
-        """Whether the robot would have to be told something."""
-        return self._safe_driver.changes_controls(self._working(turn, may_move, now_s))
+    def has_changes(self, turn: TurnView, *, may_move: bool, now_s: float) -> bool:
+        """Whether a control of the robot has a new value that must be sent."""
+        return self._safe_driver.changes_controls(self._active(turn, may_move, now_s))
 
-    def tell(self, turn: TurnView, *, may_move: bool, now_s: float) -> Sentence | None:
-        """Tell the robot what has changed; return a sentence if its driver raised."""
-        return self._safe_driver.operate(self._working(turn, may_move, now_s), turn.number)
+    def send_changes(self, turn: TurnView, *, may_move: bool, now_s: float) -> Sentence | None:
+        """Send the robot what has changed; return a sentence if its driver raised."""
+        return self._safe_driver.operate(self._active(turn, may_move, now_s), turn.number)
 
-    def _working(self, turn: TurnView, may_move: bool, now_s: float) -> Mapping[str, Working]:
-        return self._controls.working(self._state, turn, may_move=may_move, now_s=now_s)
+    def _active(self, turn: TurnView, may_move: bool, now_s: float) -> Mapping[str, ActiveControl]:
+        return self._controls.active(self._state, turn, may_move=may_move, now_s=now_s)
 
 
 def is_driving(viewer: int, turn: TurnView) -> bool:
-    """Whether a viewer has the robot: their turn, connected, and left to them by who is aboard."""
+    """Whether a viewer has the turn, is connected, and the person aboard lets them drive."""
     is_left = turn.aboard is None or turn.aboard.mode == "free"
     return viewer == turn.operator and turn.present and is_left
 

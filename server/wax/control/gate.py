@@ -8,11 +8,11 @@ At the start of a turn, after a stop and after a fault, nothing moves until a *n
 (everything released) arrives that was sent after that moment by an operator with a fresh picture:
 a key held down throughout must be released and pressed again. A command sent before that moment
 never moves the robot. If commands or picture are interrupted for less than `LAPSE_S`, driving
-resumes when they are back; after a longer one, or on another network (`session/room.py`), neutral
-comes first, as after a fault.
+resumes when they are back; after a longer interruption, or on another network (`session/room.py`),
+neutral must come first, as after a fault.
 
-The person aboard comes before everything else: while their hand control does not leave the robot to
-the operator, nothing of the operator's counts, and neutral comes first after it.
+The person aboard outranks the operator: while their hand control does not leave the robot to the
+operator, no command of the operator's counts, and neutral must come first afterwards.
 """
 
 from __future__ import annotations
@@ -61,13 +61,13 @@ released and pressed again."""
 
 @dataclass(frozen=True, slots=True)
 class GateState:
-    """What the gate remembers within the turn with this number.
+    """The gate's state within the turn with this number.
 
     `command` is the newest that counted; its `sent_s` is never later than its arrival or than is
-    credible, never earlier than `hold_since_s`. While it is None only a neutral one is accepted;
-    `hold` says why. `refused` is why the operator's newest command did not count, None after one
-    that did. `well_s` is when command and picture were last both fresh; `lapsed` says that one of
-    them is not, now.
+    credible, never earlier than `hold_since_s`. While `command` is None only a neutral command
+    takes its place; `hold` says why. `refused` is why the operator's newest command did not count,
+    None after one that did. `well_s` is when command and picture were last both fresh; `lapsed`
+    says that one of them is stale now.
     """
 
     turn: int = 0
@@ -84,12 +84,12 @@ class GateState:
 class Setpoint:
     """The set-point for the robot.
 
-    `reason` is a sentence while the gate holds the robot, `limit` one while it is slower than its
-    operator asks, else None. `soft` allows motion to end at the braking rate, where the robot is
-    configured for it: when they let go, or commands or picture lapse; never at a Stop or fault.
-    `axes` holds only axes that the robot has; others keep their position. `holds`: the dead-man is
-    held and all is well, so what else moves may do so, too (`wax.control.controls`).
-    `valid_until_s` is when the command behind it is too old.
+    `reason` says why the gate holds the robot, `limit` why the robot is slower than its operator
+    asks; each is None if not. `soft` allows motion to end at the braking rate, where the robot is
+    configured for it: when the operator lets go, or commands or picture lapse; never at a Stop or
+    fault. `axes` holds only axes that the robot has; others keep their position. `holds` says that
+    the dead-man is held and all is well, so that other moving controls may move, too
+    (`wax.control.controls`). `valid_until_s` is when the command behind it expires.
     """
 
     twist: Twist = STANDSTILL
@@ -102,7 +102,7 @@ class Setpoint:
 
 
 def begin(turn: int, now_s: float) -> GateState:
-    """Return the state at the start of a turn, or when its operator connects again."""
+    """Return the state at the start of a turn, or when its operator reconnects."""
     return GateState(turn=turn, hold_since_s=now_s)
 
 
@@ -172,14 +172,14 @@ def decide(
 
 
 def _outranked(turn: TurnView, stop: LatchedStop | None) -> tuple[Hold, Sentence] | None:
-    """Return what comes before any operator, with the sentence for them."""
+    """Return why nobody may drive, the person aboard or a stop, with a sentence for it."""
     if turn.aboard is not None and turn.aboard.mode != "free":
         return Hold.ABOARD, ABOARD[turn.aboard.mode]
     return None if stop is None else (Hold.STOPPED, stopped_by(stop.by))
 
 
 def _foreign(state: GateState, viewer: int, command: Command, turn: TurnView) -> Refusal | None:
-    """Refuse what is not the next command of this turn's operator."""
+    """Refuse a command that is not the next of this turn's operator."""
     if turn.operator is None or viewer != turn.operator:
         return Refusal.NOT_YOUR_TURN
     if not turn.present:
@@ -194,7 +194,7 @@ def _foreign(state: GateState, viewer: int, command: Command, turn: TurnView) ->
 def _unusable(
     command: Command, sent_s: float, turn: TurnView, now_s: float, rules: Rules
 ) -> Refusal | None:
-    """Refuse what must not move the robot, whoever sends it; `sent_s` is the credible time."""
+    """Refuse an invalid or stale command, whoever sends it; `sent_s` is the credible time."""
     if not command.is_in_range:
         return Refusal.OUT_OF_RANGE
     ttl_s = time_to_live_s(turn.one_way_s, rules)
@@ -210,13 +210,13 @@ def _unusable(
 def _unseeing(
     state: GateState, seen_s: float | None, turn: TurnView, now_s: float, rules: Rules
 ) -> Refusal | None:
-    """Refuse to start driving without a picture: nobody reacts to a picture they do not see."""
+    """Refuse to start driving without a picture: the operator could not see an obstacle."""
     is_blind = video_freshness.judge(seen_s, now_s, turn, rules) is VideoFreshness.NONE
     return _blind(turn) if is_blind and state.command is None else None
 
 
 def _refusal(state: GateState, turn: TurnView) -> Sentence:
-    """Return why no command at all may move the robot."""
+    """Return why no command may move the robot."""
     if turn.operator is None:
         return NOBODY_DRIVES
     if not turn.present:
@@ -232,7 +232,7 @@ def _held_back(state: GateState) -> Setpoint:
 def _lapse(
     command: Command, seen: VideoFreshness, turn: TurnView, now_s: float, ttl_s: float
 ) -> Refusal | None:
-    """Return what is interrupted now and may be back in a moment."""
+    """Return what is interrupted now, the commands or the picture; it may soon resume."""
     if is_too_old(command.sent_s, now_s, ttl_s):
         return Refusal.TOO_OLD
     return _blind(turn) if seen is VideoFreshness.NONE else None
@@ -246,7 +246,7 @@ def _blind(turn: TurnView) -> Refusal:
 def _driven(
     command: Command, seen: VideoFreshness, turn: TurnView, ttl_s: float, rules: Rules
 ) -> Setpoint:
-    """Turn an accepted command into a set-point; without the dead-man not even an axis moves."""
+    """Turn an accepted command into a set-point; without the dead-man held no axis moves either."""
     if not command.held:
         return Setpoint(reason=NOT_HELD if command.asks_for_motion else None, soft=True)
     limits = rules.limits
@@ -265,7 +265,7 @@ def _driven(
 
 
 def _let_pass(setpoint: Setpoint, turn: TurnView) -> Setpoint:
-    """Stand where the person aboard shares and lets nothing pass; the robot scales what they do."""
+    """Stop the robot if the person aboard shares and lets nothing through; the robot does scale."""
     share = 1.0 if turn.aboard is None else turn.aboard.share
     if setpoint.twist.is_zero or share >= 1.0:
         return setpoint

@@ -1,8 +1,8 @@
-"""Which of the numbers that the robot tells are beyond a limit, and when that stops it. Pure.
+"""Which of the robot's gauges are beyond a limit, and when that stops the robot. Pure.
 
-A number that has a limit that stops and is not told, or is none, stops the robot, too: nobody knows
-how it is. It stays stopped until all has been well for `WELL_S`, so that a number at its limit, as
-a weak battery's voltage, does not stop it again and again.
+A gauge with a stopping limit also stops the robot when its value is missing or not a number. The
+robot stays stopped until all gauges have been fine for `WELL_S`, so that a value hovering at its
+limit, such as a weak battery's voltage, does not stop it again and again.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ Level = Literal["warn", "stop"]
 
 @dataclass(frozen=True, slots=True)
 class GaugeHold:
-    """Why the robot is held by a gauge, None while it is not; `ill_s` is when it last was ill."""
+    """Why a gauge holds the robot, None if none does; `ill_s` is when one last passed a limit."""
 
     reason: Sentence | None = None
     ill_s: float = -math.inf
 
 
 def value(gauge: GaugeSettings, state: RobotState) -> float | None:
-    """Return what the robot tells, None where it tells no number."""
+    """Return the value that the robot reports, None if it reports no number."""
     told = state.gauges.get(gauge.name)
     if told is None and gauge.name in ("battery_v", "battery_fraction"):
         told = state.battery_v if gauge.name == "battery_v" else state.battery_fraction
@@ -41,7 +41,7 @@ def value(gauge: GaugeSettings, state: RobotState) -> float | None:
 
 
 def level(gauge: GaugeSettings, told: float | None) -> Level | None:
-    """Return how far a value is beyond the limits of its gauge, None if it is within them."""
+    """Return which limit of its gauge a value has passed, None if it is within them."""
     if told is None:
         return "stop" if gauge.may_stop else None
     if _is_beyond(told, gauge.stop_below, gauge.stop_above):
@@ -49,10 +49,10 @@ def level(gauge: GaugeSettings, told: float | None) -> Level | None:
     return "warn" if _is_beyond(told, gauge.warn_below, gauge.warn_above) else None
 
 
-def watch(
+def update(
     hold: GaugeHold, gauges: Iterable[GaugeSettings], state: RobotState, now_s: float
 ) -> GaugeHold:
-    """Return whether the robot is held now; one that is not connected tells nothing new."""
+    """Return whether a gauge holds the robot now; a disconnected robot changes nothing."""
     if not state.connected:
         return hold
     for gauge in gauges:

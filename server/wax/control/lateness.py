@@ -1,4 +1,4 @@
-"""How late the loop's ticks were since the start, as a histogram for monitoring. Pure."""
+"""A histogram of how late the loop's ticks have been since the start, for monitoring. Pure."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ BOUNDS_MS: Final = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 40.0, 100.0, 200.0)
 
 
 class Lateness:
-    """`counts` has a count for each bound of `BOUNDS_MS`, up to it, and one for what is above."""
+    """`counts` has a bucket up to each bound of `BOUNDS_MS`, and one for everything above."""
 
     def __init__(self) -> None:
         self.counts = [0] * (len(BOUNDS_MS) + 1)

@@ -1,4 +1,4 @@
-"""Who hears of every command and every set-point, as the tape does."""
+"""The interface for observers of every command and set-point, such as the recorder."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ class Listener(Protocol):
     """Called once the robot has its set-point; returns at once, never raises, never calls back."""
 
     def offered(self, viewer: int, command: Command, refusal: Refusal | None, now_s: float) -> None:
-        """Hear of a command that has arrived, and why the gate refused it."""
+        """Receive a command that has arrived, and why the gate refused it, if it did."""
         ...
 
     def steered(self, wanted: Setpoint, sent: Twist, turn: int, now_s: float) -> None:
-        """Hear what the gate wants of the robot, and what it was given."""
+        """Receive the gate's set-point, and the twist that was actually sent to the robot."""
         ...
 
 
 class NoListener:
-    """Nobody listens."""
+    """A listener that ignores everything."""
 
     def offered(
         self, viewer: int, command: Command, refusal: Refusal | None, now_s: float

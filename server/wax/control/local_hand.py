@@ -1,19 +1,20 @@
 """The hand control of the person aboard, who outranks every operator. Pure.
 
-- Touched, the robot is theirs at once (``hand``). Released, it stands for a pause, and then an
-  operator may drive again (``free``), beginning with neutral.
-- Their Stop (``stopped``) holds everybody, themselves too, until they ask to go on with the control
-  at rest. Nobody else can release it.
-- A control that is silent, or says what cannot be, is ``lost``: nobody drives, since the person
+- Touching the control takes over at once (``hand``). After its release the robot stands still for a
+  pause; then an operator may drive again (``free``), starting from neutral.
+- The person's Stop (``stopped``) holds everybody, the person too, until they ask to resume with the
+  control at rest. Nobody else can release it.
+- A control that is silent or sends impossible values is ``lost``: nobody drives, since the person
   could neither take over nor stop.
-- A control moves nothing until it was seen at rest, at the start and after each loss or stop; a
-  stick that is stuck, or held throughout, must be released first. Until then, and until the pause
-  after it is over, nobody drives (``pause``).
-- Where the person `shares`, the stick does not take over while an operator can be heard: pushed
-  ahead, it lets that part of the operator's set-point pass; at rest, to a side or back, none. With
-  no operator there, or none that can be heard, it drives, once it was seen at rest.
+- A control moves nothing until it has been at rest once, at the start and after each loss or stop;
+  a stick that is stuck, or held throughout, must be released first. Until then, and during the
+  pause that follows, nobody drives (``pause``).
+- Where the person `shares`, the stick does not take over while an operator's commands arrive:
+  pushed ahead, it lets that fraction of the operator's set-point through; at rest, sideways or
+  back, it lets none through. Without an operator, or once their commands cease, it drives, after it
+  has been at rest once.
 
-The driver process keeps these rules, wherever the server is; the gate follows what they say.
+The driver process applies these rules, even without the server; the gate obeys the resulting mode.
 """
 
 from __future__ import annotations
@@ -31,16 +32,16 @@ if TYPE_CHECKING:
     from wax.driver.interface import Ask, HandMode, Limits
 
 _TO_PASS: Final = ("free", "pause", "hand")
-"""The modes in which the control is heard and no stop is pressed."""
+"""The modes in which the control answers and no stop is latched."""
 
 
 @dataclass(frozen=True, slots=True)
 class HandRules:
     """Constant while the driver process runs.
 
-    `silence_s` is how long a control may say nothing, `pause_s` how long the robot stands after a
-    hand. Deflections up to `dead_zone` are none. `max_fraction` of the robot's speed is the
-    person's; the rest is as in `Rules`.
+    `silence_s` is how long a control may be silent, `pause_s` how long the robot stands still after
+    the control is released. Deflections up to `dead_zone` count as rest. The person may use
+    `max_fraction` of the robot's speed; the rest is as in `Rules`.
     """
 
     shares: bool
@@ -57,7 +58,7 @@ class HandRules:
 
     @classmethod
     def of(cls, local: LocalSettings, robot: RobotSettings, period_s: float) -> Self:
-        """Gather the rules from the configuration; `period_s` is that of the set-points."""
+        """Gather the rules from the configuration; `period_s` is the set-point interval."""
         return cls(
             shares=local.stick == "shares",
             silence_s=local.silence_ms / 1000,
@@ -75,24 +76,24 @@ class HandRules:
 
 @dataclass(frozen=True, slots=True)
 class HandState:
-    """What is remembered of the control; `asked` and `asks` are as in `Aboard`."""
+    """The state of the control; `asked` and `asks` are as in `Aboard`."""
 
     mode: HandMode = "lost"
     reading: HandReading | None = None
-    """The newest, None while the control is lost."""
+    """The newest reading, None while the control is lost."""
     since_s: float = -math.inf
     """When the mode began, or when the control was last touched in the pause."""
     is_armed: bool = False
-    """Whether the control was seen at rest since it last lost that right."""
+    """Whether the control has been at rest since it was last disarmed."""
     is_stopped: bool = False
     """Whether the person's Stop is latched."""
     shares: bool = False
-    """Whether an operator could be heard with whom they share."""
+    """Whether the person shares the driving with an operator whose commands arrive."""
     asked: Ask | None = None
     asks: int = 0
 
 
-def hear(
+def accept(
     state: HandState,
     reading: HandReading,
     now_s: float,
@@ -100,11 +101,11 @@ def hear(
     *,
     is_operator_heard: bool = True,
 ) -> HandState:
-    """Take a reading; one that is old, or from the future, counts as none, but for a Stop.
+    """Return the state after a reading; an old or future one is ignored, except for its Stop.
 
-    `is_operator_heard` is whether there is an operator whose set-points still come.
+    `is_operator_heard` says whether an operator's set-points still arrive.
     """
-    state = watch(state, now_s, rules)
+    state = tick(state, now_s, rules)
     if reading.stop:
         state = _stopped(state, now_s)  # however late it comes, and whatever else is wrong with it
     newest_s = -math.inf if state.reading is None else state.reading.at_s
@@ -119,7 +120,7 @@ def hear(
     is_released = pressed == "go_on" and not is_touched
     is_stopped = reading.stop or (state.is_stopped and not is_released)
     shares = rules.shares and is_operator_heard
-    # Between sharing and driving the same stick changes its meaning: it must be seen at rest.
+    # The stick means something else when sharing than when driving: it must be at rest between.
     is_armed = not is_touched or (state.is_armed and shares == state.shares) or _drives(state)
     heard = replace(
         state,
@@ -131,8 +132,8 @@ def hear(
     return _in_mode(heard, _mode(heard, is_touched=is_touched), now_s, is_touched=is_touched)
 
 
-def watch(state: HandState, now_s: float, rules: HandRules) -> HandState:
-    """Notice silence, and the end of the pause; call it at least as often as the robot is told."""
+def tick(state: HandState, now_s: float, rules: HandRules) -> HandState:
+    """Detect silence and the end of the pause; call it at least once per set-point."""
     if state.reading is None:
         return state
     if not now_s - state.reading.at_s < rules.silence_s:
@@ -147,12 +148,12 @@ def watch(state: HandState, now_s: float, rules: HandRules) -> HandState:
 
 
 def lose(state: HandState) -> HandState:
-    """Take the control as lost; a latched stop stays."""
+    """Mark the control as lost; a latched stop stays latched."""
     return replace(state, mode="lost", reading=None, is_armed=False)
 
 
 def disarm(state: HandState, now_s: float) -> HandState:
-    """Require the control to be seen at rest, as after a fault of the robot."""
+    """Require the control to be at rest first, as after a fault of the robot."""
     mode: HandMode = "pause" if state.mode == "hand" else state.mode
     return replace(state, mode=mode, is_armed=False, since_s=now_s)
 
@@ -164,7 +165,7 @@ def touches(reading: HandReading, rules: HandRules) -> bool:
 
 
 def twist(state: HandState, rules: HandRules, limits: Limits) -> Twist:
-    """Return the person's own set-point, within the limits: standstill where they do not drive."""
+    """Return the person's own set-point, within the limits; standstill if they do not drive."""
     if state.mode != "hand" or state.reading is None:
         return STANDSTILL
     most = rules.max_fraction
@@ -176,28 +177,28 @@ def twist(state: HandState, rules: HandRules, limits: Limits) -> Twist:
 
 
 def share(state: HandState, rules: HandRules) -> float:
-    """Return how much of an operator's set-point may pass, 0 to 1."""
+    """Return the fraction of an operator's set-point that is let through, 0 to 1."""
     if state.mode != "free" or state.reading is None:
         return 0.0
     return max(0.0, _beyond(state.reading.linear, rules)) if rules.shares else 1.0
 
 
-def told(state: HandState, rules: HandRules) -> Aboard:
-    """Return what the server is told of the person aboard."""
+def report(state: HandState, rules: HandRules) -> Aboard:
+    """Return what the server needs to know about the person aboard."""
     return Aboard(state.mode, round(share(state, rules), 2), state.asked, state.asks)
 
 
 def _pressed(state: HandState, reading: HandReading) -> Ask | None:
     """Return the request whose button went down with this reading.
 
-    One that was down when the control came back is none: it may be stuck.
+    A button that was down when the control reconnected does not count: it may be stuck.
     """
     before = state.reading
     return reading.ask if before is not None and before.ask != reading.ask else None
 
 
 def _stopped(state: HandState, now_s: float) -> HandState:
-    """Latch the person's Stop, even while nothing else of the control counts."""
+    """Latch the person's Stop, even while the control's other inputs are ignored."""
     state = replace(state, is_stopped=True, is_armed=False)
     return state if state.mode == "lost" else _in_mode(state, "stopped", now_s)
 
@@ -207,7 +208,7 @@ def _drives(state: HandState) -> bool:
 
 
 def _mode(heard: HandState, *, is_touched: bool) -> HandMode:
-    """Return the mode that follows; `heard.mode` is still the one before."""
+    """Return the next mode; `heard.mode` is still the previous one."""
     if heard.is_stopped:
         return "stopped"
     if heard.mode not in _TO_PASS:
@@ -227,6 +228,6 @@ def _in_mode(
 
 
 def _beyond(deflection: float, rules: HandRules) -> float:
-    """Return the deflection beyond the dead zone as a share of what is left, in -1…1."""
+    """Return the deflection beyond the dead zone, rescaled to -1…1."""
     share_beyond = max(0.0, abs(deflection) - rules.dead_zone) / (1.0 - rules.dead_zone)
     return math.copysign(share_beyond, deflection)

@@ -1,6 +1,6 @@
 """The control loop: the one place that moves the robot, and stops it at every change of operator.
 
-It gives the robot a set-point at a fixed rate, which the robot's own watchdog expects, and at once
+It sends the robot a set-point at a fixed rate, which the robot's own watchdog expects, and at once
 when a new command changes the set-point. Call everything from the event loop. Callbacks run after
 the robot has its set-point, and must not call back into the control loop.
 """
@@ -48,7 +48,7 @@ MIN_GAP_S: Final = 0.005
 """Set-points are never closer together than this, so that a slow serial line is not flooded."""
 
 _AFTER_S: Final = 0.001
-"""A command is looked at this long after its end: timers may fire a little early."""
+"""A command is checked this long after it expires: timers may fire a little early."""
 
 
 class ControlLoop:
@@ -62,29 +62,29 @@ class ControlLoop:
         driver: Driver,
         settings: DriveSettings,
         robot: RobotSettings,
-        # Half a viewer's least round trip of late, None before the first; `OperatorDelay` keeps
-        # the least in a turn.
+        # Half of a viewer's shortest recent round trip, None before the first; `OperatorDelay`
+        # keeps the shortest of a turn.
         link_delay_s: Callable[[int], float | None],
         # Whether a viewer wants the picture: not if it is off or the robot has no camera.
         sees: Callable[[int], bool],
         # Whether nobody gets a picture to drive by.
         camera_fails: Callable[[], bool],
-        # Whose word the picture's age is.
+        # How well the driving picture's age is known.
         picture_clock: Callable[[], PictureClock],
-        # Why nobody may drive by the host's wish.
+        # Why the host lets nobody drive.
         on_hold: Callable[[], Sentence | None],
         # How much of the robot's speed the host lets a viewer use.
         max_fraction: Callable[[int], float],
         # Gets every change of the turns.
         on_events: Callable[[tuple[TurnEvent, ...]], None],
         # Gets, when one changes: the operator, whether the robot moves, a sentence if it is held or
-        # slowed, and what part of the speed asked for is left to it.
+        # slowed, and the fraction of the commanded speed that it keeps.
         on_status: Callable[[int, bool, Sentence | None, float], None],
-        # Hears of every command and set-point.
+        # Is called for every command and set-point.
         listener: Listener | None = None,
         # What the robot has besides wheels.
         controls: Sequence[ControlSettings] = (),
-        # The numbers that the robot tells; some may stop it.
+        # The robot's gauges; some may stop it.
         gauges: Sequence[GaugeSettings] = (),
     ) -> None:
         self._clock = clock
@@ -113,19 +113,19 @@ class ControlLoop:
         self._stopped = False
         self._steered_s = -math.inf
         self._is_urgent = False
-        self._rested: asyncio.Future[None] | None = None
+        self._woken: asyncio.Future[None] | None = None
         self._alarm: asyncio.TimerHandle | None = None
 
     # --- the beat --------------------------------------------------------------------------
 
     async def run(self) -> None:
-        """Run until cancelled, idle after `stop`; however it ends, the robot stands."""
+        """Run until cancelled, idle after `stop`; however it ends, the robot is stopped."""
         try:
             while not self._stopped:
                 now_s = self._clock.now_s()
                 if self._gap_s(now_s) == 0.0:
                     self.step(now_s)
-                await self._rest()
+                await self._sleep()
             await asyncio.Event().wait()
         finally:
             self.stop()
@@ -144,8 +144,8 @@ class ControlLoop:
         if self._timer.is_too_late(now_s):
             self._counts["control.late"] += 1
             self._hold(now_s, Hold.LATE)
-        self.keep_time()
-        problem = self._watch(now_s)
+        self.tick_turns()
+        problem = self._check_robot(now_s)
         turn = self._turn()
         self._target = Setpoint(reason=problem) if problem else self._decide(turn, now_s)
         after_s = now_s - self._steered_s
@@ -155,114 +155,116 @@ class ControlLoop:
         failure = self._safe_driver.steer(setpoint, turn.number)
         self._steered_s = self._clock.now_s()  # not now_s: a busy machine may pause in between
         if self._gate.command is None:
-            self._controls.stop_moving()  # that, too, must be released and pressed again
-        failure = failure or self._controls.tell(turn, may_move=self._target.holds, now_s=now_s)
+            self._controls.release_moving()  # these, too, must be released and pressed again
+        failure = failure or self._controls.send_changes(
+            turn, may_move=self._target.holds, now_s=now_s
+        )
         if failure is not None:
             self._gate = gate.require_neutral(self._gate, now_s, Hold.FAULT)
         self._listener.steered(self._target, self._safe_driver.twist, turn.number, now_s)
-        self._tell(turn, failure or self._target.reason)
+        self._report_status(turn, failure or self._target.reason)
 
-    def keep_time(self) -> None:
-        """Do what is due in the turns; between two steps too, so that what is told of them is true.
+    def tick_turns(self) -> None:
+        """Do what is due in the turns; call it before reporting them, also between two steps.
 
-        The clock of a turn stands still while something keeps its operator from driving.
+        A turn's clock pauses while something keeps its operator from driving.
         """
         if self._stopped:
             return
         now_s = self._clock.now_s()
         while events := self._turns.tick(now_s, is_kept=self._is_kept()):
-            self._follow(events, now_s)  # then again, for the operator who has just begun
+            self._handle_events(events, now_s)  # then again, for a turn that has just begun
 
-    async def _rest(self) -> None:
-        """Sleep until the next tick, an urgent command or the end of one; keep the minimum gap.
+    async def _sleep(self) -> None:
+        """Sleep until the next tick, an urgent command or a command's expiry; keep the minimum gap.
 
-        By a timer and a future: each further pass of the event loop is a delay beside a crowd.
+        It uses a timer and a future, since each extra pass of a busy event loop adds delay.
         """
-        self._rested = asyncio.get_running_loop().create_future()
-        self._wake_in(self._rest_s(self._clock.now_s()))
-        await self._rested
+        self._woken = asyncio.get_running_loop().create_future()
+        self._wake_in(self._sleep_s(self._clock.now_s()))
+        await self._woken
 
-    def _rest_s(self, now_s: float) -> float:
-        """Return the time until the next tick or the end of the command, the gap at least."""
+    def _sleep_s(self, now_s: float) -> float:
+        """Return the time until the next tick or the command's expiry, at least the minimum gap."""
         gap_s = self._gap_s(now_s)
         ends_s = self._target.valid_until_s + _AFTER_S - now_s
         return gap_s if self._is_urgent else max(gap_s, min(self._timer.rest_s(now_s), ends_s))
 
     def _wake_in(self, rest_s: float) -> None:
-        if self._rested is None:
+        if self._woken is None:
             return
         if self._alarm is not None:
             self._alarm.cancel()
-        self._alarm = asyncio.get_running_loop().call_later(rest_s, _wake, self._rested)
+        self._alarm = asyncio.get_running_loop().call_later(rest_s, _wake, self._woken)
 
     def _gap_s(self, now_s: float) -> float:
-        """Return how long the robot must not yet be given another set-point."""
+        """Return how long the loop must wait before the next set-point."""
         return max(0.0, self._steered_s + MIN_GAP_S - now_s)
 
     # --- viewers ---------------------------------------------------------------------------
 
     def connect(self, viewer: int, person: Person | None = None, *, is_here: bool = True) -> None:
-        """Register a viewer's page, at its first connection or a new one, and whose it is.
+        """Register a viewer's page when it connects or reconnects, and the person behind it.
 
-        With `is_here` false it waits elsewhere, without a connection.
+        With `is_here` false the viewer waits elsewhere, without a connection.
         """
         now_s = self._clock.now_s()
-        self._follow(self._turns.connect(viewer, now_s, person, is_here=is_here), now_s)
-        self._controls.begin_anew(viewer)
-        self._begin_anew(viewer, now_s)
+        self._handle_events(self._turns.connect(viewer, now_s, person, is_here=is_here), now_s)
+        self._controls.reset_viewer(viewer)
+        self._restart_gate(viewer, now_s)
 
     def returned(self, viewer: int) -> None:
-        """Register that a lost viewer is back; an operator begins with neutral."""
+        """Register that a lost viewer is back; an operator starts from neutral."""
         now_s = self._clock.now_s()
-        self._follow(self._turns.returned(viewer, now_s), now_s)
-        self._begin_anew(viewer, now_s)
+        self._handle_events(self._turns.returned(viewer, now_s), now_s)
+        self._restart_gate(viewer, now_s)
 
-    def change(self, viewer: int, person: Person) -> None:
-        """Register what is known of a viewer now."""
+    def update_person(self, viewer: int, person: Person) -> None:
+        """Update the person behind a viewer."""
         now_s = self._clock.now_s()
-        self._follow(self._turns.change(viewer, person, now_s), now_s)
+        self._handle_events(self._turns.update_person(viewer, person, now_s), now_s)
 
     def join(self, viewer: int) -> Sentence | None:
         """Put a viewer into the queue, or return why not."""
         now_s = self._clock.now_s()
-        self._follow(self._turns.join(viewer, now_s), now_s)
+        self._handle_events(self._turns.join(viewer, now_s), now_s)
         return self._turns.refusal(viewer)
 
-    def here(self, viewer: int) -> None:
-        """Register that a viewer is there, who may have been called."""
+    def answer_call(self, viewer: int) -> None:
+        """Register that a viewer is present, which answers any call to them."""
         now_s = self._clock.now_s()
-        self._follow(self._turns.answer(viewer, now_s), now_s)
+        self._handle_events(self._turns.answer(viewer, now_s), now_s)
 
     def end_turn(self) -> None:
-        """End the turn for the host."""
+        """End the turn, as the host asks."""
         now_s = self._clock.now_s()
-        self._follow(self._turns.end(now_s), now_s)
+        self._handle_events(self._turns.end(now_s), now_s)
 
     def hold_queue(self, is_held: bool) -> None:
-        """Hold the queue for the host, or let it go on."""
+        """Pause or resume the queue, as the host asks."""
         now_s = self._clock.now_s()
-        self._follow(self._turns.hold(is_held, now_s), now_s)
+        self._handle_events(self._turns.hold(is_held, now_s), now_s)
 
     def leave(self, viewer: int) -> None:
         """Take a viewer out of the queue, or end their turn."""
         now_s = self._clock.now_s()
-        self._follow(self._turns.leave(viewer, now_s), now_s)
+        self._handle_events(self._turns.leave(viewer, now_s), now_s)
 
     def lost(self, viewer: int) -> None:
         """Stop the robot at once if this is its operator, whose turn is kept for the grace time."""
         now_s = self._clock.now_s()
         if viewer == self._turns.operator and not self._turns.is_lost(viewer):
             self._hold(now_s, Hold.LOST)
-        self._follow(self._turns.lost(viewer, now_s), now_s)
+        self._handle_events(self._turns.lost(viewer, now_s), now_s)
 
     def gone(self, viewer: int) -> None:
         """Forget a viewer."""
         now_s = self._clock.now_s()
-        self._controls.begin_anew(viewer)
-        self._follow(self._turns.gone(viewer, now_s), now_s)
+        self._controls.reset_viewer(viewer)
+        self._handle_events(self._turns.gone(viewer, now_s), now_s)
 
     def offer(self, viewer: int, command: Command) -> Refusal | None:
-        """Handle a command that has just arrived; a changed set-point goes out at once."""
+        """Handle a command that has just arrived; a changed set-point is sent at once."""
         now_s = self._clock.now_s()
         turn = self._turn()
         self._gate, refusal = gate.accept(
@@ -271,18 +273,18 @@ class ControlLoop:
         name = "accepted" if refusal is None else f"refused.{refusal.name.lower()}"
         self._counts[f"commands.{name}"] += 1
         if refusal is None and command.held:
-            self._turns.drives(viewer, now_s)
-        if refusal is None and self._is_news(turn, now_s):
-            self._hurry(now_s)
+            self._turns.record_motion(viewer, now_s)
+        if refusal is None and self._changes_setpoint(turn, now_s):
+            self._send_soon(now_s)
         self._listener.offered(viewer, command, refusal, now_s)
         return refusal
 
     def operate(
         self, viewer: int, asked: Operation, *, is_host: bool, one_way_s: float | None
     ) -> Refusal | None:
-        """Handle what a viewer holds and sets of the controls; a change goes out at once.
+        """Handle the controls that a viewer holds and sets; a change is sent at once.
 
-        `one_way_s` is the delay of their link now, which counts for whoever does not drive.
+        `one_way_s` is the present delay of their link; for the operator, the turn's delay counts.
         """
         now_s = self._clock.now_s()
         turn = self._turn()
@@ -298,22 +300,22 @@ class ControlLoop:
         name = "accepted" if refusal is None else f"refused.{refusal.name.lower()}"
         self._counts[f"controls.{name}"] += 1
         if refusal is None and (asked.held or asked.wanted) and is_driving(viewer, turn):
-            self._turns.drives(viewer, now_s)
-        if refusal is None and self._controls.is_news(
+            self._turns.record_motion(viewer, now_s)
+        if refusal is None and self._controls.has_changes(
             turn, may_move=self._target.holds, now_s=now_s
         ):
-            self._hurry(now_s)
+            self._send_soon(now_s)
         return refusal
 
-    def _hurry(self, now_s: float) -> None:
-        """Give the robot its set-point now, or as soon as it may have another one."""
+    def _send_soon(self, now_s: float) -> None:
+        """Send the robot its set-point now, or as soon as the minimum gap allows."""
         gap_s = self._gap_s(now_s)
         if gap_s > 0.0:
             self._is_urgent = True
             self._wake_in(gap_s)
         else:
             self.step(now_s)
-            self._wake_in(self._rest_s(now_s))
+            self._wake_in(self._sleep_s(now_s))
 
     # --- stop, and what else keeps the robot standing ------------------------------------------
 
@@ -327,8 +329,8 @@ class ControlLoop:
     ) -> int:
         """Stop the robot now, before anything else, until the stop is released.
 
-        Returns the number of the stop in force. `by` tells people who it was. An operator who
-        has not pressed it alone may release it after `release_after_s`.
+        Returns the number of the stop in force. `by` names who pressed it. An operator may release
+        it after `release_after_s`, or at once if nobody else has pressed it.
         """
         try:
             self._safe_driver.stop_even_if_lent(self._turns.number)
@@ -341,12 +343,12 @@ class ControlLoop:
                 by_host=by_host,
                 release_after_s=release_after_s,
             )
-        self._controls.let_go()
+        self._controls.release_held()
         self._counts["stops.pressed"] += 1
         return self._latch.newest
 
     def release_stop(self, by: Releaser, stop: int, sent_s: float | None) -> Refusal | None:
-        """Release the stop with this number, which moves nothing: neutral must come first.
+        """Release the stop with this number; the robot then waits for a neutral command.
 
         `sent_s` is None for an HTTP request, which has no timestamp.
         """
@@ -369,39 +371,39 @@ class ControlLoop:
         """The stop in force, None if there is none."""
         return self._latch.stop
 
-    def maintain(self, reason: Sentence | None) -> None:
-        """Hand the driver to another user for this reason, or take it back with None.
+    def lend_driver(self, reason: Sentence | None) -> None:
+        """Lend the driver to another user for this reason, or take it back with None.
 
         Meanwhile the reason is reported as the robot's problem and the loop calls the driver only
-        to stop it: when somebody presses Stop, or at the loop's own end. Afterwards it counts as a
+        to stop it: when somebody presses Stop, or when the loop ends. Taking it back counts as a
         new connection: neutral must come first.
         """
         self._safe_driver.lend(reason, self._turns.number)
 
     @property
     def robot_state(self) -> RobotState:
-        """Return the robot's state at the newest tick; no answer is reported as its problem."""
+        """Return the robot's state at the newest tick; its `problem` says if it does not answer."""
         return self._safe_driver.state
 
     @property
     def control_values(self) -> Mapping[str, float]:
-        """How the controls were set that stay as they are set."""
+        """The values of the controls that were set, not held."""
         return self._controls.values
 
     @property
     def first_axes(self) -> Mapping[str, float]:
-        """Where the axes were when the turn began, as far as they were moved."""
+        """The positions, when the turn began, of the axes that had been moved."""
         return self._first_axes
 
     @property
     def is_taken(self) -> bool:
-        """Whether the person aboard leaves the robot to no operator."""
+        """Whether the person aboard keeps every operator from driving."""
         aboard = self._safe_driver.state.aboard
         return aboard is not None and aboard.mode != "free"
 
     @property
     def stepped_s(self) -> float:
-        """When the robot was last given a set-point."""
+        """When the robot was last sent a set-point."""
         return self._steered_s
 
     @property
@@ -419,30 +421,30 @@ class ControlLoop:
 
     # --- turns, gate and robot -------------------------------------------------------------
 
-    def _follow(self, events: tuple[TurnEvent, ...], now_s: float) -> None:
-        """Stop the robot at every change of operator, before anybody is told."""
+    def _handle_events(self, events: tuple[TurnEvent, ...], now_s: float) -> None:
+        """Stop the robot at every change of operator, before anybody hears of it."""
         for event in events:
             match event:
                 case TurnStarted():
                     self._begin(event.number, now_s)
                     self._first_axes = self._safe_driver.axes
                 case TurnEnded():
-                    self._controls.let_go(event.operator)
+                    self._controls.release_held(event.operator)
                     self._safe_driver.stop(event.number)
                 case TurnRenewed():
                     self._operator_delay.renew(event.operator)
         if events:
             self._on_events(events)
 
-    def _begin_anew(self, viewer: int, now_s: float) -> None:
-        """Let a new page of the operator's number its commands from the start."""
+    def _restart_gate(self, viewer: int, now_s: float) -> None:
+        """Restart the gate for a new page of the operator's, which numbers anew."""
         if viewer == self._turns.operator:
             self._begin(self._turns.number, now_s)
 
     def _begin(self, number: int, now_s: float) -> None:
         self._safe_driver.stop(number)
         self._gate = gate.begin(number, now_s)
-        self._controls.stop_moving()
+        self._controls.release_moving()
         self._operator_delay.begin()
         self._status = None
 
@@ -450,11 +452,11 @@ class ControlLoop:
         self._safe_driver.stop(self._turns.number)
         self._gate = gate.require_neutral(self._gate, now_s, why)
 
-    def _watch(self, now_s: float) -> Sentence | None:
-        """Return why the robot cannot be driven; then, or after a reconnection, require neutral."""
+    def _check_robot(self, now_s: float) -> Sentence | None:
+        """Return why the robot cannot be driven; require neutral then and after a reconnection."""
         epoch = self._safe_driver.epoch
         problem = self._safe_driver.check(self._turns.number) or self._on_hold()
-        self._gauge_hold = gauge_limits.watch(
+        self._gauge_hold = gauge_limits.update(
             self._gauge_hold, self._gauges, self.robot_state, now_s
         )
         problem = problem or self._gauge_hold.reason
@@ -476,14 +478,14 @@ class ControlLoop:
         )
 
     def _is_operated(self, turn: TurnView) -> bool:
-        """Whether somebody is there who may drive, as far as it is not the robot that keeps them.
+        """Whether an operator is connected and neither a stop nor the host keeps them from driving.
 
-        With a stop latched, or the host's hold, the person aboard is not left waiting for leave.
+        Otherwise a person aboard who shares need not wait for an operator.
         """
         return turn.present and self.latched is None and self._on_hold() is None
 
     def _is_kept(self) -> bool:
-        """Whether something else than the operator and their link keeps them from driving."""
+        """Whether something other than the operator or their link keeps them from driving."""
         operator, stop = self._turns.operator, self.latched
         if operator is None or self._turns.is_lost(operator):
             return False
@@ -498,15 +500,15 @@ class ControlLoop:
             self._counts["commands.lapsed"] += 1
         return setpoint
 
-    def _is_news(self, turn: TurnView, now_s: float) -> bool:
+    def _changes_setpoint(self, turn: TurnView, now_s: float) -> bool:
         """Whether a command has changed the set-point."""
         setpoint = self._decide(turn, now_s)
         return setpoint.twist != self._target.twist or self._safe_driver.changes_axes(setpoint.axes)
 
     def _limit(self) -> Sentence | None:
-        """Return what keeps the robot slower than its operator asks.
+        """Return why the robot is slower than its operator asks.
 
-        Only the robot knows on which side a bumper is, and only it refuses to go further there.
+        Only the robot knows where its bumpers are and refuses to drive further into an obstacle.
         """
         wanted = self._target
         if wanted.limit is None and not wanted.twist.is_zero and self._safe_driver.is_bumped:
@@ -514,9 +516,9 @@ class ControlLoop:
         return wanted.limit
 
     def _share(self, turn: TurnView) -> float:
-        """Return what part of the speed asked for the limits leave, in steps of a twentieth.
+        """Return the fraction of the commanded speed that the limits leave, in twentieths.
 
-        Finer ones would be news with each measurement of the link.
+        With finer steps every measurement of the link would change the reported status.
         """
         if self._target.limit is None:
             return 1.0
@@ -525,7 +527,7 @@ class ControlLoop:
             share *= turn.aboard.share
         return round(20 * share) / 20
 
-    def _tell(self, turn: TurnView, held: Sentence | None) -> None:
+    def _report_status(self, turn: TurnView, held: Sentence | None) -> None:
         if turn.operator is None:
             return
         reason, share = (self._limit(), self._share(turn)) if held is None else (held, 0.0)
@@ -535,6 +537,6 @@ class ControlLoop:
             self._on_status(*status)
 
 
-def _wake(rested: asyncio.Future[None]) -> None:
-    if not rested.done():
-        rested.set_result(None)
+def _wake(woken: asyncio.Future[None]) -> None:
+    if not woken.done():
+        woken.set_result(None)

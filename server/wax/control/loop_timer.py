@@ -11,7 +11,7 @@ from wax.control.lateness import Lateness
 MAX_LATE_S: Final = 0.2
 MIN_LATE_S: Final = 0.1
 _EARLY_S: Final = 0.001
-"""A step this shortly before a tick counts as that tick: timers may fire a little early."""
+"""A step this close before a tick counts as that tick: timers may fire a little early."""
 _REMEMBERED_S: Final = 60.0
 
 
@@ -19,7 +19,7 @@ class LoopTimer:
     """A schedule that never drifts: a late tick does not delay the next one.
 
     A tick is *too* late after `ttl_s`, when the robot's own watchdog has stopped it (None if
-    unknown), so that a robot that stopped itself does not start by itself. The limit is at most
+    unknown): a robot that stopped itself must not restart unasked. The limit is at most
     `MAX_LATE_S`, and at least `MIN_LATE_S`: less would stop the robot for every hiccup of a busy
     computer, and commands that are too old are refused anyway. Delays are kept for a minute.
     """
@@ -29,7 +29,7 @@ class LoopTimer:
         self._max_late_s = MAX_LATE_S
         if ttl_s is not None:
             self._max_late_s = min(MAX_LATE_S, max(MIN_LATE_S, ttl_s))
-        self._due_s: float | None = None  # until the first
+        self._due_s: float | None = None  # None before the first tick
         self.lateness = Lateness()
         self._most = math.ceil(_REMEMBERED_S * loop_hz)
         self._late_s: deque[float] = deque(maxlen=self._most)
@@ -41,7 +41,7 @@ class LoopTimer:
         if late_s >= -_EARLY_S:
             missed = math.floor(max(0.0, late_s) / self.period_s)
             self._due_s = due_s + self.period_s * (missed + 1)
-            # Those that never came were late as well.
+            # The ticks that were skipped were late as well.
             for tick in range(min(missed + 1, self._most)):
                 self._late_s.append(max(0.0, late_s - tick * self.period_s))
             self.lateness.add(max(0.0, late_s))

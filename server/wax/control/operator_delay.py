@@ -1,8 +1,8 @@
-"""The one-way delay of the operator's link, estimated: half the least round trip of their turn.
+"""Estimates the one-way delay of the operator's link: half the shortest round trip of their turn.
 
-A link whose delay grows during a turn gets no further allowance, and one measured while it was busy
-loses what it did not need. One over which nobody can drive is measured until it can be driven over:
-a single late answer costs nobody their turn.
+A link whose delay grows during a turn gets no further allowance, and the estimate falls once a busy
+link is idle. While the delay is too long to drive, each new measurement replaces the last: a single
+late answer costs nobody their turn.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class OperatorDelay:
-    """Asks `measure` for half a viewer's least round trip of late, in seconds."""
+    """`measure` returns half of a viewer's shortest recent round trip, in seconds."""
 
     def __init__(self, measure: Callable[[int], float | None], rules: Rules) -> None:
         self._measure = measure
@@ -26,7 +26,7 @@ class OperatorDelay:
         self._one_way_s: float | None = None
 
     def begin(self) -> None:
-        """Forget the measurement: a new operator, or a new connection."""
+        """Forget the estimate, for a new operator or a new connection."""
         self._one_way_s = None
 
     def renew(self, operator: int) -> None:

@@ -1,7 +1,7 @@
-"""Whose word the age of the driving view is: known within so much, or nobody's. Pure.
+"""How well the age of the driving picture is known: within an error bound, or not at all. Pure.
 
-A source says with each picture within what its time of capture is right, or nothing
-(`wax.capture.source.Picture`). By a picture of which nobody can say how old it is, nobody drives.
+A source gives each picture's capture time with an error bound, or with None if it knows none
+(`wax.capture.source.Picture`). Nobody may drive by a picture of unknown age.
 """
 
 from __future__ import annotations
@@ -11,14 +11,15 @@ from dataclasses import dataclass
 from typing import Final, Self
 
 _DOUBT_S: Final = 3.0
-"""A stream that has just been opened is not known either, and soon will be."""
+"""A stream that has just been opened does not know its clock yet, but soon will."""
 
 
 @dataclass(frozen=True, slots=True)
 class PictureClock:
-    """Pictures captured at `since_s` or later are known, within `within_s`; infinite: none is.
+    """The age of pictures captured from `since_s` on is known within `within_s`.
 
-    `doubted_s` is when the first of those was captured that are not known, None if they are.
+    An infinite `since_s` means that no picture's age is known. `doubted_s` is when the first
+    picture of unknown age was captured, None while ages are known.
     """
 
     since_s: float = math.inf
@@ -26,15 +27,15 @@ class PictureClock:
     doubted_s: float | None = None
 
     def after(self, captured_s: float, within_s: float | None) -> Self:
-        """Return it after one more picture; an error that is no number is an unknown one."""
+        """Return the clock after one more picture; an infinite or NaN error means unknown."""
         if within_s is None or not 0.0 <= within_s < math.inf:
             doubted_s = captured_s if self.doubted_s is None else self.doubted_s
             return type(self)(doubted_s=doubted_s)
         if not self.since_s < math.inf:
             return type(self)(captured_s, within_s)
-        # The screen may still show the one that is known less exactly.
+        # The screen may still show an earlier picture, known less exactly.
         return type(self)(self.since_s, max(self.within_s, within_s))
 
     def is_doubted(self, now_s: float) -> bool:
-        """Whether pictures have come for a while of which nobody knows how old they are."""
+        """Whether pictures of unknown age have been arriving for more than `_DOUBT_S`."""
         return self.doubted_s is not None and now_s - self.doubted_s > _DOUBT_S

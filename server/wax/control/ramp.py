@@ -1,7 +1,7 @@
 """The ramp: the robot accelerates at the configured rate and slows down at once.
 
-It slows down at the braking rate only if the gate calls the set-point `soft` and the configuration
-asks for soft braking. To reverse, it slows down first, then accelerates the other way.
+The robot slows down at the braking rate only if the gate calls the set-point `soft` and the
+configuration asks for soft braking. To reverse, it slows down, then accelerates the other way.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def step(target: Setpoint, now: Twist, after_s: float, rules: Rules) -> Setpoint
 def towards(
     target: Twist, now: Twist, after_s: float, rules: Rules | HandRules, *, soft: bool
 ) -> Twist:
-    """Return the twist that is `after_s` further from `now` towards `target`, never beyond it."""
+    """Return the twist `after_s` after `now` on the way to `target`, never beyond it."""
     is_soft = soft and rules.soft_braking
     return Twist(
         _part(

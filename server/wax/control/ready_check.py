@@ -1,7 +1,7 @@
-"""Asks the next in the queue whether they are there, before their turn.
+"""Calls the next in the queue before their turn, to check that they are there.
 
-Who has just done something need not be asked. Who does not answer in time is passed over until the
-next turn has begun, and keeps their place once; who misses two calls loses it.
+A viewer who has just done something is not called. A viewer who does not answer in time is passed
+over until the next turn has begun, and keeps their place once; after two missed calls they lose it.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """`viewer` is asked, and has until `until_s` to answer."""
+    """`viewer` has until `until_s` to answer."""
 
     viewer: int
     until_s: float
@@ -20,7 +20,7 @@ class Call:
 
 
 class ReadyCheck:
-    """The call that is open, and who has missed one; `ready_s` of 0 calls nobody."""
+    """The open call, and who has missed one; with a `ready_s` of 0 nobody is called."""
 
     def __init__(self, ready_s: float) -> None:
         self._ready_s = ready_s
@@ -29,8 +29,8 @@ class ReadyCheck:
         self._passed_over: set[int] = set()
         self.call: Call | None = None
 
-    def acted(self, viewer: int, now_s: float) -> None:
-        """Note that somebody has done something on purpose, which answers their call."""
+    def record_activity(self, viewer: int, now_s: float) -> None:
+        """Record that a viewer has done something on purpose, which answers their call."""
         self._seen_s[viewer] = now_s
         self._missed.discard(viewer)
         self._passed_over.discard(viewer)
@@ -38,14 +38,14 @@ class ReadyCheck:
             self.call = replace(self.call, is_answered=True)
 
     def forget(self, viewer: int) -> None:
-        """Forget somebody who has left."""
+        """Forget a viewer who has left."""
         self._seen_s.pop(viewer, None)
         self._missed.discard(viewer)
         self._passed_over.discard(viewer)
-        self.withdraw(viewer)
+        self.cancel(viewer)
 
-    def withdraw(self, viewer: int) -> None:
-        """End somebody's call without an answer counting as missed."""
+    def cancel(self, viewer: int) -> None:
+        """Cancel a viewer's call, without counting it as missed."""
         if self.call is not None and self.call.viewer == viewer:
             self.call = None
 
@@ -53,7 +53,7 @@ class ReadyCheck:
         return viewer in self._passed_over
 
     def is_ready(self, viewer: int, now_s: float) -> bool:
-        """Whether this viewer's turn may begin without another question."""
+        """Whether this viewer's turn may begin without another call."""
         if not self._ready_s:
             return True
         if self.call is not None and self.call.viewer == viewer and self.call.is_answered:
@@ -61,18 +61,18 @@ class ReadyCheck:
         return now_s - self._seen_s.get(viewer, -self._ready_s) < self._ready_s
 
     def is_due(self, turn_ends_s: float | None, now_s: float) -> bool:
-        """Whether the next one is called by now."""
+        """Whether it is time to call the next viewer."""
         return turn_ends_s is None or now_s >= turn_ends_s - self._ready_s
 
-    def ask(self, viewer: int, now_s: float) -> Call | None:
-        """Call a viewer, and end the call of any other; None if they are called already."""
+    def start_call(self, viewer: int, now_s: float) -> Call | None:
+        """Call a viewer, which ends any other's call; None if they are already called."""
         if self.call is not None and self.call.viewer == viewer:
             return None
         self.call = Call(viewer, now_s + self._ready_s)
         return self.call
 
-    def count_on(self, viewer: int) -> None:
-        """Hold somebody who has just been there to their turn, without asking."""
+    def confirm(self, viewer: int) -> None:
+        """Record an answered call for a viewer who was active just now, without asking them."""
         self.call = Call(viewer, math.inf, is_answered=True)
 
     @property
@@ -82,7 +82,7 @@ class ReadyCheck:
         return math.inf if call is None or call.is_answered else call.until_s
 
     def expire(self) -> tuple[int, bool]:
-        """Close the missed call; returns the viewer, and whether it was their second."""
+        """Close the missed call; return the viewer, and whether it was their second."""
         assert self.call is not None
         viewer, self.call = self.call.viewer, None
         is_second = viewer in self._missed
@@ -91,6 +91,6 @@ class ReadyCheck:
         return viewer, is_second
 
     def begin_turn(self) -> None:
-        """Note that a turn begins or renews: those passed over are asked again before the next."""
+        """Record that a turn begins or renews: those passed over may be called again."""
         self.call = None
         self._passed_over.clear()

@@ -1,4 +1,4 @@
-"""The sentences for people when the gate, the latch or a speed rule refuses or slows down."""
+"""The sentences shown when the gate, the latch or a speed rule refuses a command or slows it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The limits and times of driving, from the configuration and the robot, in SI units."""
+"""The limits and timeouts for driving, from the configuration and the robot, in SI units."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ class Rules:
     """Constant while the server runs.
 
     `period_s` is the time between two set-points of the loop, `silence_s` how late one may be
-    before the driver process stops the robot. `watchdog_s` is how long the slowest watchdog beyond
-    the gate waits: the driver process, and the robot itself if known. The last two are the braking
-    rates for motion that need not end at once.
+    before the driver process stops the robot. `watchdog_s` is the longest timeout beyond the gate:
+    the driver process's or, if known, the robot's own. The last two are the braking rates for
+    motion that need not end at once.
     """
 
     limits: Limits

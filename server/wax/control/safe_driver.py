@@ -1,6 +1,6 @@
-"""Every call to the driver goes through here: whatever a driver raises, nothing passes beyond.
+"""The boundary to the driver: every call goes through here, and no exception leaves it.
 
-A real robot's runs in a process of its own, and what it raises ends in `robot.process.child_loop`.
+A real robot's driver runs in its own process, where `robot.process.child_loop` catches exceptions.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from wax.sentence import Sentence
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from wax.control.controls import Working
+    from wax.control.controls import ActiveControl
     from wax.control.gate import Setpoint
     from wax.driver.interface import Driver
 
@@ -30,10 +30,10 @@ NOT_CONNECTED: Final = Sentence("robot.not_connected")
 class SafeDriver:
     """Calls the driver, and remembers its newest set-point and state.
 
-    `state` is the newest reported; while the driver does not answer, the last one with that
-    problem. `problem` is what the newest `check` returned. `twist` is the newest accepted
-    set-point. A driver that raises is stopped, counted in `failures`, and logged once until it
-    works again.
+    `state` is the newest reported; while the driver does not answer, it is the last one with
+    `NO_ANSWER` as its problem. `problem` is what the newest `check` returned. `twist` is the newest
+    set-point that the driver accepted. A driver that raises is stopped, counted in `failures`, and
+    logged once until it works again.
     """
 
     def __init__(self, driver: Driver) -> None:
@@ -42,7 +42,7 @@ class SafeDriver:
         self._controlled = driver if isinstance(driver, HasControls) else None
         self._timed = driver if isinstance(driver, HasDeadline) else None
         self._axes: dict[str, float] = {}
-        self._working: dict[str, Working] = {}
+        self._active: dict[str, ActiveControl] = {}
         self._answers = True
         self._lent_for: Sentence | None = None
         self.twist: Twist = STANDSTILL
@@ -53,7 +53,7 @@ class SafeDriver:
 
     @property
     def is_moving(self) -> bool:
-        """Whether the newest set-point that the driver took asks for motion."""
+        """Whether the newest accepted set-point asks for motion."""
         return not self.twist.is_zero
 
     @property
@@ -63,11 +63,11 @@ class SafeDriver:
 
     @property
     def axes(self) -> dict[str, float]:
-        """Where the axes were sent since the robot connected."""
+        """The positions sent to the axes since the robot connected."""
         return dict(self._axes)
 
     def lend(self, reason: Sentence | None, turn: int) -> None:
-        """Stop the robot and leave the driver to another user while there is a reason.
+        """Stop the robot and lend the driver to another user; with None, take it back.
 
         Taking it back counts as a new connection: the next `check` stops the robot.
         """
@@ -99,16 +99,16 @@ class SafeDriver:
             self.epoch = state.epoch
             self._axes.clear()  # their positions are unknown now
             self.stop(turn)
-            self.operate({}, turn)  # what was set is sent again, and what is still held
+            self.operate({}, turn)  # so that set and still held controls are sent again
         return state.said or (None if state.connected else NOT_CONNECTED)
 
     def tell_passenger(self, *, is_operated: bool) -> None:
-        """Tell a driver with a person aboard whether an operator is there who may drive."""
+        """Tell a driver with a person aboard whether an operator is present who may drive."""
         if self._passenger is not None:
             self._passenger.tell_passenger(is_operated=is_operated)
 
     def expect(self, end_s: float) -> None:
-        """Tell a driver with a clock of its own when the next set-point's command is too old."""
+        """Tell a driver with a clock of its own when the next set-point's command expires."""
         if self._timed is not None:
             self._timed.expect(end_s)
 
@@ -117,9 +117,9 @@ class SafeDriver:
         return bool(self._changes(axes))
 
     def steer(self, setpoint: Setpoint, turn: int) -> Sentence | None:
-        """Give the robot its set-point; return a sentence if the driver raised and was stopped.
+        """Send the robot its set-point; return a sentence if the driver raised and was stopped.
 
-        Motion that ends with a `reason` ends with `Driver.stop`, not with a set-point of zero.
+        If the set-point ends motion and has a `reason`, `Driver.stop` is called first.
         """
         if self._lent_for is not None:
             return None
@@ -139,22 +139,22 @@ class SafeDriver:
             self._answers = True
         return None
 
-    def changes_controls(self, working: Mapping[str, Working]) -> bool:
+    def changes_controls(self, active: Mapping[str, ActiveControl]) -> bool:
         """Whether any control would get a new value."""
-        return self._controlled is not None and self._working != working
+        return self._controlled is not None and self._active != active
 
-    def operate(self, working: Mapping[str, Working], turn: int) -> Sentence | None:
-        """Tell the robot which controls have changed; return a sentence if the driver raised."""
+    def operate(self, active: Mapping[str, ActiveControl], turn: int) -> Sentence | None:
+        """Send the robot the changed controls; return a sentence if the driver raised."""
         if self._lent_for is not None or self._controlled is None:
             return None
         try:
-            for name, was in list(self._working.items()):
-                if name not in working:
+            for name, was in list(self._active.items()):
+                if name not in active:
                     self._release(name, was, turn)
-            for name, now in working.items():
-                if self._working.get(name) != now:
+            for name, now in active.items():
+                if self._active.get(name) != now:
                     self._controlled.control(name, now.value, turn)
-                    self._working[name] = now
+                    self._active[name] = now
         except Exception:
             self._failed()
             self.stop(turn)
@@ -171,17 +171,17 @@ class SafeDriver:
         self.twist = STANDSTILL
         try:
             self._driver.stop(turn)
-            for name, was in list(self._working.items()):
+            for name, was in list(self._active.items()):
                 if was.moves:
                     self._release(name, was, turn)
         except Exception:
             self._failed()
 
-    def _release(self, name: str, was: Working, turn: int) -> None:
-        """Let go of a control that is held; one that was set keeps its value."""
+    def _release(self, name: str, was: ActiveControl, turn: int) -> None:
+        """Release a held control; one that was set keeps its value."""
         if was.is_held and self._controlled is not None:
             self._controlled.control(name, was.released, turn)
-        self._working.pop(name)
+        self._active.pop(name)
 
     def _changes(self, axes: Mapping[str, float]) -> dict[str, float]:
         return {name: to for name, to in axes.items() if self._axes.get(name) != to}

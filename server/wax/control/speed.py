@@ -1,6 +1,6 @@
-"""How fast: the commanded speed, lowered by each rule that applies.
+"""The commanded speed, lowered by each rule that applies.
 
-A rule scales both parts of the twist by the same factor, so that a curve stays the same curve.
+A rule scales both parts of the twist by the same factor, so that a curve keeps its radius.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def twist(
 ) -> tuple[Twist, Limit | None]:
     """Return the twist for a command, and the last rule that lowered it.
 
-    `max_fraction` of the robot's limits is what the host allows.
+    The host allows `max_fraction` of the robot's limits.
     """
     limit = None
     shares = Twist(command.linear, command.angular)
@@ -52,13 +52,13 @@ def twist(
 
 
 def share(command: Command | None, lowered: Twist, rules: Rules) -> float:
-    """Return what part of the speed that a command asks for is left, 1 where it asks for none."""
+    """Return the fraction of the commanded speed that is left, 1 where none is commanded."""
     if command is None:
         return 1.0
     own = rules.slow_fraction if command.speed == "slow" else 1.0
     linear_mps = abs(own * command.linear * rules.limits.linear_mps)
     angular_rps = abs(own * command.angular * rules.limits.angular_rps)
-    # Both parts are scaled alike; one may be nothing, by its limit or because it is so little.
+    # Both parts are scaled alike; one may be zero, through its limit or through rounding.
     asked, left = max(
         (linear_mps, abs(lowered.linear_mps)), (angular_rps, abs(lowered.angular_rps))
     )
@@ -66,7 +66,7 @@ def share(command: Command | None, lowered: Twist, rules: Rules) -> float:
 
 
 def _stopping(wanted_mps: float, rules: Rules) -> Limit:
-    """Tell a long link from a robot that could not stop in time even over the shortest one."""
+    """Distinguish a long link from a robot that could not stop in time even without delay."""
     is_delay = wanted_mps <= fastest_mps(rules.max_age_s, rules)
     return Limit.LONG_DELAY if is_delay else Limit.STOPPING_DISTANCE
 

@@ -1,10 +1,10 @@
 """The stop that anybody can press and that lasts until it is released.
 
 Each stop has a rising number, and a release names the stop that it is for. A release for an earlier
-stop, one that took too long to arrive, or one sent before somebody pressed again has no effect. A
-stop that the host has pressed, too, only the host releases. An operator may not release somebody
-else's stop for the first seconds, so that a bystander has time to act.
-A release moves nothing: the loop asks for a neutral command after it.
+stop, one that took too long to arrive, or one sent before somebody pressed again has no effect.
+Only the host can release a stop that the host has pressed, even if others pressed it, too. An
+operator may not release somebody else's stop for the first seconds, so that a bystander has time to
+act. A release moves nothing: afterwards the loop waits for a neutral command.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ RELEASE_TTL_S: Final = 2.0
 
 @dataclass(frozen=True, slots=True)
 class LatchedStop:
-    """A stop in force, and who pressed it first, in words; `viewer` if they are in the room.
+    """A stop in force; `by` names who pressed it first, `viewer` is their number if in the room.
 
-    `by_host` is true once the host has pressed it, first or again.
+    `by_host` is true once the host has pressed it, first or later.
     """
 
     number: int
@@ -44,8 +44,8 @@ class LatchedStop:
 class StopLatch:
     """`newest` is the number of the newest stop, 0 before the first; `stop` the one in force.
 
-    Before `releasable_s` no operator may release it but `sole_presser`, the only viewer who has
-    pressed it until then; None where there is none.
+    Before `releasable_s` only one operator may release it: `sole_presser`, if nobody else has
+    pressed it. `sole_presser` is None if there is no such viewer.
     """
 
     newest: int = 0
@@ -71,11 +71,11 @@ def press(
 ) -> StopLatch:
     """Latch a stop; pressing again keeps its number and the name.
 
-    Only after `release_after_s` may an operator release it. A second viewer's press within that
-    time makes it begin anew, once: presses that cost nothing keep no robot standing for ever.
+    An operator may release it only after `release_after_s`. A second viewer's press within that
+    time restarts it, but only once: repeated presses must not hold the robot for ever.
 
-    A release sent before the second press has no effect all the same, however late it arrives:
-    otherwise whoever presses all the time would make every release one for an earlier stop.
+    A second press invalidates every release sent before it, even though the number stays: with a
+    new number, somebody who keeps pressing would turn every release into one for an earlier stop.
     """
     stop = latch.stop or LatchedStop(latch.newest + 1, by, viewer)
     stop = replace(stop, by_host=stop.by_host or by_host)
@@ -101,8 +101,8 @@ def release(
 ) -> tuple[StopLatch, Refusal | None]:
     """Release the stop with the number `stop`, or return why not.
 
-    A connected operator, the host and the house may. `sent_s` is None for a request without a
-    timestamp, which comes over a transport that does not hold requests back.
+    A connected operator, the host and the house may release it. `sent_s` is None for a request
+    without a timestamp, over a transport that does not delay requests.
     """
     refusal = _not_entitled(by, turn, latch.stop)
     if refusal is None and (latch.stop is None or stop != latch.stop.number):

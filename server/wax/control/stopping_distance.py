@@ -1,13 +1,13 @@
 """How fast the robot may run so that it stops within a distance when its operator is lost.
 
-After the loss it runs on at speed v for a time t, until a watchdog notices, and then brakes at b:
-it travels v·t + v²/2b. Any one of these may be the only watchdog still working, so t is the longest
-of their times, plus one tick, since each checks its clock once a tick:
+After the loss the robot runs on at speed v for a time t, until a watchdog fires, and then brakes at
+b: it travels v·t + v²/2b. Only one of these watchdogs may still be working, so t is the longest of
+their timeouts, plus one tick, since each checks its clock once a tick:
 
-* the gate, when the newest command's time-to-live, counted from when it was sent, is over; a server
-  that is late checks later, by no more than the driver process tolerates;
+* the gate, when the newest command's time-to-live, counted from when it was sent, expires; a server
+  that runs late checks later, by no more than the driver process tolerates;
 * the driver process, when the server has been silent for too long;
-* the robot itself, when the time-to-live of its newest frame is over.
+* the robot itself, when the time-to-live of its newest frame expires.
 """
 
 from __future__ import annotations

@@ -16,9 +16,9 @@ class TurnView:
 
     `present` is false while the operator's connection is lost. `one_way_s` is the delay of
     their link (`OperatorDelay`), None if unknown. `sees` is false if the picture is switched off on
-    purpose or the robot has no camera. `picture` is whose word the age of the driving view is.
+    purpose or the robot has no camera. `picture` says how well the driving picture's age is known.
     `max_fraction` is how much of the robot's speed the host lets them use. `aboard` is what the
-    robot last told of the person aboard, None where there is none.
+    robot last reported of the person aboard, None where there is none.
     """
 
     number: int

@@ -3,35 +3,36 @@
 * A turn lasts `turn_s`. Then the next in the queue drives and the operator goes to its end.
 * While nobody connected is waiting, the turn renews: same number, its end one `turn_s` later.
   A viewer who joins meanwhile waits for the rest of the current turn, never for another renewal.
-* Leaving hands over at once.
-* A lost connection keeps turn or place for `grace_s`; the turn's clock runs on. After that the
-  turn or place is given up, and coming back is like connecting for the first time.
+* An operator who leaves hands over at once.
+* A viewer whose connection is lost keeps turn or place for `grace_s`; the turn's clock runs on.
+  After that they lose it, and coming back is like connecting for the first time.
 * A lost viewer never gets a turn: they are passed over, and keep their place in front until the
   grace time is over. An operator who is lost when the turn ends goes to the end of the queue. If
   everybody waiting is lost, nobody drives.
-* With ``join = "auto"`` everybody queues at connect; those who leave observe until they join.
+* With ``join = "auto"`` everybody queues on connecting; those who leave observe until they join.
 
-Who may have a place is asked here, where places are given, and nowhere else: `refusal` is asked of
-whoever connects, joins, comes back or has just driven. It is asked again when what is known of a
-person changes, so that an invitation that ends takes the place or the turn with it.
+Only this module decides who may have a place: `refusal` is checked for everybody who connects,
+joins, comes back or has just driven. It is checked again when a person's data change, so that an
+invitation that ends takes the place or the turn with it.
 
-Somebody may wait elsewhere, without a connection. No turn begins for them: whoever is next of those
-who are here drives, and they keep their place in front. Who has not come `COMES_S` after a turn
-could have been theirs loses the place, when nobody drives or the next turn begins.
+A viewer may wait elsewhere, without a connection. No turn begins for them: the first connected
+viewer behind them drives instead, and they keep their place in front. If they have not connected
+`COMES_S` after a turn could have been theirs, they lose the place as soon as nobody drives or the
+next turn begins.
 
 What a host may add:
 
-* Who goes first is a question of `wax.control.fairness`; among equals it is first come, first
-  served, and who has just driven is always last. One person has one place, whatever they open.
-* The next is asked whether they are there (`wax.control.ready_check`).
-* An operator who commands nothing for `idle_s` while somebody waits gives up the turn.
-* The turn's clock stands still while something keeps the operator from driving
+* `wax.control.fairness` decides who goes first; among equals it is first come, first served, and
+  whoever has just driven is always last. One person has one place, however many tabs they open.
+* The next in the queue must confirm that they are there (`wax.control.ready_check`).
+* An operator who commands nothing for `idle_s` while somebody waits loses the turn.
+* The turn's clock pauses while something keeps the operator from driving
   (`wax.control.turn_time`).
 * The host ends a turn, or holds (pauses) the queue: then no turn begins or renews.
 
 Viewers are numbers that are never reused. ``now_s`` never falls from call to call. Every call
-first does what is due, in the order in which it fell due, so a late `tick` changes only this: a
-turn starts when it is given, not when it could have been.
+first does what is due, in the order in which it fell due, so a late `tick` has one effect only: a
+turn starts at the time of the call, not when it could have started.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ if TYPE_CHECKING:
     from wax.control.ready_check import Call
 
 COMES_S: Final = 20.0
-"""A page that waits elsewhere asks every five seconds, and connects in a few more."""
+"""A page that waits elsewhere polls every five seconds, and takes a few more to connect."""
 
 _NOT_INVITED: Final = Sentence("queue.not_invited")
 _OTHER_TAB: Final = Sentence("queue.other_tab")
@@ -97,7 +98,7 @@ class TurnEnded:
 
 @dataclass(frozen=True, slots=True)
 class Called:
-    """The next in the queue is asked, until `until_s`, whether they are there."""
+    """The next in the queue has until `until_s` to confirm that they are there."""
 
     viewer: int
     until_s: float
@@ -105,7 +106,7 @@ class Called:
 
 @dataclass(frozen=True, slots=True)
 class PassedOver:
-    """A viewer who was called did not answer; they keep their place this once."""
+    """A called viewer did not answer; they keep their place this once."""
 
     viewer: int
 
@@ -114,8 +115,8 @@ class PassedOver:
 class PlaceLost:
     """A waiting viewer has lost their place.
 
-    They stayed lost for `grace_s`, missed two calls or did not come for their turn; or they may not
-    have a place any more, for which `why` is a sentence.
+    They stayed lost for `grace_s`, missed two calls, did not come for their turn, or may not have a
+    place any more; in the last case `why` says so.
     """
 
     viewer: int
@@ -143,9 +144,9 @@ class Turns:
         self._settings = settings
         self._people: dict[int, Person] = {}
         self._lost_since_s: dict[int, float] = {}  # within grace; in the order of loss
-        self._lapsed: set[int] = set()  # lost for longer than that
-        self._away: set[int] = set()  # who wait elsewhere
-        self._missing: tuple[int, float] | None = None  # who was to come, and since when
+        self._lapsed: set[int] = set()  # lost for longer than the grace time
+        self._away: set[int] = set()  # viewers who wait elsewhere
+        self._missing: tuple[int, float] | None = None  # who should connect, and since when
         self._queue: list[int] = []
         self._turn: _Turn | None = None
         self._number = 0
@@ -162,7 +163,7 @@ class Turns:
 
     @property
     def number(self) -> int:
-        """The newest turn's number; 0 before the first. It only rises."""
+        """The newest turn's number, which only rises; 0 before the first."""
         return self._number
 
     @property
@@ -177,7 +178,7 @@ class Turns:
 
     @property
     def call(self) -> Call | None:
-        """Who is being asked whether they are there; None once they have answered."""
+        """The open call; None once it is answered."""
         call = self._ready.call
         return None if call is None or call.is_answered else call
 
@@ -186,10 +187,10 @@ class Turns:
         """Whether the host holds the queue."""
         return self._is_held
 
-    def stands_left_s(self, now_s: float) -> float | None:
-        """Return what is left of a turn whose clock stands still; None while it runs."""
+    def paused_left_s(self, now_s: float) -> float | None:
+        """Return what is left of a turn whose clock is paused; None while it runs."""
         turn = self._turn
-        if turn is None or not turn.time.stands_at(now_s):
+        if turn is None or not turn.time.is_paused_at(now_s):
             return None
         return turn.time.left_at(now_s)
 
@@ -204,13 +205,13 @@ class Turns:
         return self._queue.index(viewer) + 1 if viewer in self._queue else None
 
     def refusal(self, viewer: int) -> Sentence | None:
-        """Return why a viewer without a place gets none; None if they have one, or would get it."""
+        """Return why a viewer gets no place; None if they have one or would get one."""
         person = self._people.get(viewer)
         if person is None or self.place(viewer) is not None:
             return None
         if not person.may_queue:
             return _NOT_INVITED
-        if any(self._people[one].key == person.key for one in self._line()):
+        if any(self._people[one].key == person.key for one in self._operator_and_queue()):
             return _OTHER_TAB
         most = self._settings.max_waiting_per_address
         if sum(self._people[one].address == person.address for one in self._queue) >= most:
@@ -218,13 +219,12 @@ class Turns:
         return None
 
     def wait_s(self, viewer: int, now_s: float) -> float | None:
-        """Return the longest time the viewer may wait, in seconds: 0 for the operator.
+        """Estimate the longest time the viewer may wait, in seconds: 0 for the operator.
 
-        It is the rest of this turn plus a whole turn for everybody who may go first, less if one
-        of them leaves or is away, and more where a clock stands still or a call is waited for.
-        None for observers and lost viewers, and while it cannot be known: the host holds the
-        queue, others go first after this viewer's last turn, or those who were invited follow
-        each other.
+        It is the rest of this turn plus a whole turn for everybody who may go first. The wait is
+        shorter if one of them leaves or is away, longer if a clock pauses or a call is open. It is
+        None for observers and lost viewers, and while it cannot be known: the host holds the queue,
+        others go first after this viewer's last turn, or invited people keep taking turns.
         """
         place = self.place(viewer)
         if place is None or self.is_lost(viewer) or self._is_held:
@@ -240,37 +240,37 @@ class Turns:
     def connect(
         self, viewer: int, now_s: float, person: Person | None = None, *, is_here: bool = True
     ) -> tuple[TurnEvent, ...]:
-        """Register a viewer's connection, or with `is_here` false that they wait elsewhere.
+        """Register that a viewer connects or reconnects; with `is_here` false they wait elsewhere.
 
-        It may be the first, or another one after a loss. Without a person they are somebody of
-        their own. An operator who is not here is lost.
+        Without a `person` the viewer counts as a person of their own. An operator who waits
+        elsewhere counts as lost.
         """
         events = self._catch_up(now_s)
         if viewer not in self._people:
             self._people[viewer] = person or Person(str(viewer))
-            self._be(viewer, is_here)
+            self._set_presence(viewer, is_here)
             self._welcome(viewer, now_s)
         else:
-            events += self._change(viewer, person, now_s)
-            self._be(viewer, is_here)
+            events += self._update_person(viewer, person, now_s)
+            self._set_presence(viewer, is_here)
             if is_here or viewer != self.operator:
                 self._return(viewer, now_s)
             elif not self.is_lost(viewer):
                 self._lost_since_s[viewer] = now_s
         return (*events, *self._catch_up(now_s))
 
-    def change(self, viewer: int, person: Person, now_s: float) -> tuple[TurnEvent, ...]:
-        """Register what is known of a viewer now; who may not queue any more loses their place."""
+    def update_person(self, viewer: int, person: Person, now_s: float) -> tuple[TurnEvent, ...]:
+        """Update the person behind a viewer, who loses their place if they may no longer queue."""
         if self._people.get(viewer, person) == person:
             return ()
         events = self._catch_up(now_s)
-        events += self._change(viewer, person, now_s)
+        events += self._update_person(viewer, person, now_s)
         return (*events, *self._catch_up(now_s))
 
     def join(self, viewer: int, now_s: float) -> tuple[TurnEvent, ...]:
         """Put a viewer at the end of the queue.
 
-        No effect if they have a place, are lost, or `refusal` says why not.
+        This has no effect if they have a place, are lost, or `refusal` gives a reason.
         """
         events = self._catch_up(now_s)
         if viewer in self._people and not self.is_lost(viewer):
@@ -278,30 +278,30 @@ class Turns:
         return (*events, *self._catch_up(now_s))
 
     def leave(self, viewer: int, now_s: float) -> tuple[TurnEvent, ...]:
-        """Give up the viewer's turn or place; they observe."""
+        """Take the viewer's turn or place; they observe."""
         events = self._catch_up(now_s)
         events += self._give_up(viewer, Why.LEFT, now_s)
         return (*events, *self._catch_up(now_s))
 
     def answer(self, viewer: int, now_s: float) -> tuple[TurnEvent, ...]:
-        """Register that a viewer is there, which answers their call."""
+        """Register that a viewer is present, which answers their call."""
         events = self._catch_up(now_s)
         if viewer in self._people:
-            self._ready.acted(viewer, now_s)
+            self._ready.record_activity(viewer, now_s)
         return (*events, *self._catch_up(now_s))
 
-    def drives(self, viewer: int, now_s: float) -> None:
-        """Register that the operator commands motion; nothing falls due by it."""
+    def record_motion(self, viewer: int, now_s: float) -> None:
+        """Register that the operator commands motion; this makes nothing fall due."""
         if self._turn is not None and viewer == self._turn.operator:
             self._turn = replace(self._turn, acted_s=now_s)
-            self._ready.acted(viewer, now_s)
+            self._ready.record_activity(viewer, now_s)
 
     def lost(self, viewer: int, now_s: float) -> tuple[TurnEvent, ...]:
         """Start the grace time of a viewer whose connection is lost."""
         events = self._catch_up(now_s)
         if viewer in self._people and not self.is_lost(viewer):
             self._lost_since_s[viewer] = now_s
-            self._ready.withdraw(viewer)
+            self._ready.cancel(viewer)
         return (*events, *self._catch_up(now_s))
 
     def returned(self, viewer: int, now_s: float) -> tuple[TurnEvent, ...]:
@@ -321,19 +321,19 @@ class Turns:
         return (*events, *self._catch_up(now_s))
 
     def end(self, now_s: float) -> tuple[TurnEvent, ...]:
-        """End the turn for the host; its operator observes."""
+        """End the turn, as the host asks; its operator observes."""
         events = self._catch_up(now_s)
         if self._turn is not None:
             events += self._give_up(self._turn.operator, Why.ENDED, now_s)
         return (*events, *self._catch_up(now_s))
 
     def hold(self, is_held: bool, now_s: float) -> tuple[TurnEvent, ...]:
-        """Hold the queue for the host, or let it go on."""
+        """Pause or resume the queue, as the host asks."""
         events = self._catch_up(now_s)
         self._is_held = is_held
         self._missing = None
         if is_held and self._ready.call is not None:
-            self._ready.withdraw(self._ready.call.viewer)
+            self._ready.cancel(self._ready.call.viewer)
         return (*events, *self._catch_up(now_s))
 
     def tick(self, now_s: float, *, is_kept: bool = False) -> tuple[TurnEvent, ...]:
@@ -341,7 +341,7 @@ class Turns:
         events = self._catch_up(now_s)
         turn = self._turn
         if turn is not None and turn.time.is_paused != is_kept:
-            # Somebody who could not drive is not idle.
+            # An operator who could not drive is not idle.
             time = turn.time.paused(is_kept, now_s)
             self._turn = replace(turn, time=time, acted_s=max(turn.acted_s, now_s))
             events += self._catch_up(now_s)
@@ -353,15 +353,15 @@ class Turns:
         events: list[TurnEvent] = []
         while True:
             grace_s, call_s = self._first_grace_s(), self._ready.expires_s
-            over_s, comes_s = self._over_s(), self._comes_s()
-            # At the same instant grace goes first: a viewer given up does not queue again.
-            if grace_s <= min(now_s, over_s, call_s):
-                events += self._lapse(now_s)
-            elif call_s <= min(now_s, over_s):
-                events += self._miss(now_s)
-            elif over_s <= now_s:
+            ends_s, missing_s = self._turn_ends_s(), self._missing_expires_s()
+            # At the same instant grace goes first: an expired viewer does not queue again.
+            if grace_s <= min(now_s, ends_s, call_s):
+                events += self._expire_grace(now_s)
+            elif call_s <= min(now_s, ends_s):
+                events += self._miss_call(now_s)
+            elif ends_s <= now_s:
                 events += self._turn_over(now_s)
-            elif comes_s <= now_s:
+            elif missing_s <= now_s:
                 events += self._give_up_missing(now_s)
             elif next_events := self._start_next(now_s):
                 events += next_events
@@ -369,13 +369,13 @@ class Turns:
                 break
         for event in list(events):
             if isinstance(event, TurnEnded) and event.operator in self._queue:
-                events += self._ask_again(event.operator)
-        is_wanted = self._turn is not None and bool(self._there())
+                events += self._recheck_place(event.operator)
+        is_wanted = self._turn is not None and bool(self._ready_to_start())
         self._wanted_s = min(self._wanted_s, now_s) if is_wanted else math.inf
         return events
 
-    def _over_s(self) -> float:
-        """Return when the turn is over: its time is, or its operator idles."""
+    def _turn_ends_s(self) -> float:
+        """Return when the turn ends: its time is up, or its operator is idle."""
         return math.inf if self._turn is None else min(self._turn.time.ends_s, self._idles_s())
 
     def _idles_s(self) -> float:
@@ -385,7 +385,7 @@ class Turns:
             return math.inf
         return max(turn.acted_s, self._wanted_s) + idle_s
 
-    def _lapse(self, now_s: float) -> list[TurnEvent]:
+    def _expire_grace(self, now_s: float) -> list[TurnEvent]:
         viewer = next(iter(self._lost_since_s))
         del self._lost_since_s[viewer]
         self._lapsed.add(viewer)
@@ -393,7 +393,7 @@ class Turns:
         events = self._give_up(viewer, Why.GONE, now_s)
         return [PlaceLost(viewer)] if waited else events
 
-    def _miss(self, now_s: float) -> list[TurnEvent]:
+    def _miss_call(self, now_s: float) -> list[TurnEvent]:
         viewer, is_second = self._ready.expire()
         if not is_second:
             return [PassedOver(viewer)]
@@ -406,18 +406,18 @@ class Turns:
         if self._idles_s() < turn.time.ends_s:
             return self._give_up(turn.operator, Why.IDLE, now_s)
         if self._may_renew(turn):
-            return [*self._pass_by(now_s), self._renew(turn, now_s)]
+            return [*self._record_missing(now_s), self._renew(turn, now_s)]
         self._end_turn(turn, now_s)
-        self._queue.append(turn.operator)  # as far as there is room, once the next one drives
+        self._queue.append(turn.operator)  # `_catch_up` removes them again if there is no room
         return [TurnEnded(self._number, turn.operator, Why.EXPIRED)]
 
     def _may_renew(self, turn: _Turn) -> bool:
-        return not (self._is_held or self.is_lost(turn.operator) or self._there())
+        return not (self._is_held or self.is_lost(turn.operator) or self._ready_to_start())
 
     def _renew(self, turn: _Turn, now_s: float) -> TurnRenewed:
         turn_s, ends_s = self._settings.turn_s, turn.time.ends_s
         ends_s += (math.floor((now_s - ends_s) / turn_s) + 1) * turn_s
-        if ends_s <= now_s:  # rounding may give the instant that is over now
+        if ends_s <= now_s:  # rounding may give an end that is already past
             ends_s += turn_s
         time = TurnTime(now_s, min(ends_s - now_s, turn_s))
         self._turn = replace(turn, time=time)
@@ -426,7 +426,7 @@ class Turns:
 
     def _give_up(self, viewer: int, why: Why, now_s: float) -> list[TurnEvent]:
         self._ready.forget(viewer)
-        self._expect_no_more(viewer)
+        self._clear_missing(viewer)
         if self._turn is not None and viewer == self._turn.operator:
             self._end_turn(self._turn, now_s)
             return [TurnEnded(self._number, viewer, why)]
@@ -435,28 +435,28 @@ class Turns:
         return []
 
     def _end_turn(self, turn: _Turn, now_s: float) -> None:
-        self._fairness.drove(self._people[turn.operator], turn.begun_s, now_s)
+        self._fairness.record(self._people[turn.operator], turn.begun_s, now_s)
         self._just_drove = turn.operator
         self._turn = None
 
     # --- who is next -------------------------------------------------------------------------
 
     def _start_next(self, now_s: float) -> list[TurnEvent]:
-        """Begin the next turn, or call the next one; nothing if it is too early for either."""
+        """Begin the next turn or call its operator; do nothing if it is too early for either."""
         if not self._ready.is_due(self.ends_s, now_s):
             return []
         viewer = self._next(now_s)
         if viewer is None and self._turn is None and self._here(self._waiting()):
-            self._ready.begin_turn()  # nobody else is there: those passed over are asked again
+            self._ready.begin_turn()  # nobody else is there: call those passed over again
             viewer = self._next(now_s)
         if viewer is None:
-            return self._pass_by(now_s) if self._turn is None else []
+            return self._record_missing(now_s) if self._turn is None else []
         if not self._ready.is_ready(viewer, now_s):
-            call = self._ready.ask(viewer, now_s)
+            call = self._ready.start_call(viewer, now_s)
             return [] if call is None else [Called(viewer, call.until_s)]
         if self._turn is None:
-            return [*self._pass_by(now_s), self._start(viewer, now_s)]
-        self._ready.count_on(viewer)
+            return [*self._record_missing(now_s), self._start(viewer, now_s)]
+        self._ready.confirm(viewer)
         return []
 
     def _start(self, viewer: int, now_s: float) -> TurnStarted:
@@ -468,8 +468,8 @@ class Turns:
         return TurnStarted(self._number, viewer, self._turn.time.ends_s)
 
     def _next(self, now_s: float) -> int | None:
-        """Return who drives next; while somebody drives, it may be one who is still to come."""
-        there = self._there() if self._turn is None else self._willing()
+        """Return who drives next; during a turn, it may be a viewer who has yet to connect."""
+        there = self._ready_to_start() if self._turn is None else self._willing()
         if self._ready.call is not None and self._ready.call.viewer in there:
             return self._ready.call.viewer
         return self._first(there, now_s)
@@ -477,15 +477,15 @@ class Turns:
     def _first(self, viewers: list[int], now_s: float) -> int | None:
         return min(viewers, key=lambda one: self._rank(one, now_s), default=None)
 
-    def _there(self) -> list[int]:
-        """Return those whose turn may begin now; nobody while the queue is held."""
+    def _ready_to_start(self) -> list[int]:
+        """Return the viewers whose turn may begin now; none while the queue is held."""
         return self._here(self._willing())
 
     def _here(self, viewers: list[int]) -> list[int]:
         return [one for one in viewers if one not in self._away]
 
     def _willing(self) -> list[int]:
-        """Return those who wait, here or elsewhere, and were not passed over."""
+        """Return the waiting viewers, here or elsewhere, who were not passed over."""
         return [one for one in self._waiting() if not self._ready.is_passed_over(one)]
 
     def _waiting(self) -> list[int]:
@@ -496,17 +496,17 @@ class Turns:
         return viewer == self._just_drove, rank
 
     def _may_go_first(self, viewer: int, now_s: float) -> int | None:
-        """Return how many may drive before a waiting viewer; None if there is no end to them."""
+        """Return how many turns may come before a waiting viewer's; None if unbounded."""
         me = self._people[viewer]
-        if self._fairness.yields(me, now_s):
+        if self._fairness.may_be_overtaken(me, now_s):
             return None
         before = {*self._queue[: self._queue.index(viewer)]}
         invited: set[int] = set()
-        if self._settings.invited_first:  # a crowd's line is looked through for each of them
-            invited = {one for one in self._line() if self._people[one].is_invited}
+        if self._settings.invited_first:  # this scans the queue for every waiting viewer
+            invited = {one for one in self._operator_and_queue() if self._people[one].is_invited}
         if self._settings.invited_first and me.is_invited:
             before &= invited
-        # Whoever is called goes next, whoever has come meanwhile.
+        # A called viewer goes next, whoever has joined meanwhile.
         call = self._ready.call
         if call is not None and call.viewer in self._queue and call.viewer != viewer:
             before.add(call.viewer)
@@ -515,41 +515,41 @@ class Turns:
         if len(invited) > 1:
             return None
         strangers = len(before - invited)
-        # A single invited one drives before each of us, but not twice in a row.
+        # A single invited person drives before each stranger, but not twice in a row.
         times = strangers if self.operator in invited else strangers + 1
         return strangers + times * len(invited)
 
-    def _line(self) -> list[int]:
+    def _operator_and_queue(self) -> list[int]:
         return [*self._queue] if self._turn is None else [self._turn.operator, *self._queue]
 
     def _first_grace_s(self) -> float:
-        """Return when the first grace time is over; all are equal, so the first loss is first."""
+        """Return when the first grace time ends: that of the first loss, since all are equal."""
         for lost_since_s in self._lost_since_s.values():
             return lost_since_s + self._settings.grace_s
         return math.inf
 
     # --- who waits elsewhere -----------------------------------------------------------------
 
-    def _pass_by(self, now_s: float) -> list[TurnEvent]:
-        """Note who does not get the turn that begins now, or could, because they are not here.
+    def _record_missing(self, now_s: float) -> list[TurnEvent]:
+        """Record the first viewer who misses a turn that begins now, or could, by being elsewhere.
 
-        Who was noted `COMES_S` ago has had the time to come, and loses the place.
+        A viewer recorded `COMES_S` ago has had the time to connect, and loses the place.
         """
-        events = self._give_up_missing(now_s) if self._missed_s() <= now_s else []
+        events = self._give_up_missing(now_s) if self._missing_until_s() <= now_s else []
         first = self._first(self._willing(), now_s)
-        if first in self._away and self._missed_s() == math.inf:
+        if first in self._away and self._missing_until_s() == math.inf:
             self._missing = first, now_s
         return events
 
-    def _missed_s(self) -> float:
-        """Return by when whoever was noted must have come; infinite where nobody is missing."""
+    def _missing_until_s(self) -> float:
+        """Return when the missing viewer loses the place; infinite if nobody is missing."""
         if self._missing is None:
             return math.inf
         return self._missing[1] + COMES_S
 
-    def _comes_s(self) -> float:
-        """Return the same while nobody drives; otherwise the next turn's beginning settles it."""
-        return self._missed_s() if self._turn is None else math.inf
+    def _missing_expires_s(self) -> float:
+        """Return the same while nobody drives; during a turn, its end or renewal settles it."""
+        return self._missing_until_s() if self._turn is None else math.inf
 
     def _give_up_missing(self, now_s: float) -> list[TurnEvent]:
         assert self._missing is not None
@@ -557,21 +557,21 @@ class Turns:
         self._give_up(viewer, Why.GONE, now_s)
         return [PlaceLost(viewer)]
 
-    def _be(self, viewer: int, is_here: bool) -> None:
+    def _set_presence(self, viewer: int, is_here: bool) -> None:
         if not is_here:
             self._away.add(viewer)
             return
         self._away.discard(viewer)
-        self._expect_no_more(viewer)
+        self._clear_missing(viewer)
 
-    def _expect_no_more(self, viewer: int) -> None:
+    def _clear_missing(self, viewer: int) -> None:
         if self._missing is not None and self._missing[0] == viewer:
             self._missing = None
 
     # --- who gets a place --------------------------------------------------------------------
 
-    def _change(self, viewer: int, person: Person | None, now_s: float) -> list[TurnEvent]:
-        """Let somebody be who they are now, and keep their place only if that still may be."""
+    def _update_person(self, viewer: int, person: Person | None, now_s: float) -> list[TurnEvent]:
+        """Update the person behind a viewer; take their place if it is no longer allowed."""
         if viewer not in self._people or person in (None, self._people[viewer]):
             return []
         self._people[viewer] = person
@@ -579,10 +579,10 @@ class Turns:
             return [] if person.may_queue else self._give_up(viewer, Why.NOT_ALLOWED, now_s)
         if viewer not in self._queue:
             return []
-        return self._ask_again(viewer)
+        return self._recheck_place(viewer)
 
-    def _ask_again(self, viewer: int) -> list[TurnEvent]:
-        """Take a place in the queue where `refusal` would give none."""
+    def _recheck_place(self, viewer: int) -> list[TurnEvent]:
+        """Remove a queued viewer whom `refusal` would now refuse a place."""
         place = self._queue.index(viewer)
         del self._queue[place]
         why = self.refusal(viewer)
@@ -590,7 +590,7 @@ class Turns:
             self._queue.insert(place, viewer)
             return []
         self._ready.forget(viewer)
-        self._expect_no_more(viewer)
+        self._clear_missing(viewer)
         return [PlaceLost(viewer, why)]
 
     def _return(self, viewer: int, now_s: float) -> None:
@@ -606,4 +606,4 @@ class Turns:
     def _enqueue(self, viewer: int, now_s: float) -> None:
         if self.place(viewer) is None and self.refusal(viewer) is None:
             self._queue.append(viewer)
-            self._ready.acted(viewer, now_s)
+            self._ready.record_activity(viewer, now_s)

@@ -1,10 +1,10 @@
 """How fresh the operator's picture is: fresh, late, switched off, or too old to drive by.
 
 Its age is that of the newest picture on the operator's screen, as each command reports it, minus
-the estimated delay of their link, plus what the source's clock may err by: a picture that nobody
-vouches for (`PictureClock`) is as good as none. The age grows between commands too. An operator who
-has switched the picture off, or drives a robot without a camera, knows that they see nothing. NaN
-is never fresh.
+the estimated delay of their link, plus the error of the source's clock: a picture of unknown age
+(`PictureClock`) counts as none. The age grows between commands too. An operator who has switched
+the picture off, or drives a robot without a camera, knows that they see nothing. NaN is never
+fresh.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def credible_seen_s(seen_s: float | None, now_s: float, one_way_s: float | None)
 
 
 def judge(seen_s: float | None, now_s: float, turn: TurnView, rules: Rules) -> VideoFreshness:
-    """Judge at `now_s` the picture of an operator whose newest was captured at `seen_s`."""
+    """Judge the operator's picture at `now_s`; the newest they see was captured at `seen_s`."""
     if not turn.sees:
         return VideoFreshness.OFF
     if seen_s is None or seen_s < turn.picture.since_s:

@@ -135,7 +135,7 @@ class PageMessages:
                 number=self._turns.number,
                 operator=self._turns.operator,
                 ends_server_ms=_ms(self._turns.ends_s),
-                stands_left_ms=_whole_ms(self._turns.stands_left_s(now_s)),
+                stands_left_ms=_whole_ms(self._turns.paused_left_s(now_s)),
                 axes=dict(first_axes or {}),
             ),
             call=self._call(),

@@ -101,7 +101,7 @@ class ProofRunner:
             await asyncio.gather(task, return_exceptions=True)
 
     async def _lend(self) -> None:
-        self._control.maintain(LENT)
+        self._control.lend_driver(LENT)
         self._changed()
         try:
             await asyncio.to_thread(self._driver.close)
@@ -114,7 +114,7 @@ class ProofRunner:
                 self._state, self._line = "failed", Sentence("proof.aborted")
             if not self._is_ending:
                 self._driver.open()
-                self._control.maintain(None)
+                self._control.lend_driver(None)
                 self._changed()
 
     async def _prove(self) -> None:

@@ -287,7 +287,7 @@ class Room:
                 case messages.Leave():
                     self._control.leave(viewer.number)
                 case messages.Here():
-                    self._control.here(viewer.number)
+                    self._control.answer_call(viewer.number)
                 case messages.KeepTape():
                     self._keep_tape(viewer)
 
@@ -433,7 +433,7 @@ class Room:
                 self.send_away(viewer, error.sentence, error.openings)
             else:
                 viewer.be(visitor, grant)
-                self._control.change(viewer.number, _person(viewer))
+                self._control.update_person(viewer.number, _person(viewer))
 
     def check_rooms(self) -> None:
         """Do the same for everybody who watches in a room, soon."""
@@ -493,7 +493,7 @@ class Room:
             self.check_all()
             self._tell_hosts()
         # Or a Stop would move the page once, and the clock that then stands would move it again.
-        self._control.keep_time()
+        self._control.tick_turns()
         problem = self._control.robot_state.said
         is_news = self._viewers.take_change() or problem != self._told_problem
         if is_news or now_s - self._looked_s >= _LOOK_S:

@@ -215,7 +215,7 @@ class Rooms:
             case "leave":
                 self._control.leave(viewer.number)
             case "here":
-                self._control.here(viewer.number)
+                self._control.answer_call(viewer.number)
             case "stay":
                 pass
 

@@ -36,7 +36,7 @@ def _hear(data: bytes) -> None:
         for reading in decoder.feed(piece, now_s):
             found.append(reading)
             rested = rested or not local_hand.touches(reading, _RULES)
-            state = local_hand.hear(state, reading, now_s, _RULES)
+            state = local_hand.accept(state, reading, now_s, _RULES)
             twist = local_hand.twist(state, _RULES, _LIMITS)
             assert rested or twist == STANDSTILL, "a control drives that was never at rest"
             assert abs(twist.linear_mps) <= _LIMITS.linear_mps
@@ -45,7 +45,7 @@ def _hear(data: bytes) -> None:
     assert _as_said(HandDecoder().feed(data, now_s)) == _as_said(found), (
         "pieces make other readings"
     )
-    assert local_hand.watch(state, now_s + 1.0, _RULES).mode == "lost"
+    assert local_hand.tick(state, now_s + 1.0, _RULES).mode == "lost"
 
 
 def _as_said(readings: Iterable[HandReading]) -> list[tuple[object, ...]]:

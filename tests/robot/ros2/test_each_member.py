@@ -13,7 +13,7 @@ import pytest
 from tests.robot.ros2.robots import ros2_settings
 
 from wax.config.controls import GaugeSettings
-from wax.control.gauge_limits import GaugeHold, watch
+from wax.control.gauge_limits import GaugeHold, update
 from wax.driver.interface import Limits, Pose
 from wax.robot.ros2.conversation import Ros2Conversation
 from wax.robot.ros2.images import to_bgr
@@ -154,7 +154,7 @@ def test_what_stops_and_is_not_told_holds_with_its_name(name: str, wrong: Any) -
     state = talk.state(1.0)
     assert (state.connected, state.epoch) == (True, 1)
     for gauge, needs in (("battery_v", "voltage"), ("battery_fraction", "percentage")):
-        held = watch(GaugeHold(), [GaugeSettings(name=gauge, stop_below=0.1)], state, 1.0).reason
+        held = update(GaugeHold(), [GaugeSettings(name=gauge, stop_below=0.1)], state, 1.0).reason
         assert (held.code if held else None) == ("gauge.untold" if needs == name else None)
 
 

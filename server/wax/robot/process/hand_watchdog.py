@@ -60,7 +60,7 @@ class HandWatchdog:
     @property
     def aboard(self) -> Aboard:
         """The person aboard, for the robot's state."""
-        return local_hand.told(self._hand, self._rules)
+        return local_hand.report(self._hand, self._rules)
 
     @property
     def is_stopped(self) -> bool:
@@ -104,7 +104,7 @@ class HandWatchdog:
         calls: tuple[Call, ...] = ()
         is_operator_heard = now_s - self._heard_s < OPERATOR_LOST_S
         for reading in readings:
-            hand = local_hand.hear(
+            hand = local_hand.accept(
                 self._hand, reading, now_s, self._rules, is_operator_heard=is_operator_heard
             )
             calls = (*calls, *self._follow(hand, now_s))
@@ -151,7 +151,7 @@ class HandWatchdog:
         return self._watchdog.hold(problem, now_s)
 
     def _look(self, now_s: float) -> tuple[Call, ...]:
-        return self._follow(local_hand.watch(self._hand, now_s, self._rules), now_s)
+        return self._follow(local_hand.tick(self._hand, now_s, self._rules), now_s)
 
     def _follow(self, hand: HandState, now_s: float) -> tuple[Call, ...]:
         """Stop the robot where its driver changes; what was asked for before never counts after."""
