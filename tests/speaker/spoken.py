@@ -1,4 +1,4 @@
-"""A voice for tests: tones as a browser would send them."""
+"""A voice for tests: tones in packets as a browser would send them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def tone(hz: float, seconds: float, *, level: float = 0.1) -> NDArray[np.int16]:
 def packets(
     sound: NDArray[np.int16], *, unit_ms: int = 20, bitrate_bps: int = 24_000, source: int = 1
 ) -> list[VoicePacket]:
-    """Encode it into packets of Opus."""
+    """Encode the sound into Opus packets."""
     encoder = av.CodecContext.create("libopus", "w")
     assert isinstance(encoder, av.AudioCodecContext)
     encoder.sample_rate, encoder.layout, encoder.format = RATE_HZ, "mono", "s16"
@@ -41,6 +41,6 @@ def packets(
 
 
 def loudest_hz(samples: NDArray[np.int16]) -> float:
-    """Return the loudest tone in it."""
+    """Return the frequency of the loudest tone."""
     spectrum = np.abs(np.fft.rfft(samples * np.hanning(len(samples))))
     return float(np.argmax(spectrum)) * RATE_HZ / len(samples)

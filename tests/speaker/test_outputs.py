@@ -1,4 +1,4 @@
-"""The outputs: a device by PortAudio, a file, the simulated robot, one of your own."""
+"""The outputs: a PortAudio device, a file, the simulated robot, a plug-in."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ CLOCK = SystemClock()
 
 
 class FakePortAudio(OneDevice):
-    """With one output."""
+    """PortAudio with one output."""
 
     OutputStream = OneDevice.stream
 
     def pull(self, frames: int) -> NDArray[np.int16]:
-        """Ask for the next sound, as the device would."""
+        """Request the next samples as the device would."""
         out = np.full((frames, self.channels), 99, np.int16)
         self.streams[-1].callback(out, frames, None, None)
         return out
@@ -46,7 +46,7 @@ def make(fake: FakePortAudio, **more: Any) -> PortAudioSpeaker:
 
 
 def test_a_device_pulls_what_was_written() -> None:
-    """In blocks of 10 ms at low latency; where there is nothing more it gets silence."""
+    """A device reads blocks of 10 ms at low latency, and silence when nothing is queued."""
     fake = FakePortAudio()
     speaker = make(fake, device="USB")
     speaker.open()
@@ -63,7 +63,7 @@ def test_a_device_pulls_what_was_written() -> None:
 
 @pytest.mark.parametrize(("rate_hz", "channels"), [(44_100, 2), (16_000, 1)])
 def test_a_device_of_another_rate_is_converted_for(rate_hz: int, channels: int) -> None:
-    """A device that cannot do 48 kHz mono plays the tone as high, on all its channels."""
+    """A device that cannot do 48 kHz mono plays the tone at its pitch on all channels."""
     fake = FakePortAudio(rate_hz, channels)
     speaker = make(fake)
     speaker.open()
@@ -80,7 +80,7 @@ def test_a_device_of_another_rate_is_converted_for(rate_hz: int, channels: int) 
 
 
 def test_no_more_than_200_ms_wait_for_a_device() -> None:
-    """A device that is slower than our clock loses sound, and gains no delay."""
+    """A device that is slower than our clock loses sound but gains no delay."""
     fake = FakePortAudio()
     speaker = make(fake)
     speaker.open()
@@ -94,7 +94,7 @@ def test_no_more_than_200_ms_wait_for_a_device() -> None:
 
 
 def test_a_device_that_goes_is_said() -> None:
-    """A stream that the system has ended takes no more."""
+    """Writing to a stream that the system has ended is an error."""
     fake = FakePortAudio()
     speaker = make(fake)
     speaker.open()
@@ -105,7 +105,7 @@ def test_a_device_that_goes_is_said() -> None:
 
 
 def test_a_missing_device_is_looked_for_again() -> None:
-    """But not while a microphone is open, which looking would end."""
+    """Devices are rescanned, but not while a microphone is open, which a rescan would end."""
     fake = FakePortAudio()
     fake.present = False
     speaker = make(fake, device=3)
@@ -129,7 +129,7 @@ def test_a_missing_device_is_looked_for_again() -> None:
 def test_without_the_library_the_package_is_named(
     monkeypatch: pytest.MonkeyPatch, error: Exception, install: str
 ) -> None:
-    """The sentence says what to install, and what to set where that cannot be done."""
+    """The sentence says what to install, and what to configure otherwise."""
 
     def fail(name: str) -> None:
         raise error
@@ -149,7 +149,7 @@ def read(path: Path) -> NDArray[np.int16]:
 
 
 def test_a_file_is_whole_after_each_word(tmp_path: Path) -> None:
-    """It can be read while it is written, and the next server adds to it."""
+    """The file is readable while it is written, and the next server appends to it."""
     path = tmp_path / "voice.wav"
     first, second = tone(440, 0.1), tone(880, 0.05)
     speaker = FileSpeaker(path)
@@ -166,7 +166,7 @@ def test_a_file_is_whole_after_each_word(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("content", [b"RIFF", b"x" * 100, b"RIFF\0\0\0\0WAVEfmt " + bytes(60)])
 def test_a_file_of_something_else_is_left_as_it_is(tmp_path: Path, content: bytes) -> None:
-    """Nobody's recording is overwritten by a mistake in the configuration."""
+    """A mistake in the configuration overwrites nobody's recording."""
     path = tmp_path / "other.wav"
     path.write_bytes(content)
     speaker = FileSpeaker(path)
@@ -177,7 +177,7 @@ def test_a_file_of_something_else_is_left_as_it_is(tmp_path: Path, content: byte
 
 
 def test_a_folder_is_no_file(tmp_path: Path) -> None:
-    """What the system says is part of the sentence."""
+    """The sentence contains the system's reason."""
     (tmp_path / "voice.wav").mkdir()
     speaker = FileSpeaker(tmp_path / "voice.wav")
     with pytest.raises(SpeakerError, match="Is a directory"):
@@ -187,7 +187,7 @@ def test_a_folder_is_no_file(tmp_path: Path) -> None:
 
 
 def test_a_pipe_is_refused_at_the_start(tmp_path: Path) -> None:
-    """So is whatever else is no file: a voice would be lost in it, or hold up the speaker."""
+    """Anything but a regular file is refused, for it would lose the voice or block the speaker."""
     pipe = tmp_path / "voice.wav"
     os.mkfifo(pipe)
     settings = VoiceSettings(speaker=str(pipe))
@@ -196,7 +196,7 @@ def test_a_pipe_is_refused_at_the_start(tmp_path: Path) -> None:
 
 
 def test_the_simulated_robot_hears_itself() -> None:
-    """What is said by its speaker is in what both its ears hear, once."""
+    """The simulated robot's speech is heard once in both of its microphone's channels."""
     robot = SimulatedRobot(RobotSettings(), CLOCK)
     speaker = make_speaker(VoiceSettings(speaker="robot"), CLOCK, robot)
     assert speaker is not None
@@ -214,7 +214,7 @@ def test_the_simulated_robot_hears_itself() -> None:
 
 
 class Own:
-    """A speaker class of somebody's own."""
+    """A plug-in speaker."""
 
     def __init__(self, settings: VoiceSettings, clock: object) -> None: ...
 
@@ -237,7 +237,7 @@ class Own:
     ],
 )
 def test_a_speaker_is_found_by_its_name(name: str, kind: type) -> None:
-    """Each form of the key makes the speaker that it names."""
+    """Each form of the key builds the speaker that it names."""
     driver = SerialRobot(RobotSettings(driver="serial"), CLOCK)
     assert isinstance(make_speaker(VoiceSettings(speaker=name), CLOCK, driver), kind)
 
@@ -252,7 +252,7 @@ def test_a_speaker_is_found_by_its_name(name: str, kind: type) -> None:
     ],
 )
 def test_what_cannot_work_is_refused_at_the_start(name: str, problem: str) -> None:
-    """With the key and what to write instead."""
+    """An impossible value is refused with the key and what to write instead."""
     driver = SerialRobot(RobotSettings(driver="serial"), CLOCK)
     with pytest.raises(ConfigError, match=rf"^\[voice\] speaker: .*({problem})"):
         make_speaker(VoiceSettings(speaker=name), CLOCK, driver)

@@ -1,4 +1,4 @@
-"""The speaker's thread: it plays, is silenced, and a device that fails or hangs stops nobody."""
+"""The speaker thread plays, discards on request, and survives a device that fails or hangs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ CLOCK = SystemClock()
 
 
 class Box:
-    """A speaker that keeps what it is given, and fails or hangs when told."""
+    """A speaker that records what it is given, and fails or hangs when told to."""
 
     def __init__(self) -> None:
         self.kept: list[NDArray[np.int16]] = []
@@ -74,13 +74,13 @@ def thread(box: Box, monkeypatch: pytest.MonkeyPatch) -> Iterator[SpeakerThread]
 
 
 def speak(thread: SpeakerThread, seconds: float = 0.4) -> None:
-    """Let all packets come at once, as after a stall."""
+    """Push all packets at once, as after a stall."""
     for packet in packets(tone(440, seconds)):
         thread.push(packet, CLOCK.now_s())
 
 
 def test_a_voice_is_played(thread: SpeakerThread, box: Box) -> None:
-    """All of it but for the fade, and then the thread rests."""
+    """The whole voice is played, except for the final fade, and then the thread idles."""
     until(lambda: thread.problem is None)
     assert thread.sounded_s < CLOCK.now_s() - 1000
     speak(thread)
@@ -90,7 +90,7 @@ def test_a_voice_is_played(thread: SpeakerThread, box: Box) -> None:
 
 
 def test_hushed_no_more_is_played(thread: SpeakerThread, box: Box) -> None:
-    """Not even what the thread had in hand while the device was busy."""
+    """Not even the pieces that were waiting for a busy device are played."""
     until(lambda: thread.problem is None)
     box.free.clear()
     speak(thread)
@@ -104,7 +104,7 @@ def test_hushed_no_more_is_played(thread: SpeakerThread, box: Box) -> None:
 def test_a_device_that_hangs_is_said(
     thread: SpeakerThread, box: Box, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """`push`, `hush` and `problem` return at once all the while; it is heard again after."""
+    """While a device hangs, `push`, `hush` and `problem` return at once; then it plays again."""
     monkeypatch.setattr(thread, "_hangs_after_s", 0.05)
     until(lambda: thread.problem is None)
     box.free.clear()
@@ -127,7 +127,7 @@ def test_a_device_that_hangs_is_said(
 def test_a_device_that_fails_is_opened_again(
     thread: SpeakerThread, box: Box, error: Exception, sentence: str
 ) -> None:
-    """Its sentence is shown until it plays again; a plug-in may raise anything."""
+    """The problem is shown until it plays again, whatever a plug-in raised."""
     until(lambda: thread.problem is None)
     with capture_logs():
         box.failing = box.fails_to_open = error
@@ -143,7 +143,7 @@ def test_a_device_that_fails_is_opened_again(
 def test_a_speaker_that_cannot_be_opened_is_a_sentence(
     box: Box, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """And nothing waits for it at the end."""
+    """Failing to open is a sentence, and stopping does not wait for the speaker."""
     box.fails_to_open = SpeakerError("No speaker.")
     monkeypatch.setattr(device_thread, "_RETRY_S", 60.0)
     thread = SpeakerThread(box, CLOCK)

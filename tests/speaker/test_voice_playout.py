@@ -1,4 +1,4 @@
-"""From packets to sound: what was said comes out, whatever was lost or broken on the way."""
+"""From packets to sound: speech is played whatever was lost or damaged on the way."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ if TYPE_CHECKING:
 def said(
     spoken: list[VoicePacket], playout: VoicePlayout | None = None, *, from_s: float = 100.0
 ) -> NDArray[np.int16]:
-    """Let packets come as they are spoken; return what is played until they are over."""
+    """Push packets as they are spoken; return everything that is played."""
     playout = playout or VoicePlayout()
     pieces: list[NDArray[np.int16]] = []
     for packet in spoken:
         now_s = from_s + packet.timestamp / RATE_HZ
         playout.push(packet, now_s)
-        pieces += playout.due(now_s + 0.015)
-    pieces += playout.due(now_s + 0.5)
+        pieces += playout.pop_due(now_s + 0.015)
+    pieces += playout.pop_due(now_s + 0.5)
     return np.concatenate([np.zeros(0, np.int16), *pieces])
 
 
 @pytest.mark.parametrize("unit_ms", [10, 20, 40, 60])
 def test_what_is_said_is_played(unit_ms: int) -> None:
-    """A tone of a second comes out as that tone, as long and as loud."""
+    """A tone of a second is played with its pitch, length and level."""
     sound = said(packets(tone(440, 1.0), unit_ms=unit_ms))
     assert len(sound) == pytest.approx(RATE_HZ, abs=0.13 * RATE_HZ)
     middle = sound[RATE_HZ // 4 : RATE_HZ // 4 + 24_000]
@@ -45,7 +45,7 @@ def test_what_is_said_is_played(unit_ms: int) -> None:
 
 
 def test_what_is_lost_is_made_up() -> None:
-    """With every tenth packet lost there is no hole in a tone."""
+    """With every tenth packet lost there is no gap in a tone."""
     spoken = packets(tone(440, 2.0))
     kept = [one for n, one in enumerate(spoken) if n % 10 != 9]
     playout = VoicePlayout()
@@ -56,7 +56,7 @@ def test_what_is_lost_is_made_up() -> None:
 
 
 def test_a_pause_is_no_loss() -> None:
-    """What is made up after the last word, in case that more is late, was never sent."""
+    """Concealment after the last word does not count as loss."""
     playout = VoicePlayout()
     words = packets(tone(440, 0.2))
     for word in range(3):
@@ -66,12 +66,12 @@ def test_a_pause_is_no_loss() -> None:
 
 
 def test_silence_is_not_played() -> None:
-    """A microphone that is open in a quiet room keeps the speaker silent."""
+    """An open microphone in a quiet room leaves the speaker silent."""
     assert len(said(packets(np.zeros(RATE_HZ, np.int16)))) == 0
 
 
 def test_full_scale_is_limited() -> None:
-    """Noise at full scale comes out below the ceiling, and no louder than speech."""
+    """Noise at full scale is played below the ceiling, no louder than speech."""
     noise = np.random.default_rng(1).integers(-32_768, 32_768, RATE_HZ).astype(np.int16)
     sound = said(packets(noise)).astype(np.float64)
     assert np.abs(sound).max() <= CEILING
@@ -79,7 +79,7 @@ def test_full_scale_is_limited() -> None:
 
 
 def test_the_next_speaker_is_not_heard_through_the_one_before() -> None:
-    """What waited of the voice before is gone, and the next one's first word is whole."""
+    """Another source discards the last one's packets, and its own first word is complete."""
     playout = VoicePlayout()
     for packet in packets(tone(440, 0.1)):
         playout.push(packet, 100.0)
@@ -88,19 +88,19 @@ def test_the_next_speaker_is_not_heard_through_the_one_before() -> None:
 
 
 def test_hushed_it_is_silent_at_once() -> None:
-    """Nothing of what had come is played."""
+    """After a hush nothing that had arrived is played."""
     playout = VoicePlayout()
     for packet in packets(tone(440, 0.2)):
         playout.push(packet, 100.0)
     playout.hush()
-    assert playout.due(101.0) == []
+    assert playout.pop_due(101.0) == []
     assert playout.is_idle
 
 
 @examples(100)
 @given(st.lists(st.binary(min_size=1, max_size=60), min_size=1, max_size=20))
 def test_garbage_is_made_up_for(payloads: list[bytes]) -> None:
-    """Packets that are none of Opus's are counted, and never louder than the limit."""
+    """Undecodable packets are counted and concealed, never louder than the limit."""
     playout = VoicePlayout()
     good = packets(tone(440, 0.2))
     bad = [

@@ -1,4 +1,4 @@
-"""The floor: one speaker at a time, and only who may."""
+"""The floor: one permitted speaker at a time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def judge(
 
 
 def test_who_begins_is_heard_and_the_other_waits() -> None:
-    """Until they have paused for half a second."""
+    """The first speaker keeps the floor until they have paused for half a second."""
     floor = Floor()
     assert judge(floor, 1, 10.0) is VoiceVerdict.HEARD
     assert judge(floor, 2, 10.1) is VoiceVerdict.TAKEN
@@ -27,7 +27,7 @@ def test_who_begins_is_heard_and_the_other_waits() -> None:
 
 
 def test_silence_keeps_the_floor_from_nobody() -> None:
-    """An open microphone in a quiet room is heard, and gives way to a voice."""
+    """An open microphone in a quiet room is heard, but yields to a voice."""
     floor = Floor()
     for step in range(100):
         assert judge(floor, 1, 10 + step / 50) is VoiceVerdict.HEARD
@@ -36,7 +36,7 @@ def test_silence_keeps_the_floor_from_nobody() -> None:
 
 
 def test_who_loses_the_right_loses_the_floor() -> None:
-    """At once, to whoever comes next."""
+    """A speaker who loses permission loses the floor at once."""
     floor = Floor()
     judge(floor, 1, 10.0)
     assert judge(floor, 1, 10.1, may=False) is VoiceVerdict.NOT_ALLOWED
@@ -46,7 +46,7 @@ def test_who_loses_the_right_loses_the_floor() -> None:
 
 
 def test_without_a_speaker_nobody_has_the_floor() -> None:
-    """What is not played is not heard."""
+    """Nobody gets the floor while the robot's loudspeaker does not play."""
     floor = Floor()
     verdict = floor.judge(1, 10.0, may_speak=True, is_muted=False, is_played=False)
     assert verdict is VoiceVerdict.NO_SPEAKER
@@ -63,9 +63,7 @@ STEP = st.tuples(
 def test_never_two_and_never_who_may_not(
     steps: list[tuple[int, float, bool, bool, bool, bool]],
 ) -> None:
-    """Whatever happens: who is heard may speak, and nobody else was heard in the half second before
-    while they sounded.
-    """
+    """Whoever is heard has permission, and nobody else sounded in the last half second."""
     floor = Floor()
     now_s = 0.0
     for who, pause_s, may, muted, played, sounds in steps:

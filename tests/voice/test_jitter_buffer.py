@@ -1,4 +1,4 @@
-"""The jitter buffer: in order, once, as late as the link demands, bounded."""
+"""The jitter buffer: in order, once, with the delay that the link needs, bounded."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BEAT_S = 0.005
 
 @dataclass
 class Played:
-    """What came out: the packets with the times at which they did, and how much was made up."""
+    """The result: packets with their playout times, and how much was concealed."""
 
     packets: list[tuple[VoicePacket, float]]
     missing: list[tuple[int, float]]
@@ -34,7 +34,7 @@ def packet(number: int, *, source: int = 1, unit: int = UNIT, first: int = 0) ->
 
 
 def play(arrivals: list[tuple[float, VoicePacket]], buffer: JitterBuffer | None = None) -> Played:
-    """Let packets come at their times, and take what is due every 5 ms until a second later."""
+    """Push packets at their arrival times and poll every 5 ms until a second after the last."""
     buffer = buffer or JitterBuffer()
     played = Played([], [])
     waiting = sorted(arrivals, key=lambda one: one[0])
@@ -44,7 +44,7 @@ def play(arrivals: list[tuple[float, VoicePacket]], buffer: JitterBuffer | None 
         while waiting and waiting[0][0] <= now_s:
             came_s, one = waiting.pop(0)
             buffer.push(one, came_s)
-        while (item := buffer.take(now_s)) is not None:
+        while (item := buffer.pop_due(now_s)) is not None:
             if isinstance(item, Missing):
                 played.missing.append((item.samples, now_s))
             else:
@@ -58,7 +58,7 @@ def steady(count: int, delay_s: float = 0.05, **more: int) -> list[tuple[float, 
 
 
 def test_a_steady_link_costs_next_to_nothing() -> None:
-    """All is played in order, within 35 ms of its arrival, nothing made up before the end."""
+    """All packets play in order within 35 ms of arrival, with nothing concealed before the end."""
     played = play(steady(100))
     assert played.order == [n * UNIT for n in range(100)]
     waits = [at_s - (100.05 + n * UNIT_S) for n, (_, at_s) in enumerate(played.packets)]
@@ -67,13 +67,13 @@ def test_a_steady_link_costs_next_to_nothing() -> None:
 
 
 def test_after_the_last_word_it_fades_and_is_silent() -> None:
-    """60 ms are made up, in case that the rest is only late; then nothing is."""
+    """After the last packet 60 ms are concealed, in case the rest is late; then nothing."""
     played = play(steady(20))
     assert sum(samples for samples, _ in played.missing) == RATE_HZ * 60 // 1000
 
 
 def test_one_lost_packet_is_made_up_once() -> None:
-    """The gap is filled with as much as is missing, and what follows comes on time."""
+    """One lost packet's length is concealed, and the next packet plays on time."""
     arrivals = steady(50)
     del arrivals[20]
     played = play(arrivals)
@@ -83,7 +83,7 @@ def test_one_lost_packet_is_made_up_once() -> None:
 
 
 def test_reordered_packets_are_played_in_order() -> None:
-    """On a link that swaps packets, the delay grows until all of them are heard."""
+    """On a link that reorders packets, the delay grows until all of them are played."""
     arrivals = [
         (at_s + (0.03 if n % 5 == 4 else 0), one) for n, (at_s, one) in enumerate(steady(200))
     ]
@@ -93,7 +93,7 @@ def test_reordered_packets_are_played_in_order() -> None:
 
 
 def test_jitter_is_waited_for_and_no_longer() -> None:
-    """After a second of jitter of 40 ms hardly anything is missing, the delay below 70 ms."""
+    """After a second of 40 ms jitter hardly anything is missing, and the delay is below 70 ms."""
     arrivals = [(at_s + 0.01 * (n % 5), one) for n, (at_s, one) in enumerate(steady(200))]
     played = play(arrivals)
     late = [at_s - (100.05 + one.timestamp / RATE_HZ) for one, at_s in played.packets[50:]]
@@ -103,7 +103,7 @@ def test_jitter_is_waited_for_and_no_longer() -> None:
 
 
 def test_a_step_of_the_delay_is_followed() -> None:
-    """A link that becomes 150 ms slower costs a gap, and then nothing more is lost."""
+    """A link that becomes 150 ms slower costs one gap, and then nothing more is lost."""
     arrivals = [(at_s + (0.15 if n >= 50 else 0), one) for n, (at_s, one) in enumerate(steady(200))]
     played = play(arrivals)
     assert len(played.packets) >= 190
@@ -112,7 +112,7 @@ def test_a_step_of_the_delay_is_followed() -> None:
 
 
 def test_what_is_late_for_no_reason_is_caught_up() -> None:
-    """After a stall of 150 ms the delay is short again within ten seconds of talking."""
+    """After a stall of 150 ms the delay is short again within ten seconds of speech."""
     arrivals = [
         (max(at_s, 101.15) if 101.0 <= at_s < 101.15 else at_s, one) for at_s, one in steady(600)
     ]
@@ -123,13 +123,13 @@ def test_what_is_late_for_no_reason_is_caught_up() -> None:
 
 @pytest.mark.parametrize("first", [0, 2**32 - 50 * UNIT, 2**32 - 50 * UNIT - 100])
 def test_the_clock_may_wrap(first: int) -> None:
-    """The timestamps' 32 bits run over in the middle of a word."""
+    """Timestamps may wrap around 32 bits in the middle of a word."""
     played = play(steady(100, first=first))
     assert played.order == [(first + n * UNIT) % 2**32 for n in range(100)]
 
 
 def test_a_pause_of_the_clock_is_no_delay() -> None:
-    """A browser that goes on counting where it stopped, two seconds ago, is heard at once."""
+    """A browser whose timestamps resume where they stopped two seconds ago is heard at once."""
     buffer = JitterBuffer()
     play(steady(50), buffer)
     again = [(104 + n * UNIT_S, packet(50 + n)) for n in range(50)]
@@ -139,7 +139,7 @@ def test_a_pause_of_the_clock_is_no_delay() -> None:
 
 
 def test_another_speaker_begins_anew() -> None:
-    """Whatever their timestamps are."""
+    """Another source starts over, whatever its timestamps are."""
     buffer = JitterBuffer()
     play(steady(50), buffer)
     again = [(101.3 + n * UNIT_S, packet(n, source=2, first=123_456_789)) for n in range(50)]
@@ -147,7 +147,7 @@ def test_another_speaker_begins_anew() -> None:
 
 
 def test_a_silence_in_the_stream_is_not_made_up() -> None:
-    """Discontinuous transmission leaves out packets on purpose: more than 60 ms are silence."""
+    """A gap of more than 60 ms, as discontinuous transmission leaves, is not concealed."""
     arrivals = [one for n, one in enumerate(steady(100)) if not 40 <= n < 60]
     played = play(arrivals)
     assert len(played.packets) == 80
@@ -156,13 +156,13 @@ def test_a_silence_in_the_stream_is_not_made_up() -> None:
 
 
 def test_cleared_it_plays_nothing_of_before() -> None:
-    """What waited when somebody was silenced is not heard later."""
+    """Packets that waited at a clear are never played."""
     buffer = JitterBuffer()
     for came_s, one in steady(3):
         buffer.push(one, came_s)
     buffer.clear()
     assert buffer.is_idle
-    assert buffer.take(200.0) is None
+    assert buffer.pop_due(200.0) is None
 
 
 EVENT = st.tuples(
@@ -176,7 +176,7 @@ EVENT = st.tuples(
 @examples(400)
 @given(st.lists(EVENT, max_size=120))
 def test_no_stream_breaks_it(events: list[tuple[float, int, int, int]]) -> None:
-    """Whatever comes: bounded, nothing twice, and never more sound than time that has passed."""
+    """Whatever arrives: bounded, nothing twice, and never more sound than time that has passed."""
     buffer = JitterBuffer()
     now_s = 100.0
     given_in: list[VoicePacket] = []
@@ -188,13 +188,13 @@ def test_no_stream_breaks_it(events: list[tuple[float, int, int, int]]) -> None:
         given_in.append(one)
         buffer.push(one, now_s)
         for _ in range(200):
-            item = buffer.take(now_s)
+            item = buffer.pop_due(now_s)
             if item is None:
                 break
             samples += item.samples
             if isinstance(item, VoicePacket):
                 played.append(item)
-        assert buffer.take(now_s) is None
+        assert buffer.pop_due(now_s) is None
         assert len(buffer._packets) <= 64
     assert len({id(one) for one in played}) == len(played)
     assert {id(one) for one in played} <= {id(one) for one in given_in}
@@ -206,7 +206,7 @@ def test_no_stream_breaks_it(events: list[tuple[float, int, int, int]]) -> None:
     st.lists(st.booleans(), min_size=150, max_size=150),
 )
 def test_one_stream_is_played_in_order(jitters_s: list[float], lost: list[bool]) -> None:
-    """Any jitter up to 100 ms and any loss: in order, once, at most 300 ms after it was said."""
+    """With jitter up to 100 ms and any loss: in order, once, at most 300 ms after speaking."""
     arrivals = [
         (100 + n * UNIT_S + jitter_s, packet(n))
         for n, jitter_s in enumerate(jitters_s)

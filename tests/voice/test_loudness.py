@@ -1,4 +1,4 @@
-"""What is made up, limited and left out of a voice."""
+"""Concealing, limiting and gating a voice."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ def rms(samples: NDArray[np.int16]) -> float:
 
 @pytest.mark.parametrize("hz", [100.0, 150.0, 240.0])
 def test_a_lost_packet_goes_on_as_the_voice_did(hz: float) -> None:
-    """In place of 20 ms of a tone is the same tone, in phase, and only a little quieter."""
+    """20 ms of a lost tone are replaced by the same tone, in phase and only a little quieter."""
     concealer = Concealer()
-    concealer.played(tone(hz, 4800))
-    made = concealer.make_up(960)
+    concealer.join(tone(hz, 4800))
+    made = concealer.conceal(960)
     wanted = tone(hz, 960, start=4800)
     likeness = np.corrcoef(made, wanted)[0, 1]
     assert likeness > 0.9
@@ -41,33 +41,33 @@ def test_a_lost_packet_goes_on_as_the_voice_did(hz: float) -> None:
 
 
 def test_it_fades_to_silence() -> None:
-    """After 60 ms nothing is made up any more."""
+    """After 60 ms concealment is silent."""
     concealer = Concealer()
-    concealer.played(tone(150, 4800))
-    parts = [concealer.make_up(480) for _ in range(8)]
+    concealer.join(tone(150, 4800))
+    parts = [concealer.conceal(480) for _ in range(8)]
     loud = [rms(part) for part in parts]
     assert loud[:7] == sorted(loud[:7], reverse=True)
     assert loud[6] == loud[7] == 0
 
 
 def test_what_follows_joins_without_a_click() -> None:
-    """No step between two samples is larger than the voice's own, but for a little."""
+    """No step between two samples is much larger than the voice's own."""
     concealer = Concealer()
-    first = concealer.played(tone(150, 4800, level=0.5))
-    made = concealer.make_up(960)
-    then = concealer.played(tone(150, 960, level=0.5, start=4800 + 960 + 100))
+    first = concealer.join(tone(150, 4800, level=0.5))
+    made = concealer.conceal(960)
+    then = concealer.join(tone(150, 960, level=0.5, start=4800 + 960 + 100))
     whole = np.concatenate((first, made, then)).astype(np.int64)
     own = np.abs(np.diff(first.astype(np.int64))).max()
     assert np.abs(np.diff(whole)).max() < 6 * own
 
 
 def test_nothing_is_made_up_of_nothing() -> None:
-    """Before the first word, and after a voice was ended, what is lost is silence."""
+    """Before the first word and after a reset, concealment is silence."""
     concealer = Concealer()
-    assert not concealer.make_up(960).any()
-    concealer.played(tone(150, 4800))
+    assert not concealer.conceal(960).any()
+    concealer.join(tone(150, 4800))
     concealer.reset()
-    assert not concealer.make_up(960).any()
+    assert not concealer.conceal(960).any()
 
 
 PIECE = arrays.arrays(np.int16, st.integers(0, 5760))
@@ -75,7 +75,7 @@ PIECE = arrays.arrays(np.int16, st.integers(0, 5760))
 
 @given(st.lists(PIECE, max_size=4))
 def test_no_sound_is_beyond_the_ceiling(pieces: list[NDArray[np.int16]]) -> None:
-    """Whatever comes, no sample exceeds −6 dB of full scale, and none is added or lost."""
+    """Whatever the input, no sample exceeds −6 dB of full scale, and their number is kept."""
     limiter = Limiter()
     for piece in pieces:
         limited = limiter.limit(piece)
@@ -85,7 +85,7 @@ def test_no_sound_is_beyond_the_ceiling(pieces: list[NDArray[np.int16]]) -> None
 
 
 def test_noise_at_full_scale_is_brought_down() -> None:
-    """It is no louder than somebody who speaks up, from the first piece on."""
+    """Noise at full scale is no louder than a raised voice from the first piece on."""
     noise = np.random.default_rng(1).integers(-32_768, 32_768, (50, 960)).astype(np.int16)
     limiter = Limiter()
     for piece in noise:
@@ -93,13 +93,13 @@ def test_noise_at_full_scale_is_brought_down() -> None:
 
 
 def test_speech_passes_as_it_is() -> None:
-    """What is not too loud is not touched."""
+    """Sound that is not too loud passes unchanged."""
     quiet = tone(200, 960, level=0.1)
     assert np.array_equal(Limiter().limit(quiet), quiet)
 
 
 def test_after_a_shout_speech_comes_back() -> None:
-    """Half a second later it is as loud as before."""
+    """Half a second after a shout speech is as loud as before."""
     limiter = Limiter()
     limiter.limit(tone(200, 960, level=1.0))
     quiet = tone(200, 960, level=0.1)
@@ -109,7 +109,7 @@ def test_after_a_shout_speech_comes_back() -> None:
 
 
 def test_silence_is_left_out_after_a_while() -> None:
-    """A pause within a sentence is played, a stream of silence is not."""
+    """A pause within a sentence is played, long silence is not."""
     gate = SilenceGate()
     silence = np.zeros(960, np.int16)
     assert not gate.opens(silence)

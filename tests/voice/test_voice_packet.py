@@ -1,4 +1,4 @@
-"""Packets of a voice: how long they are, and what is none."""
+"""Voice packets: their length, and what is refused."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_lengths(payload: bytes, samples: int) -> None:
     [b"", bytes([31 << 3 | 3]), bytes([31 << 3 | 3, 0]), bytes([31 << 3 | 3, 7]), bytes(4000)],
 )
 def test_what_is_no_packet_of_opus_is_refused(payload: bytes) -> None:
-    """Empty, without its count, of no frame, longer than 120 ms, or too many bytes."""
+    """Opus is refused if empty, without frame count, without frames, over 120 ms or too large."""
     with pytest.raises(ProtocolError):
         opus_samples(payload)
 
@@ -61,7 +61,7 @@ SPEECH = bytes([1 << 3]) + b"voice"
     ids=["plain", "marked", "mixed", "extended", "padded"],
 )
 def test_the_payload_is_found(data: bytes) -> None:
-    """Behind contributing sources and extensions, before the padding."""
+    """The payload is found after contributing sources and extensions, and before the padding."""
     packet = voice_packet.read(data, 111)
     assert packet is not None
     assert (packet.source, packet.timestamp, packet.samples) == (5, 960, 960)
@@ -69,7 +69,7 @@ def test_the_payload_is_found(data: bytes) -> None:
 
 
 def test_another_kind_of_packet_is_not_ours() -> None:
-    """Comfort noise, telephone keys and redundant sound are left alone."""
+    """Comfort noise, telephone events and redundant sound are ignored."""
     assert voice_packet.read(rtp(SPEECH, kind=13), 111) is None
 
 
@@ -85,14 +85,14 @@ def test_another_kind_of_packet_is_not_ours() -> None:
     ],
 )
 def test_what_is_cut_off_is_refused(data: bytes) -> None:
-    """Whatever a header promises that is not there."""
+    """A packet that lacks what its header announces is refused."""
     with pytest.raises(ProtocolError):
         voice_packet.read(data, 111)
 
 
 @given(st.binary(max_size=80), st.integers(0, 127))
 def test_any_bytes_are_read_or_refused(data: bytes, payload_type: int) -> None:
-    """No bytes raise anything else, and no packet is longer than Opus allows."""
+    """No bytes raise any other error, and no packet is longer than Opus allows."""
     try:
         packet = voice_packet.read(data, payload_type)
     except ProtocolError:

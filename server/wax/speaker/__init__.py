@@ -1,4 +1,4 @@
-"""What plays the voice at the robot: outputs, the thread that feeds one, and the decoder.
+"""Plays the voice at the robot: outputs, the thread that feeds one, and the decoder.
 
-The other direction of `wax.capture`.
+It is the counterpart of `wax.capture`.
 """

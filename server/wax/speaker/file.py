@@ -1,4 +1,4 @@
-"""A voice kept in a file instead of played: a WAV that is whole after each word."""
+"""Writes the voice to a WAV file instead of playing it; the file is complete after each write."""
 
 from __future__ import annotations
 
@@ -18,14 +18,13 @@ if TYPE_CHECKING:
 _HEADER: Final = struct.Struct("<4sL4s4sLHHLLHH4sL")
 _PCM: Final = 1
 _MAX_BYTES: Final = 2**31
-"""Six hours; beyond twice that, a WAV cannot say how long it is."""
+"""Six hours; a WAV file's length field ends at twice that."""
 
 
 class FileSpeaker:
-    """Writes what is said, without the pauses between, after what the file has already.
+    """Appends speech without its pauses to a file of 48 kHz mono, 16 bit.
 
-    48 kHz mono, 16 bit. The header is right after each `write`, so that nothing is lost with the
-    power.
+    The header is correct after each `write`, so that a power cut loses nothing.
     """
 
     def __init__(self, path: Path) -> None:
@@ -38,7 +37,7 @@ class FileSpeaker:
         try:
             is_new = not self._path.exists() or self._path.stat().st_size == 0
             self._file = self._path.open("w+b" if is_new else "r+b")
-            self._bytes = 0 if is_new else self._kept(self._file)
+            self._bytes = 0 if is_new else self._existing_bytes(self._file)
             self._write_header(self._file)
         except OSError as error:
             self.close()
@@ -71,11 +70,11 @@ class FileSpeaker:
         if file is not None:
             file.close()
 
-    def _kept(self, file: IO[bytes]) -> int:
-        """Return how much sound is in the file already."""
+    def _existing_bytes(self, file: IO[bytes]) -> int:
+        """Return how many bytes of sound the file holds already."""
         head = file.read(_HEADER.size)
         ours = _header(0)
-        # All but the two lengths, at bytes 4 and 40.
+        # Compare all but the two lengths, at bytes 4 and 40.
         if len(head) < _HEADER.size or head[:4] != ours[:4] or head[8:40] != ours[8:40]:
             raise SpeakerError(Sentence("speaker.file_not_ours", {"file": str(self._path)}))
         return (self._path.stat().st_size - _HEADER.size) // 2 * 2

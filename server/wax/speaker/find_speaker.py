@@ -22,10 +22,10 @@ _KEY: Final = "[voice] speaker"
 
 
 def make_speaker(settings: VoiceSettings, clock: Clock, driver: Driver) -> Speaker | None:
-    """Build it, not yet opened; None if configured as ``none``.
+    """Build the speaker without opening it; None if configured as ``none``.
 
-    Raises `ConfigError` for what cannot work. A missing device is not an error, because it may be
-    plugged in later.
+    Raises `ConfigError` for a speaker that cannot work. A missing device is not an error, because
+    it may be plugged in later.
     """
     name = settings.speaker
     if name == "none":
@@ -60,7 +60,7 @@ def _file(name: str) -> FileSpeaker:
     try:
         check(path)
     except FileNotFoundError:
-        pass  # it is made with the first word
+        pass  # it is created with the first word
     except OSError as error:
         raise ConfigError(f"{_KEY}: {path} {problem(error)}; name a file.") from error
     return FileSpeaker(path)

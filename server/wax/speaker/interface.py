@@ -2,7 +2,7 @@
 
 For an output of your own, write a class with these methods and name it in the configuration as
 ``package.module:Class``. It is built as ``Class(settings, clock)`` with the configuration's
-`VoiceSettings`. A thread of its own then calls `open`, `write` as sound is due, and `close`. A
+`VoiceSettings`. A dedicated thread then calls `open`, `write` as sound is due, and `close`. A
 `SpeakerError` from `open` or `write` is shown on the page, and the speaker is closed and opened
 again after a pause.
 """
@@ -24,11 +24,11 @@ class Speaker(Protocol):
         ...
 
     def write(self, samples: NDArray[np.int16]) -> None:
-        """Play this after what it was given before; raises `SpeakerError`.
+        """Play these samples after those of earlier calls; raises `SpeakerError`.
 
         `samples` is mono at 48 kHz, shape ``(n,)``, 1 ≤ n ≤ 5760. While somebody speaks, each piece
-        comes up to 20 ms before it is due, and nothing comes in their pauses. To block for longer
-        than a piece lasts delays the voice; what blocks for a second counts as failed.
+        is written up to 20 ms before it is due; in pauses nothing is written. Blocking for longer
+        than a piece lasts delays the voice; blocking for a second counts as a failure.
         """
         ...
 

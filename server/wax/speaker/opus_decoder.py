@@ -1,7 +1,7 @@
-"""Decodes a voice's packets of Opus.
+"""Decodes a voice's Opus packets.
 
-FFmpeg's wrapper of libopus has neither its concealment nor its forward error correction, so lost
-packets are concealed by `wax.voice.concealment`.
+FFmpeg's wrapper of libopus offers neither concealment nor forward error correction, so lost packets
+are concealed by `wax.voice.concealment`.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class OpusDecoder:
         self._context = context
 
     def decode(self, packet: VoicePacket) -> NDArray[np.int16]:
-        """Return what is in it, int16 mono of shape ``(n,)``; raises `ProtocolError`."""
+        """Return the packet's samples, int16 mono of shape ``(n,)``; raises `ProtocolError`."""
         data = av.Packet(packet.payload)
         data.pts = packet.timestamp
         data.time_base = _TIME_BASE

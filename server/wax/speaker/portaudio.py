@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 _BLOCKS_PER_S: Final = 100
 _WAITING_S: Final = 0.2
-"""So much waits for the device at most: more would only be delay, so the newest is dropped."""
+"""The longest queue for the device: more would only add delay, so the newest sound is dropped."""
 
 
 def _load() -> Any:
@@ -41,8 +41,8 @@ class PortAudioSpeaker:
     """A speaker of ALSA, PulseAudio, PipeWire, CoreAudio, WASAPI …, the default or one of them.
 
     `device` is PortAudio's number, a part of the name, a link in /dev/snd, or None for the
-    default. It is open all the time and plays silence between: to open it takes longer than a
-    word. At most 200 ms wait for it.
+    default. It stays open and plays silence between words, because opening it takes longer than a
+    word. At most 200 ms are queued for it.
     """
 
     def __init__(
@@ -53,10 +53,10 @@ class PortAudioSpeaker:
         device: int | str | None = None,
         load_portaudio: Callable[[], Any] = _load,
     ) -> None:
-        del settings, clock  # PortAudio asks when it needs sound
+        del settings, clock  # PortAudio calls back when it needs sound
         self._device = device
         self._load_portaudio = load_portaudio
-        self._waiting = _Waiting()
+        self._queue = _Queue()
         self._stream: Any = None
         self._opened_before = False
 
@@ -85,7 +85,7 @@ class PortAudioSpeaker:
     def write(self, samples: NDArray[np.int16]) -> None:
         if self._stream is None or not self._stream.active:
             raise SpeakerError(Sentence("speaker.gone", {"speaker": self.name}))
-        self._waiting.put(samples)
+        self._queue.put(samples)
 
     def close(self) -> None:
         stream, self._stream = self._stream, None
@@ -102,11 +102,11 @@ class PortAudioSpeaker:
             return self._start_at(portaudio, rate_hz, channels)
 
     def _start_at(self, portaudio: Any, rate_hz: int, channels: int) -> Any:
-        self._waiting = waiting = _Waiting(rate_hz)
+        self._queue = queue = _Queue(rate_hz)
 
         def fill(out: NDArray[np.int16], frames: int, _times: Any, _status: Any) -> None:
-            """Run in PortAudio's thread, which must not wait."""
-            out[:] = waiting.take(frames)[:, np.newaxis]
+            """Run in PortAudio's thread, which must not block."""
+            out[:] = queue.take(frames)[:, np.newaxis]
 
         return start_stream(
             portaudio.OutputStream(
@@ -121,8 +121,8 @@ class PortAudioSpeaker:
         )
 
 
-class _Waiting:
-    """What has been written and not played yet, at the device's rate."""
+class _Queue:
+    """The queue of samples that are not played yet, at the device's rate."""
 
     def __init__(self, rate_hz: int = RATE_HZ) -> None:
         self._most = int(rate_hz * _WAITING_S)
@@ -139,7 +139,7 @@ class _Waiting:
             self._samples = np.concatenate((self._samples, converted[:room]))
 
     def take(self, count: int) -> NDArray[np.int16]:
-        """Return `count` samples, silence where there are no more."""
+        """Remove and return `count` samples, padded with silence."""
         taken = np.zeros(count, np.int16)
         with self._lock:
             first, self._samples = self._samples[:count], self._samples[count:]

@@ -14,15 +14,15 @@ if TYPE_CHECKING:
     from wax.speaker.interface import Speaker
     from wax.voice.packet import VoicePacket
 
-_BEAT_S: Final = 0.005
+_POLL_S: Final = 0.005
 _AHEAD_S: Final = 0.015
-"""What is due so soon is written already, so that the device does not run dry between two beats."""
-_LOOK_S: Final = 0.5
+"""Sound is written this long before it is due, so that the device never runs dry between polls."""
+_IDLE_POLL_S: Final = 0.5
 _HANGS_S: Final = 1.0
 
 
 class SpeakerThread(DeviceThread):
-    """Plays what it is given as soon as it is due.
+    """Plays the packets that it is given as soon as they are due.
 
     `push`, `hush` and the properties never wait for the device.
     """
@@ -38,43 +38,43 @@ class SpeakerThread(DeviceThread):
         )
         self._speaker = speaker
         self._playout = VoicePlayout()
-        self._came = threading.Event()
+        self._news = threading.Event()
         self._sounded_s = float("-inf")
         self._hushed = 0
 
     @property
     def sounded_s(self) -> float:
-        """When something was last played that is not silence."""
+        """When sound other than silence was last played."""
         return self._sounded_s
 
     @property
     def lost_ms(self) -> int:
-        """How much of the voices was lost on the way since the start."""
+        """How much of the voices the network has lost since the start."""
         return self._playout.lost_samples // 48
 
     def push(self, packet: VoicePacket, now_s: float) -> None:
-        """Have a packet played that has come now."""
+        """Enqueue a packet that arrives now."""
         with self._lock:
             self._playout.push(packet, now_s)
-        self._came.set()
+        self._news.set()
 
     def hush(self) -> None:
-        """Play nothing of what has come so far, but for what the device has already."""
+        """Discard every packet that has arrived, except for sound that the device has already."""
         with self._lock:
             self._playout.hush()
             self._hushed += 1
 
     def request_stop(self) -> None:
         super().request_stop()
-        self._came.set()
+        self._news.set()
 
     def _use(self) -> None:
         self._works()
         while not self._stopping.is_set():
-            self._came.clear()
+            self._news.clear()
             now_s = self._clock.now_s()
             with self._lock:
-                pieces = self._playout.due(now_s + _AHEAD_S)
+                pieces = self._playout.pop_due(now_s + _AHEAD_S)
                 is_idle = self._playout.is_idle
                 hushed = self._hushed
             for piece in pieces:
@@ -85,9 +85,9 @@ class SpeakerThread(DeviceThread):
                 self._works()
                 self._sounded_s = self._clock.now_s()
             if is_idle:
-                self._came.wait(_LOOK_S)
+                self._news.wait(_IDLE_POLL_S)
             else:
-                self._stopping.wait(_BEAT_S)
+                self._stopping.wait(_POLL_S)
 
     def _fail(self, sentence: Sentence) -> None:
         with self._lock:

@@ -1,4 +1,4 @@
-"""From the packets of a voice to the sound that is due: order, decode, make up, limit."""
+"""Turns a voice's packets into the sound that is due: reorder, decode, conceal, limit."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from wax.voice.packet import VoicePacket
 
 _LONGEST_GAP: Final = RATE_HZ * 60 // 1000
-"""A longer one is a pause, in which browsers send nothing."""
+"""A longer gap is a pause, in which browsers send nothing."""
 
 
 class VoicePlayout:
-    """One voice at a time; takes `now_s`, has no thread and waits for nothing.
+    """Plays out one voice at a time; takes `now_s`, has no thread and never blocks.
 
-    Counts since the start: `lost_samples` were missing between what was played, `refused` packets
+    It counts since the start: `lost_samples` were missing between played packets, `refused` packets
     could not be decoded.
     """
 
@@ -41,18 +41,18 @@ class VoicePlayout:
 
     @property
     def is_idle(self) -> bool:
-        """Whether there is nothing to play until the next packet comes."""
+        """Whether there is nothing to play until the next packet arrives."""
         return self._buffer.is_idle
 
     def push(self, packet: VoicePacket, now_s: float) -> None:
-        """Take a packet that has come now; that of another source ends the voice before."""
+        """Add a packet that arrives now; one from another source ends the previous voice."""
         if packet.source != self._source:
             self.hush()
             self._source = packet.source
         self._buffer.push(packet, now_s)
 
     def hush(self) -> None:
-        """Play nothing of what has come so far."""
+        """Discard every packet that has arrived."""
         self._buffer.clear()
         self._source = None
         self._decoder = OpusDecoder()
@@ -60,10 +60,10 @@ class VoicePlayout:
         self._gate = SilenceGate()
         self._expected = None
 
-    def due(self, now_s: float) -> list[NDArray[np.int16]]:
-        """Return the pieces that are due by now and not silent, int16 mono at 48 kHz."""
+    def pop_due(self, now_s: float) -> list[NDArray[np.int16]]:
+        """Remove and return the due pieces that are not silent, int16 mono at 48 kHz."""
         pieces = []
-        while (item := self._buffer.take(now_s)) is not None:
+        while (item := self._buffer.pop_due(now_s)) is not None:
             piece = self._limiter.limit(self._sound_of(item))
             if self._gate.opens(piece) and len(piece):
                 pieces.append(piece)
@@ -71,16 +71,16 @@ class VoicePlayout:
 
     def _sound_of(self, item: VoicePacket | Missing) -> NDArray[np.int16]:
         if isinstance(item, Missing):
-            return self._concealer.make_up(item.samples)
+            return self._concealer.conceal(item.samples)
         self._count_missing(item)
         try:
-            return self._concealer.played(self._decoder.decode(item))
+            return self._concealer.join(self._decoder.decode(item))
         except ProtocolError:
             self.refused += 1
-            return self._concealer.make_up(item.samples)
+            return self._concealer.conceal(item.samples)
 
     def _count_missing(self, packet: VoicePacket) -> None:
-        """Count what was concealed before this packet, unless that was the end of a sentence."""
+        """Count the samples lost before this packet, unless the gap is a pause."""
         if self._expected is not None:
             gap = (packet.timestamp - self._expected) % 2**32
             self.lost_samples += gap if gap <= _LONGEST_GAP else 0

@@ -1,1 +1,1 @@
-"""The voice to the robot, as far as it is decided (pure): who is heard, when, and how loud."""
+"""Decides about the voice to the robot: who is heard, when, and how loud (pure)."""

@@ -1,4 +1,4 @@
-"""Who is heard: one at a time, whoever began, if they may (pure)."""
+"""Decides who is heard: one permitted speaker at a time, first come, first served (pure)."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from enum import Enum
 from typing import Final
 
 _PAUSE_S: Final = 0.5
-"""Who has said nothing for this long has finished."""
+"""A speaker who is silent for this long has finished."""
 
 
 class VoiceVerdict(Enum):
-    """What becomes of a packet of somebody's voice."""
+    """What happens to a packet of somebody's voice."""
 
     HEARD = "heard"
     NOT_ALLOWED = "not allowed"
@@ -18,26 +18,26 @@ class VoiceVerdict(Enum):
     TAKEN = "taken"
     """Somebody else is speaking."""
     NO_SPEAKER = "no speaker"
-    """The robot's speaker does not play."""
+    """The robot's loudspeaker does not play."""
 
 
 class Floor:
-    """Gives the floor to one speaker; times are monotonic seconds, speakers viewers' numbers."""
+    """Gives the floor to one viewer at a time, by number; times are monotonic seconds."""
 
     def __init__(self) -> None:
         self._holder: int | None = None
         self._sounded_s = float("-inf")
 
     def holder(self, now_s: float) -> int | None:
-        """Return who is speaking; None once they have paused."""
+        """Return who has the floor; None once they have paused."""
         return self._holder if now_s - self._sounded_s < _PAUSE_S else None
 
     def judge(
         self, who: int, now_s: float, *, may_speak: bool, is_muted: bool, is_played: bool
     ) -> VoiceVerdict:
-        """Decide about a packet that has come from `who`, who gets the floor if it is free.
+        """Decide about a packet from `who`, and give them the floor if it is free.
 
-        What they may is asked first: nobody is told more of the room than concerns them.
+        Permission is checked first, so that the verdict tells nobody about others needlessly.
         """
         if not may_speak:
             self.leave(who)
@@ -54,15 +54,15 @@ class Floor:
         return VoiceVerdict.HEARD
 
     def sounded(self, who: int, now_s: float) -> None:
-        """Note that `who` is not silent: silence keeps the floor from nobody."""
+        """Record that `who` is not silent; a silent holder loses the floor after the pause."""
         if who == self._holder:
             self._sounded_s = max(self._sounded_s, now_s)
 
     def leave(self, who: int) -> None:
-        """Take the floor from `who`, if they have it."""
+        """Release the floor if `who` has it."""
         if who == self._holder:
             self.clear()
 
     def clear(self) -> None:
-        """Take the floor from whoever has it."""
+        """Release the floor, whoever has it."""
         self._holder, self._sounded_s = None, float("-inf")

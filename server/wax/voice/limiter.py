@@ -1,4 +1,4 @@
-"""Keeps a voice within what a loudspeaker in a room should play, and finds its pauses (pure)."""
+"""Limits a voice to the level that suits a loudspeaker in a room, and finds its pauses (pure)."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ if TYPE_CHECKING:
 
 _FULL: Final = 32_768.0
 CEILING: Final = round(_FULL * 10 ** (-6 / 20))
-"""No sample is beyond this: 6 dB under full scale."""
+"""No sample exceeds this: 6 dB below full scale."""
 _LOUD_RMS: Final = _FULL * 10 ** (-20 / 20)
-"""Somebody who speaks up is about as loud; noise at full scale is 15 dB louder."""
+"""The level of a raised voice; noise at full scale is 15 dB louder."""
 _RISE_S: Final = 0.4
 _QUIET_RMS: Final = _FULL * 10 ** (-55 / 20)
 _HOLD: Final = RATE_HZ * 3 // 10
-"""Pauses inside a sentence are shorter."""
+"""Pauses within a sentence are shorter."""
 
 
 class Limiter:
-    """Lowers what is too loud, at once, and lets it rise again slowly.
+    """Lowers the gain at once when sound is too loud, and raises it again slowly.
 
     Sound is int16 mono at 48 kHz, in pieces of shape ``(n,)``.
     """
@@ -32,7 +32,7 @@ class Limiter:
         self._gain = 1.0
 
     def limit(self, samples: NDArray[np.int16]) -> NDArray[np.int16]:
-        """Return this piece at no more than −20 dB of full scale, its peaks at no more than −6."""
+        """Return the piece with its RMS limited to −20 dB of full scale and its peaks to −6 dB."""
         if len(samples) == 0:
             return samples
         sound = samples.astype(np.float64)
@@ -45,13 +45,13 @@ class Limiter:
 
 
 class SilenceGate:
-    """Says what of a voice is worth playing: sound, and the short pauses in it."""
+    """Decides which pieces of a voice to play: sound and the short pauses in it."""
 
     def __init__(self) -> None:
         self._quiet = _HOLD
 
     def opens(self, samples: NDArray[np.int16]) -> bool:
-        """Whether this piece, int16 of shape ``(n,)``, is to be played."""
+        """Add a piece, int16 of shape ``(n,)``; return whether to play it."""
         sound = samples.astype(np.float64)
         if len(sound) and float(np.sqrt(np.mean(sound**2))) >= _QUIET_RMS:
             self._quiet = 0

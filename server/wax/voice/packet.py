@@ -1,4 +1,4 @@
-"""A packet of somebody's voice, and how much sound is in it (pure; RFC 6716, 3.1)."""
+"""A packet of somebody's voice, and how much sound it holds (pure; RFC 6716, 3.1)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ RATE_HZ: Final = 48_000
 
 MAX_SAMPLES: Final = RATE_HZ * 120 // 1000
 MAX_BYTES: Final = 1276 * 3
-"""Three frames of the longest code, as many as 60 ms of sound have at most."""
+"""Three frames of the greatest length, which is the most for 60 ms of sound."""
 
 _SPEECH_SAMPLES: Final = (480, 960, 1920, 2880)
 _MUSIC_SAMPLES: Final = (120, 240, 480, 960)
@@ -20,9 +20,9 @@ _MUSIC_SAMPLES: Final = (120, 240, 480, 960)
 
 @dataclass(frozen=True, slots=True)
 class VoicePacket:
-    """One packet of Opus: `samples` at 48 kHz, of which `timestamp` (32 bits) is the first.
+    """One Opus packet: `samples` at 48 kHz, from the RTP timestamp `timestamp` (32 bits).
 
-    `source` is its SSRC: timestamps of another one have nothing to do with these.
+    `source` is its SSRC; timestamps of different sources are unrelated.
     """
 
     source: int

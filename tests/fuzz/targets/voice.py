@@ -36,7 +36,7 @@ def _hear(data: bytes) -> None:
             packets += 1
             playout.push(packet, now_s)
         now_s += _STEP_S
-        for piece in playout.due(now_s):
+        for piece in playout.pop_due(now_s):
             samples += len(piece)
             assert np.abs(piece.astype(int)).max() <= CEILING
         at = end
