@@ -110,7 +110,7 @@ def test_another_link_is_found_out_anew() -> None:
         line.now_s += 0.002
         line.control.sent(120, line.now_s, is_media=True)
     assert line.control.estimate(line.now_s).state == "blind"
-    line.control.begin_anew()
+    line.control.reset()
     assert line.control.estimate(line.now_s).state == "starting"
     assert line.control.free_in_s(None, line.now_s) == 0.0
     line.rate_bps = 20e6
@@ -124,7 +124,7 @@ def test_another_link_has_the_feedback_that_was_agreed() -> None:
     control = SenderSideControl(lambda _estimate, _now_s: None)
     control.negotiated(has_feedback=False, kind="audio")
     control.negotiated(has_feedback=False)
-    control.begin_anew()
+    control.reset()
     for tick in range(500):
         control.sent(1000, 100 + tick / 100, is_media=True, has_feedback=False)
     assert control.estimate(105).state != "blind"

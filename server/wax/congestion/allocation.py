@@ -26,7 +26,7 @@ class SoundEncoding:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One step of the rendition ladder; `name` is how the hub knows it."""
+    """One step of the rendition ladder; `name` is the rendition's name in the hub."""
 
     name: str
     size: str
@@ -41,10 +41,9 @@ class Allocation:
     """What one viewer is sent from now on.
 
     Pictures above `top_layer` are dropped. `redundancy` is the number of earlier units that each
-    packet of sound repeats (RFC 2198). `reason` explains to the viewer why it is not more.
-    `tries` while a picture that was given up is tried: nothing shows yet that the link carries it.
-    `left_bps` is what the link has left for other cameras to begin with, and `kept_bps` for those
-    that are sent already.
+    packet of sound repeats (RFC 2198). `reason` tells the viewer why they get no more. `tries` is
+    true while a given-up picture is on trial, before anything shows that the link carries it.
+    `left_bps` is the rate left for other cameras to start with, `kept_bps` for those already sent.
     """
 
     step: Step | None

@@ -1,4 +1,4 @@
-"""Chooses the step of the bitrate ladder that one viewer's link carries, and changes it seldom."""
+"""Chooses the step of the rendition ladder that one viewer's link carries, with few changes."""
 
 from __future__ import annotations
 
@@ -18,34 +18,34 @@ if TYPE_CHECKING:
     from wax.congestion.control import LinkEstimate
 
 _KEEP_SHARE: Final = 0.95
-"""Share that a step may take and keep all its layers: hysteresis."""
+"""A step keeps all its layers up to this share of the rate: hysteresis."""
 _LAST_SHARE: Final = 1.1
 """Share for the smallest step: the pacer then drops single pictures, upper layers first."""
 _SELDOM_SHARE: Final = 0.8
-"""Its lowest layer is kept while this share of it fits: a picture now and then, where the pacer
-leaves out the others, is better than none."""
+"""The smallest step's lowest layer is kept while this share of it fits: an occasional picture,
+while the pacer drops the others, is better than none."""
 _BETWEEN_S: Final = 5.0
 """Minimum time between steps: a keyframe costs as much as several pictures."""
 _FALL_HOLD_S: Final = 1.0
 """A step with dropped layers is given up after this time."""
 _GIVE_UP_HOLD_S: Final = 4.0
-"""The picture is given up when nothing of it has fitted for this long. Until then single ones wait
-for the pacer: a burst of messages is over sooner than a picture that was given up is back."""
+"""The picture is given up when not even its lowest layer has fitted for this long. Until then
+pictures wait for the pacer: a burst of messages ends sooner than a given-up picture returns."""
 _FULL_QUEUE_MS: Final = 100.0
 """No keyframe is sent behind a longer queue: it would be old on arrival."""
 _PAUSE_S: Final = 5.0
-"""A picture that was given up returns after it has fitted for this long, or is tried for as long
-after this pause, because nothing else probes the link."""
+"""A picture that was given up returns once it has fitted for this long. Otherwise it is tried for
+this long after a pause of this length, because nothing else probes the link."""
 _MAX_PAUSE_S: Final = 60.0
-"""The longest pause; each fruitless try doubles it."""
+"""The longest pause; each failed trial doubles it."""
 
 
 class Allocator:
     """Chooses sound, step and layers for one viewer.
 
-    Down is immediate: the same decision drops upper layers, and the step follows. Up takes until
-    the better step has fitted for a while, longer after each failed rise, and at most one step in
-    5 s; during startup it is immediate too.
+    A downgrade is immediate: one decision drops upper layers, and the step follows. An upgrade
+    waits until the better step has fitted for a while, longer after each failed upgrade, with at
+    most one step in 5 s; during startup it is immediate, too.
     """
 
     def __init__(self, steps: Sequence[Step], sounds: Sequence[SoundEncoding]) -> None:
@@ -83,8 +83,8 @@ class Allocator:
         """Decide what is sent from now on.
 
         `size` is the largest picture wanted ("640x480"), None for none; `sound_encodings` are the
-        configured ones, None to choose among all, and `sound_channels` is how many there are to
-        hear. Without `takes_redundancy` no sound is repeated. ValueError if `size` is invalid.
+        configured ones, None to choose among all, and `sound_channels` is the source's channel
+        count. Without `takes_redundancy` no sound is repeated. ValueError if `size` is invalid.
         """
         if self._now_s < now_s < math.inf:
             self._now_s = now_s
@@ -118,14 +118,14 @@ class Allocator:
         return Allocation(step, top, encoding, redundancy, reason, tries, *left)
 
     def _left(self, estimate: LinkEstimate, allowed: Sequence[int]) -> tuple[float, float]:
-        """Return what other cameras may begin with and keep; nothing before this one is whole."""
+        """Return the rates that other cameras may start with and keep; 0 while layers are cut."""
         if self._at is None or self._cut > 0 or estimate.assumed or estimate.state == "blind":
             return 0.0, 0.0
         now_bps = picture_bps(self._steps[self._at], 0, estimate.rate_bps)
         kept_bps = self._sound.left_bps(_KEEP_SHARE) - now_bps
         if estimate.state != "steady":
             return 0.0, max(kept_bps, 0.0)
-        # What the driving view is about to rise to is no more for the others than what it has.
+        # Reserve the step that the driving view is about to rise to.
         next_at = min(self._at, self._target(estimate, allowed))
         next_bps = picture_bps(self._steps[next_at], 0, estimate.rate_bps)
         left_bps = self._sound.left_bps(FIT_SHARE) - next_bps
@@ -143,7 +143,7 @@ class Allocator:
         assert self._at is not None
         cut = self._needed_cut(estimate, self._at, is_last=self._at == last)
         if cut is None and self._at != last:
-            self._trials.fell(now_s)
+            self._trials.record_downgrade(now_s)
             if estimate.queue_ms > _FULL_QUEUE_MS:
                 self._cut = self._steps[self._at].layers
                 return
@@ -153,10 +153,10 @@ class Allocator:
         if self._unfit.lasts(cut is None, _GIVE_UP_HOLD_S, now_s) and not tries:
             self._at, self._gone_s, self._changed_s = None, now_s, now_s
             return
-        # Nobody knows what a try finds, so it asks for no more than the lowest layer.
+        # The link's rate is unknown during a trial, so it sends only the lowest layer.
         cut = self._steps[self._at].layers if cut is None or tries else cut
         if cut > self._cut:
-            self._trials.fell(now_s)
+            self._trials.record_downgrade(now_s)
         self._cut = cut
         between = quick or now_s - self._changed_s >= _BETWEEN_S
         hold_s = 0.0 if quick else self._trials.hold_s
@@ -164,11 +164,11 @@ class Allocator:
         if self._better.lasts(better, hold_s, now_s) and between:
             self._move(target)
             if not quick:
-                self._trials.rose(now_s)
+                self._trials.record_upgrade(now_s)
         worse = self._cut > 0 and target > self._at
         if self._worse.lasts(worse, _FALL_HOLD_S, now_s) and between:
             self._move(target)
-        self._trials.follow(now_s)
+        self._trials.settle(now_s)
 
     def _target(self, estimate: LinkEstimate, allowed: Sequence[int]) -> int:
         if estimate.assumed:
@@ -178,7 +178,10 @@ class Allocator:
         return next(fits, allowed[-1])
 
     def _needed_cut(self, estimate: LinkEstimate, at: int, *, is_last: bool = False) -> int | None:
-        """Return how many layers to drop, None if not even the lowest fits, or most of the last."""
+        """Return how many layers to drop; None if not even the lowest fits.
+
+        The last step's lowest layer also fits if `_SELDOM_SHARE` of it does.
+        """
         left_bps = self._sound.left_bps(_LAST_SHARE if is_last else _KEEP_SHARE)
         step, rate_bps = self._steps[at], estimate.rate_bps
         cuts = range(step.layers + 1)

@@ -1,8 +1,8 @@
-"""Chooses what is sent of the cameras beside the driving view: of what that one leaves. Pure.
+"""Chooses the steps of the additional cameras, from the rate that the driving view leaves. Pure.
 
-The driving view is decided as if there were no others (`wax.congestion.allocator`). They get the
-rest, the large one first; where the rest shrinks they go first, at once. They come back when they
-have fitted for a while, longer each time that was too early.
+The driving view is chosen as if there were no other camera (`wax.congestion.allocator`). The others
+share the rest, the one shown large first; when the rest shrinks they are dropped at once. They
+return once they have fitted for a while, longer after each return that was too early.
 """
 
 from __future__ import annotations
@@ -40,33 +40,33 @@ class CameraChoice:
     ) -> list[Step | None]:
         """Return the step of each camera, None for nothing.
 
-        `wishes` has the welcome steps of each camera, always of all, the best first; none if nobody
-        looks at it. The more important camera has more of them. New steps begin if all fit in
-        `left_bps`, and go on while all fit in `kept_bps`; the wire's rate is `rate_bps`.
+        `wishes` has an entry for every camera: its acceptable steps, the best first, none if the
+        viewer does not watch it. The more important camera has more of them. New steps start if all
+        fit in `left_bps`, and continue while all fit in `kept_bps`; the link's rate is `rate_bps`.
         """
         if self._now_s < now_s < math.inf:
             self._now_s = now_s
         best = _filled(wishes, left_bps, rate_bps)
         if [list(one) for one in wishes] != self._wished:
-            # Who looks at something else need not wait, unless more has just been too much.
+            # A viewer who changes cameras need not wait, unless an upgrade has just failed.
             self._wished = [list(one) for one in wishes]
             most_bps = _cost(self._chosen, rate_bps) if self._trials.is_doubtful else left_bps
             self._chosen = _filled(wishes, most_bps, rate_bps)
         if _cost(self._chosen, rate_bps) > max(kept_bps, 0.0):
-            self._trials.fell(self._now_s)
+            self._trials.record_downgrade(self._now_s)
             self._chosen = _filled(wishes, min(left_bps, kept_bps), rate_bps)
         more = _cost(best, rate_bps) > _cost(self._chosen, rate_bps)
-        self._trials.follow(self._now_s)
+        self._trials.settle(self._now_s)
         if self._better.lasts(more, self._trials.hold_s, self._now_s):
             self._chosen = best
-            self._trials.rose(self._now_s)
+            self._trials.record_upgrade(self._now_s)
         return list(self._chosen)
 
 
 def _filled(
     wishes: Sequence[Sequence[Step]], left_bps: float, rate_bps: float
 ) -> list[Step | None]:
-    """Give each its least step, the more important first; what is left goes to better ones."""
+    """Give each camera its smallest step, the most important first; then upgrade with the rest."""
     chosen: list[Step | None] = [None] * len(wishes)
     order = sorted(range(len(wishes)), key=lambda at: -len(wishes[at]))
     for at in order:

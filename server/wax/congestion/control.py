@@ -16,7 +16,7 @@ LinkState = Literal["starting", "steady", "congested", "blind"]
 
 @dataclass(frozen=True, slots=True)
 class Delivery:
-    """One packet's fate, as reported by the browser (transport-wide feedback).
+    """Whether and when one packet arrived, as the browser reports (transport-wide feedback).
 
     `sent_s` is on the server's clock. `arrived_s` is on the browser's clock, which has an unknown
     origin and drifts; None if the packet was lost. `size_bytes` is the whole datagram. `train` is
@@ -47,7 +47,7 @@ class LinkEstimate:
     rate_bps: float
     """The highest rate shown to get through, headers included."""
     used_bps: float
-    """The rate of the last second."""
+    """The rate sent over the last second."""
     queue_ms: float
     jitter_ms: float
     """The delay variation of the sound (99th percentile)."""
@@ -59,13 +59,13 @@ class LinkEstimate:
     assumed: bool = False
     """No picture has come through yet, so the rate is a guess."""
     limit: Literal["link", "upload"] = "link"
-    """What limits the rate: the link, or what the robot has left to send over it."""
+    """What limits the rate: the link, or this viewer's share of the robot's upload."""
 
 
 class CongestionControl:
     """Controls everything that one browser is sent; never raises. `now_s` never falls by much.
 
-    By itself it controls nothing: everything leaves at once, in packets of ordinary size.
+    This base class controls nothing: everything is sent at once, in packets of ordinary size.
     """
 
     uses_feedback = False
@@ -76,9 +76,9 @@ class CongestionControl:
     def sent(
         self, size_bytes: int, now_s: float, *, is_media: bool, has_feedback: bool = True
     ) -> None:
-        """Count a datagram that has left; `size_bytes` includes all headers.
+        """Count a datagram that was sent; `size_bytes` includes all headers.
 
-        `has_feedback`: its stream has feedback, whether or not this packet requests it.
+        `has_feedback` says that its stream has feedback, whether or not this packet requests it.
         """
 
     def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None:
@@ -95,7 +95,7 @@ class CongestionControl:
         return self.uses_feedback
 
     def free_in_s(self, unreported_s: float | None, now_s: float) -> float:  # noqa: ARG002
-        """Return how long a picture has to wait; 0 if it may leave now.
+        """Return how long a picture must wait; 0 if it may be sent now.
 
         `unreported_s` is the age of the oldest packet whose feedback is missing, or None.
         """
@@ -107,7 +107,7 @@ class CongestionControl:
 
     @property
     def payload_bytes(self) -> int:
-        """The largest payload of a packet that delays the sound behind it little enough."""
+        """The largest payload whose packet does not delay the sound behind it too long."""
         return MAX_PAYLOAD_BYTES
 
     def may_retransmit(self, size_bytes: int, age_s: float, now_s: float) -> bool:  # noqa: ARG002

@@ -1,12 +1,13 @@
-"""The rate of the bottleneck, from what arrived of its queue and of packet trains.
+"""The rate of the bottleneck, measured from its queue and from packet trains.
 
-A busy link's delivery rate (draft-cheng-iccrg-delivery-rate-estimation): a queue that never empties
-drains at the link's capacity, and the application does not limit it.
+Delivery rate of a busy link (draft-cheng-iccrg-delivery-rate-estimation): a queue that never
+empties drains at the link's capacity, not limited by the application.
 
-Packet-train dispersion: the bottleneck spreads a train that left faster to its own rate (Keshav's
+Packet-train dispersion: the bottleneck spreads a train sent faster than its own rate (Keshav's
 packet pair, SIGCOMM 1991; trains: Dovrolis, Ramanathan, Moore, INFOCOM 2001). With cross traffic
 the result is the asymptotic dispersion rate, between available bandwidth and capacity. Jitter hides
-most of what one train shows, so several are summed, times and bits, with a confidence interval.
+most of one train's dispersion, so the times and bits of several are summed, with a confidence
+interval.
 """
 
 from __future__ import annotations
@@ -26,30 +27,31 @@ _WINDOW_S: Final = 0.8
 _MIN_BUSY_S: Final = 0.06
 """Minimum busy period: the arrivals within one feedback packet have jitter."""
 _MAX_PACKETS: Final = 512
-"""Packets kept at most: the window at 640 a second. Bounds the work where a page's clock stands."""
+"""At most this many packets are kept: the window at 640 a second. It bounds the work if a page's
+clock stops."""
 _BACK_TO_BACK_S: Final = 0.005
-"""How much later than this packet would have come alone the one before must arrive, for both to
-count as queued. As GCC's burst_time (5.6)."""
+"""Two packets count as queued if the first arrives more than this after the second would have
+arrived without a queue. As GCC's burst_time (5.6)."""
 _MEMORY_S: Final = 10.0
-"""Older trains do not count. BBR's bandwidth filter is about as long (10 round trips)."""
+"""Trains older than this do not count. BBR's bandwidth filter is about as long (10 round trips)."""
 _ERRORS: Final = 2.0
 """Standard errors of a safe bound: 95 % of a normal distribution lie within."""
 _STARTUP_ERRORS: Final = 0.7
 """Standard errors at startup, when speed matters more than certainty."""
 _LIKELY_ERRORS: Final = 1.5
-"""Standard errors above the mean to which the rate may be raised step by step."""
+"""Standard errors above the mean up to which the rate may be raised step by step."""
 _LIKELY_MIN_TRAINS: Final = 16
 """Minimum trains for a likely rate."""
 _PRIOR_TRAINS: Final = 3
-"""Weight, in trains, of the single packets' jitter: few trains show little of their variance."""
+"""Weight, in trains, of the packet jitter as a prior: few trains show little of their variance."""
 _MAX_TRAINS: Final = 64
-"""Trains in flight at most: 2 s of pictures. Bounds the memory."""
+"""At most this many trains are in flight: 2 s of pictures. It bounds memory."""
 _MAX_DISPERSION_S: Final = 30.0
 """A train with a longer dispersion is ignored as invalid."""
 
 
 class Arrival(NamedTuple):
-    """A packet that arrived as the last of `until_bytes`; times of two clocks."""
+    """A packet that arrived; `until_bytes` counts all bytes up to it. The two clocks differ."""
 
     sent_s: float
     arrived_s: float
@@ -72,7 +74,7 @@ def steady_bps(arrivals: Iterable[Arrival], least_s: float = 0.0) -> float | Non
 
 
 class DeliveryRate:
-    """Takes every packet that arrived, in the order of sending; times in seconds."""
+    """Fed with every packet that arrived, in the order of sending; times in seconds."""
 
     def __init__(self) -> None:
         self._busy: deque[Arrival] = deque(maxlen=_MAX_PACKETS)
@@ -98,22 +100,22 @@ class _Train:
 
 
 class PacketTrains:
-    """The trains in flight that left faster than the estimated rate, a bounded number."""
+    """The trains in flight that were sent faster than the estimated rate, a bounded number."""
 
     def __init__(self) -> None:
         self._trains: dict[int, _Train] = {}
 
-    def expect(self, number: int, packets: int) -> None:
-        """Take note of a train; numbers rise."""
+    def register(self, number: int, packets: int) -> None:
+        """Register a train before it is sent; numbers rise."""
         if len(self._trains) >= _MAX_TRAINS:
             del self._trains[next(iter(self._trains))]
         self._trains[number] = _Train(packets)
 
     def add(self, number: int, arrival: Arrival | None) -> Iterator[list[Arrival]]:
-        """Count a packet of a train, in the order of sending; None was lost.
+        """Count a packet of a train, in the order of sending; a lost one is None.
 
-        Give what arrived of the trains that it completes: its own after its last packet, and all
-        before. Whoever takes them may call `clear` meanwhile.
+        Yield the arrivals of each train that it completes: its own after the last packet, and all
+        earlier trains. The caller may call `clear` between two yields.
         """
         while (first := next(iter(self._trains), number)) < number:
             yield self._trains.pop(first).arrivals
@@ -134,15 +136,15 @@ class DispersionEstimator:
     """Estimates from trains paced faster than the estimated rate; every query is cheap."""
 
     def __init__(self) -> None:
-        # When each train was judged, and over all up to it the sums of bits, ms, bits², bits·ms
-        # and ms²; bits in thousands.
+        # When each train was added, and the running sums of bits, ms, bits², bits·ms and ms²; bits
+        # in thousands.
         self._sums: deque[tuple[float, Sequence[float]]] = deque([(-math.inf, (0.0,) * 5)])
 
     def __len__(self) -> int:
         return len(self._sums) - 1
 
     def add(self, arrivals: Sequence[Arrival], now_s: float) -> float | None:
-        """Count a train; return by how much the link spread it, in s, None if it shows nothing."""
+        """Count a train; return by how much the link spread it, in s, None if it is unusable."""
         if len(arrivals) < 2:
             return None
         first, last = arrivals[0], arrivals[-1]
@@ -153,14 +155,14 @@ class DispersionEstimator:
             self._sums.popleft()
         sent_in_s = max(last.sent_s - first.sent_s, 1e-6)
         bits = 8 * (last.until_bytes - first.until_bytes) / 1000
-        # One that was held and released at once shows no more than its pace.
+        # A train that was held and released at once shows no more than its sending pace.
         ms = max(came_in_s, sent_in_s) * 1000
         more = (bits, ms, bits * bits, bits * ms, ms * ms)
         self._sums.append((now_s, tuple(map(add, self._sums[-1][1], more))))
         return came_in_s - sent_in_s
 
     def min_bps(self, noise_s: float, *, startup: bool) -> float:
-        """Return a lower bound of the rate: the best that the last 1, 2, 4… trains show."""
+        """Return a lower bound of the rate: the highest bound of the last 1, 2, 4… trains."""
         errors = _STARTUP_ERRORS if startup else _ERRORS
         min_bps, count = 0.0, 1
         while count < 2 * len(self):

@@ -1,6 +1,6 @@
 """Estimates the rate, queue, jitter and loss of one viewer's link from its feedback.
 
-It begins at `pacer.STARTING_RATE_BPS`; without transport-wide feedback at what `loss` begins at.
+It starts at `pacer.STARTING_RATE_BPS`; without transport-wide feedback, at `loss`'s starting rate.
 """
 
 from __future__ import annotations
@@ -32,37 +32,39 @@ if TYPE_CHECKING:
 _MIN_RATE_BPS: Final = 8_000.0
 """Lowest rate; the smallest encoding of the sound takes 13 kbit/s."""
 _STARTUP_S: Final = 3.0
-"""Startup ends this long after the first feedback. Ours; BBR's ends when the rate stays level."""
+"""Startup ends this long after the first feedback. BBR's ends when the rate stays level."""
 _PROBE_PACKETS: Final = 4
 """A probing picture has at least this many packets. libwebrtc's probe clusters have 5."""
 _STARTUP_TRAINS: Final = 3
-"""Number of first trains that may lower the assumed rate."""
+"""Only this many first trains may lower the assumed rate."""
 _STARTUP_SLOW_S: Final = 0.010
-"""One of them spread by this much shows a link slower than assumed."""
+"""A first train that is spread by this much shows that the link is slower than assumed."""
 _STARTUP_SLOW_NOISES: Final = 3.0
-"""And by this multiple of the delay noise (99.7 % of a normal distribution)."""
+"""Plus this multiple of the delay noise (99.7 % of a normal distribution)."""
 _INCREASE_PER_S: Final = 0.15
 """Increase per second towards the likely rate. GCC's multiplicative increase: 8 % (5.5)."""
 _TRIAL_FACTOR: Final = 1.5
-"""Multiple of the rate in use that is assumed for a picture that is tried. As GCC's bound (5.5)."""
+"""Multiple of the rate in use that is assumed when a picture is tried. As GCC's bound (5.5)."""
 _HOLD_S: Final = 1.0
-"""Only a train raises the rate so soon after a fall. GCC holds until the queue is empty (5.5)."""
+"""For this long after a fall, only a train raises the rate. GCC holds until the queue is empty
+(5.5)."""
 _CARRIED_AFTER_S: Final = 1.0
-"""Without a queue, whatever left within a second before this long ago has come through, so the link
-carries it. Later packets may still be in flight."""
+"""Without a queue, everything sent in the second that ended this long ago has arrived, so the link
+carries that rate. Later packets may still be in flight."""
 _CARRIED_SHARE: Final = 0.95
-"""This much of it is believed. With 0.9 a modem's estimate may stay below its sound after a
-download; with all of it, pictures are tried on 24 kbit/s until the sound waits."""
+"""The share of that rate to rely on. With 0.9 a modem's estimate may stay below its sound after a
+download; with 1.0, pictures are tried on 24 kbit/s until the sound is queued."""
 _JITTER_HINDSIGHT_S: Final = 1.0
-"""Delays this long before a queue is found are no jitter: finding it takes two feedback packets."""
+"""Delays up to this long before a queue is found are not jitter: finding it takes two feedback
+packets."""
 _ROUTE_CHANGE_S: Final = 3.0
-"""A standing delay that stays level for this long is a longer route: a queue grows or shrinks.
+"""A standing delay that stays level for this long means a longer route: a queue grows or shrinks.
 LEDBAT waits until its base delay expires, BBR drains the queue to check (ProbeRTT)."""
 _RESTART_AFTER_S: Final = 3.0
 """After this long without feedback the estimate starts over."""
 _REPORTS: Final = 2
 """Loss is averaged over this many reports: about 10 s, as with transport-wide feedback. libwebrtc
-sends one every 5 s. With one, 5 % loss is measured as 2.6 to 8.2 %, with two as 3.3 to 7.0."""
+sends one every 5 s. One report measures 5 % loss as 2.6 to 8.2 %, two as 3.3 to 7.0 %."""
 _MAX_DELIVERY_AGE_S: Final = 60.0
 """Feedback about older packets is ignored as invalid."""
 _MAX_CLOCK_S: Final = 1e11
@@ -72,12 +74,12 @@ _MAX_DATAGRAM_BYTES: Final = 65_535
 
 
 class LinkEstimator:
-    """Estimates from what `CongestionControl` is told; time that runs back is ignored.
+    """Estimates the link from the calls of `CongestionControl`; a `now_s` that falls is ignored.
 
     Whatever is reported, the rate stays between 8 kbit/s and 20 Mbit/s, and nothing raises.
     Some browsers, such as Firefox 140, send no feedback on the sound's packets. Then sound is a
     known load between the pictures, receiver reports give its loss, and the first packet of each
-    picture, which queues behind no other, gives its jitter.
+    picture, which queues behind no other, gives the jitter.
     """
 
     def __init__(self) -> None:
@@ -120,7 +122,7 @@ class LinkEstimator:
         self._timeout.round_trip(round_trip_s)
 
     def negotiated(self, *, has_feedback: bool, kind: Kind) -> None:
-        """Handle whether this stream has transport-wide feedback; that of one is enough."""
+        """Handle whether this stream has transport-wide feedback; one such stream is enough."""
         if kind == "audio":
             self._loss.sound_has_feedback = has_feedback
         any_has_feedback = self._has_feedback or has_feedback
@@ -132,7 +134,7 @@ class LinkEstimator:
         self._set(STARTING_RATE_BPS if self._loss_based is None else self._loss_based.rate_bps)
 
     def reported(self, lost: float, now_s: float, kind: Kind) -> None:
-        """Handle the loss in a receiver report, if no feedback tells of it."""
+        """Handle the loss in a receiver report, unless transport-wide feedback covers it."""
         now_s = self._pass(now_s)
         is_told = kind == "video" or self._loss.sound_has_feedback
         if (is_told and self._has_feedback is not False) or not 0 <= lost <= 1:
@@ -159,11 +161,11 @@ class LinkEstimator:
         if pace_bps > self._rate_bps:
             payload = payload_bytes(self._rate_bps, math.ceil(size_bytes / _PROBE_PACKETS))
             if (packets := math.ceil(size_bytes / payload)) > 1:
-                self._trains.expect(self._number, packets)
+                self._trains.register(self._number, packets)
         return Train(self._number, pace_bps, payload)
 
     def try_more(self, now_s: float) -> None:
-        """Assume that the link carries a picture that is tried; if not, a queue will show it."""
+        """Assume that the link carries a picture on trial; if not, a queue will show it."""
         now_s = self._pass(now_s)
         if not self._congested:
             self._set(max(self._rate_bps, _TRIAL_FACTOR * self._history.used_bps(now_s)))
@@ -173,7 +175,7 @@ class LinkEstimator:
         known = sorted((one for one in deliveries if self._sane(one)), key=lambda one: one.sent_s)
         if not known:
             return
-        if self._timeout.heard(now_s) > _RESTART_AFTER_S:
+        if self._timeout.feedback_arrived(now_s) > _RESTART_AFTER_S:
             self._restart()
         self._loss_based = None
         if self._startup_until_s == math.inf:
@@ -214,7 +216,7 @@ class LinkEstimator:
     @property
     def _congested(self) -> bool:
         if self._timeout.is_idle(self._now_s):
-            return False  # whatever was seen last: no feedback would report its end
+            return False  # with nothing sent, no feedback would report that congestion ended
         return self._delay.stands or self._loss.congested
 
     @property
@@ -249,7 +251,7 @@ class LinkEstimator:
         if delivery.arrived_s is None:
             self._lost_bytes += size_bytes
         else:
-            # Unmarked packets that left before it came with it: data channels and RTCP.
+            # Unmarked packets sent before it count as arrived with it: data channels and RTCP.
             came_bytes = self._history.between(self._counted_s, sent_s) - self._lost_bytes
             self._came_bytes += max(came_bytes, size_bytes)
             self._counted_s, self._lost_bytes = max(self._counted_s, sent_s), 0
@@ -274,7 +276,7 @@ class LinkEstimator:
         spread_s = self._dispersion.add(arrivals, self._now_s)
         if spread_s is None or not self._startup or len(self._dispersion) > _STARTUP_TRAINS:
             return
-        # The rate was only assumed, so one train that is clearly slow is enough.
+        # The rate was only assumed, so one clearly slow train is enough to lower it.
         if spread_s <= _STARTUP_SLOW_NOISES * self._delay.noise_s + _STARTUP_SLOW_S:
             self._assumed = False
         elif (came_bps := steady_bps(arrivals)) is not None:
@@ -306,7 +308,7 @@ class LinkEstimator:
             self._prober.changed(now_s, has_risen=True)
             self._set(min_bps)
         elif not holds:
-            # Jitter hides part of the rate, so the likely rate is tried step by step.
+            # Jitter hides part of the rate, so it rises towards the likely rate step by step.
             step = 1 + _INCREASE_PER_S * (now_s - self._increased_s)
             likely_bps = min(step * self._rate_bps, self._dispersion.likely_bps(noise_s))
             self._set(max(self._rate_bps, likely_bps))
@@ -330,7 +332,7 @@ class LinkEstimator:
         self._prober.changed(self._now_s, has_risen=False)
 
     def _restart(self) -> None:
-        """Start over after a long silence, at no more than the rate before."""
+        """Start over after a long silence, at no more than the previous rate."""
         self._set(min(self._rate_bps, STARTING_RATE_BPS))
         self._startup_until_s = math.inf
         self._delay.relearn()

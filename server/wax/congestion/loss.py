@@ -1,4 +1,4 @@
-"""Loss-based control as GCC's (section 6), and the length of loss bursts."""
+"""Loss-based control as in GCC (section 6), and the length of loss bursts."""
 
 from __future__ import annotations
 
@@ -19,37 +19,37 @@ _BUCKET_S: Final = 0.25
 _MEMORY_S: Final = 10.0
 """Loss is averaged over this time; RTCP reports cover about 5 s (RFC 3550, 6.2)."""
 _OUTAGE_S: Final = 0.5
-"""Losses in a row that span this time are an outage, which says nothing of the rate: a full queue
-lets some of the sound through. Ours; as the shortest feedback timeout."""
+"""Consecutive losses that span this time are an outage, which says nothing about the rate: a full
+queue lets some of the sound through. As long as the shortest feedback timeout."""
 _HIGH_LOSS_SHARE: Final = 0.4
 """Loss that lowers the rate: no usable radio loses so much; a queue shows as delay. GCC: 10 %."""
 _HIGH_LOSS_S: Final = 2.0
-"""High loss is judged over this time, and the rate stays for as long after a fall."""
+"""High loss is judged over this time, and the rate is held for as long after a fall."""
 _MIN_PACKETS: Final = 40
 """Minimum packets to judge by: the standard error of 40 % of 40 is 8 %."""
 DECREASE_FACTOR: Final = 0.9
-"""Share of what comes over a full link that is used, so that the queue drains. GCC's beta: 0.85."""
+"""Share of a full link's delivery rate to use, so that the queue drains. GCC's beta: 0.85."""
 _BURSTS: Final = 200
-"""Loss bursts kept at most. Bounds the memory."""
+"""At most this many loss bursts are kept. It bounds memory."""
 _BURSTS_S: Final = 30.0
 """How long they are kept."""
 _BURST_QUANTILE: Final = 0.95
 """Share of the bursts that redundancy must repair (RFC 2198)."""
 
 _STARTING_RATE_BPS: Final = 5_000_000.0
-"""Rate before the first report. If it is too high, only a queue that overflows shows it."""
+"""Rate before the first report. If it is too high, only an overflowing queue shows that."""
 _MIN_RATE_BPS: Final = 30_000.0
-"""Lowest rate: sound, and the smallest picture now and then."""
+"""Lowest rate: sound and an occasional smallest picture."""
 LOW_LOSS_SHARE: Final = 0.02
 """Less loss is no congestion. GCC: 2 %."""
 _REPORTED_LOSS_SHARE: Final = 0.10
-"""Above this share it falls. GCC: 10 %."""
+"""Above this loss the rate falls. GCC: 10 %."""
 _INCREASE_PER_S: Final = 0.08
 """Increase per second. GCC: 5 % a report."""
 _MAX_REPORT_S: Final = 2.0
 """One report counts for at most this long. Ours: twice a browser's interval."""
 _DECREASE_SHARE: Final = 0.5
-"""The rate falls by this fraction of the lost share, so at most by this. GCC: 1 - 0.5 p."""
+"""The rate falls by this fraction of the lost share, so by at most this. GCC: 1 - 0.5 p."""
 
 
 @dataclass(slots=True)
@@ -61,18 +61,18 @@ class _Bucket:
 
 
 class LossControl:
-    """Takes every packet in the order of sending; `now_s` never falls."""
+    """Fed with every packet in the order of sending; `now_s` never falls."""
 
     def __init__(self) -> None:
         self.sound_has_feedback = True
-        """Without, no sound shows that losses in a row are an outage."""
-        self._gap: list[Delivery] = []  # lost since the last arrival; of an outage, its begin
+        """Only feedback on the sound shows whether consecutive losses are an outage."""
+        self._gap: list[Delivery] = []  # lost since the last arrival; in an outage, only the first
         self._buckets: deque[_Bucket] = deque()
         self._bursts: deque[tuple[float, int]] = deque(maxlen=_BURSTS)  # when each ended, length
         self._in_a_row = 0
         self._judged_from_s = -math.inf
         self.congested = False
-        """Whether loss has lowered the rate, and nothing yet shows that it fell far enough."""
+        """Whether loss has lowered the rate, and perhaps not yet far enough."""
 
     @property
     def share(self) -> float:
@@ -80,13 +80,13 @@ class LossControl:
 
     @property
     def burst(self) -> int:
-        """As in `LinkEstimate`; the sound's packets are sparser, so its bursts are shorter."""
+        """As in `LinkEstimate`; sound packets are sparser, so their bursts are shorter."""
         lengths = sorted(length for _, length in self._bursts)
         at = min(int(_BURST_QUANTILE * len(lengths)), len(lengths) - 1)
         return lengths[at] if lengths else self._in_a_row
 
     def add(self, packet: Delivery, now_s: float) -> None:
-        """Count a packet; a lost one once the next arrival shows that it was no outage."""
+        """Count a packet; a lost one only once the next arrival shows that it was no outage."""
         if packet.arrived_s is None and self.sound_has_feedback:
             self._gap.append(packet)
             if self._is_outage(packet.sent_s):
@@ -151,7 +151,7 @@ def _lost_share(buckets: Collection[_Bucket]) -> float:
 
 
 class LossBasedControl:
-    """Follows the lost share in each receiver report (RFC 3550, 6.4.1); `now_s` never falls."""
+    """Adapts the rate to the loss in receiver reports (RFC 3550, 6.4.1); `now_s` never falls."""
 
     def __init__(self, rate_bps: float = _STARTING_RATE_BPS, max_bps: float = ENOUGH_BPS) -> None:
         self._max_bps = max_bps
@@ -159,7 +159,7 @@ class LossBasedControl:
         self._reported_s: float | None = None
 
     def reported(self, lost: float, now_s: float, came_bps: float = math.inf) -> None:
-        """Handle a share from 0 to 1; after a high one, no more than `came_bps` got through."""
+        """Handle a lost share from 0 to 1; if it is high, the rate falls to `came_bps` at most."""
         before_s = now_s if self._reported_s is None else self._reported_s
         self._reported_s = now_s
         if lost > _REPORTED_LOSS_SHARE:

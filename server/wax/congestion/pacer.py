@@ -1,4 +1,4 @@
-"""When each picture leaves, and how fast, so that it probes the link and hardly delays sound."""
+"""When and how fast to send each picture, so that it probes the link but hardly delays sound."""
 
 from __future__ import annotations
 
@@ -6,24 +6,24 @@ import math
 from typing import Final
 
 _MAX_DEBT_S: Final = 10.0
-"""Maximum debt: after that long, every packet has arrived or is lost."""
+"""Maximum debt: after this long every packet has arrived or is lost."""
 STARTING_RATE_BPS: Final = 300_000.0
-"""Assumed rate before any feedback. As libwebrtc."""
+"""Assumed rate before any feedback, as in libwebrtc."""
 ENOUGH_BPS: Final = 20_000_000.0
-"""Highest rate: ten times the largest rendition's."""
+"""Highest rate: ten times that of the largest rendition."""
 _STARTUP_GAIN: Final = 4.0
 """Pacing gain of a probe at startup. libwebrtc: 3 and 6; BBR's Startup: 2.77."""
 _PROBE_GAIN: Final = 2.0
 """Pacing gain of a probe afterwards. libwebrtc: 2; BBR's ProbeBW_UP: 1.25."""
 _MAX_QUEUE_S: Final = 0.050
-"""The queue a probe may build: a jitter buffer bridges it unheard. As NADA's QTH (RFC 8698)."""
+"""The queue a probe may build: a jitter buffer absorbs it inaudibly. As NADA's QTH (RFC 8698)."""
 _CLIMB_S: Final = 1.0
 """For this long after a rise, every picture is a probe."""
 _FIRST_PAUSE_S: Final = 1.0
-"""Pause between the first two fruitless probes."""
+"""Pause between the first two probes that find nothing."""
 _MAX_PAUSE_S: Final = 30.0
-"""Longest pause between fruitless probes, each of which doubles it. libwebrtc probes every 5 s if
-the application limits the rate, BBR every 2 to 3 s; ours delay sound."""
+"""Longest pause; each probe that finds nothing doubles it. libwebrtc probes every 5 s if the
+application limits the rate, BBR every 2 to 3 s; our probes delay sound, so they are rarer."""
 
 
 def gap_s(size_bytes: int, pace_bps: float) -> float:
@@ -32,10 +32,10 @@ def gap_s(size_bytes: int, pace_bps: float) -> float:
 
 
 class Pacer:
-    """A leaky bucket: knows when the link is free again; a `now_s` that falls frees nothing.
+    """A leaky bucket that says when the link is free again; a `now_s` that falls frees nothing.
 
-    Sound is counted but never waits, so pictures give way. It counts bits, so that the debt takes
-    longer to drain when the rate falls.
+    Sound is counted but never waits, so pictures give way to it. The debt is in bits, so that it
+    takes longer to drain when the rate falls.
     """
 
     def __init__(self, rate_bps: float) -> None:
@@ -61,7 +61,7 @@ class Pacer:
 
     def free_in_s(self, now_s: float) -> float:
         self._pass(now_s)
-        # The larger counts, for the same datagrams are in both.
+        # The larger debt counts, since both contain the same datagrams.
         return max(self._owed_bits, self._measured_bits) / self.rate_bps
 
     def _pass(self, now_s: float) -> None:
@@ -73,7 +73,7 @@ class Pacer:
 
 
 class Prober:
-    """Paces each picture: seldom above the rate, because a fruitless probe delays the sound."""
+    """Paces each picture: rarely above the rate, because a failed probe delays the sound."""
 
     def __init__(self) -> None:
         self._climbs_until_s = 0.0
@@ -81,7 +81,7 @@ class Prober:
         self._pause_s = _FIRST_PAUSE_S
 
     def pace_bps(self, size_bytes: int, rate_bps: float, *, startup: bool, now_s: float) -> float:
-        """Return the pace of a picture of this size; it probes if that exceeds `rate_bps`."""
+        """Return the pace for a picture of this size; a pace above `rate_bps` is a probe."""
         climbing = startup or now_s < self._climbs_until_s
         if rate_bps >= ENOUGH_BPS or size_bytes <= 0 or not (climbing or now_s >= self._next_s):
             return rate_bps
@@ -96,7 +96,7 @@ class Prober:
         return min(pace_bps, ENOUGH_BPS)
 
     def changed(self, now_s: float, *, has_risen: bool) -> None:
-        """Keep probing after a rise of the rate; after a fall probe soon, but not at once."""
+        """Keep probing after the rate has risen; after a fall probe again soon, but not at once."""
         self._climbs_until_s = now_s + _CLIMB_S if has_risen else now_s
         self._next_s = now_s + _FIRST_PAUSE_S
         self._pause_s = _FIRST_PAUSE_S

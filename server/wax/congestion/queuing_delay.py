@@ -1,10 +1,10 @@
-"""Queuing delay of one-way delays by two unsynchronised clocks, whether it stands, and jitter.
+"""Queuing delay and jitter from one-way delays between unsynchronised clocks; standing queues.
 
 As in LEDBAT (RFC 6817), NADA (RFC 8698) and SCReAM (RFC 8298): arrival minus sending time includes
 the clocks' unknown offset; the excess over the base delay, the minimum of the last half minute, is
 queuing. Clock drift (100 ppm: 3 ms in that time) and old routes expire with it.
 
-A queue stands that has not been empty for a while. CoDel (RFC 8289) takes the minimum sojourn time
+A *standing* queue has not been empty for a while. CoDel (RFC 8289) takes the minimum sojourn time
 of an interval, because a burst is no congestion; this takes the minimum queuing delay of recent
 packets, end to end, above a threshold that adapts to the path's jitter, as GCC's does (5.4).
 """
@@ -24,15 +24,15 @@ _RECENT_S: Final = 0.07
 """The standing delay is the minimum over this time. CoDel's interval is 100 ms. Ours: less than two
 feedback intervals, so that a queue is found within 200 ms."""
 _RECENT_PACKETS: Final = 3
-"""And over at least this many packets: a link that falls takes long for each."""
+"""And over at least this many packets: a link whose rate falls takes long for each."""
 _MAX_RECENT_PACKETS: Final = 256
-"""And over at most this many: 3600 a second. Bounds the work where a page's clock stands."""
+"""And over at most this many: 3600 a second. It bounds the work if a page's clock stops."""
 _SMALL_PACKET_BYTES: Final = 100
-"""Bytes beyond this take extra time to send, which is not queuing; a packet of sound has none."""
+"""Bytes beyond this take serialization time, which is not queuing; sound packets are smaller."""
 _NOISE_GAIN: Final = 0.1
 """Weight of a new difference in the mean square. RFC 3550's jitter (6.4.1): 1/16."""
 _FIRST_NOISE_S: Final = 0.002
-"""Noise before any packet."""
+"""Assumed noise before the first packet."""
 _NOISE_MAX_FACTOR: Final = 3.0
 """A difference counts as at most this multiple of the noise, so that one stall does not make the
 path look noisy for long. GCC clips at 3 sigma, too (5.3)."""
@@ -42,7 +42,8 @@ _TARGET_S: Final = 0.030
 """Smallest delay of a standing queue. CoDel: 5 ms in the queue itself; GCC begins at 12.5 ms;
 NADA's QTH is 50 ms, SCReAM's lowest target 100 ms."""
 _TARGET_PACKETS: Final = 1.5
-"""On a thin link, it must also exceed the time of this many packets (CoDel: one MTU)."""
+"""On a thin link it must also exceed the serialization time of this many packets (CoDel: one
+MTU)."""
 PACKET_BITS: Final = 8 * 250
 """A packet on a thin link, at the smallest payload that `wire_cost` allows."""
 _NOISE_FACTOR: Final = 3.0
@@ -50,15 +51,15 @@ _NOISE_FACTOR: Final = 3.0
 _MAX_NOISE_S: Final = 0.060
 """Noise raises the threshold to at most this. GCC bounds its threshold by 600 ms."""
 _MIN_SPAN_S: Final = 0.040
-"""The packets must span this time: those that a stall released together show nothing."""
+"""The packets must span this time: packets that a stall released together prove nothing."""
 _FEEDBACKS: Final = 2
-"""Feedback packets in a row that must show it. GCC: overuse_time_th, 10 ms."""
+"""Consecutive feedback packets that must show the queue. GCC: overuse_time_th, 10 ms."""
 _LEVEL_S: Final = 0.020
-"""A standing delay that changes by no more is level."""
+"""A standing delay that changes by no more than this is level."""
 _JITTER_MEMORY_S: Final = 8.0
 """How long a delay counts, as in the page's built-in player: 400 packets at 50 a second."""
 _MAX_JITTER_PACKETS: Final = 4000
-"""Packets kept at most; 8 s of sound are 800. Bounds the memory."""
+"""At most this many packets are kept; 8 s of sound are 800. It bounds memory."""
 _QUANTILE: Final = 0.99
 """Share of the sound that must arrive in time. Ours; NetEq follows 95 to 97 %."""
 MAX_MS: Final = 10_000.0
@@ -66,10 +67,10 @@ MAX_MS: Final = 10_000.0
 
 
 class QueuingDelay:
-    """Takes every packet that arrived, in the order of sending; times in seconds."""
+    """Fed with every packet that arrived, in the order of sending; times in seconds."""
 
     def __init__(self) -> None:
-        self._base: deque[tuple[float, float]] = deque()  # rising, from buckets of time
+        self._base: deque[tuple[float, float]] = deque()  # rising delays, one per time bucket
         self._recent: deque[tuple[float, float]] = deque(maxlen=_MAX_RECENT_PACKETS)
         self._before_s: float | None = None
         self._noise_squared = _FIRST_NOISE_S**2
@@ -111,8 +112,8 @@ class QueuingDelay:
         return max(0.0, delay_s - self.base_s)
 
     def judge(self, rate_bps: float, now_s: float) -> None:
-        """Look after each feedback whether a queue stands."""
-        # One late packet is no queue, and the last that a stall held was not queued.
+        """Decide whether there is a standing queue; call it after each feedback packet."""
+        # One late packet is no queue, and the last packet that a stall held was not queued.
         standing_s = min((queued_s for _, queued_s in self._recent), default=0.0)
         if abs(standing_s - self._level_s) > _LEVEL_S:
             self._level_s, self.level_from_s = standing_s, now_s
@@ -122,7 +123,7 @@ class QueuingDelay:
             self._seen += 1
 
     def limit_s(self, rate_bps: float) -> float:
-        """Return the threshold, which allows for jitter and for a packet queued behind another."""
+        """Return the threshold, which allows for jitter and one packet queued behind another."""
         packets_s = _TARGET_PACKETS * PACKET_BITS / rate_bps
         noise_s = min(_NOISE_FACTOR * self.noise_s, _MAX_NOISE_S)
         return max(_TARGET_S, packets_s, noise_s)
@@ -147,7 +148,7 @@ class QueuingDelay:
 
 
 class Jitter:
-    """Packet delay variation of the sound (RFC 5481, 4.2), to be bridged; `now_s` never falls."""
+    """Packet delay variation of the sound (RFC 5481, 4.2); `now_s` never falls."""
 
     def __init__(self) -> None:
         self._delays: deque[tuple[float, float]] = deque()  # time reported, delay

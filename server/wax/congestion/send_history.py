@@ -9,8 +9,8 @@ from operator import sub
 from typing import Final
 
 _KEPT_PACKETS: Final = 2048
-"""Datagrams kept at least: 4 s at the 500 a second of the largest rendition. Bounds the memory;
-`between` and `queue_s` look back 2 s and one round trip."""
+"""At least this many datagrams are kept: 4 s at the 500 a second of the largest rendition. It
+bounds memory; `between` and `queue_s` look back 2 s and one round trip."""
 _USED_S: Final = 1.0
 """The rate in use is averaged over this time. GCC's T is 0.5 to 1 s."""
 
@@ -19,8 +19,8 @@ class SendHistory:
     """Times never fall from one `add` to the next."""
 
     def __init__(self) -> None:
-        # Arrays: 16 bytes a datagram, where lists of numbers take four times that for each viewer.
-        # The first entry stands for all that left before those that are kept.
+        # Arrays take 16 bytes a datagram, lists of numbers four times that.
+        # The first entry sums up everything sent before the kept datagrams.
         self._times_s = array("d", [-math.inf])
         self._sums = array("Q", [0])
 
@@ -40,16 +40,16 @@ class SendHistory:
         return 8.0 * self.between(now_s - _USED_S, now_s) / _USED_S
 
     def queue_s(self, queued_s: float, sent_s: float, now_s: float, rate_bps: float) -> float:
-        """Return the queue of a link of `rate_bps` now, in seconds.
+        """Return the present queue of a link of `rate_bps`, in seconds.
 
-        It was `queued_s` when the packet sent at `sent_s` joined it; all later packets joined too.
+        It was `queued_s` when the packet sent at `sent_s` joined it; later packets are added.
         """
         first, most = bisect_right(self._times_s, sent_s), self._sums[-1]
         took_s = 8 / rate_bps
         queued_s += (most - self._sums[first - 1]) * took_s - (now_s - sent_s)
         if first < len(self._times_s):
-            # Lindley's recursion, solved: whoever found no queue began the one that there is. All
-            # of it runs in C, for there are thousands where a page is silent.
+            # Lindley's recursion in closed form: the last packet to find no queue began the present
+            # one. It all runs in C, since a silent page leaves thousands of packets unreported.
             starts_s = map(took_s.__mul__, self._sums[first - 1 : -1])
             began_s = max(map(sub, self._times_s[first:], starts_s))
             queued_s = max(queued_s, most * took_s - (now_s - began_s))

@@ -22,22 +22,23 @@ _SETTLED_UPDATE_S: Final = 0.5
 _OTHER_S: Final = 2.0
 """The rate of the data channels is averaged over this time."""
 _RETRANSMISSION_SHARE: Final = 0.25
-"""Share for retransmissions, of the rate and of what is sent first: a link that loses more needs a
-smaller picture, and whoever asks for everything again gets a quarter more."""
+"""Share for retransmissions, of the rate and of the original packets: a link that loses more needs
+a smaller picture, and a viewer who requests every packet again costs only a quarter more."""
 _RETRANSMISSION_BURST_S: Final = 0.25
 """Burst of retransmissions, in seconds of that share."""
 _STALE_S: Final = 0.5
-"""A packet first sent this long ago, plus a round trip, is useless."""
+"""A packet first sent longer ago than this plus a round trip is useless."""
 _FULL_QUEUE_MS: Final = 150.0
 """Behind a longer queue nothing is retransmitted: it would only grow."""
 _FEEDBACK_S: Final = 0.1
-"""Feedback comes within this and a round trip (Chromium: 50 ms); updates without it, as often."""
+"""Feedback arrives within this plus a round trip (Chromium: 50 ms). Without feedback, the estimate
+is updated at this interval."""
 _PROBE_EVERY_S: Final = 0.3
-"""Without feedback, one picture leaves in this interval, to test whether the link is open again."""
+"""While feedback is missing, one picture is sent per interval, to test whether the link is back."""
 _MOST_FILE_WAIT_S: Final = 5.0
-"""No piece of a file waits longer, however many there are and whatever is before it."""
+"""The longest wait of a file's piece, however many others are queued."""
 _FILE_SHARE: Final = 0.25
-"""Share of the rate for files: TCP by itself would fill the link's queue, and delay the sound."""
+"""Share of the rate for files: unpaced TCP would fill the link's queue and delay the sound."""
 _RETRY_S: Final = 0.02
 """Longest wait before checking again. Ours: less than a picture's interval."""
 
@@ -53,14 +54,14 @@ class SenderSideControl(CongestionControl):
         budget: UploadBudget | None = None,
     ) -> None:
         self.full_feedback = False
-        """Whether to request all feedback, and repeat beyond the budget, as for the operator."""
+        """Whether to request all feedback and retransmit beyond the budget, as for the operator."""
         self._on_news = on_news
         self._budget = UploadBudget(0) if budget is None else budget
         self._has_feedback: dict[Kind, bool] = {}
-        self.begin_anew()
+        self.reset()
 
-    def begin_anew(self) -> None:
-        """Forget what is known of the link, which is another now."""
+    def reset(self) -> None:
+        """Forget everything about the link, because the viewer has moved to another one."""
         self._sampling = FeedbackSampling()
         self._trained_s = float("-inf")
         self._estimator = LinkEstimator()
@@ -73,7 +74,7 @@ class SenderSideControl(CongestionControl):
         self._retransmitted_bits = 0.0
         self._retransmitted_s = float("-inf")
         self._earned_bits = 0.0
-        """For retransmissions, by what was sent first; not kept beyond a burst."""
+        """Bits that original packets have earned for retransmissions; at most a burst is kept."""
         self._estimate: LinkEstimate | None = None
         for kind, has_feedback in self._has_feedback.items():
             self._estimator.negotiated(has_feedback=has_feedback, kind=kind)
@@ -83,7 +84,7 @@ class SenderSideControl(CongestionControl):
         return self._estimate
 
     def try_more(self, now_s: float) -> None:
-        """Make room for a picture that is tried; called once, when that begins."""
+        """Raise the rate for a picture that is tried again; call it once, when the trial begins."""
         self._estimator.try_more(now_s)
         self._pacer.rate_bps = self.estimate(now_s).rate_bps
         self._pacer.forgive()
@@ -112,9 +113,9 @@ class SenderSideControl(CongestionControl):
             self._update(now_s)
 
     def file_sent(self, size_bytes: int, now_s: float) -> float:
-        """Count a piece of a file that leaves now; return how long the next has to wait, in s.
+        """Count a file's piece that is sent now; return how long the next one must wait, in s.
 
-        It waits until the link is free of all that is before it now.
+        It waits until the link has drained everything sent before it.
         """
         size_bytes += TCP_IP_BYTES
         self._estimator.sent(size_bytes, now_s, has_feedback=False)
@@ -126,7 +127,7 @@ class SenderSideControl(CongestionControl):
 
     def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None:
         self._estimator.delivered(deliveries, now_s)
-        if now_s != self._updated_s:  # once for all that one datagram brings
+        if now_s != self._updated_s:  # once for all the feedback in one datagram
             self._update(now_s)
 
     def round_trip(self, round_trip_s: float, now_s: float) -> None:
@@ -138,12 +139,12 @@ class SenderSideControl(CongestionControl):
     def free_in_s(self, unreported_s: float | None, now_s: float) -> float:
         wait_s = self._pacer.free_in_s(now_s)
         if self._is_stuck(unreported_s):
-            # Anything sent behind it would only delay the sound.
+            # More packets behind those in flight would only delay the sound.
             return max(wait_s, min(self._trained_s + _PROBE_EVERY_S - now_s, _RETRY_S))
         return wait_s
 
     def is_free_for_keyframe(self, now_s: float) -> bool:
-        """Whether nothing waits on the link but a packet that has just left."""
+        """Whether nothing is queued on the link but a packet that has just been sent."""
         return self._pacer.free_in_s(now_s) <= PACKET_BITS / self._pacer.rate_bps
 
     def plan_train(self, size_bytes: int, now_s: float) -> Train:
@@ -164,14 +165,14 @@ class SenderSideControl(CongestionControl):
         self._retransmitted_s = now_s
         burst_bits = _RETRANSMISSION_BURST_S * allowed_bps
         self._retransmitted_bits = max(self._retransmitted_bits - gone_s * allowed_bps, 0.0)
-        # Nobody is owed a burst: a link may be believed to carry a hundred times the picture.
+        # The cap matters because the rate may be estimated at a hundred times the picture's.
         self._earned_bits = min(self._earned_bits, burst_bits)
         if self._retransmitted_bits > burst_bits or self._earned_bits < 0:
             return False
         if not self._budget.may_repeat(size_bytes, drives=self.full_feedback, now_s=now_s):
             return False
         self._retransmitted_bits += 8 * size_bytes
-        # What it earns itself, when it is counted as sent, is taken back.
+        # A retransmission earns nothing: `sent` will credit it, so that is taken back here.
         self._earned_bits -= (1 + _RETRANSMISSION_SHARE) * 8 * size_bytes
         return True
 

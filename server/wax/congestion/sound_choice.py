@@ -14,23 +14,23 @@ if TYPE_CHECKING:
     from wax.congestion.control import LinkEstimate
 
 FIT_SHARE: Final = 0.85
-"""Share of the rate that a chosen step may take; the rest is for keyframes and jitter."""
+"""Share of the rate that a new choice may take; the rest is for keyframes and jitter."""
 _PARTS: Final = 3
 """Sound takes at most one part in this many; its smallest encoding is always sent."""
 _USUAL_MU_MS: Final = 60
-"""Longer units delay the sound by themselves: only where otherwise no picture would fit."""
+"""Longer units add delay of their own, so they are used only if no picture would fit otherwise."""
 _RISE_HOLD_S: Final = 5.0
-"""A better encoding must have fitted for this long."""
+"""An upgrade must have fitted for this long."""
 _REDUNDANCY_LOSS_SHARE: Final = 0.005
 """Redundancy (RFC 2198) starts here: one packet lost in 200, 20 ms every 4 s, is audible."""
 _MAX_REDUNDANCY: Final = 3
 """Earlier units in a packet at most; waiting for them takes 60 ms."""
 _REDUNDANCY_HOLD_S: Final = 10.0
-"""Redundancy falls after less has been enough for this long. As long as loss is averaged."""
+"""Redundancy falls once less has been enough for this long, as long as loss is averaged."""
 
 
 class SoundChoice:
-    """Chooses one viewer's sound at every decision; `now_s` never falls."""
+    """Chooses the sound's encoding for one viewer; `now_s` never falls."""
 
     def __init__(self, encodings: Sequence[SoundEncoding]) -> None:
         self._rate_bps = self._other_bps = 0.0
@@ -41,7 +41,7 @@ class SoundChoice:
         self._fewer = Since()
         self._aim_bps = 0.0
         self._limits_bps: list[tuple[float, float]] = []
-        """From which budget on each sound may be chosen, and what it takes."""
+        """For each choice of sound, the least budget that allows it, and the rate that it takes."""
 
     def choose(
         self,
@@ -57,10 +57,10 @@ class SoundChoice:
     ) -> tuple[SoundEncoding | None, int]:
         """Return the encoding, None if none is wanted, and how many earlier units a packet repeats.
 
-        Down is immediate; up only at the start, otherwise after the better encoding has fitted for
-        5 s. `picture_bps` is the least that a picture takes beside it; with none, the sound may
-        take everything. `channels` is how many the sound has; no encoding of more is chosen unless
-        there is no other.
+        A downgrade is immediate, and so is an upgrade during startup; later an upgrade must have
+        fitted for 5 s. `picture_bps` is the least that a picture takes; if it is 0, the sound may
+        take everything. `channels` is how many the source has; an encoding with more is chosen
+        only if there is no other.
         """
         self._rate_bps, self._other_bps = estimate.rate_bps, other_bps
         if not wanted:

@@ -1,4 +1,4 @@
-"""What keeps choices from flapping: how long more must fit, and longer after each failed trial."""
+"""Keeps choices from flapping: an upgrade must have fitted for a while, longer after failures."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import math
 from typing import Final
 
 _HOLD_S: Final = 1.0
-"""More must have fitted for this long."""
+"""An upgrade must have fitted for this long."""
 _TRIAL_S: Final = 8.0
-"""More that is taken back within this time was too much."""
+"""An upgrade that is taken back within this time has failed."""
 _FAILED_HOLD_S: Final = 5.0
-"""Then more must fit for this long, and twice as long after each further failure."""
+"""After a failure an upgrade must fit for this long, and twice as long after each further one."""
 _MAX_HOLD_S: Final = 60.0
-"""But no longer than this."""
+"""The longest such time."""
 
 
 class Since:
@@ -22,13 +22,13 @@ class Since:
         self._from_s = math.inf
 
     def lasts(self, so: bool, seconds: float, now_s: float) -> bool:
-        """Take one observation; return whether the condition has held for `seconds`."""
+        """Add one observation; return whether the condition has held for `seconds`."""
         self._from_s = min(self._from_s, now_s) if so else math.inf
         return now_s - self._from_s >= seconds
 
 
 class Trials:
-    """Binary exponential backoff of rises; `now_s` never falls."""
+    """Binary exponential backoff of upgrades; `now_s` never falls."""
 
     def __init__(self) -> None:
         self.hold_s = _HOLD_S
@@ -36,19 +36,19 @@ class Trials:
 
     @property
     def is_doubtful(self) -> bool:
-        """Whether more has lately been too much."""
+        """Whether an upgrade has failed lately."""
         return self.hold_s > _HOLD_S
 
-    def rose(self, now_s: float) -> None:
+    def record_upgrade(self, now_s: float) -> None:
         self._rose_s = now_s
 
-    def fell(self, now_s: float) -> None:
-        """Take back what was tried last, if that was lately: the next trial comes later."""
+    def record_downgrade(self, now_s: float) -> None:
+        """Record a downgrade; if an upgrade was recent, it has failed and the next waits longer."""
         if now_s - self._rose_s < _TRIAL_S:
             self.hold_s = min(max(2 * self.hold_s, _FAILED_HOLD_S), _MAX_HOLD_S)
         self._rose_s = -math.inf
 
-    def follow(self, now_s: float) -> None:
-        """Let what has stayed for long enough have been right."""
+    def settle(self, now_s: float) -> None:
+        """Count the last upgrade as a success once it has lasted; this resets the backoff."""
         if -math.inf < self._rose_s < now_s - _TRIAL_S:
             self._rose_s, self.hold_s = -math.inf, _HOLD_S

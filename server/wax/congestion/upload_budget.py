@@ -1,7 +1,7 @@
-"""Shares the robot's upload among its viewers: the operator first, everybody else alike. Pure.
+"""Shares the robot's upload among its viewers: the operator first, all others equally. Pure.
 
 Max-min fairness by filling (Bertsekas and Gallager, Data Networks, 6.5.2): no observer gets more
-than another who wants more, and nothing is kept back that somebody wants.
+than another who wants more, and no wanted capacity stays unused.
 """
 
 from __future__ import annotations
@@ -12,15 +12,16 @@ if TYPE_CHECKING:
     from collections.abc import Hashable
 
 _MEDIA_SHARE: Final = 0.9
-"""Of the upload; the rest is for retransmissions, keyframes, and the page itself."""
+"""Share of the upload for media; the rest is for retransmissions, keyframes and the page."""
 _REPEAT_SHARE: Final = 0.05
-"""Of the upload, for all retransmissions: half of that rest. A second's worth may leave at once."""
+"""Share of the upload for retransmissions: half of that rest. Bursts of up to a second's worth are
+allowed."""
 _FILL_S: Final = 0.1
-"""How long a level holds while nobody comes, goes, or begins to drive: as long as estimates do."""
+"""How long a level is kept while nobody joins, leaves or starts to drive: as long as estimates."""
 
 
 class UploadBudget:
-    """`upload_bps` for all; 0 is no limit. `who` is anything by which a viewer is known."""
+    """`upload_bps` is shared by all viewers; 0 means no limit. `who` is any key for a viewer."""
 
     def __init__(self, upload_bps: float) -> None:
         self._all_bps = _MEDIA_SHARE * upload_bps if upload_bps > 0 else float("inf")
@@ -43,7 +44,7 @@ class UploadBudget:
         return min(wants_bps, self._all_bps if drives else self._level_bps)
 
     def may_repeat(self, size_bytes: int, *, drives: bool, now_s: float) -> bool:
-        """Count and allow what is sent again if there is room, as there always is to who drives."""
+        """Admit and count a retransmission if there is budget; always admit the operator's."""
         if self._repeat_bps == float("inf"):
             return True
         gone_s = max(now_s - self._repeated_s, 0.0)
@@ -55,16 +56,16 @@ class UploadBudget:
         return True
 
     def leave(self, who: Hashable) -> None:
-        """Give their share to the others; safe to call twice."""
+        """Release a viewer's share to the others; safe to call twice."""
         if self._wants.pop(who, None) is not None:
             self._filled_s = float("-inf")
 
     def next_bps(self) -> float:
-        """Return what one more observer would get who takes whatever there is."""
+        """Return what one more observer without an upper limit would get."""
         return self._level(float("inf"))
 
     def _level(self, *more_bps: float) -> float:
-        """Return the most that an observer gets, so that all get what is left or what they want."""
+        """Return the max-min fair level: the most that an observer gets of what is left."""
         driven_bps = sum(bps for bps, drives in self._wants.values() if drives)
         left_bps = max(self._all_bps - driven_bps, 0.0)
         wants_bps = [*(bps for bps, drives in self._wants.values() if not drives), *more_bps]

@@ -15,19 +15,20 @@ TCP_IP_BYTES: Final = 52
 _HEADER_BYTES: Final = UDP_IP_BYTES + 32
 """Added to the payload: IP, UDP, 12 of RTP, about 10 of its extensions, 10 of the SRTP tag."""
 _MAX_SERIALIZATION_S: Final = 0.030
-"""Longest serialization time of a packet, for which sound behind it waits: about one of sound."""
+"""Longest serialization time of a packet, which delays the sound behind it: about one sound
+packet's length."""
 MIN_PAYLOAD_BYTES: Final = 200
 """A third of any smaller packet would be headers."""
 MAX_PAYLOAD_BYTES: Final = 1180
 """Fits any tunnel with all headers: IPv6 guarantees 1280 (RFC 8200, 5)."""
 _LAYER_SHARE: Final = 0.6
-"""The fraction of the bit rate left without the highest layer (as the encoders are configured)."""
+"""The fraction of the bit rate that remains without the highest layer, as encoders are set up."""
 _BLOCK_BYTES: Final = 4
 """The header of each earlier unit in a packet; that of the newest is one byte (RFC 2198, 3)."""
 
 
 def payload_bytes(rate_bps: float, most_bytes: int = MAX_PAYLOAD_BYTES) -> int:
-    """Return the largest payload up to `most_bytes` that takes 30 ms, but 200 bytes at least."""
+    """Return the largest payload, 200 to `most_bytes`, that takes at most 30 ms to send."""
     fitting_bytes = int(rate_bps * _MAX_SERIALIZATION_S / 8) - _HEADER_BYTES
     return max(min(fitting_bytes, most_bytes, MAX_PAYLOAD_BYTES), MIN_PAYLOAD_BYTES)
 

@@ -138,7 +138,7 @@ class LiveStreams:
         self._playout.ready()
 
     def moved(self) -> None:
-        self._congestion.begin_anew()
+        self._congestion.reset()
         self._decide_now()
 
     def want(self, *, sound: bool, picture: bool, size: str, policy: Policy | None) -> None:
