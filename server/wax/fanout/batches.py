@@ -13,10 +13,10 @@ PORTION: Final = 4
 
 
 def in_batches(calls: Sequence[Callable[[], None]], portion: int = PORTION) -> None:
-    """Make the first calls now, and the next ones in each following pass of the event loop.
+    """Make the first calls now, and the next batch in each following pass of the event loop.
 
     asyncio checks its timers once a pass, so twenty deliveries in one pass would delay the control
-    loop. Each lane gets items in the order in which they were spread.
+    loop. Every lane receives its items in order.
     """
     for call in calls[:portion]:
         call()

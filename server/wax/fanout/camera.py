@@ -1,4 +1,4 @@
-"""A camera beside the driving view: its source, and the encoders that run while it is watched."""
+"""An additional camera: its source, and the encoders that run while somebody watches it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Camera:
-    """One table `[[camera]]`; `blank` is applied to each picture, in the source's thread."""
+    """The camera of one `[[camera]]` table; `blank` is applied to each picture in its thread."""
 
     def __init__(
         self,
@@ -47,7 +47,7 @@ class Camera:
 
     @property
     def problem(self) -> Sentence | None:
-        """A sentence that names the camera while it delivers nothing, else None."""
+        """Why the camera delivers nothing, in a sentence that names it, else None."""
         problem = self._capture.problem
         if problem is None or self.name in str(problem):
             return problem

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from wax.error_boundary import ErrorBoundary
 
 _PAST_MS: Final = 720
-"""How much of the past to keep: the longest pre-roll, 500, in whole media units of up to 120, plus
-the current unit."""
+"""How much past sound to keep: the longest pre-roll of 500 ms, rounded up to whole media units of
+up to 120 ms, plus the current unit."""
 
 _WARM_MS: Final = 480
 """A new encoder begins with silence, and the speech codec needs this long until a listener coming
@@ -48,7 +48,7 @@ class _Stream:
 
 
 class SoundHub:
-    """Makes each encoding in use once.
+    """Encodes the sound once for each encoding in use.
 
     `push` is called from the capture thread, the rest from the event loop. Encoding 10 ms takes a
     fraction of a millisecond, so one lock covers everything.
@@ -65,13 +65,13 @@ class SoundHub:
         self._captured = 0
         self._encoded = 0
         self.channels = 1
-        """How many the newest sound has."""
+        """The channel count of the newest block."""
 
     def start(self) -> None:
         self._loop = asyncio.get_running_loop()
 
     def push(self, block: Sound) -> None:
-        """Handle the next block, in the microphone's thread."""
+        """Encode and deliver the next block; called in the microphone's thread."""
         with self._lock:
             self._captured += 1
             self.channels = block.channels
@@ -84,7 +84,7 @@ class SoundHub:
                     self._from_thread(encoding, sound)
 
     def add(self, boundary: ErrorBoundary) -> BoundedSoundLane:
-        """Make a lane, called inside `boundary`; nothing is sent to it until `choose`."""
+        """Make a lane, which is called inside `boundary`; it gets nothing until `choose`."""
         lane = BoundedSoundLane()
         self._lanes[lane] = boundary.around(lane.put)
         return lane
@@ -104,14 +104,14 @@ class SoundHub:
     def choose(
         self, lane: BoundedSoundLane, encoding: SoundEncoding | None, preroll_ms: float
     ) -> None:
-        """Send sound in this encoding, beginning `preroll_ms` in the past, or none.
+        """Send this lane sound in this encoding, beginning `preroll_ms` in the past, or none.
 
         The pre-roll, in whole media units, fills the browser's buffer at once, instead of at the 75
         ms a second at which a browser stretches sound. The first listener of an encoding gets as
-        much of the past as requested; one who follows within half a second gets what there is.
+        much past sound as requested; one who joins within half a second gets what is available.
 
-        A listener of another encoding gets no pre-roll: the new one starts where units of both end
-        together, at most 120 ms from now.
+        A listener who changes encodings gets no pre-roll: the new encoding starts at the next
+        common unit boundary, at most 120 ms from now.
         """
         if encoding == lane.encoding:
             return
@@ -150,7 +150,7 @@ class SoundHub:
         return {"captured": self._captured, "encoded": self._encoded}
 
     def _stream(self, encoding: SoundEncoding, units: int) -> _Stream:
-        """Return this encoding's stream; a new one starts with the last `units` units."""
+        """Return this encoding's stream; a new one is primed with the last `units` units."""
         stream = self._streams.get(encoding)
         if stream is None:
             stream = self._streams[encoding] = _Stream(encoding)

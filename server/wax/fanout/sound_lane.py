@@ -18,14 +18,13 @@ _HELD_SAMPLES: Final = SAMPLE_RATE_HZ
 
 _SENT: Final = 8
 _REDUNDANT_SAMPLES: Final = 2**14 - 1
-"""The largest age of repeated sound: 14 bits of time (RFC 2198, section 3)."""
+"""The largest age of repeated sound: a 14-bit timestamp offset (RFC 2198, section 3)."""
 
 
 class BoundedSoundLane:
     """Bounded queue of sound; when full it drops the oldest. Used only from the event loop.
 
-    A change of encoding takes effect where units of both end together, so that every sample is
-    sent once.
+    A change of encoding takes effect at a common unit boundary, so that every sample is sent once.
     """
 
     def __init__(self) -> None:
@@ -38,9 +37,9 @@ class BoundedSoundLane:
         self._next: SoundEncoding | None = None
         self._change_pts = 0
         self.redundancy = 0
-        """How many earlier packets each packet repeats, against loss (RFC 2198)."""
+        """How many earlier packets each packet repeats to repair loss (RFC 2198)."""
         self.takes_redundancy = True
-        """Whether the browser takes them; Firefox does not."""
+        """Whether the browser accepts repeated packets; Firefox does not."""
         self.dropped = 0
 
     @property
@@ -50,11 +49,11 @@ class BoundedSoundLane:
 
     @property
     def encodings(self) -> tuple[SoundEncoding, ...]:
-        """The encoding being queued now, and the one that follows it."""
+        """The encoding being queued now, and the next one."""
         return tuple(one for one in (self._encoding, self._next) if one is not None)
 
     def choose(self, encoding: SoundEncoding | None, change_pts: int = 0) -> None:
-        """Choose an encoding, or None for no sound; it follows another one at `change_pts`."""
+        """Choose an encoding, or None for no sound; it replaces the current one at `change_pts`."""
         self._next = None
         if encoding is None:
             self._encoding = None
@@ -66,11 +65,11 @@ class BoundedSoundLane:
             self._next, self._change_pts = encoding, change_pts
 
     def listen(self, on_news: Callable[[], None]) -> None:
-        """Set the callback for when there is something to take, replacing the previous one."""
+        """Set the callback for new packets, replacing the previous callback."""
         self._on_news = on_news
 
     def put(self, encoding: SoundEncoding, sound: EncodedSound) -> None:
-        """Queue a packet if it is of the current encoding and was not queued before."""
+        """Queue a packet if it has the current encoding and was not queued before."""
         if self._next is not None and sound.pts >= self._change_pts and encoding in self.encodings:
             self._encoding, self._next = self._next, None
         if encoding != self._encoding or sound.pts < self._end_pts:
@@ -98,7 +97,7 @@ class BoundedSoundLane:
     def earlier(self, sound: EncodedSound) -> tuple[EncodedSound, ...]:
         """Return up to `redundancy` packets to repeat with this one, the oldest first.
 
-        `sound` was returned by `take`. They have its encoding, and each ends where the next begins.
+        `sound` was returned by `take`. The packets are contiguous and all have its encoding.
         """
         if self.redundancy == 0:
             return ()

@@ -93,17 +93,17 @@ class VideoHub:
             rendition.stop(max(end_s - self._clock.now_s(), 0.0))
 
     def add(self, boundary: ErrorBoundary) -> VideoLane:
-        """Make a lane, called inside `boundary`; nothing is sent to it until `choose`."""
+        """Make a lane, which is called inside `boundary`; it gets nothing until `choose`."""
         lane = VideoLane()
         self.attach(lane, boundary)
         return lane
 
     def attach(self, lane: HubLane, boundary: ErrorBoundary) -> None:
-        """Add an existing lane; nothing is sent to it until `choose`."""
+        """Add an existing lane; it gets nothing until `choose`."""
         self._lanes[lane] = boundary.around(lane.put)
 
     def provide(self, settings: RenditionSettings) -> None:
-        """Add a rendition that is not in the configuration; it exists while in use."""
+        """Add a rendition that is not in the configuration; it is removed when nobody uses it."""
         if settings.name not in self._renditions and self._loop is not None:
             rendition = self._rendition(settings)
             self._renditions[settings.name] = rendition
@@ -113,8 +113,8 @@ class VideoHub:
     def has_room(self) -> bool:
         """Whether the machine can encode one more rendition for a single viewer.
 
-        Half of the cores are left to everything else; the estimate for one more is the cost of the
-        most expensive current one.
+        Half of the cores are reserved for everything else; one more rendition is assumed to cost as
+        much as the most expensive current one.
         """
         loads = [one.load for one in self._renditions.values()]
         return sum(loads) + max(loads) <= _CORES_SHARE * self._cores
@@ -135,7 +135,7 @@ class VideoHub:
         self._refresh()
 
     def choose(self, lane: HubLane, rendition: str | None) -> None:
-        """Send this rendition to this lane from its next keyframe on, and request one."""
+        """Send this lane this rendition, starting at its next keyframe, and request one."""
         if rendition == lane.rendition:
             return
         lane.choose(rendition)
@@ -145,7 +145,7 @@ class VideoHub:
     def request_keyframe(self, lane: HubLane) -> None:
         """Request a keyframe for a viewer who cannot decode (PLI, RFC 4585; FIR, RFC 5104).
 
-        How many a viewer may ask for is `session/viewer.py`'s; the rendition merges them.
+        `session/viewer.py` limits a viewer's requests; the rendition merges requests.
         """
         if lane.rendition is not None:
             is_first = lane is self._first
@@ -191,7 +191,7 @@ class VideoHub:
     def _fan_out(self, picture: EncodedPicture) -> None:
         takers = [put for lane, put in self._lanes.items() if lane.takes(picture.rendition)]
         calls: list[Callable[[], None]] = [partial(put, picture) for put in takers]
-        if picture.keyframe:  # lanes switch now, after which the old rendition may be unused
+        if picture.keyframe:  # lanes switch now, which may leave the old rendition unused
             calls.append(self._refresh)
         in_batches(calls)
 

@@ -1,7 +1,7 @@
 """One viewer's lane of pictures: a short queue between the shared encoders and one sender.
 
-A slow viewer affects only their own lane. Drops are counted. Dropping a picture that others depend
-on makes the lane wait for a keyframe, which it never requests itself.
+A slow viewer affects only their own lane. Drops are counted. After dropping a picture that others
+depend on, the lane waits for a keyframe, which it never requests itself.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 _PICTURES: Final = 16
 _BASE_PICTURES: Final = 4
-"""When this many pictures of layer 0 wait, half a second or more, the queue is stale."""
+"""When more pictures of layer 0 than this are queued, half a second or more, they are stale."""
 _TOP: Final = 2
 """The highest temporal layer of an encoder."""
 
@@ -25,8 +25,8 @@ _TOP: Final = 2
 class VideoLane:
     """Bounded queue of pictures of one rendition; `rendition` None means no picture.
 
-    A change of rendition takes effect at the next keyframe of the new one; until then the old one
-    continues, unless it is given up. Used only from the event loop.
+    A change of rendition takes effect at the new one's next keyframe; until then the old one
+    continues, unless `give_up` ends it. Used only from the event loop.
     """
 
     def __init__(self) -> None:
@@ -51,7 +51,7 @@ class VideoLane:
             self.give_up()
 
     def give_up(self) -> None:
-        """Stop the current rendition: send nothing until the next keyframe of the chosen one."""
+        """Stop the current rendition and send nothing until the chosen one's next keyframe."""
         self._current = None
         self._cut_layer = 0
         self.dropped += len(self._queue)
@@ -64,7 +64,7 @@ class VideoLane:
 
     @property
     def is_waiting(self) -> bool:
-        """Whether the chosen rendition has not begun, and the previous one continues."""
+        """Whether the previous rendition still continues because the chosen one has not begun."""
         return self._rendition is not None and self._current not in (None, self._rendition)
 
     def takes(self, rendition: str) -> bool:
@@ -72,7 +72,7 @@ class VideoLane:
         return rendition in (self._rendition, self._current)
 
     def listen(self, on_news: Callable[[], None]) -> None:
-        """Set the callback for when there is something to take, replacing the previous one."""
+        """Set the callback for new pictures, replacing the previous callback."""
         self._on_news = on_news
 
     @property
@@ -80,7 +80,7 @@ class VideoLane:
         return not self._queue
 
     def put(self, picture: EncodedPicture) -> None:
-        """Queue a picture, if it is wanted and decodable."""
+        """Queue a picture if it is wanted and decodable."""
         if picture.rendition != self._current:
             if picture.rendition != self._rendition or not picture.keyframe:
                 return
@@ -88,7 +88,7 @@ class VideoLane:
                 return  # its encoder was slower: never send a picture after a newer one
             self._current = picture.rendition
         if picture.keyframe:
-            # The queue is older, and nothing new depends on it.
+            # Queued pictures are older, and nothing new depends on them.
             self.dropped += len(self._queue)
             self._queue.clear()
         if not self._decodable(picture):
@@ -110,7 +110,7 @@ class VideoLane:
     def take(self) -> EncodedPicture | None:
         """Return the picture to send now, skipping all droppable ones but the newest.
 
-        Pictures that others depend on are sent in order. None if nothing is queued.
+        Pictures that others depend on are sent in order. Return None if nothing is queued.
         """
         if len(self._queue) > 1:
             self._thin()
@@ -118,7 +118,7 @@ class VideoLane:
 
     def _thin(self) -> None:
         newest = self._queue.pop()
-        # The second picture of layer 2 in each four depends on the layer 1 before it.
+        # In each group of four, the second layer-2 picture depends on the layer-1 picture before.
         needs_upper = newest.layer == _TOP and not newest.sync
         upper = next((p for p in reversed(self._queue) if p.layer < _TOP), None)
         keep: deque[EncodedPicture] = deque()
@@ -133,7 +133,7 @@ class VideoLane:
         self._queue = keep
 
     def _decodable(self, picture: EncodedPicture) -> bool:
-        """After a drop in layer k, layers above k (all, for k = 0) wait for the next of k.
+        """After a drop in layer k, the layers above k (all, for k = 0) wait for the next of k.
 
         A picture of layer k depends on lower layers only through the newest of each, so the next
         one of layer k restores decoding; for layer 0 only a keyframe does.
@@ -155,7 +155,7 @@ class VideoLane:
             self._cut_layer = picture.layer
 
     def _shed(self) -> None:
-        """Drop all that waits; the next keyframe heals it."""
+        """Drop the whole queue; the next keyframe restores decoding."""
         for picture in self._queue:
             self._drop(picture)
         self._queue.clear()
