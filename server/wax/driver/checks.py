@@ -1,4 +1,4 @@
-"""The checks that drivers make themselves, and those that callers make of drivers (pure)."""
+"""Checks that drivers apply to their input, and that callers apply to drivers (pure)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 MAX_GAUGES: Final = 32
-"""What a driver may tell; its state is sent often."""
+"""The most gauges a driver may report, since its state is sent often."""
 
 _MOST: Final = sys.float_info.max
 
@@ -25,13 +25,13 @@ NO_ANSWER: Final = Sentence("robot.no_answer")
 
 
 class TurnFence:
-    """Admits only the newest turn: turn numbers only rise, so a lower one is an old turn's."""
+    """Rejects calls of old turns: turn numbers only rise, so a lower number is of an old turn."""
 
     def __init__(self) -> None:
         self._highest: int | None = None
 
     def admits(self, turn: int) -> bool:
-        """Whether `turn` is the highest so far; once it is admitted, lower ones never are."""
+        """Whether `turn` is at least the highest seen so far; it then counts as seen."""
         if self._highest is not None and turn < self._highest:
             return False
         self._highest = turn
@@ -39,7 +39,7 @@ class TurnFence:
 
 
 def within(twist: Twist, limits: Limits) -> Twist:
-    """Scale `twist` into `limits`, both parts by one factor so that a curve stays the same.
+    """Scale `twist` into `limits`, both parts by one factor so that a curve keeps its radius.
 
     A number that is not finite gives standstill. A limit of zero removes only its own part.
     """
@@ -57,14 +57,14 @@ def within(twist: Twist, limits: Limits) -> Twist:
 
 
 def unit(position: float) -> float:
-    """Clip an axis position to -1…1; NaN is the middle."""
+    """Clip an axis position to -1…1; NaN becomes 0, the middle."""
     return _clamp(position, 1.0) if math.isfinite(position) else 0.0
 
 
 def checked(state: object) -> RobotState:
     """Return `state` if it is a valid state; raises `TypeError` for anything else.
 
-    A gauge that is no number is left out, as one that the robot does not tell.
+    A gauge whose value is not a number is left out, as if the robot did not report it.
     """
     if not isinstance(state, RobotState):
         raise TypeError(f"the driver's state() returned {state!r}, not a RobotState")

@@ -1,7 +1,7 @@
-"""What a hand control aboard says, and how a robot offers its own.
+"""The reading of a hand control aboard, and the interface of a robot that has its own.
 
-The person aboard has a stick, buttons or both. `HandReading` is one look at them; the rules for
-what follows from it are `wax.control.local_hand`.
+The person aboard has a stick, buttons or both. `HandReading` is one sample of them;
+`wax.control.local_hand` has the rules for what follows from it.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class HandReading:
-    """The control at `at_s`, on the clock that the robot's driver was given.
+    """The control's state at `at_s`, on the clock that the robot's driver was given.
 
     `linear` and `angular` are the stick, in -1…1 (ahead and left are positive). `is_held` is set
-    where the control itself feels a hand; a deflected stick counts as touched without it. `stop`
-    and `ask` are the buttons that are pressed now, None for no button.
+    if the control itself senses a hand; a deflected stick counts as touched anyway. `stop` and
+    `ask` are the buttons that are pressed now; `ask` is None for no button.
     """
 
     at_s: float
@@ -31,7 +31,7 @@ class HandReading:
 
     @property
     def is_in_range(self) -> bool:
-        """Whether both numbers are in range; NaN is in none."""
+        """Whether both numbers are in range; NaN never is."""
         return abs(self.linear) <= 1.0 and abs(self.angular) <= 1.0
 
 
@@ -40,18 +40,18 @@ class HasHand(Protocol):
     """A robot with a hand control of its own: `[local] source = "robot"`."""
 
     def hand(self) -> HandReading | None:
-        """Return what the control says now, None if it does not answer.
+        """Return the control's present state, None if it does not answer.
 
-        Called a hundred times a second, so it must return at once. A button must be reported for
-        as long as it is pressed, and for at least 20 ms.
+        It is called a hundred times a second, so it must return at once. A button must be reported
+        while it is pressed, and for at least 20 ms.
         """
         ...
 
 
 @runtime_checkable
 class HasPassenger(Protocol):
-    """A driver of WAX's own that carries out the rules of a person aboard."""
+    """One of WAX's own drivers, which applies the rules for a person aboard."""
 
     def tell_passenger(self, *, is_operated: bool) -> None:
-        """Take, before each set-point, whether an operator is there who may drive."""
+        """Learn whether an operator is present who may drive; called before each set-point."""
         ...

@@ -1,17 +1,18 @@
 """The interface of a robot driver.
 
-A robot is a class with these methods, named in the configuration as ``package.module:Class``, or by
-the name of its package's entry point in the group ``wax.drivers``. It is built as ``Class(settings,
-clock)`` with the configuration's `RobotSettings`. A table of its own is a class `Settings` in it
-(`wax.config.driver_settings`), which ``settings.own(Class.Settings)`` returns, checked.
+A driver is a class with these methods, named in the configuration as ``package.module:Class``, or
+by the name of its package's entry point in the group ``wax.drivers``. It is constructed as
+``Class(settings, clock)`` with the configuration's `RobotSettings`. If it has a nested class
+`Settings` (`wax.config.driver_settings`), its own configuration table is parsed into that, and
+``settings.own(Class.Settings)`` returns it.
 
 Every method may be called from the event loop and must return at once: do slow input and output in
-a thread of your own. The constructor must not touch the hardware: the class is built once to read
-`kind` and `limits`, again in the process that opens it (`wax.robot.process`), and a third time,
-never opened, in the process that reads from its camera and microphone (`wax.robot.media`), if it
-has any. Import in the constructor what not everybody has installed: then a missing library is told
-with the line that installs it. Where it is allowed, these calls and the threads that `open`
-starts run in real time: none may spin. Start a process in `wax.machine.priority.as_others`.
+a thread of your own. The constructor must not touch the hardware: the class is constructed once to
+read `kind` and `limits`, again in the process that opens it (`wax.robot.process`), and a third
+time, never opened, in the process that reads its camera and microphone (`wax.robot.media`), if it
+has any. Import optional libraries in the constructor: then the message about a missing one says
+how to install it. Where the system allows it, these calls and the threads that `open` starts run
+with real-time priority: none may spin. Start a process in `wax.machine.priority.as_others`.
 """
 
 from __future__ import annotations
@@ -48,10 +49,10 @@ STANDSTILL = Twist()
 class Limits:
     """The robot's limits; `axes` names its auxiliary axes, such as ``pan``.
 
-    `controls` names what else it has, as `[[controls]]` may: it is then a `HasControls`.
+    `controls` names its other controls, for `[[controls]]`; the driver is then a `HasControls`.
     `ttl_s` is how long the robot follows a set-point before its own watchdog stops it; None if
-    unknown. `silence_s` is how long a driver process waits for a silent server before it stops the
-    robot; None for the simulated robot, which is inside the server's.
+    unknown. `silence_s` is how long the driver process tolerates a silent server before it stops
+    the robot; None for the simulated robot, which runs inside the server's process.
     """
 
     linear_mps: float
@@ -72,7 +73,7 @@ class Pose:
 
 
 HandMode = Literal["free", "hand", "pause", "stopped", "lost"]
-"""Who has the robot, by the hand control of the person aboard (`wax.control.local_hand`)."""
+"""Who may drive, according to the hand control of the person aboard (`wax.control.local_hand`)."""
 
 Ask = Literal["wait", "go_on", "left", "right"]
 """What the person aboard asks the operator for."""
@@ -80,11 +81,11 @@ Ask = Literal["wait", "go_on", "left", "right"]
 
 @dataclass(frozen=True, slots=True)
 class Aboard:
-    """The person aboard, as their hand control tells.
+    """The state of the hand control of the person aboard.
 
     Only in the mode ``free`` may an operator drive, with the `share` (0 to 1) of their set-point
-    that the person lets pass. `asked` is the newest request and `asks` its rising number, 0 before
-    the first.
+    that the person lets through. `asked` is the newest request and `asks` its rising number, 0
+    before the first.
     """
 
     mode: HandMode
@@ -99,31 +100,31 @@ class RobotState:
 
     connected: bool
     problem: Sentence | str | None = None
-    """A sentence for people while the robot cannot be driven, else None. Text is shown as it is; a
-    `Sentence` is one of WAX's own, which each page says in its language."""
+    """Why the robot cannot be driven, else None. Text is shown as it is; a `Sentence`, one of WAX's
+    own, is shown in the language of each page."""
     epoch: int = 0
-    """Rises with every (re)connection: a set-point from before is never applied after."""
+    """Rises with every (re)connection: a set-point is never applied in a later epoch."""
     moving: bool | None = None
-    """Whether the robot reports that a wheel turns, None if it does not report."""
+    """Whether the robot reports that a wheel turns, None if it does not report that."""
     pose: Pose | None = None
     bumpers: int = 0
-    """A bit for each pressed bumper: shown to people; it is the robot that refuses to go on."""
+    """A bit for each pressed bumper, only shown to people; the robot itself refuses to drive on."""
     battery_v: float | None = None
     battery_fraction: float | None = None
-    """0 to 1."""
+    """0 (empty) to 1 (full)."""
     aboard: Aboard | None = None
     """None for a robot without a hand control aboard."""
     gauges: Mapping[str, float] = field(default_factory=dict)
-    """Numbers by the names that `[[gauges]]` may have."""
+    """Numbers by the gauge names that `[[gauges]]` may use."""
     ttl_s: float | None = None
-    """After how long without a set-point the robot itself has told that it stops, 0 if it never
-    does, None where it does not tell: then that in `Limits` counts."""
+    """The timeout without set-points after which the robot says that it stops, 0 if it never does;
+    None if it does not say: then the one in `Limits` counts."""
     extra: dict[str, float] = field(default_factory=dict)
     """Shown only on the status page."""
 
     @property
     def said(self) -> Sentence | None:
-        """The problem as a page is told it."""
+        """The problem as a `Sentence` for the page."""
         if self.problem is None or isinstance(self.problem, Sentence):
             return self.problem
         return says(self.problem) if self.problem else None
@@ -131,11 +132,11 @@ class RobotState:
 
 @dataclass(frozen=True, slots=True)
 class OwnView:
-    """How a robot's own camera looks at the floor, and how wide the robot is.
+    """How a robot's own camera sees the floor, and how wide the robot is.
 
-    The camera stands above the middle of the robot, `height_m` above the floor, looks down by
-    `tilt_deg` and sees `fov_deg` from left to right. `axis_row` is where it looks, as a share of
-    the picture's height: the middle with every real lens.
+    The camera is above the middle of the robot, `height_m` above the floor, tilted down by
+    `tilt_deg`, with a horizontal field of view of `fov_deg`. `axis_row` is the row of the optical
+    axis, as a share of the picture's height: 0.5 with every real lens.
     """
 
     height_m: float
@@ -163,9 +164,9 @@ class Driver(Protocol):
         ...
 
     def apply(self, twist: Twist, turn: int) -> None:
-        """Take the newest set-point, within the limits, for the turn with this number.
+        """Follow the newest set-point, within the limits, for the turn with this number.
 
-        A set-point of a lower turn than one seen before is ignored.
+        A set-point with a lower turn than any earlier call's is ignored.
         """
         ...
 
@@ -187,34 +188,34 @@ class Driver(Protocol):
 
 
 ControlValue = bool | float | str | None
-"""Of a button or a toggle whether it is on, of a slider its value, of a choice the words chosen.
+"""A button's or toggle's state, a slider's value, or the text of a choice.
 
-None is a moving slider that was let go: what it moves stays where it is."""
+None means that a moving slider was released: what it moves stays where it is."""
 
 
 @runtime_checkable
 class HasControls(Protocol):
     """A robot with lights, a horn or a gripper: `[[controls]]`, by the names in `Limits.controls`.
 
-    `Driver.stop` also ends whatever a control has set in motion.
+    `Driver.stop` also stops everything that a control has set in motion.
     """
 
     def control(self, name: str, value: ControlValue, turn: int) -> None:
-        """Take a control's new value; one of a lower turn than one seen before is ignored.
+        """Set a control's value; a call with a lower turn than any earlier call's is ignored.
 
-        A value is sent once, when it changes, and again when the robot has reconnected.
+        It is called once when the value changes, and again when the robot has reconnected.
         """
         ...
 
 
 @runtime_checkable
 class HasDeadline(Protocol):
-    """A driver that ends motion by itself when the operator's command has become too old."""
+    """A driver that ends motion by itself when the operator's command expires."""
 
     def expect(self, end_s: float) -> None:
-        """Take, before each set-point, the monotonic time at which its command is too old.
+        """Learn, before each set-point, the monotonic time at which its command expires.
 
-        It is infinite where no command moves the robot.
+        The time is infinite if no command moves the robot.
         """
         ...
 
@@ -226,25 +227,25 @@ class HasCamera(Protocol):
     def camera(self, settings: VideoSettings, clock: Clock) -> VideoSource:
         """Make a source with the size and rate of `settings`.
 
-        It must not depend on `open`, nor on anything that the driver learns in it: the two are in
-        two processes. The same holds for the other senses.
+        It must not depend on `open`, nor on anything that the driver learns there: the two run in
+        different processes. The same holds for microphone and speaker.
         """
         ...
 
 
 @runtime_checkable
 class KnowsItsView(Protocol):
-    """A robot with its own camera that knows how it looks at the floor."""
+    """A robot that knows the geometry of its own camera."""
 
     @property
     def own_view(self) -> OwnView:
-        """How `HasCamera.camera` sees the floor while no axis turns it."""
+        """How `HasCamera.camera` sees the floor with all axes in the middle."""
         ...
 
 
 @runtime_checkable
 class HasExternalView(Protocol):
-    """A robot with a camera that looks at it from outside: `[[camera]] source = "robot"`."""
+    """A robot with a camera that views it from outside: `[[camera]] source = "robot"`."""
 
     def external_view(self, settings: VideoSettings, clock: Clock) -> VideoSource:
         """Make a source as `HasCamera.camera` does."""

@@ -1,6 +1,6 @@
 """What every robot driver must pass: a suite to inherit in the tests of your own driver.
 
-A driver's test is a class that makes the driver and tells what reached the robot::
+A driver's test is a class that makes the driver and returns what reached the robot::
 
     class TestMine(DriverSafety):
         @pytest.fixture(autouse=True)

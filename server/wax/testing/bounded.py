@@ -1,4 +1,4 @@
-"""Calls that may hang, made so that the test fails instead."""
+"""Makes calls that may hang, so that the test fails instead of hanging."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _DESCRIPTORS: Final = Path("/proc/self/fd")
 def took_s(call: Callable[[], object], at_most_s: float) -> float:
     """Call it in a thread of its own, which is left behind if it hangs; return how long it took.
 
-    Raises `AssertionError` where it has not returned after `at_most_s`, and what it raises itself.
+    Raises `AssertionError` if it has not returned after `at_most_s`, and whatever the call raises.
     """
     raised: list[BaseException] = []
 
@@ -47,7 +47,7 @@ def held() -> set[str]:
         try:
             target = str(entry.readlink())
         except OSError:
-            continue  # the one that listed this very folder
+            continue  # the descriptor that listed this folder
         if not target.startswith("/proc/"):
             found.add(f"{target} ({entry.name})")
     return found

@@ -36,10 +36,10 @@ ROUNDING: Final = 0.01
 
 
 class DriverSafety(DriverUnderTest):
-    """Inherit it in a class that begins with ``Test``; `DriverUnderTest` says what it must have."""
+    """Inherit it in a class named ``Test…``, which must define what `DriverUnderTest` asks for."""
 
     def test_it_moves_when_told_and_stops_when_told(self, driver: Driver) -> None:
-        """A set-point moves the robot either way, a stop ends that; opening it moves nothing."""
+        """A set-point moves the robot either way and a stop ends that; opening it moves nothing."""
         self._open(driver)
         told = self._watch(STANDS_S)
         assert all(twist.is_zero for twist in told), f"opened, it was told to move: {told}"
@@ -50,7 +50,7 @@ class DriverSafety(DriverUnderTest):
             assert self._stands(SILENCE_S), "after a stop the robot was not told to stand"
 
     def test_it_says_what_it_is_before_it_is_opened(self, driver: Driver) -> None:
-        """Kind and limits are known beforehand, are valid and never change."""
+        """Kind and limits are known before `open`, are valid and never change."""
         kind, limits = driver.kind, driver.limits
         assert isinstance(kind, str), f"kind is {kind!r}, not a text"
         assert kind, "kind is empty"
@@ -64,9 +64,9 @@ class DriverSafety(DriverUnderTest):
         assert (driver.kind, driver.limits) == (kind, limits), "close() has changed them"
 
     def test_building_it_touches_nothing(self, driver: Driver) -> None:
-        """The constructor starts and opens nothing, also while another instance drives the robot.
+        """The constructor starts and opens nothing, even while another instance drives the robot.
 
-        The server builds the class to read its limits while a process of its own drives it.
+        The server constructs the class to read its limits while another process drives the robot.
         """
         before = held()
         another = self.make_driver(SystemClock())
@@ -105,14 +105,14 @@ class DriverSafety(DriverUnderTest):
         assert not driver.state().connected, "it is connected after close()"
 
     def test_stop_is_never_refused(self, driver: Driver) -> None:
-        """A stop is told at once, also one of a turn that is long past."""
+        """A stop reaches the robot at once, even one of a long past turn."""
         self._open(driver)
         self._stops_at_once(driver, lambda: driver.stop(1), "a stop of an old turn")
         self._stops_at_once(driver, lambda: driver.stop(9), "a stop")
         self._stops_at_once(driver, lambda: driver.apply(STANDSTILL, 9), "a set-point of zero")
 
     def test_a_stop_is_told_again(self, driver: Driver) -> None:
-        """One lost stop leaves no robot moving: it is said more than once, not left to silence."""
+        """A stop is sent more than once: losing one does not leave the robot moving."""
         if not self.may_lose:
             pytest.skip("this link loses nothing (may_lose)")
         self._open(driver)
@@ -123,9 +123,9 @@ class DriverSafety(DriverUnderTest):
         assert stops >= 2, f"a stop was told {stops} times in {SILENCE_S} s: {told}"
 
     def test_a_lower_turn_is_ignored(self, driver: Driver) -> None:
-        """Once a turn was seen, in motion or in a stop, a lower one neither moves nor keeps moving.
+        """After a set-point or stop of a turn, lower turns can neither start nor sustain motion.
 
-        Whoever drove before has no robot any more, however late their set-points arrive.
+        The previous operator's set-points have no effect, however late they arrive.
         """
         self._open(driver)
         driver.apply(STANDSTILL, 7)
@@ -137,7 +137,7 @@ class DriverSafety(DriverUnderTest):
         assert self._stands(STOP_S), "set-points of an old turn kept the robot moving"
 
     def test_silence_stops_it(self, driver: Driver) -> None:
-        """When set-points cease it is told to stand within half a second, by the driver itself."""
+        """When set-points cease, the driver itself stops the robot within half a second."""
         self._open(driver)
         self._drive(driver, turn=1)
         assert self._stands(SILENCE_S), (
@@ -145,7 +145,7 @@ class DriverSafety(DriverUnderTest):
         )
 
     def test_what_is_no_number_stops_it(self, driver: Driver) -> None:
-        """NaN and infinity are standstill, whether it stands or moves."""
+        """NaN and infinity mean standstill, whether the robot stands or moves."""
         self._open(driver)
         for bad in (math.nan, math.inf, -math.inf):
             for twist in (Twist(bad, 0.0), Twist(0.0, bad), Twist(bad, bad)):
@@ -157,7 +157,7 @@ class DriverSafety(DriverUnderTest):
         assert self._stands(STOP_S), "a set-point that is no number kept the robot moving"
 
     def test_it_keeps_its_limits(self, driver: Driver) -> None:
-        """What is asked for beyond the limits is cut down to them."""
+        """Set-points beyond the limits are clipped to them."""
         self._open(driver)
         limits = driver.limits
         for twist in (Twist(1e3, 0.0), Twist(-1e3, 0.0), Twist(0.0, 1e3), Twist(-1e9, -1e9)):
@@ -190,7 +190,7 @@ class DriverSafety(DriverUnderTest):
             assert median_s < CALL_S, f"{name} takes {median_s * 1000:.1f} ms"
 
     def test_closing_is_bounded_and_stops_first(self, driver: Driver) -> None:
-        """A moving robot is told to stand and is released within a second."""
+        """A moving robot is stopped and released within a second."""
         self._open(driver)
         self._drive(driver, turn=1)
         took = took_s(driver.close, HANGS_S)
@@ -210,7 +210,7 @@ class DriverSafety(DriverUnderTest):
         driver.close()
 
     def test_a_new_connection_begins_at_standstill(self, driver: Driver) -> None:
-        """What was wanted before moves nothing after, and the epoch tells the two apart."""
+        """A set-point from before a reconnection moves nothing after it, and the epoch rises."""
         self._open(driver)
         epoch = driver.state().epoch
         self._drive(driver, turn=1)
@@ -219,7 +219,7 @@ class DriverSafety(DriverUnderTest):
         self._reconnects(driver, driver.open, epoch)
 
     def test_a_mended_link_begins_at_standstill(self, driver: Driver) -> None:
-        """As long as the link is cut every call returns; what was wanted moves nothing after."""
+        """While the link is cut every call returns; earlier set-points move nothing afterwards."""
         self._needs_a_link_to_cut()
         self._open(driver)
         epoch = driver.state().epoch
@@ -235,7 +235,7 @@ class DriverSafety(DriverUnderTest):
         self._drive(driver, turn=1)
 
     def test_a_robot_that_is_not_there_holds_nobody_up(self, driver: Driver) -> None:
-        """Opening and closing a robot out of reach is quick; it says what is wrong meanwhile."""
+        """Opening and closing an unreachable robot is quick; meanwhile it reports the problem."""
         self._needs_a_link_to_cut()
         self.cut()
         assert took_s(driver.open, HANGS_S) < OPEN_S, "open() waits for a robot out of reach"
@@ -245,7 +245,7 @@ class DriverSafety(DriverUnderTest):
         assert took_s(driver.close, HANGS_S) < CLOSE_S, "close() waits for a robot out of reach"
 
     def test_anybody_may_stop_it(self, driver: Driver) -> None:
-        """A stop from another thread ends what one still asks for, whose turn is over then."""
+        """A stop from another thread ends the motion that an older turn still asks for."""
         self._open(driver)
         self._drive(driver, turn=1)
         done = threading.Event()
@@ -265,9 +265,9 @@ class DriverSafety(DriverUnderTest):
             thread.join(HANGS_S)
 
     def test_the_state_can_be_asked_by_anybody(self, driver: Driver) -> None:
-        """State is whole and never raises, from any thread, while it is driven and reopened.
+        """The state is complete and never raises, from any thread, while the robot is driven.
 
-        Whole is a `RobotState` that survives the pipe between the driver's process and the server.
+        Complete means that the `RobotState` survives the pipe from the driver's process.
         """
         done = threading.Event()
         raised: list[BaseException] = []

@@ -1,4 +1,4 @@
-"""A driver under test: how the suite makes it, drives it as the server does, and looks at it."""
+"""A driver under test: how the suite makes it, drives it as the server does, and observes it."""
 
 from __future__ import annotations
 
@@ -20,40 +20,40 @@ if TYPE_CHECKING:
     from wax.driver.interface import Driver, RobotState
 
 READY_S: Final = 20.0
-"""As long as WAX waits for a driver: libraries may take long to load on a small machine."""
+"""How long to wait for a driver, as WAX does: libraries may load slowly on a small machine."""
 MOVES_S: Final = 5.0
 STOP_S: Final = 0.1
-"""From a stop to standstill on the link: five beats, and less than any watchdog takes."""
+"""From a stop to standstill on the link: five ticks, and less than any watchdog's timeout."""
 SILENCE_S: Final = 0.5
 """From the last set-point to standstill, by the driver's own watchdog."""
 STANDS_S: Final = 0.15
 BEAT_S: Final = 0.02
 LOOK_S: Final = 0.002
 TRIES: Final = 3
-"""A busy machine may delay a thread; a driver that does not stop is late each time."""
+"""A busy machine may delay a thread; a driver that does not stop fails every time."""
 
 
 class DriverUnderTest(ABC):
-    """What a driver's own test says about it, and what the suite does with that.
+    """What a driver's test must define, and how the suite uses it.
 
     The suite drives as the server does: it opens the driver, asks for standstill, then repeats the
-    set-point fifty times a second. A robot that is seen from outside, not by what it was told, has
-    the time that it takes to brake from half its speed in `braking_s`.
+    set-point fifty times a second. If `commanded` observes the robot's motion instead of its input,
+    `braking_s` is how long it takes to brake from half its speed.
     """
 
     braking_s: ClassVar[float] = 0.0
     may_lose: ClassVar[bool] = True
-    """Whether the link can lose a stop, which must then be told again."""
+    """Whether the link can lose a stop, which must then be sent again."""
 
     @abstractmethod
     def make_driver(self, clock: Clock) -> Driver:
-        """Build the driver for the robot of this test, as the server would; do not open it."""
+        """Construct the driver for this test's robot as the server would; do not open it."""
 
     @abstractmethod
     def commanded(self) -> Sequence[Twist]:
         """Return the set-points that have reached the robot since the last call, oldest first.
 
-        A stop is `STANDSTILL`. Where only the robot can be seen, return how it moves now.
+        A stop is `STANDSTILL`. If only the robot can be observed, return how it moves now.
         """
 
     def cut(self) -> None:
@@ -71,22 +71,22 @@ class DriverUnderTest(ABC):
         took_s(driver.close, HANGS_S)
 
     _last = STANDSTILL
-    """The newest that the robot was told; pytest makes an object for each test."""
+    """The newest set-point that reached the robot; pytest makes a new object for each test."""
 
     def _open(self, driver: Driver) -> None:
-        """Open it and want standstill once, as the control loop does."""
+        """Open it and ask for standstill once, as the control loop does."""
         took_s(driver.open, HANGS_S)
         self._until(driver, lambda state: state.connected, "connects", READY_S)
         driver.apply(STANDSTILL, 0)
 
     def _ahead(self, driver: Driver, sign: float = 1.0) -> Twist:
-        """Half of what the robot can, ahead; on the spot where it can only turn."""
+        """Half of the robot's speed ahead, or on the spot if it can only turn."""
         half = sign / 2.0
         linear_mps = half * driver.limits.linear_mps
         return Twist(linear_mps, 0.0 if linear_mps else half * driver.limits.angular_rps)
 
     def _watch(self, for_s: float) -> list[Twist]:
-        """Return what the robot is told, or does, within so many seconds."""
+        """Return the set-points that reach the robot within this time."""
         told: list[Twist] = []
         end_s = time.monotonic() + for_s
         while True:
@@ -98,7 +98,7 @@ class DriverUnderTest(ABC):
             time.sleep(LOOK_S)
 
     def _feed(self, driver: Driver, twist: Twist, turn: int, for_s: float) -> list[Twist]:
-        """Ask for this fifty times a second; return what the robot is told meanwhile."""
+        """Ask for this fifty times a second; return the set-points that reach the robot."""
         told: list[Twist] = []
         end_s = time.monotonic() + for_s
         while time.monotonic() < end_s:
@@ -107,9 +107,9 @@ class DriverUnderTest(ABC):
         return told
 
     def _drive(self, driver: Driver, turn: int, sign: float = 1.0) -> Twist:
-        """Want standstill, then motion, until the robot is told so; return what it is told.
+        """Ask for standstill, then motion, until it reaches the robot; return what reached it.
 
-        Where the driver has begun a new epoch meanwhile, want standstill again, as a person must.
+        If the driver has begun a new epoch meanwhile, ask for standstill again, as a person must.
         """
         epoch = -1
         end_s = time.monotonic() + MOVES_S
@@ -124,14 +124,14 @@ class DriverUnderTest(ABC):
             )
 
     def _moves(self, driver: Driver, turn: int) -> bool:
-        """Want standstill, then motion, for a while; tell whether the robot was told to move."""
+        """Ask for standstill, then motion, for a while; return whether motion reached the robot."""
         self._watch(0.0)
         driver.apply(STANDSTILL, turn)
         told = self._feed(driver, self._ahead(driver), turn, 10 * BEAT_S)
         return not all(twist.is_zero for twist in told)
 
     def _stands(self, within_s: float) -> bool:
-        """Tell whether it is told to stand within so many seconds, and goes on standing."""
+        """Return whether the robot is stopped within this time and stays stopped."""
         end_s = time.monotonic() + within_s + self.braking_s
         self._watch(0.0)
         while not self._last.is_zero:
@@ -141,7 +141,7 @@ class DriverUnderTest(ABC):
         return all(twist.is_zero for twist in self._watch(STANDS_S))
 
     def _stops_at_once(self, driver: Driver, stop: Callable[[], None], what: str) -> None:
-        """Drive, stop it in this way, and see it stand sooner than by any watchdog."""
+        """Drive, stop in this way, and check that it takes less time than any watchdog."""
         for _ in range(TRIES):
             self._drive(driver, turn=9)
             stop()
@@ -153,7 +153,7 @@ class DriverUnderTest(ABC):
         )
 
     def _reconnects(self, driver: Driver, how: Callable[[], object], epoch: int) -> None:
-        """See that the robot stands once it is connected again, in a later epoch."""
+        """Check that the robot stands once it has reconnected, in a later epoch."""
         self._watch(0.0)
         took_s(how, HANGS_S)
         self._until(driver, lambda state: state.connected, "connects again", READY_S)
