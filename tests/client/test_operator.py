@@ -78,8 +78,8 @@ def test_a_report_says_what_arrived_and_what_was_lost() -> None:
     """The sound is as old as it was at arrival and its target; what was lost was concealed."""
     reporter = Reporter()
     clock = {"type": "rtp_clock", "kind": "audio", "rtp_origin": 2**32 - 480, "rate_hz": 48000}
-    reporter.told(clock | {"origin_server_ms": 50_000.0})
-    reporter.told({"type": "playout", "sound_target_ms": 30.0})
+    reporter.handle(clock | {"origin_server_ms": 50_000.0})
+    reporter.handle({"type": "playout", "sound_target_ms": 30.0})
     sound = ReceivedStream(StreamCounts(packets=90, lost=10), FrameArrival(480, 45.06))
     picture = ReceivedStream(StreamCounts(frames=30), FrameArrival(1, 45.0))
     for frames, now_s in ((0, 45.5), (30, 46.5)):

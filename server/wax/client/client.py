@@ -62,9 +62,9 @@ class Client:
         name: str | None = None,
         # The browser that the server recognises; without them it is one of its own.
         cookies: aiohttp.CookieJar | None = None,
-        # Go with each request, as a proxy adds them.
+        # Sent with each request, as a proxy would add them.
         headers: Mapping[str, str] | None = None,
-        # Its first wishes; for a size that the server lacks, it is sent the largest.
+        # Its first wishes; if the server lacks this size, it sends the largest.
         sound: bool = True,
         picture: bool = True,
         size: str | None = None,
@@ -76,7 +76,7 @@ class Client:
         ice_servers: Sequence[Mapping[str, Any]] = (),
     ) -> None:
         self.client_id = client_id or str(uuid.uuid4())
-        # Unsafe is what aiohttp calls cookies of a host that is an address.
+        # aiohttp calls cookies for an IP address "unsafe".
         self.cookies = aiohttp.CookieJar(unsafe=True) if cookies is None else cookies
         self.clock = ServerClock()
         servers = [RTCIceServer(**one) for one in ice_servers]
@@ -164,16 +164,16 @@ class Client:
         return self._newest.get(kind, {})
 
     def age_ms(self, kind: Kind) -> float | None:
-        """Return how old what arrived last was then; None before its stream's clock is known."""
+        """Return the newest frame's age on arrival; None before its stream's clock is known."""
         newest = self.media.newest(kind)
         if newest is None:
             return None
         return self._reporter.age_ms(kind, newest, self.clock.ahead_ms)
 
     async def until(self, holds: Callable[[], bool], within_s: float | None = 5.0) -> bool:
-        """Wait for the effect of a message or of a channel's end; False if it is not in time.
+        """Wait until a message or a channel's end makes it true; return False after a timeout.
 
-        None waits for ever.
+        A timeout of None waits for ever.
         """
         with suppress(TimeoutError):
             async with asyncio.timeout(within_s):
@@ -183,7 +183,7 @@ class Client:
         return holds()
 
     def server_ms(self) -> float:
-        """Return the server's clock, ms; good to half a round trip."""
+        """Return the server's clock in ms, accurate to half a round trip."""
         return _now_ms() + self.clock.ahead_ms
 
     # --- what it says -------------------------------------------------------------------------
@@ -203,7 +203,7 @@ class Client:
         for attempt in range(1, _ATTEMPTS + 1):
             async with self._http.post(self._url + path, json=asked) as response:
                 text = await response.text()
-            # Others may be connecting at the same moment: then the server says when.
+            # Others may be connecting at the same moment: then the server says when to retry.
             again_s = response.headers.get("Retry-After")
             if again_s not in _SOON or attempt == _ATTEMPTS:
                 break
@@ -301,7 +301,7 @@ class Client:
         if message["type"] == "room_change":
             message = room_change.applied(self.newest("room"), message)
         self._newest[message["type"]] = message
-        self._reporter.told(message)
+        self._reporter.handle(message)
         if message["type"] == "hello":
             self._receipts = Receipts() if message["acknowledge"] else None
         elif message["type"] == "units" and self._receipts is not None:

@@ -10,7 +10,7 @@ _REMEMBERED: Final = 32
 
 
 class ServerClock:
-    """Aligned by pings: the server's time is that of half the round trip, ± half of it."""
+    """Aligned by pings: the server's timestamp is taken to be of the middle of the round trip."""
 
     def __init__(self) -> None:
         self._exchanges: deque[tuple[float, float]] = deque(maxlen=_REMEMBERED)

@@ -1,4 +1,4 @@
-"""Makes a program the host of a server on this machine, as `wax host-link` makes a person."""
+"""Makes a program the host of a server on this machine, as `wax host-link` does for a person."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 async def become_host(http: aiohttp.ClientSession, url: str, state: Path) -> None:
-    """Have the session's cookies be a host's; `state` is the server's state folder.
+    """Give the session a host's cookies; `state` is the server's state folder.
 
     Raises `StateError` or `aiohttp.ClientError`.
     """

@@ -70,7 +70,7 @@ class RtcpAnswers:
 
 @dataclass(frozen=True, slots=True)
 class FrameArrival:
-    """The first packet of the newest frame; `at_s` is s of `time.monotonic`."""
+    """The first packet of the newest frame; `at_s` is in seconds of `time.monotonic`."""
 
     rtp: int
     at_s: float
@@ -97,8 +97,8 @@ class Media:
     """Sound and picture of one peer connection, made before its offer, attached at its answer.
 
     `on_packet` is called with each packet of media but retransmissions; `on_socket` with aioice's
-    protocol at each socket, once it is tapped. Feedback is sent when it is due, as by a browser: a
-    sender that waits for it sends nothing that could remind of it.
+    protocol at each socket, once it is tapped. Feedback is sent by a timer, as a browser does: a
+    sender that waits for feedback sends no packets that could trigger it.
     """
 
     def __init__(
@@ -186,7 +186,7 @@ class Media:
             self._remind(self._feedback_s - now_s)
 
     def _remind(self, after_s: float | None) -> None:
-        """Look again after so long whether an answer is due; None for never."""
+        """Check again after this time whether an answer is due; None for never."""
         if self._due is not None:
             self._due.cancel()
             self._due = None
@@ -227,7 +227,7 @@ class Media:
 
     async def _answer(self, now_s: float) -> None:
         try:
-            with suppress(ConnectionError):  # closed in between: nobody is left to tell
+            with suppress(ConnectionError):  # closed in between
                 if now_s >= self._feedback_s:
                     await self._send_feedback(now_s)
                 self._request_s = now_s + _RETRY_LOOK_S

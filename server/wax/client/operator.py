@@ -144,7 +144,7 @@ class Operator(Client):
         return json.dumps(["drive", seq, *said.values()], separators=(",", ":"))
 
     def next_seq(self) -> int:
-        """Take a sequence number that no other command will have."""
+        """Return a sequence number that no other command will have."""
         self._seq += 1
         return self._seq
 
@@ -165,7 +165,7 @@ class Operator(Client):
         return may and not self.is_silent and self.drive.readyState == "open"
 
     async def _command_always(self) -> None:
-        """Send commands on time; after a delay of more than a period, none is made up for."""
+        """Send commands on time; skipped ones are not made up for after a long delay."""
         due_s = time.monotonic()
         while self.drive.readyState == "open":
             if self._commands():

@@ -1,4 +1,4 @@
-"""An operator in a process of its own, which takes orders and reports the server's state.
+"""An operator in a process of its own, which obeys orders and reports the server's state.
 
 `python -m wax.client.process URL CLIENT_ID COOKIES` can be frozen whole, like a vanished network:
 no command, heartbeat or acknowledgement leaves it. It can be killed, like a crashed browser: the
@@ -76,7 +76,7 @@ class OrderedOperator:
         self._tell()
         while self._operator.is_open:
             await self._operator.until(partial(_is_closed, self._operator), None)
-            # The server closes a connection whose page comes back: the next one takes its place.
+            # The server closes a connection whose page reconnects: the next one takes its place.
             await asyncio.gather(*self._works, return_exceptions=True)
 
     async def close(self) -> None:

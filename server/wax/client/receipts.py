@@ -1,4 +1,4 @@
-"""Finds the media units that have arrived whole, for `Hello.acknowledge`."""
+"""Finds the media units that have arrived completely, for `Hello.acknowledge`."""
 
 from __future__ import annotations
 
@@ -40,5 +40,5 @@ class Receipts:
 
 def _is_last(rtp: int, last_rtp: int, length: int) -> bool:
     apart = (rtp - last_rtp) % _UINT32
-    # A packet from before the one that was named lies almost a whole round after it.
+    # Timestamps wrap, so a packet before the named one is almost a whole cycle after it.
     return (apart if apart < _UINT32 // 2 else _UINT32 - apart) % length == 0

@@ -41,7 +41,7 @@ class Reporter:
         self._counted: deque[tuple[int, float]] = deque()
         self._count = 0
 
-    def told(self, message: dict[str, Any]) -> None:
+    def handle(self, message: dict[str, Any]) -> None:
         """Handle a message of the state channel; all but two kinds are ignored."""
         if message["type"] == "playout":
             self._sound_target_ms = message["sound_target_ms"] or 0.0
