@@ -1,4 +1,4 @@
-"""What a door prints, for tests."""
+"""The line that a door prints, for tests."""
 
 from __future__ import annotations
 

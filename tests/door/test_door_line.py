@@ -1,4 +1,4 @@
-"""The one word that a door prints for a robot."""
+"""The line that a door prints for a robot."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ WHOLE = door_line()
 
 
 def test_a_line_says_all_that_a_robot_must_know() -> None:
-    """Also where a mail has broken it in two."""
+    """A line is parsed even if an e-mail has wrapped it."""
     found = line.read(f" {WHOLE[:60]}\r\n  {WHOLE[60:]}\n")
     assert (found.host, found.port) == ("robot.example.org", 20001)
     assert found.host_key.startswith("ssh-ed25519 AAAAC3NzaC1lZDI1NTE5AAAAI")
@@ -29,7 +29,7 @@ def test_a_line_says_all_that_a_robot_must_know() -> None:
 @given(st.data())
 @examples(300)
 def test_no_line_with_one_wrong_sign_is_taken(data: st.DataObject) -> None:
-    """Cut, mistyped or doubled at any place it is refused, and not repeated: it is a secret."""
+    """A line cut, mistyped or doubled anywhere is refused, and not quoted: it is a secret."""
     at = data.draw(st.integers(0, len(WHOLE) - 1))
     sign = data.draw(st.sampled_from(["", "x", "0", ":", "é", WHOLE[at] * 2]))
     wrong = WHOLE[:at] + sign + WHOLE[at + 1 :]
@@ -55,6 +55,6 @@ def test_no_line_with_one_wrong_sign_is_taken(data: st.DataObject) -> None:
     ],
 )
 def test_a_wrong_line_has_its_sentence(text: str, why: str) -> None:
-    """It says what is wrong, and what to do."""
+    """The sentence says what is wrong with the line."""
     with pytest.raises(ConfigError, match=why):
         line.read(text)

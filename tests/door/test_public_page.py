@@ -1,4 +1,4 @@
-"""Whether the page opens out there, by what a server at its address answers."""
+"""The check whether the page opens at its public address."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import pytest
 from tests.commands.doctor.certificates import NOW, write_pair
 
-from wax.door.page import CLOCK_OFF_S, look
+from wax.door.page import CLOCK_OFF_S, check_page
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -26,7 +26,7 @@ NOW_S = 1_800_000_000.0
 
 
 class Door(HTTPServer):
-    """Answers as Caddy does, with a page that is there or not."""
+    """Answers as the door's Caddy does, with a page that opens or not."""
 
     status = 200
     reason: str | None = None
@@ -50,7 +50,7 @@ class _Answer(BaseHTTPRequestHandler):
         else:
             self.send_response_only(self.server.status, self.server.reason)
             self.send_header("Location", f"{self.server.url}/elsewhere")
-        # The page's own answer has the robot's date.
+        # The page itself answers with the robot's date.
         date = email.utils.formatdate(0, usegmt=True) if is_page else self.server.date
         self.send_header("Date", date)
         body = str(id(self.server)).encode()
@@ -78,21 +78,21 @@ def door() -> Iterator[Door]:
 
 
 def code(door: Door, *, ahead_s: float = 0.0) -> str | None:
-    found = look(door.url, NOW_S + ahead_s, None)
+    found = check_page(door.url, NOW_S + ahead_s, None)
     return None if found is None else found.code
 
 
 def test_a_page_that_opens_is_well(door: Door) -> None:
-    """And one behind which nobody is, or that is not there, is not."""
+    """A page that opens has no problem; a 502 is one."""
     assert code(door) is None
     door.status = 502
     assert code(door) == "tunnel.page"
 
 
 def test_a_page_that_leads_elsewhere_is_not_followed(door: Door) -> None:
-    """It could lead into the network of the robot."""
+    """A redirect is a problem and is not followed: it could lead into the robot's network."""
     door.status = 302
-    found = look(door.url, NOW_S, None)
+    found = check_page(door.url, NOW_S, None)
     assert found is not None
     assert "302" in str(found)
 
@@ -101,9 +101,9 @@ def test_a_page_that_leads_elsewhere_is_not_followed(door: Door) -> None:
     "date", ["Mon, 01 Jan 99999999999 00:00:00 GMT", "Mon, 01 Jan 2020 00:00:00 +9" + "9" * 20, "?"]
 )
 def test_what_answers_there_may_say_anything(door: Door, date: str) -> None:
-    """The clock is not compared by a date that is none, and the reason is short and visible."""
+    """An invalid date is ignored, and the quoted reason is short and printable."""
     door.date, door.status, door.reason = date, 502, "\x1b[2J" + "x" * 5000
-    found = look(door.url, NOW_S, None)
+    found = check_page(door.url, NOW_S, None)
     assert found is not None
     assert found.code == "tunnel.page"
     assert len(str(found)) < 300
@@ -112,7 +112,7 @@ def test_what_answers_there_may_say_anything(door: Door, date: str) -> None:
 
 @pytest.mark.parametrize("ahead_s", [-86_400.0, 86_400.0])
 def test_a_clock_that_is_wrong_by_a_day_is_the_first_to_be_told(door: Door, ahead_s: float) -> None:
-    """Whatever else fails, certificates above all, fails because of it."""
+    """A wrong clock is reported first: it makes everything else fail, certificates above all."""
     door.status = 502
     assert code(door, ahead_s=ahead_s) == "tunnel.clock"
     door.status = 200
@@ -121,10 +121,10 @@ def test_a_clock_that_is_wrong_by_a_day_is_the_first_to_be_told(door: Door, ahea
 
 
 def test_a_page_of_another_server_is_told(door: Door) -> None:
-    """Where the name leads elsewhere, or another robot has the same line."""
-    assert look(door.url, NOW_S, f"127.0.0.1:{door.server_port}") is None
+    """An answer by another server is reported: its name or its door's line is not ours alone."""
+    assert check_page(door.url, NOW_S, f"127.0.0.1:{door.server_port}") is None
     with served() as mine:
-        found = look(door.url, NOW_S, f"127.0.0.1:{mine.server_port}")
+        found = check_page(door.url, NOW_S, f"127.0.0.1:{mine.server_port}")
     assert found is not None
     assert found.code == "tunnel.another"
 
@@ -135,7 +135,7 @@ def test_a_page_of_another_server_is_told(door: Door) -> None:
 def test_a_certificate_that_does_not_count_is_told(
     door: Door, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, why: str, *, trusted: bool
 ) -> None:
-    """One that nobody vouches for, and one that has ended."""
+    """A certificate that is untrusted or expired is reported with the reason."""
     long_ago = NOW - timedelta(days=3000)
     pair = write_pair(tmp_path, "127.0.0.1", begins=long_ago, ends=long_ago + timedelta(days=90))
     if trusted:
@@ -144,15 +144,15 @@ def test_a_certificate_that_does_not_count_is_told(
     context.load_cert_chain(pair.chain, pair.key)
     door.socket = context.wrap_socket(door.socket, server_side=True)
     door.scheme = "https"
-    found = look(door.url, NOW_S, None)
+    found = check_page(door.url, NOW_S, None)
     assert found is not None
     assert (found.code, why in str(found)) == ("tunnel.certificate", True)
 
 
 def test_a_page_that_nobody_serves_is_told() -> None:
-    """The clock cannot be compared then."""
+    """A refused connection is reported as such."""
     with socket.socket() as nobody:
         nobody.bind(("127.0.0.1", 0))
-        found = look(f"http://127.0.0.1:{nobody.getsockname()[1]}", NOW_S, None)
+        found = check_page(f"http://127.0.0.1:{nobody.getsockname()[1]}", NOW_S, None)
     assert found is not None
     assert found.code == "tunnel.not_reached"

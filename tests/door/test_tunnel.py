@@ -1,4 +1,4 @@
-"""The tunnel as the server keeps it; ssh's words come from a pipe."""
+"""The tunnel's threads, with a fake ssh whose messages come from a pipe."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ WITHIN_S = 10.0
 
 
 class Ssh:
-    """Stands for the program: says what the test has it say, and ends when it is told."""
+    """A fake ssh that prints and ends as a test tells it to."""
 
     def __init__(self) -> None:
         reading, self._said = os.pipe()
@@ -48,7 +48,7 @@ class Ssh:
 
 
 class Stage:
-    """A tunnel whose programs the test has; `state` is set whenever one is started."""
+    """A tunnel that starts fakes of ssh, and keeps them."""
 
     def __init__(self, folder: Path) -> None:
         self.commands: list[Sequence[str]] = []
@@ -84,13 +84,13 @@ class Stage:
             return self.started[-1]
 
     def ssh(self, number: int) -> Ssh:
-        """Return the program that was started as the n-th, once it was."""
+        """Wait for the n-th start of ssh and return its fake."""
         with self._news:
             assert self._news.wait_for(lambda: len(self.started) >= number, WITHIN_S)
         return self.started[number - 1]
 
     def until(self, code: str | None) -> None:
-        """Wait until the host is told this."""
+        """Wait until this is the only problem shown to the host, or until there is none."""
         for _ in range(int(WITHIN_S * 100)):
             problems = self.tunnel.problems()
             if [one.code for one in problems] == ([] if code is None else [code]):
@@ -101,7 +101,7 @@ class Stage:
 
 @pytest.fixture
 def stage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Stage]:
-    for name in ("look", "public_address"):  # all is well out there
+    for name in ("check_page", "public_address"):  # page and relay work
         monkeypatch.setattr(tunnel, name, lambda *_: None)
     made = Stage(tmp_path)
     yield made
@@ -113,7 +113,7 @@ def is_open(stage: Stage) -> bool:
 
 
 def test_the_host_reads_why_the_door_does_not_lead_here_and_when_it_does(stage: Stage) -> None:
-    """Refused, tried again, opened, stalled, opened again."""
+    """The host sees the tunnel refused, retried, opened, stalled and reopened."""
     assert stage.tunnel.problem is None
     stage.tunnel.start()
     stage.ssh(1).ends(b"ssh: connect to host robot.example.org port 22: Connection refused\n")
@@ -139,7 +139,7 @@ def test_the_host_reads_why_the_door_does_not_lead_here_and_when_it_does(stage: 
     ],
 )
 def test_a_stranger_on_the_way_opens_nothing(stage: Stage, words: bytes) -> None:
-    """Only ssh's own line tells that the door leads here, not what it repeats of others."""
+    """Only ssh's own line says that the tunnel is open, not a stranger's text that it quotes."""
     stage.tunnel.start()
     stage.ssh(1).says(words)
     stage.ssh(1).ends(b"Host key verification failed.\n")
@@ -148,7 +148,7 @@ def test_a_stranger_on_the_way_opens_nothing(stage: Stage, words: bytes) -> None
 
 
 def test_22_is_followed_by_https(stage: Stage) -> None:
-    """The second attempt goes by our program, which speaks HTTPS to the door."""
+    """The second attempt uses our ProxyCommand, which speaks HTTPS to the door."""
     stage.tunnel.start()
     stage.ssh(1).ends()
     stage.ssh(2)
@@ -158,7 +158,7 @@ def test_22_is_followed_by_https(stage: Stage) -> None:
 
 
 def test_the_end_ends_ssh_and_starts_none(stage: Stage) -> None:
-    """Neither one that stands nor the next outlives the server."""
+    """Stopping ends the running ssh and starts no other."""
     stage.tunnel.start()
     stage.ssh(1).says(OPENED)
     stage.until(None)
@@ -169,7 +169,7 @@ def test_the_end_ends_ssh_and_starts_none(stage: Stage) -> None:
 
 
 def test_a_folder_that_cannot_be_written_is_told(stage: Stage, tmp_path: Path) -> None:
-    """Without the file of the pinned key ssh is not started: it would trust nobody."""
+    """If the pinned key cannot be written, ssh is not started and the host is told."""
     (tmp_path / "door_known_hosts").mkdir()
     stage.tunnel.start()
     stage.until("tunnel.failed")
@@ -179,14 +179,14 @@ def test_a_folder_that_cannot_be_written_is_told(stage: Stage, tmp_path: Path) -
 def test_a_door_without_its_relay_is_told_to_the_host_alone(
     stage: Stage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Its coturn was ended, say for want of memory: people can come, but some see nothing."""
+    """A dead relay is a problem for the host only: the page opens, but some viewers see nothing."""
     asked: list[str] = []
 
     def ask(server: str) -> str:
         asked.append(server)
         raise StunError("it does not answer")
 
-    monkeypatch.setattr(tunnel, "_LOOK_FIRST_S", 0.01)
+    monkeypatch.setattr(tunnel, "_FIRST_CHECK_S", 0.01)
     monkeypatch.setattr(tunnel, "public_address", ask)
     stage.tunnel.start()
     stage.ssh(1).says(OPENED)
@@ -196,7 +196,7 @@ def test_a_door_without_its_relay_is_told_to_the_host_alone(
 
 
 def test_without_a_door_nothing_is_started() -> None:
-    """Nor told."""
+    """Without a door, no thread is started and no problem is reported."""
     tunnel = Tunnel(config.load(None), TurnedClock(), lambda: 8080)
     tunnel.start()
     assert (tunnel.status(), tunnel.problems()) == (None, [])

@@ -1,4 +1,4 @@
-"""The command of the tunnel, and what ssh's words mean."""
+"""The tunnel's ssh command, and what ssh's messages mean."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ DOOR = DoorSettings(
     ],
 )
 def test_each_failure_has_its_sentence(said: str, code: str) -> None:
-    """It names the door's script where its sshd may be at fault; no debugging word counts."""
+    """The sentence names door.sh where the door may be at fault; debug lines do not count."""
     lines = ["debug1: Permission denied (gssapi)", *said.splitlines()]
     problem = ssh.problem(DOOR, lines)
     assert problem.code == f"tunnel.{code}"
@@ -72,7 +72,7 @@ def test_each_failure_has_its_sentence(said: str, code: str) -> None:
 @pytest.mark.system
 @pytest.mark.skipif(shutil.which("ssh") is None, reason="there is no ssh")
 def test_the_command_is_one_that_ssh_takes(tmp_path: Path) -> None:
-    """Each option exists and says what it must; nobody's own settings or agent count."""
+    """The options are all valid, and override the user's own settings and agent."""
     folder = tmp_path / "a folder, 50%"
     folder.mkdir()
     (folder / "hosts").write_text(ssh.known_hosts(DOOR), encoding="ascii")
@@ -94,7 +94,7 @@ def test_the_command_is_one_that_ssh_takes(tmp_path: Path) -> None:
 
 @pytest.mark.system
 def test_ssh_speaks_english(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its words are read, whatever the language of the machine."""
+    """The messages are English whatever the language of the machine."""
     monkeypatch.setenv("LC_ALL", "de_DE.UTF-8")
     with start(["sh", "-c", "echo $LC_ALL >&2"]) as child:
         assert child.stderr is not None
@@ -104,7 +104,7 @@ def test_ssh_speaks_english(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.system
 @pytest.mark.skipif(shutil.which("setpriv") is None, reason="util-linux is Linux's")
 def test_ssh_ends_with_a_server_that_is_killed() -> None:
-    """Nothing of ours goes on leading people here when nobody watches over it."""
+    """If the server is killed, its ssh ends too, and with it the tunnel."""
     program = (
         "import os, pathlib, signal\n"
         "from wax.door.tunnel import start\n"

@@ -1,6 +1,6 @@
-"""`[door]`: an SSH connection out to a public machine, by which the page is reached from there.
+"""The tunnel of `[door]`: an SSH connection to a public machine, the door, which relays the page.
 
-ssh.py (pure) writes the command and reads what ssh says; attempts.py (pure) decides what is tried
-when; tunnel.py runs it; over_https.py goes by TCP 443 where 22 is closed; page.py looks whether the
-page opens there; line.py (pure) reads what `config/deploy/door.sh` prints.
+ssh.py (pure) builds the command and parses ssh's messages; attempts.py (pure) decides what to try
+when; tunnel.py runs ssh; over_https.py goes by TCP 443 where 22 is closed; page.py checks whether
+the page opens there; line.py (pure) parses what `config/deploy/door.sh` prints.
 """

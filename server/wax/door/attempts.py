@@ -1,4 +1,4 @@
-"""Which way is tried next, and when. Pure."""
+"""Which way to the door is tried next, and when. Pure."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from wax.door.ssh import Way
 
-STEADY_S: Final = 10.0
-"""A tunnel that has stood this long was a good one."""
+STABLE_S: Final = 10.0
+"""A tunnel that lasted this long had worked."""
 SOON_S: Final = 0.3
 FIRST_S: Final = 0.5
 LONGEST_S: Final = 1.0
-"""Short: with ssh's own limit, whoever waits for the door waits five seconds at most."""
+"""Short: with ssh's own timeout, the tunnel is up at most 5 s after its door is."""
 HOPELESS_S: Final = 10.0
 _OWN_TAKES: Final = 12
-"""So often in a row a port may be held by our own last connection, which the door soon closes."""
+"""Attempts in a row that may find the port held by our own last connection, which soon expires."""
 HOPELESS: Final = frozenset({"host_key", "key", "key_file", "no_ssh", "no_user"})
-"""What nobody mends but the host."""
+"""The failures that only the host can fix."""
 _OTHER: Final = 4
-"""Once a way has worked, the other is tried each so many failures."""
+"""Once a way has worked, only one failure in this many tries the other."""
 
 
 class Attempts:
@@ -33,19 +33,19 @@ class Attempts:
 
     @property
     def way(self) -> Way:
-        """The one to try now."""
+        """The way to try now."""
         return self._way
 
     def opened(self) -> None:
-        """Note that the tunnel stands."""
+        """Note that the tunnel is open."""
         self._works = self._way
 
-    def ended(self, code: str, stood_s: float) -> float:
-        """Note why it has ended after standing this long; return the seconds until the next."""
-        self._failures = 0 if stood_s >= STEADY_S else self._failures + 1
+    def ended(self, code: str, lasted_s: float) -> float:
+        """Note why the tunnel ended after `lasted_s`; return the seconds until the next attempt."""
+        self._failures = 0 if lasted_s >= STABLE_S else self._failures + 1
         self._way = self._next()
         self._taken = self._taken + 1 if code == "taken" else 0
-        # Whoever had the port before asks more often, and so has it again.
+        # The robot that held the port retries sooner than a newcomer, and so gets it back.
         if code in HOPELESS or self._taken > _OWN_TAKES:
             return HOPELESS_S
         if not self._failures:

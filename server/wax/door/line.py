@@ -1,10 +1,10 @@
-"""The line that a door prints: all that a robot must know of it, as one word. Pure.
+"""Parses the line that a door prints: all that a robot must know of it, in one word. Pure.
 
 ``wax-door-1:DOOR:NAME:PORT:HOST-KEY:SEED:SECRET:SUM``: the names of door and robot, the door's
 Ed25519 key and the seed of the robot's own (32 bytes each, RFC 4648 base64), the robot's secret for
 the relay, and the first eight hexadecimal digits of the SHA-256 of all before the last colon.
-Whoever has it can show a page of their own under the robot's name, and use the door's relay between
-machines that ask it to; `door.sh --forget NAME` ends both.
+Anyone who has the line can serve a page of their own under the robot's name, and use the door's
+relay; `door.sh --forget NAME` revokes both.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _BEGINS: Final = "wax-door-"
 _VERSION: Final = f"{_BEGINS}1"
 _SUM: Final = 8
 _TYPE: Final = b"\0\0\0\x0bssh-ed25519\0\0\0\x20"
-"""What stands before an Ed25519 key of 32 bytes (RFC 8709, 4)."""
+"""The prefix of an Ed25519 key of 32 bytes (RFC 8709, 4)."""
 _NAME: Final = r"[a-z0-9](?:[a-z0-9.-]{0,251}[a-z0-9])?"
 _FIELDS: Final = re.compile(
     rf"(?P<door>{_NAME}):(?P<name>{_NAME}):(?P<port>[0-9]{{1,5}})"
@@ -33,9 +33,9 @@ _AGAIN: Final = "copy it once more, whole, from where the door printed it"
 
 @dataclass(frozen=True, slots=True)
 class DoorLine:
-    """`host` is the door, `name` the robot's page there; `host_key` is as OpenSSH writes it.
+    """`host` is the door, `name` the robot's page there; `host_key` is in OpenSSH's format.
 
-    `seed` is that of the robot's private key (RFC 8032).
+    `seed` is the seed of the robot's private key (RFC 8032).
     """
 
     host: str
@@ -47,8 +47,8 @@ class DoorLine:
 
 
 def read(text: str) -> DoorLine:
-    """Return what the line says; raises `ConfigError` with one sentence, which never repeats it."""
-    line = "".join(text.split())  # a terminal or a mail may have broken it
+    """Return the parsed line; raises `ConfigError` with one sentence that never quotes the line."""
+    line = "".join(text.split())  # a terminal or an e-mail may have wrapped it
     if not line.startswith(_BEGINS):
         raise ConfigError(f"This is no line of a door, which begins with {_VERSION}; {_AGAIN}.")
     head, _, rest = line.partition(":")

@@ -1,8 +1,8 @@
-"""``python -m wax.door.over_https HOST``: ssh's way to a door by TCP 443, as its ProxyCommand.
+"""``python -m wax.door.over_https HOST``: ssh's ProxyCommand, which reaches a door by TCP 443.
 
-The door's Caddy has that port, so this asks it by HTTP's `Upgrade` (RFC 9110, 7.8) for a connection
-to sshd. The certificate is not looked at: sshd shows the pinned key inside, and a door whose
-certificate has ended is mended more easily with a tunnel than without.
+The door's Caddy listens there, so this asks it by HTTP's `Upgrade` (RFC 9110, 7.8) for a connection
+to sshd. The certificate is not verified: inside, sshd proves the pinned key, and a door whose
+certificate has expired is easier to fix through a tunnel.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ async def _run(host: str) -> None:
     if status.split()[1:2] != ["101"]:
         raise ValueError(status)
     own_reader, own_writer = await _standard()
-    # Whichever side ends first ends both.
+    # The side that ends first ends both.
     pumps = [
         asyncio.ensure_future(_pump(*one)) for one in ((reader, own_writer), (own_reader, writer))
     ]
@@ -63,7 +63,7 @@ def main() -> int:
     try:
         asyncio.run(_run(sys.argv[1]))
     except TimeoutError:
-        print("TCP 443: timed out", file=sys.stderr)  # noqa: T201  # ssh hands it on
+        print("TCP 443: timed out", file=sys.stderr)  # noqa: T201  # ssh passes it on
     except OSError as error:
         print(f"TCP 443: {error}", file=sys.stderr)  # noqa: T201
     except (ValueError, EOFError, asyncio.LimitOverrunError) as error:

@@ -1,4 +1,4 @@
-"""Whether the page opens at its public address, as asked from here; blocks."""
+"""Checks from here whether the page opens at its public address; blocks."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from wax.unreachable import Target, is_certificate
 _ANSWER_S: Final = 5.0
 _MOST_BYTES: Final = 1000
 CLOCK_OFF_S: Final = 300.0
-"""Half of what the relay's passwords last."""
+"""Half of the lifetime of the relay's passwords."""
 _MOST_CHARS: Final = 120
 
 
-def look(url: str, wall_s: float, here: str | None) -> Sentence | None:
+def check_page(url: str, wall_s: float, here: str | None) -> Sentence | None:
     """Return what is wrong with the page at `url`, None if nothing; `wall_s` is Unix time.
 
-    `here` is the address of the server that should answer there, None if it does not run.
+    `here` is the local address of the server that should answer there, None if it does not run.
     """
     problem = None
     try:
-        there = _who(url)
-        if _mine(here) not in (None, there):
+        there = _identity(url)
+        if _own_identity(here) not in (None, there):
             problem = Sentence("tunnel.another", {"url": url})
     except urllib.error.HTTPError as error:
         problem = _unopened(url, f"{error.code} {error.reason}")
@@ -42,16 +42,16 @@ def look(url: str, wall_s: float, here: str | None) -> Sentence | None:
     return problem
 
 
-def _who(url: str) -> bytes:
-    """Return what only one server answers, each time it runs."""
+def _identity(url: str) -> bytes:
+    """Return an answer that is unique to the server and to this run of it."""
     with _get(f"{url}/healthz", ssl.create_default_context()) as answer:
         return answer.read(_MOST_BYTES)
 
 
-def _mine(here: str | None) -> bytes | None:
-    """Return what the server at `here` answers; None if that is not to be had just now."""
+def _own_identity(here: str | None) -> bytes | None:
+    """Return the identity of the server at `here`; None if it does not answer."""
     try:
-        return None if here is None else _who(f"http://{here}")
+        return None if here is None else _identity(f"http://{here}")
     except (OSError, ValueError, http.client.HTTPException):
         return None
 
@@ -59,7 +59,7 @@ def _mine(here: str | None) -> bytes | None:
 def _clock_off_s(url: str, wall_s: float) -> float | None:
     """Return by how much our clock is ahead of the door's, which answers this path itself.
 
-    Whoever has the wrong time believes no certificate, so none is asked for.
+    The certificate is not verified: to a wrong clock, none is valid.
     """
     context = ssl.create_default_context()
     context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
@@ -77,7 +77,7 @@ def _clock_off_s(url: str, wall_s: float) -> float | None:
 
 
 def _unopened(url: str, why: str) -> Sentence:
-    """Return the problem; whoever answers there may have written the reason."""
+    """Return the problem, with a reason that a stranger's server may have written."""
     return Sentence("tunnel.page", {"url": url, "why": says(printable(why, _MOST_CHARS))})
 
 
@@ -91,8 +91,8 @@ def _not_reached(url: str, error: Exception) -> Sentence:
     )
 
 
-class _Stay(urllib.request.HTTPRedirectHandler):
-    """Follows nobody: a page that leads elsewhere is not this robot's, and may lead into here."""
+class _NoRedirects(urllib.request.HTTPRedirectHandler):
+    """Follows no redirect: it would not lead to this robot's page, but perhaps into its network."""
 
     def redirect_request(self, *_: object) -> None:
         return None
@@ -100,6 +100,6 @@ class _Stay(urllib.request.HTTPRedirectHandler):
 
 def _get(url: str, context: ssl.SSLContext) -> http.client.HTTPResponse:
     handlers = urllib.request.HTTPSHandler(context=context), urllib.request.ProxyHandler({})
-    opener = urllib.request.build_opener(*handlers, _Stay)
+    opener = urllib.request.build_opener(*handlers, _NoRedirects)
     answer: http.client.HTTPResponse = opener.open(url, timeout=_ANSWER_S)
     return answer

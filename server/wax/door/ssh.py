@@ -1,6 +1,6 @@
-"""The command of the tunnel, and what its words mean. Pure.
+"""The tunnel's ssh command, and what ssh's messages mean. Pure.
 
-OpenSSH prints no code for what failed, so its English is read; what is not known is passed on.
+OpenSSH prints no error codes, so its English is parsed; an unknown message is passed on.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ Way = Literal["ssh", "https"]
 
 USER: Final = "wax-door"
 ALIAS: Final = "wax-door"
-"""The name of the pinned key: it is the same whatever name or address the door has."""
+"""The name of the pinned key, the same whatever name or address the door has."""
 CONNECT_S: Final = 4
 ALIVE_S: Final = 2
 ALIVE_COUNT: Final = 3
-"""Unanswered questions that end it: a tunnel that stalls is noticed after 8 s."""
+"""The unanswered keepalives that end ssh: a stalled tunnel is noticed after 8 s."""
 OPENED: Final = "debug1: remote forward success for"
-"""How the line begins by which `ssh -v` says that the door leads here. Further on in a line may be
-the words of a machine whose key nobody has checked yet."""
+"""The start of the line by which `ssh -v` says that the tunnel is open. The rest of a line may
+quote a machine whose key has not been checked yet."""
 _MOST_CHARS: Final = 200
 
 _OPTIONS: Final = (
@@ -55,18 +55,18 @@ _MEANS: Final = tuple(
         (r"connection (closed|reset)|closed by remote|kex_exchange", "ended"),
     )
 )
-"""In this order: a key that was not read is also not taken."""
+"""The first match counts: a key that cannot be read is refused as well."""
 
 
 def command(door: DoorSettings, way: Way, known_hosts: Path, target: str, proxy: str) -> list[str]:
-    """Return the command that lets the door's port lead to `target`, ``HOST:PORT`` as seen here.
+    """Return the command that forwards the door's port to `target`, ``HOST:PORT`` seen from here.
 
-    `proxy` is the command that goes by HTTPS.
+    `proxy` is the ProxyCommand of the way by HTTPS.
     """
     options = [
         *_OPTIONS,
         f"UserKnownHostsFile={_quoted(str(known_hosts))}",
-        # Not -i: that is left out where there is no such file, and the user's own keys are tried.
+        # Not -i: without such a file, ssh would ignore it and try the user's own keys.
         f"IdentityFile={_quoted(door.key_file)}",
     ]
     if way == "https":
@@ -79,12 +79,12 @@ def command(door: DoorSettings, way: Way, known_hosts: Path, target: str, proxy:
 
 
 def known_hosts(door: DoorSettings) -> str:
-    """Return the file with the one key that counts."""
+    """Return the contents of a known_hosts file with only the pinned key."""
     return f"{ALIAS} {door.host_key}\n"
 
 
 def problem(door: DoorSettings, said: list[str]) -> Sentence:
-    """Return why it ended, from the last lines that it has said."""
+    """Return why ssh ended, from its last lines."""
     lines = [line.strip() for line in said if line.strip() and not line.startswith("debug1:")]
     text = "\n".join(lines)
     kind = next((kind for pattern, kind in _MEANS if pattern.search(text)), None)
@@ -112,5 +112,5 @@ def problem(door: DoorSettings, said: list[str]) -> Sentence:
 
 
 def _quoted(path: str) -> str:
-    """Return a path as ssh reads it in an option: tokens begin with %, spaces end a word."""
+    """Return a path quoted for an option of ssh, where % begins a token and a space ends a word."""
     return '"' + path.replace("%", "%%") + '"'

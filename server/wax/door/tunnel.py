@@ -1,7 +1,7 @@
-"""Keeps the tunnel: starts ssh, reads what it says, starts it again; in threads of its own.
+"""Keeps the tunnel open: starts ssh, reads its messages, restarts it; in threads of its own.
 
-Starting a program may wait for a disk, and a name for a server that does not answer: neither may
-hold up the loop that drives.
+Starting a program may wait for a disk, and a name lookup for a server that does not answer: neither
+may block the event loop.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import structlog
 from wax import state_dir
 from wax.door import ssh
 from wax.door.attempts import Attempts
-from wax.door.page import look
+from wax.door.page import check_page
 from wax.errors import WaxError, reason_of
 from wax.machine import python_module
 from wax.named_file import read_bytes, secret_file
@@ -39,15 +39,15 @@ _LOG = structlog.get_logger(__name__)
 
 _LINES: Final = 30
 _LINE_BYTES: Final = 2000
-_LOOK_EVERY_S: Final = 60.0
-_LOOK_AGAIN_S: Final = 10.0
-_LOOK_FIRST_S: Final = 1.0
+_CHECK_EVERY_S: Final = 60.0
+_RECHECK_S: Final = 10.0
+_FIRST_CHECK_S: Final = 1.0
 _END_S: Final = 0.5
 _HERE: Final = {"localhost": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
 
 
 def start(command: Sequence[str]) -> subprocess.Popen[bytes]:
-    """Start ssh so that it ends with the thread that has started it; raises `OSError`."""
+    """Start ssh so that it ends with the thread that started it; raises `OSError`."""
     if shutil.which(command[0]) is None:
         raise FileNotFoundError(command[0])
     tied = shutil.which("setpriv")  # of util-linux; elsewhere the service manager ends both
@@ -57,13 +57,13 @@ def start(command: Sequence[str]) -> subprocess.Popen[bytes]:
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
-        env=python_module.environment() | {"LC_ALL": "C"},  # its words are read in English
-        start_new_session=True,  # Ctrl-C is for the server, which ends it
+        env=python_module.environment() | {"LC_ALL": "C"},  # its messages are parsed in English
+        start_new_session=True,  # Ctrl-C must reach only the server, which ends ssh
     )
 
 
 def lines_of(stderr: IO[bytes]) -> Iterator[str]:
-    """Yield the lines as they come, each cut: what is left out of one never begins another."""
+    """Yield lines as they arrive, each cut at `_LINE_BYTES`; the rest of a long one is dropped."""
     is_new = True
     while piece := stderr.readline(_LINE_BYTES):
         if is_new:
@@ -72,16 +72,16 @@ def lines_of(stderr: IO[bytes]) -> Iterator[str]:
 
 
 def with_key(door: DoorSettings) -> DoorSettings:
-    """Return the door with its key as ssh can read it; raises `OSError` where it would hang."""
+    """Return the door with a key file that ssh can read; raises `OSError` where ssh would hang."""
     key = secret_file(door.key_file)
     read_bytes(key)
     return door.model_copy(update={"key_file": str(key)})
 
 
 def command(door: DoorSettings, way: Way, folder: Path, target: str) -> list[str]:
-    """Write the pinned key into `folder` and return how ssh is started; raises `OSError`.
+    """Write the pinned key into `folder` and return the command of ssh; raises `OSError`.
 
-    `door` is as `with_key` returns it.
+    `door` must come from `with_key`.
     """
     known_hosts = folder / "door_known_hosts"
     known_hosts.write_text(ssh.known_hosts(door), encoding="ascii")
@@ -101,15 +101,15 @@ class _State:
     page: Sentence | None = None
     relay: Sentence | None = None
     since_s: float | None = None
-    """When the tunnel that stands was opened."""
+    """When the open tunnel was opened."""
     opened: int = 0
     failed: int = 0
 
 
 class Tunnel:
-    """The tunnel of `[door]`; without one, nothing here does anything.
+    """The tunnel of `[door]`, idle without one.
 
-    `port` returns the TCP port of the page; `run_ssh` starts the program.
+    `port` returns the TCP port of the page; `run_ssh` starts ssh.
     """
 
     def __init__(
@@ -134,16 +134,16 @@ class Tunnel:
 
     @property
     def is_used(self) -> bool:
-        """Whether there is a door."""
+        """Whether a door is configured."""
         return bool(self._door.host)
 
     @property
     def problem(self) -> Sentence | None:
-        """Why people elsewhere do not reach the page."""
+        """Why the page cannot be reached through the door."""
         return self._state.problem or self._state.page
 
     def problems(self) -> list[Sentence]:
-        """Return what the host is to know."""
+        """Return the problems to show to the host."""
         return [one for one in (self.problem, self._state.relay) if one is not None]
 
     def status(self) -> dict[str, object] | None:
@@ -163,11 +163,11 @@ class Tunnel:
     # --- its threads -----------------------------------------------------------------------
 
     def start(self) -> None:
-        """Begin, in the background."""
+        """Start the threads, if there is a door."""
         if not self.is_used:
             return
-        for name, work in (("tunnel", self._keep), ("public page", self._look)):
-            # Daemons: a name server that does not answer must not hold up the end.
+        for name, work in (("tunnel", self._run), ("public page", self._watch_page)):
+            # Daemons: a name server that does not answer must not delay the shutdown.
             self._threads.append(threading.Thread(target=work, name=name, daemon=True))
             self._threads[-1].start()
 
@@ -178,7 +178,7 @@ class Tunnel:
                 self._child.terminate()
 
     def stop(self) -> None:
-        """End ssh, which takes no time; the thread that looks may be waiting for an answer."""
+        """End ssh at once; do not join the page's thread, which may be waiting for an answer."""
         self.request_stop()
         for thread in self._threads[:1]:
             thread.join(_END_S)
@@ -186,27 +186,27 @@ class Tunnel:
             if self._child is not None:
                 self._child.kill()
 
-    def _keep(self) -> None:
+    def _run(self) -> None:
         while not self._closing.is_set():
             way = self._attempts.way
             try:
-                problem = self._once(way)
-            except Exception as error:  # the page can be reached from here all the same
+                problem = self._run_once(way)
+            except Exception as error:  # the page still works in the robot's own network
                 _LOG.exception("the tunnel failed")
                 problem = self._failed(reason_of(error))
             if self._closing.is_set():
                 return
             state = self._state
-            stood_s = 0.0 if state.since_s is None else self._clock.now_s() - state.since_s
+            lasted_s = 0.0 if state.since_s is None else self._clock.now_s() - state.since_s
             if state.problem != problem:
                 _LOG.warning("the door cannot be reached", why=str(problem), way=way)
             state.problem, state.page, state.relay, state.since_s = problem, None, None, None
             state.failed += 1
-            pause_s = self._attempts.ended(problem.code.partition(".")[2], stood_s)
+            pause_s = self._attempts.ended(problem.code.partition(".")[2], lasted_s)
             self._closing.wait(pause_s)
 
-    def _once(self, way: Way) -> Sentence:
-        """Run ssh until it ends; return why."""
+    def _run_once(self, way: Way) -> Sentence:
+        """Run ssh until it ends; return why it ended."""
         door = self._door
         try:
             door = with_key(door)
@@ -229,7 +229,7 @@ class Tunnel:
             self._child = child
         assert child.stderr is not None
         try:
-            said = self._follow(child.stderr, way)
+            said = self._read(child.stderr, way)
         finally:
             child.wait()
             with self._lock:
@@ -237,8 +237,8 @@ class Tunnel:
             child.stderr.close()
         return ssh.problem(door, said)
 
-    def _follow(self, stderr: IO[bytes], way: Way) -> list[str]:
-        """Read until it ends; return the last lines."""
+    def _read(self, stderr: IO[bytes], way: Way) -> list[str]:
+        """Read ssh's messages until it ends, note when the tunnel opens; return the last lines."""
         said: deque[str] = deque(maxlen=_LINES)
         for line in lines_of(stderr):
             if line.startswith(ssh.OPENED):
@@ -251,32 +251,34 @@ class Tunnel:
                 said.append(line)
         return list(said)
 
-    def _look(self) -> None:
-        """Look now and then whether the page opens out there."""
-        wait_s = _LOOK_FIRST_S
+    def _watch_page(self) -> None:
+        """Check regularly whether the page opens at its public address."""
+        wait_s = _FIRST_CHECK_S
         while not self._closing.wait(wait_s):
-            wait_s = _LOOK_FIRST_S
+            wait_s = _FIRST_CHECK_S
             since_s = self._state.since_s
             if since_s is None or not self._server.public_url:
                 continue
             relay = None
             try:
-                found = look(self._server.public_url, self._clock.wall_ms() / 1000, self._target())
+                found = check_page(
+                    self._server.public_url, self._clock.wall_ms() / 1000, self._target()
+                )
                 relay = self._ask_relay()
-            except Exception as error:  # what answers there is not ours
+            except Exception as error:  # a stranger's server may answer anything
                 _LOG.exception("the look at the public page failed")
                 found = self._failed(reason_of(error))
             state = self._state
-            if state.since_s != since_s:  # it was about another connection
+            if state.since_s != since_s:  # the check was of an earlier connection
                 continue
             for now, before in ((found, state.page), (relay, state.relay)):
                 if now is not None and now != before:
                     _LOG.warning("not all goes through the door", why=str(now))
             state.page, state.relay = found, relay
-            wait_s = _LOOK_AGAIN_S if found or relay else _LOOK_EVERY_S
+            wait_s = _RECHECK_S if found or relay else _CHECK_EVERY_S
 
     def _ask_relay(self) -> Sentence | None:
-        """Return what is wrong with the door's STUN server, which is its relay, too."""
+        """Return what is wrong with the door's STUN server, which is also its relay."""
         try:
             for one in self._stun:
                 public_address(one)

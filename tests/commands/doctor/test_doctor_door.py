@@ -78,10 +78,10 @@ def settings(**relay: object) -> Settings:
 def test_a_page_that_has_no_server_yet_is_well(monkeypatch: pytest.MonkeyPatch) -> None:
     """Caddy answers for it; with a server that runs the same answer is a fault."""
     nobody = Sentence("tunnel.page", {"url": "https://x", "why": says("502 Bad Gateway")})
-    monkeypatch.setattr(door, "look", lambda *_: nobody)
+    monkeypatch.setattr(door, "check_page", lambda *_: nobody)
     assert door.page(settings(), 0.0, running=False).level == "ok"
     assert door.page(settings(), 0.0, running=True).level == "bad"
-    monkeypatch.setattr(door, "look", lambda *_: Sentence("tunnel.clock", {"n": 1440}))
+    monkeypatch.setattr(door, "check_page", lambda *_: Sentence("tunnel.clock", {"n": 1440}))
     told = door.page(settings(), 0.0, running=True)
     assert (told.level, "1,440 minutes" in told.sentence) == ("bad", True)
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax.commands.doctor.verdict import Check, Verdict, bad, ok, warning
 from wax.door import ssh
-from wax.door.page import look
+from wax.door.page import check_page
 from wax.door.tunnel import command, lines_of, start, target, with_key
 from wax.rtc import relay_check
 from wax.rtc.ice_servers import IceServers
@@ -78,7 +78,7 @@ def page(settings: Settings, wall_s: float, *, running: bool) -> Verdict:
     if not url:
         return bad("The page's public address is not known.", "Set [server] public_url.")
     here = target(settings.server.host, settings.server.port) if running else None
-    problem = look(url, wall_s, here)
+    problem = check_page(url, wall_s, here)
     if problem is None:
         return ok(f"{url} opens, with a valid certificate.")
     if problem.code == "tunnel.page" and not running and "502" in str(problem):
