@@ -44,7 +44,7 @@ async def test_no_secret_and_nothing_raw_is_logged(serve: Serve, tmp_path: Path)
                 host.say(type="invite", purpose="queue", uses=1, valid_s=3600)
                 assert await host.until(lambda: bool(host.newest("invitation")), 20)
                 token = str(host.newest("invitation")["token"])
-            link, *_ = await asyncio.to_thread(host_link.ask, state)
+            link, *_ = await asyncio.to_thread(host_link.request_links, state)
             secret = link.partition("#host=")[2]
             async with aiohttp.ClientSession() as session:
                 for path, body in (

@@ -222,7 +222,7 @@ def _add_host_link(commands: argparse._SubParsersAction[argparse.ArgumentParser]
 
 def _host_link(arguments: argparse.Namespace) -> int:
     settings = config.load(arguments.config)
-    print("\n".join(host_link.ask(state_dir.find(settings.server.state_dir))))
+    print("\n".join(host_link.request_links(state_dir.find(settings.server.state_dir))))
     return 0
 
 

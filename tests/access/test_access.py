@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Wall(TurnedClock):
-    """A clock whose date is turned with it."""
+    """A fake clock whose wall time advances with it."""
 
     def wall_ms(self) -> int:
         return int(self.time_s * 1000)
@@ -30,7 +30,7 @@ def make(clock: TurnedClock, lasting: Lasting | None = None) -> Access:
 
 
 def test_a_browser_is_who_its_cookie_says() -> None:
-    """And nobody without one, or with one that is not ours."""
+    """A browser has the identity in its cookie, and none without a cookie that we signed."""
     access = make(Wall())
     cookie = access.new_identity()
     visitor = access.visitor(Shown(cookie), "192.0.2.1")
@@ -40,7 +40,7 @@ def test_a_browser_is_who_its_cookie_says() -> None:
 
 
 def test_a_host_link_works_once() -> None:
-    """Its secret becomes a cookie; a used or made-up one tells how to get another."""
+    """A link's secret gives one cookie; a used or invented one is refused with advice."""
     access = make(Wall())
     secret = access.new_host_link()
     cookie = access.become_host(secret)
@@ -51,18 +51,18 @@ def test_a_host_link_works_once() -> None:
 
 
 def test_two_hosts() -> None:
-    """Each link makes one; neither ends the other."""
+    """Each link makes a host, without ending another's sign-in."""
     access = make(Wall())
     cookies = [access.become_host(access.new_host_link()) for _ in range(2)]
     assert all(access.visitor(Shown(host=one), "").is_host for one in cookies)
 
 
 def test_a_host_s_cookie_is_renewed_as_it_is_used() -> None:
-    """The old one lasts a minute more, for the tabs that are using it."""
+    """A replaced cookie stays valid for a minute, for other tabs that are using it."""
     clock = Wall()
     access = make(clock)
     old = access.become_host(access.new_host_link())
-    new = access.renewed(Shown(host=old))
+    new = access.renew_cookie(Shown(host=old))
     assert new is not None
     assert access.visitor(Shown(host=old), "").is_host
     clock.time_s += 61.0
@@ -71,7 +71,7 @@ def test_a_host_s_cookie_is_renewed_as_it_is_used() -> None:
 
 
 def test_an_invitation_is_used_as_often_as_it_says() -> None:
-    """By as many people; the same one may come back, also in other tabs."""
+    """An invitation admits its number of people; each may return, in other tabs, too."""
     access = make(Wall())
     token, _ = access.invite("queue", uses=2, valid_s=600)
     for identity in ("ann", "bob", "ann", "bob"):
@@ -81,7 +81,7 @@ def test_an_invitation_is_used_as_often_as_it_says() -> None:
 
 
 def test_who_is_refused_leaves_nothing() -> None:
-    """A link that is used up may be tried for ever, each time by a new browser."""
+    """Refused attempts on a used-up invitation store nothing, however many browsers try."""
     access = make(Wall())
     token, _ = access.invite("queue", uses=1, valid_s=600)
     access.enter(token, "ann")
@@ -92,7 +92,7 @@ def test_who_is_refused_leaves_nothing() -> None:
 
 
 def test_uses_outlast_the_server() -> None:
-    """A restart gives nobody a second use."""
+    """The uses of an invitation survive a restart."""
     clock = Wall()
     token, ends_s = make(clock).invite("watch", uses=1, valid_s=600)
     probe = make(clock)
@@ -104,12 +104,12 @@ def test_uses_outlast_the_server() -> None:
 
 
 def test_the_larger_invitation_counts_until_it_ends() -> None:
-    """Who was invited to queue by one and to watch by another may queue, then watch."""
+    """Of two invitations, the one to queue counts until it expires, then the one to watch."""
     clock = Wall()
     access = make(clock)
     for purpose, valid_s in (("watch", 600), ("queue", 60)):
         access.enter(access.invite(purpose, uses=1, valid_s=valid_s)[0], "ann")  # type: ignore[arg-type]
-    visitor = access.again(access.visitor(Shown(), "192.0.2.1"))
+    visitor = access.refreshed(access.visitor(Shown(), "192.0.2.1"))
     assert visitor.invited_to is None
     assert access._invited_to("ann") == "queue"
     clock.time_s += 61.0
@@ -119,7 +119,7 @@ def test_the_larger_invitation_counts_until_it_ends() -> None:
 
 
 def test_the_secret_outlasts_the_server(tmp_path: Path) -> None:
-    """It is made once, readable by its owner only; a damaged one is replaced."""
+    """The secret is created once, readable by its owner only; a damaged one is replaced."""
     first = load_secret(str(tmp_path))
     assert load_secret(str(tmp_path)) == first
     path = tmp_path / "secret"
@@ -129,6 +129,6 @@ def test_the_secret_outlasts_the_server(tmp_path: Path) -> None:
 
 
 def test_without_a_folder_the_secret_lasts_as_long_as_the_server(tmp_path: Path) -> None:
-    """Nothing else suffers."""
+    """A secret that cannot be stored is logged and works until the server ends."""
     (tmp_path / "file").write_text("")
     assert len(load_secret(str(tmp_path / "file" / "x"))) == 32

@@ -1,4 +1,4 @@
-"""The door: who comes in, and what they may there."""
+"""Admission: who is let in, and with which rights."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def refused(door: Admission, visitor: Visitor, now_s: float = MONDAY_S) -> NotAd
 
 
 def test_by_default_strangers_may_do_everything_a_viewer_does() -> None:
-    """A robot at home is open to whoever gets its link."""
+    """By default, anyone with the link is admitted with all of a viewer's rights."""
     assert make().check(ANN, MONDAY_S) == Grant(hear=True, queue=True)
 
 
@@ -67,7 +67,7 @@ def test_what_strangers_and_the_invited_may(
     guest: tuple[bool, bool],
     friend: tuple[bool, bool],
 ) -> None:
-    """An invitation gives what it says, and never less than a stranger has."""
+    """An invitation gives the rights in it, and never fewer than a stranger's."""
     door = make(**settings)
     if stranger is None:
         assert refused(door, ANN).sentence == BY_INVITATION
@@ -79,7 +79,7 @@ def test_what_strangers_and_the_invited_may(
 
 
 def test_a_lock_keeps_the_invited() -> None:
-    """One press, and strangers are out."""
+    """A lock keeps out strangers and admits the invited."""
     door = make()
     door.is_locked = True
     assert refused(door, ANN).sentence == LOCKED
@@ -88,7 +88,7 @@ def test_a_lock_keeps_the_invited() -> None:
 
 
 def test_a_ban_is_for_a_browser_and_its_address() -> None:
-    """With a new identity from the same address, or the old one from another: out for a day."""
+    """A ban refuses the identity at any address, and the address for any identity, for a day."""
     door = make()
     ban = door.ban(TROLL, MONDAY_S)
     for one in (TROLL, Visitor("new", TROLL.address), Visitor("troll", "192.0.2.99")):
@@ -101,21 +101,21 @@ def test_a_ban_is_for_a_browser_and_its_address() -> None:
 
 @pytest.mark.parametrize("address", ["127.0.0.1", "::/64", "", "no address"])
 def test_this_machines_address_is_never_banned(address: str) -> None:
-    """Everybody behind a proxy that is not trusted comes from it."""
+    """A ban exempts loopback addresses: everybody behind an untrusted proxy has one."""
     door = make()
     door.ban(Visitor("troll", address if address != "::/64" else "::1/128"), MONDAY_S)
     assert door.check(Visitor("ann", "127.0.0.1"), MONDAY_S).queue
 
 
 def test_a_host_cannot_lock_themselves_out() -> None:
-    """Who bans their own home is still the host there."""
+    """A host who bans their own address is still admitted."""
     door = make()
     door.ban(ANN, MONDAY_S)
     assert door.check(HOST, MONDAY_S).queue
 
 
 def test_outside_the_hours_only_the_host_comes_in() -> None:
-    """The others are told when it opens."""
+    """Outside opening hours, guests are refused with the next ones; the host is admitted."""
     door = make("mon-fri 09:00-11:00")
     for one in (ANN, FRIEND):
         error = refused(door, one)
@@ -129,7 +129,7 @@ def test_outside_the_hours_only_the_host_comes_in() -> None:
 
 
 def test_the_host_closes_for_the_day() -> None:
-    """It opens by its hours the next time, by itself, or when the host opens it."""
+    """A closed robot reopens with its next opening hours, or when the host reopens it."""
     door = make("mon-fri 09:00-18:00")
     door.close(True, MONDAY_S)
     assert not door.is_open(MONDAY_S + 5 * HOUR_S)
@@ -141,7 +141,7 @@ def test_the_host_closes_for_the_day() -> None:
 
 
 def test_without_hours_the_host_opens() -> None:
-    """Nobody knows when, so nobody is told."""
+    """Without opening hours, a closed robot names no time of reopening."""
     door = make()
     door.close(True, MONDAY_S)
     assert refused(door, ANN).openings == []
@@ -149,7 +149,7 @@ def test_without_hours_the_host_opens() -> None:
 
 
 def test_ten_tabs_are_too_many() -> None:
-    """Of one person; each has a peer of its own."""
+    """One person's tabs are limited, since each has a peer connection of its own."""
     door = make(max_tabs=4)
     with pytest.raises(FullError, match="close another tab"):
         door.check_tabs(ANN, [ANN] * 4)

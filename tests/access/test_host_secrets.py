@@ -6,14 +6,14 @@ from wax.access.host_secrets import COOKIE_S, LINK_S, OVERLAP_S, HostSecrets
 
 
 class Kept(dict[str, float]):
-    """What the records would keep."""
+    """A fake of the records' `keep`."""
 
     def __call__(self, name: str, ends_s: float) -> None:
         self[name] = ends_s
 
 
 def test_a_link_works_once() -> None:
-    """Whoever opens it first is the host; the second is told that it was used."""
+    """The first to open a link gets a cookie, the second none."""
     hosts = HostSecrets((), Kept())
     secret = hosts.new_link(0.0)
     cookie = hosts.exchange(secret, 1.0)
@@ -22,7 +22,7 @@ def test_a_link_works_once() -> None:
 
 
 def test_a_link_ends() -> None:
-    """After a day, and nobody guesses one."""
+    """A link expires after a day, and an invented secret gives no cookie."""
     hosts = HostSecrets((), Kept())
     assert hosts.exchange(hosts.new_link(0.0), LINK_S) is None
     assert hosts.exchange("guess", 0.0) is None
@@ -31,7 +31,7 @@ def test_a_link_ends() -> None:
 
 
 def test_only_the_newest_links_work() -> None:
-    """A host who asks for a link each hour leaves no pile of them."""
+    """Only the newest eight links are valid."""
     hosts = HostSecrets((), Kept())
     links = [hosts.new_link(0.0) for _ in range(9)]
     assert hosts.exchange(links[0], 1.0) is None
@@ -39,7 +39,7 @@ def test_only_the_newest_links_work() -> None:
 
 
 def test_a_cookie_changes_with_each_use() -> None:
-    """The one before is good for another minute, and cannot be changed again."""
+    """A rotated cookie stays valid for a minute, and cannot be rotated again."""
     hosts = HostSecrets((), Kept())
     first = hosts.exchange(hosts.new_link(0.0), 0.0)
     assert first is not None
@@ -53,7 +53,7 @@ def test_a_cookie_changes_with_each_use() -> None:
 
 
 def test_cookies_survive_a_restart() -> None:
-    """By their hashes: what is kept lets nobody in."""
+    """Cookies survive a restart as hashes, which let nobody in."""
     kept = Kept()
     hosts = HostSecrets((), kept)
     cookie = hosts.exchange(hosts.new_link(0.0), 0.0)
@@ -64,7 +64,7 @@ def test_cookies_survive_a_restart() -> None:
 
 
 def test_what_is_over_is_forgotten() -> None:
-    """A host of many years has few cookies."""
+    """Expired cookies are deleted."""
     hosts = HostSecrets((), Kept())
     for turn in range(100):
         hosts.exchange(hosts.new_link(turn * COOKIE_S), turn * COOKIE_S)
@@ -72,7 +72,7 @@ def test_what_is_over_is_forgotten() -> None:
 
 
 def test_a_sign_in_is_all_cookies_that_replace_each_other() -> None:
-    """To sign out the others ends theirs for good, and links that wait; one's own go on."""
+    """Signing out the others ends their cookies and all unused links, but not one's own cookies."""
     kept = Kept()
     hosts = HostSecrets((), kept)
     mine, theirs = (hosts.exchange(hosts.new_link(0.0), 0.0) for _ in range(2))
@@ -91,7 +91,7 @@ def test_a_sign_in_is_all_cookies_that_replace_each_other() -> None:
 
 
 def test_a_replaced_cookie_that_comes_again_is_noticed() -> None:
-    """Once its minute is over, for as long as what replaced it is in force."""
+    """A replaced cookie is recognized after its minute, while its successor is valid."""
     hosts = HostSecrets((), Kept())
     first = hosts.exchange(hosts.new_link(0.0), 0.0)
     assert first

@@ -57,12 +57,12 @@ CELLS: dict[permissions.Act, str] = {
     "POST /api/proof": "host",
     "GET /api/proof/record": "host",
 }
-"""Written down a second time, so that a change of the table is a decision."""
+"""A second copy of the table, so that a change to it is deliberate."""
 
 
 @pytest.mark.parametrize("role", ROLES)
 def test_every_cell(role: Role) -> None:
-    """Each role may do what its cell says, and is otherwise told who may."""
+    """Each role may do what its cell allows, and is otherwise told who may."""
     for act, cell in CELLS.items():
         may = role in cell.split()
         assert permissions.may(role, act) is may
@@ -76,7 +76,7 @@ def test_every_cell(role: Role) -> None:
 
 
 def test_every_message_has_its_row() -> None:
-    """A new message that nobody has thought about is nobody's."""
+    """Every message of the protocol has a row."""
     known = {*get_args(messages.DriveIn), *get_args(messages.StateIn)}
     assert known == {act for act in PERMISSIONS if isinstance(act, type)}
     assert PERMISSIONS.keys() == CELLS.keys()
@@ -84,6 +84,6 @@ def test_every_message_has_its_row() -> None:
 
 @pytest.mark.parametrize("role", ROLES)
 def test_what_is_in_no_row_nobody_may(role: Role) -> None:
-    """A route that somebody forgot is closed."""
+    """An act without a row is forbidden to every role."""
     with pytest.raises(ForbiddenError, match="Nobody can do that"):
         permissions.check(role, "GET /api/new")

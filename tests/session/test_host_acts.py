@@ -204,7 +204,7 @@ async def test_the_host_reads_of_a_cookie_that_is_used_again(
 ) -> None:
     """From where, until they have signed out the others."""
     cookie = rig.access.become_host(rig.access.new_host_link())
-    rig.access.renewed(Shown(host=cookie))
+    rig.access.renew_cookie(Shown(host=cookie))
     rig.wait(1.2, host)
     assert host.last("console")["reused"] is None
     monkeypatch.setattr(rig.clock, "wall_ms", lambda: round(OVERLAP_S * 1000))

@@ -115,7 +115,7 @@ class History:
 
     def page(self, who: int) -> tuple[Visitor, str]:
         one = visitor(f"guest-{who // 2}", address=f"192.0.2.{who % 2}")
-        return self.rig.access.again(one), f"tab-{who:04}"
+        return self.rig.access.refreshed(one), f"tab-{who:04}"
 
     async def enters(self, who: int) -> None:
         await self.rig.room.answer(*self.page(who), OFFER)

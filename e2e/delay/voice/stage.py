@@ -52,7 +52,7 @@ class Stage:
     @asynccontextmanager
     async def host(self) -> AsyncIterator[Page]:
         """Have the host's page open beside the operator's, in the same browser."""
-        link, *_ = await asyncio.to_thread(host_link.ask, self.state)
+        link, *_ = await asyncio.to_thread(host_link.request_links, self.state)
         async with self.browser.window(_preload(listens=False)) as window:
             await window.goto(f"{self.system.url}#{urlsplit(link).fragment}")
             await _sees(window)

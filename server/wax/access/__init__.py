@@ -1,5 +1,5 @@
-"""Who somebody is, and what they may do: secrets, invitations, bans, and the permission table.
+"""Identity, admission and permissions: secrets, invitations, bans, and the permission table.
 
 `secret_file` keeps the server's secret on disk, `host_link` is a socket, and `access` writes to the
-records; the rest is pure. Who is connected lives in `wax.session`.
+records; the rest is pure. Connected viewers are in `wax.session`.
 """

@@ -1,4 +1,4 @@
-"""Who somebody is, and what they may do: identities, hosts, invitations and the door in one."""
+"""One front for identities, hosts, invitations and admission."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ _LOG = structlog.get_logger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """What a browser shows with each request: its cookies, None where it has none."""
+    """The cookies that a request carries; None for each that is missing."""
 
     identity: str | None = None
     host: str | None = None
 
 
 class Access:
-    """Call it from the event loop; what must last goes to the records."""
+    """Call it from the event loop; what must outlast the server goes to the records."""
 
     def __init__(
         self, settings: AccessSettings, records: Records, clock: Clock, secret: bytes
@@ -52,32 +52,32 @@ class Access:
         )
         self._hosts = HostSecrets(lasting.host_cookies, records.keep_host_cookie)
         self.reused_at: str | None = None
-        """The newest address at which somebody may have a copy of a host's cookie."""
+        """The newest address that used a replaced host's cookie, which may be a stolen copy."""
         self._invited: defaultdict[str, dict[str, Invited]] = defaultdict(dict)
-        """By identity, then by invitation."""
+        """The invitations used, by identity and then by invitation."""
         for one in lasting.invited:
             self._invited[one.identity][one.invitation] = one
 
     # --- who somebody is -------------------------------------------------------------------
 
     def identity_of(self, shown: Shown) -> str | None:
-        """Return the identity that a browser was given; None if it shows none of ours."""
+        """Return a browser's identity; None if it has no valid cookie of ours."""
         return self._keyring.identity_of(shown.identity)
 
     def new_identity(self, *, bound: bool = False) -> str:
-        """Return a cookie that makes a browser somebody (`Keyring.new_identity`)."""
+        """Return a cookie with a new identity (`Keyring.new_identity`)."""
         return self._keyring.new_identity(bound=bound)
 
     def visitor(self, shown: Shown, address: str) -> Visitor:
-        """Return who has sent a request; without an identity of ours they are nobody."""
+        """Return who sent a request; without a valid cookie, their identity is empty."""
         identity = self.identity_of(shown) or ""
         sign_in = self._hosts.sign_in(shown.host, self._now_s())
         if shown.host is not None and not sign_in:
             self._watch_for_copies(shown.host, address)
         return Visitor(identity, address, sign_in, self._invited_to(identity))
 
-    def again(self, visitor: Visitor) -> Visitor:
-        """Return a visitor with what they are invited to now, and a host if they still are."""
+    def refreshed(self, visitor: Visitor) -> Visitor:
+        """Return a visitor with current invitations, and as host only if still signed in."""
         is_host = visitor.is_host and self._hosts.is_signed_in(visitor.sign_in, self._now_s())
         invited_to = self._invited_to(visitor.identity)
         return replace(visitor, sign_in=visitor.sign_in if is_host else "", invited_to=invited_to)
@@ -89,13 +89,13 @@ class Access:
             self.reused_at = address
 
     def admit(self, visitor: Visitor) -> Grant:
-        """Return what a visitor may do; raises `NotAdmittedError` with a sentence for them."""
+        """Return a visitor's rights; raises `NotAdmittedError` with a sentence for them."""
         return self.admission.check(visitor, self._now_s())
 
     # --- the host ----------------------------------------------------------------------------
 
     def new_host_link(self) -> str:
-        """Return the secret of a link that makes whoever opens it first the host."""
+        """Return the secret of a link that makes the first person who opens it host."""
         return self._hosts.new_link(self._now_s())
 
     def become_host(self, secret: str) -> str:
@@ -105,8 +105,8 @@ class Access:
             raise ForbiddenError(Sentence("link.used"))
         return cookie
 
-    def renewed(self, shown: Shown) -> str | None:
-        """Return the cookie that replaces the host's; None if theirs stays or is none."""
+    def renew_cookie(self, shown: Shown) -> str | None:
+        """Return the cookie that replaces a host's; None if it stays or is not a host's."""
         return None if shown.host is None else self._hosts.rotate(shown.host, self._now_s())
 
     def sign_out_others(self, host: Visitor) -> int:
@@ -117,11 +117,11 @@ class Access:
     # --- invitations -------------------------------------------------------------------------
 
     def invite(self, purpose: Purpose, *, uses: int, valid_s: float) -> tuple[str, float]:
-        """Return a new invitation's token, and when it ends in seconds since 1970."""
+        """Return a new invitation's token, and when it expires in seconds since 1970."""
         return self._keyring.invite(purpose, uses=uses, valid_s=valid_s), self._now_s() + valid_s
 
     def enter(self, token: str, identity: str) -> Invitation:
-        """Use an invitation, as often as one likes but as one person; raises `ForbiddenError`."""
+        """Use an invitation: each person counts once, however often; raises `ForbiddenError`."""
         invitation = self._keyring.invitation_of(token)
         if invitation.id not in self._invited.get(identity, ()):
             if self._uses(invitation.id) >= invitation.uses:
@@ -139,14 +139,14 @@ class Access:
         purposes = {one.purpose for one in uses.values() if self._now_s() < one.until_s}
         return "queue" if "queue" in purposes else "watch" if "watch" in purposes else None
 
-    # --- the host's acts at the door ---------------------------------------------------------
+    # --- the host's acts on admission --------------------------------------------------------
 
     def ban(self, visitor: Visitor) -> None:
-        """Keep somebody out for a day, with their address."""
+        """Ban somebody and their address for a day."""
         self._records.keep_ban(self.admission.ban(visitor, self._now_s()))
 
     def close(self, is_closed: bool) -> None:
-        """Close to guests, or open again."""
+        """Close to guests, or reopen."""
         self.admission.close(is_closed, self._now_s())
 
     @property
@@ -155,7 +155,7 @@ class Access:
 
     @property
     def opens_wall_ms(self) -> float | None:
-        """When guests are let in again (since 1970); None if they are now, or nobody knows."""
+        """When guests are next admitted (ms since 1970); None if they are now, or if unknown."""
         opens_s = self.admission.opens_s(self._now_s())
         return None if opens_s is None else opens_s * 1000
 

@@ -1,4 +1,4 @@
-"""Who may come in (opening hours, bans of a day), and what they may do there."""
+"""Who is admitted (opening hours, bans of a day), and with which rights."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ TOO_MANY_TABS: Final = Sentence("door.too_many_tabs")
 
 @dataclass(frozen=True, slots=True)
 class Visitor:
-    """Somebody at the door: a browser's identity, its address, and what they have shown.
+    """Somebody who asks for admission: a browser's identity, address and credentials.
 
-    `address` is as limits count it: an IPv4 address or an IPv6 /64 prefix. `sign_in` is the host's,
-    empty for guests. An embed is a page in another site's frame, and has an identity of its own
-    that no cookie shows.
+    `address` is what limits count: an IPv4 address or an IPv6 /64 prefix. `sign_in` is the host's,
+    empty for guests. An embed is a page in another site's frame; it has an identity of its own
+    without a cookie.
     """
 
     identity: str
@@ -49,7 +49,7 @@ class Visitor:
 
 @dataclass(frozen=True, slots=True)
 class Grant:
-    """What a viewer may do in the room."""
+    """A viewer's rights in the room."""
 
     hear: bool
     queue: bool
@@ -59,7 +59,7 @@ _EVERYTHING: Final = Grant(hear=True, queue=True)
 
 
 class Admission:
-    """The door: configuration, opening hours, what the host has closed, and whom they banned.
+    """Decides by configuration, opening hours, bans, and whether the host has closed or locked.
 
     Times are in seconds since 1970.
     """
@@ -75,9 +75,9 @@ class Admission:
         self.closed_until_s: float | None = None
 
     def ban(self, visitor: Visitor, now_s: float) -> Ban:
-        """Keep out a browser for a day, and its address.
+        """Ban a browser and its address for a day.
 
-        Not this machine's own: everybody behind a proxy that is not trusted has that.
+        This machine's own address is exempt: everybody behind an untrusted proxy has it.
         """
         address = "" if _is_loopback(visitor.address) else visitor.address
         ban = Ban(visitor.identity, address, now_s + BAN_S)
@@ -85,19 +85,19 @@ class Admission:
         return ban
 
     def close(self, is_closed: bool, now_s: float) -> None:
-        """Close to guests until it opens by its hours the next time, or open again."""
+        """Close to guests until the next opening hours begin, or reopen."""
         self.is_closed = is_closed
         opens = self._hours.opens_next(_at(now_s)) if is_closed else None
         self.closed_until_s = None if opens is None else opens.timestamp()
 
     def is_open(self, now_s: float) -> bool:
-        """Whether guests are let in now."""
+        """Whether guests are admitted now."""
         if self.is_closed and self.closed_until_s is not None and now_s >= self.closed_until_s:
             self.is_closed = False
         return not self.is_closed and self._hours.is_open(_at(now_s))
 
     def opens_s(self, now_s: float) -> float | None:
-        """Return when guests are let in again; None if they are now, or if nobody knows."""
+        """Return when guests are next admitted; None if they are now, or if unknown."""
         if self.is_open(now_s):
             return None
         if self.is_closed:
@@ -106,7 +106,7 @@ class Admission:
         return None if opens is None else opens.timestamp()
 
     def check(self, visitor: Visitor, now_s: float) -> Grant:
-        """Return what a visitor may do; raises `NotAdmittedError` with a sentence for them."""
+        """Return a visitor's rights; raises `NotAdmittedError` with a sentence for them."""
         if visitor.is_host:
             return _EVERYTHING
         self._bans = [one for one in self._bans if now_s < one.until_s]
@@ -124,7 +124,7 @@ class Admission:
         return Grant(hear=settings.strangers_hear, queue=settings.strangers_queue)
 
     def check_tabs(self, visitor: Visitor, inside: Sequence[Visitor]) -> None:
-        """Raise `FullError` if this browser has as many pages open as it may."""
+        """Raise `FullError` if this browser has its maximum of open pages."""
         count = sum(one.identity == visitor.identity for one in inside)
         if not visitor.is_host and count >= self._settings.max_tabs:
             raise FullError(TOO_MANY_TABS)

@@ -1,6 +1,6 @@
-"""Hands the secret of a new host link to whoever may use this user's files: `wax host-link`.
+"""Gives new host links to anyone with access to this user's files: `wax host-link`.
 
-A Unix socket in the state folder, for its owner only; whoever connects is sent the links.
+It is a Unix socket in the state folder, for its owner only, that sends the links to each client.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _LOG = structlog.get_logger(__name__)
 
 SOCKET: Final = "host.sock"
 _LONGEST_PATH: Final = 100
-"""Of a Unix socket: 108 bytes on Linux, 104 on macOS."""
+"""A Unix socket's path has at most 108 bytes on Linux, 104 on macOS."""
 _ANSWER_S: Final = 3.0
 _MAX_CHARS: Final = 65_536
 
@@ -32,7 +32,7 @@ _MAX_CHARS: Final = 65_536
 class HostLinkSocket:
     """Serves from `open` to `close`; `make` returns links, which share one secret.
 
-    `state` is the configured folder for what outlives the server.
+    `state` is the configured state folder.
     """
 
     def __init__(self, state: str, make: Callable[[], list[str]]) -> None:
@@ -46,14 +46,14 @@ class HostLinkSocket:
         return self._server is not None
 
     async def open(self) -> None:
-        """Begin to serve; without it everything else works, so a failure is a warning."""
+        """Start serving; a failure is only a warning, since everything else works without it."""
         try:
             self._server = await asyncio.start_unix_server(self._answer, sock=self._bound())
         except (OSError, StateError, AttributeError) as error:
             _LOG.warning("`wax host-link` cannot reach this server", error=str(error))
 
     async def close(self) -> None:
-        """Stop serving; the file goes with it."""
+        """Stop serving and remove the socket's file."""
         if self._server is None:
             return
         self._server.close()
@@ -63,7 +63,7 @@ class HostLinkSocket:
                 self._path.unlink()
 
     def _bound(self) -> socket.socket:
-        """Return the socket, which no one else could have opened for a moment; raises `OSError`."""
+        """Return the bound socket, never open to other users; raises `OSError`."""
         self._path = state_dir.prepare(state_dir.find(self._state)) / SOCKET
         self._path.unlink(missing_ok=True)
         listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
@@ -86,8 +86,8 @@ class HostLinkSocket:
         _LOG.info("a host link was made")
 
 
-def ask(folder: Path) -> list[str]:
-    """Return the links for a new host of the server that runs here; raises `StateError`."""
+def request_links(folder: Path) -> list[str]:
+    """Ask the running server for a new host's links; raises `StateError`."""
     try:
         with _short(folder) as short, socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as end:
             end.settimeout(_ANSWER_S)
@@ -106,7 +106,7 @@ def ask(folder: Path) -> list[str]:
 
 @contextlib.contextmanager
 def _short(folder: Path) -> Iterator[str]:
-    """Yield a path of the folder that is short enough for a socket in it."""
+    """Yield a path to the folder that is short enough for a Unix socket in it."""
     if len(str(folder)) + len(SOCKET) < _LONGEST_PATH or not Path("/proc/self/fd").is_dir():
         yield str(folder)
         return

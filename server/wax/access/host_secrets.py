@@ -1,9 +1,8 @@
-"""The host is who holds a secret: a link that works once, then a cookie that changes with each use.
+"""A host is known by a secret: a link that works once, then a cookie that rotates with each use.
 
-The cookies that replace each other are one sign-in, which ends with all of them. One that was
-replaced and is used again all the same is a sign that somebody has a copy (RFC 9700, 4.14.2); that
-is known of the newest ones since the server's start. Only hashes are kept, so that the records let
-nobody in.
+The cookies that replace each other are one sign-in, and end together. If a replaced cookie is used
+again, somebody may have stolen a copy (RFC 9700, 4.14.2); this detects the newest ones replaced
+since the server's start. Only hashes are stored, so the records let nobody in.
 """
 
 from __future__ import annotations
@@ -17,10 +16,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
 LINK_S: Final = 86_400.0
-"""A link that nobody has used ends after a day."""
+"""An unused link expires after a day."""
 COOKIE_S: Final = 30 * 86_400.0
 OVERLAP_S: Final = 60.0
-"""The previous cookie is good for so long: another tab may be using it right now."""
+"""How long the previous cookie stays valid: another tab may be using it right now."""
 _MOST_LINKS: Final = 8
 _MOST_REPLACED: Final = 1024
 
@@ -32,22 +31,22 @@ class _Cookie:
 
 
 class HostSecrets:
-    """The links and cookies in force, by their hashes, with the times (since 1970) when they end.
+    """The hashes of valid links and cookies, with their expiry (seconds since 1970).
 
-    `keep` is called with each cookie's hash and its end, and again when that changes.
+    `keep` stores each cookie's hash and expiry, and is called again when that changes.
     """
 
     def __init__(
         self, kept: Iterable[tuple[str, float]], keep: Callable[[str, float], None]
     ) -> None:
         self._links: dict[str, float] = {}
-        # Of an earlier server it is not known which belong together: each is a sign-in of its own.
+        # Which cookies of an earlier run belong together is unknown: each is its own sign-in.
         self._cookies = {name: _Cookie(ends_s, name) for name, ends_s in kept}
-        self._replaced: dict[str, str] = {}  # which sign-in they are of, the newest last
+        self._replaced: dict[str, str] = {}  # hash to sign-in, the newest last
         self._keep = keep
 
     def new_link(self, now_s: float) -> str:
-        """Return the secret of a link that makes whoever opens it first the host."""
+        """Return the secret of a link that makes the first person who opens it host."""
         secret = secrets.token_urlsafe(24)
         self._links[_hash(secret)] = now_s + LINK_S
         while len(self._links) > _MOST_LINKS:
@@ -55,27 +54,27 @@ class HostSecrets:
         return secret
 
     def exchange(self, secret: str, now_s: float) -> str | None:
-        """Return a cookie for a link's secret, once; None if it is unknown, used or over."""
+        """Return a cookie for a link's secret, once; None if it is unknown, used or expired."""
         ends_s = self._links.pop(_hash(secret), None)
         if ends_s is None or now_s >= ends_s:
             return None
         return self._new_cookie(now_s)
 
     def sign_in(self, cookie: str | None, now_s: float) -> str:
-        """Return which sign-in of a host this cookie belongs to; empty if it is not the host's."""
+        """Return the sign-in of this cookie; empty if it is no valid cookie of a host."""
         found = None if cookie is None else self._cookies.get(_hash(cookie))
         return "" if found is None or now_s >= found.ends_s else found.sign_in
 
     def is_signed_in(self, sign_in: str, now_s: float) -> bool:
-        """Whether a sign-in is in force."""
+        """Whether a sign-in is valid."""
         return any(one.sign_in == sign_in and now_s < one.ends_s for one in self._cookies.values())
 
     def was_replaced(self, cookie: str, now_s: float) -> bool:
-        """Whether this cookie was replaced by one that is in force."""
+        """Whether this cookie was replaced by one that is still valid."""
         return self.is_signed_in(self._replaced.get(_hash(cookie), ""), now_s)
 
     def sign_out_others(self, sign_in: str) -> int:
-        """End all other sign-ins, and all links that nobody has used; returns how many ended."""
+        """End all other sign-ins and all unused links; return how many sign-ins ended."""
         self._links.clear()
         others = [name for name, one in self._cookies.items() if one.sign_in != sign_in]
         ended = {self._cookies.pop(name).sign_in for name in others}
@@ -84,7 +83,7 @@ class HostSecrets:
         return len(ended)
 
     def rotate(self, cookie: str, now_s: float) -> str | None:
-        """Return the cookie that replaces this one; None if it is over or was replaced already."""
+        """Return the cookie that replaces this one; None if it has expired or been replaced."""
         name = _hash(cookie)
         found = self._cookies.get(name)
         if found is None or now_s + OVERLAP_S >= found.ends_s:
@@ -109,5 +108,5 @@ class HostSecrets:
 
 
 def _hash(secret: str) -> str:
-    # A header's bytes that are not UTF-8 come as surrogates (PEP 383).
+    # Bytes of a header that are not UTF-8 arrive as surrogates (PEP 383).
     return hashlib.sha256(secret.encode(errors="backslashreplace")).hexdigest()

@@ -1,7 +1,7 @@
 """What the server signs: the identities of browsers, and invitations.
 
-Both are signed with one secret, which is kept with the records; a new one makes everybody a
-stranger again.
+Both are signed with one secret, stored in the state folder; a new secret makes everybody a stranger
+and ends all invitations.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 SECRET_BYTES: Final = 32
 MAX_TOKEN_CHARS: Final = 512
 _AHEAD_S: Final = 300.0
-"""A server's clock may have been set back a little since an invitation was made."""
+"""The server's clock may be set back this far after an invitation was made."""
 
 _BOUND: Final = "~"
-"""Begins the identities that are valid only in a cookie which no other site can have set."""
+"""The prefix of an identity that is valid only in a cookie that no other site can set."""
 
 _SIGNED_BY: Final[dict[str, Any]] = {"key_derivation": "hmac", "digest_method": hashlib.sha256}
 
@@ -45,7 +45,7 @@ class _Signed(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Invitation:
-    """Lets `uses` people in until `ends_s` (seconds since 1970), to watch or also to queue."""
+    """Admits `uses` people until `ends_s` (seconds since 1970), to watch or also to queue."""
 
     id: str
     purpose: Purpose
@@ -54,7 +54,7 @@ class Invitation:
 
 
 class Keyring:
-    """Makes and reads what is signed with `secret`; `wall_s` is the time since 1970."""
+    """Signs and verifies with `secret`; `wall_s` returns the seconds since 1970."""
 
     def __init__(self, secret: bytes, wall_s: Callable[[], float]) -> None:
         self._identities = Signer(secret, salt="identity", **_SIGNED_BY)
@@ -62,12 +62,12 @@ class Keyring:
         self._wall_s = wall_s
 
     def new_identity(self, *, bound: bool = False) -> str:
-        """Return a cookie for a browser that has none; `is_bound` knows one that was made so."""
+        """Return a cookie with a new identity, for which `is_bound` is true if `bound`."""
         mark = _BOUND if bound else ""
         return self._identities.sign(mark + secrets.token_urlsafe(12)).decode()
 
     def identity_of(self, cookie: str | None) -> str | None:
-        """Return who holds this cookie; None if it is not ours."""
+        """Return the identity in a cookie; None if we did not sign it."""
         if cookie is None or len(cookie) > MAX_TOKEN_CHARS:
             return None
         try:
@@ -88,7 +88,7 @@ class Keyring:
         return token if isinstance(token, str) else token.decode()
 
     def invitation_of(self, token: str) -> Invitation:
-        """Read a token; raises `ForbiddenError` with a sentence for whoever came with it."""
+        """Verify a token; raises `ForbiddenError` with a sentence for its bearer."""
         try:
             if len(token) > MAX_TOKEN_CHARS:
                 raise BadData("too long")
@@ -105,5 +105,5 @@ class Keyring:
 
 
 def is_bound(cookie: str) -> bool:
-    """Whether an identity counts only in a cookie that no other site can have set."""
+    """Whether an identity is valid only in a cookie that no other site can set."""
     return cookie.startswith(_BOUND)

@@ -1,11 +1,11 @@
-"""Who may do what: one row for each message and route, asked in one place each.
+"""The permission table: one row for each message and route, each checked in one place.
 
-A role is what somebody is now: the host by a secret, the operator by their turn, an observer by
-being let in. An operator becomes an adviser while the person aboard has the robot; that person
-outranks every row here and needs none, since their hand control is read beside the server
-(`wax.control.local_hand`). An embed watches in a frame on another site, and does nothing else,
-whatever cookies its browser has. A stranger has a page but no place in the room. The house is the
-host's home automation, whoever presses there; it is no browser and never drives.
+A role is what somebody is now: a host by a secret, the operator by their turn, an observer by
+admission. An operator becomes an adviser while the person aboard controls the robot; that person
+outranks every row and needs none, since the robot's own computer reads their hand control
+(`wax.control.local_hand`). An embed only watches in a frame on another site, whatever cookies its
+browser has. A stranger has a page but no place in the room. The house is the host's home
+automation, whoever uses it; it is no browser and never drives.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ Act = type | str
 """A message of the protocol, a route as ``METHOD /path``, or one of those below."""
 
 SPEAK: Final = "a voice"
-"""Sound from the page's microphone, which is no message."""
+"""Sound from the page's microphone, which does not come as a message."""
 DIAGNOSIS: Final = "what fails"
-"""Reading the particulars of a fault, such as the port of a robot that does not answer."""
+"""Reading the details of a fault, such as the port of a robot that does not answer."""
 
 ROLES: Final[tuple[Role, ...]] = get_args(Role)
 
@@ -39,7 +39,7 @@ _IN_CHARGE: Final = frozenset[Role]({"adviser", "operator", "host"})
 _HOST: Final = frozenset[Role]({"host"})
 
 PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
-    # Watching and waiting. Whether a stranger may come in is a question of admission.
+    # Watching and waiting. Whether a stranger may enter is decided by admission.
     messages.Ping: _WATCHING,
     messages.Report: _WATCHING,
     messages.SetName: _INSIDE,
@@ -51,13 +51,13 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
     messages.Here: _INSIDE,
     # Driving, and stopping.
     messages.Drive: _DRIVING,
-    messages.Operate: _INSIDE,  # which control, `[[controls]] roles` says
+    messages.Operate: _INSIDE,  # `[[controls]] roles` decides for each control
     messages.Stop: _INSIDE | _HOUSE,
-    messages.Release: _IN_CHARGE | _HOUSE,  # the house's where `[mqtt] release` says so
-    # Speaking to the people beside the robot; never those who only watch.
+    messages.Release: _IN_CHARGE | _HOUSE,  # the house only if `[mqtt] release` allows it
+    # Speaking to the people beside the robot, which viewers never may.
     SPEAK: _IN_CHARGE,
     messages.KeepTape: _IN_CHARGE,
-    # The host's.
+    # The host's acts.
     messages.HoldQueue: _HOST | _HOUSE,
     messages.EndTurn: _HOST,
     messages.Remove: _HOST,
@@ -107,12 +107,12 @@ _ONLY: Final[Mapping[frozenset[Role], Sentence]] = {
 
 
 def may(role: Role, act: Act) -> bool:
-    """Whether somebody in this role may do this; what is not in the table nobody may."""
+    """Whether this role may do this; nobody may do what is not in the table."""
     return role in PERMISSIONS.get(act, frozenset())
 
 
 def check(role: Role, act: Act) -> None:
-    """Raise `ForbiddenError`, with a sentence, where `may` says no."""
+    """Raise `ForbiddenError` with a sentence unless `may` allows it."""
     if not may(role, act):
         if role == "adviser" and may("operator", act):
             raise ForbiddenError(Sentence("aboard.advise"))

@@ -18,9 +18,9 @@ FILE: Final = "secret"
 
 
 def load_secret(state: str) -> bytes:
-    """Return the secret, made if there is none; one that cannot be kept lasts as long as we do.
+    """Return the secret, created if missing; one that cannot be stored lasts as long as the server.
 
-    `state` is the configured folder for what outlives the server.
+    `state` is the configured state folder.
     """
     try:
         path = state_dir.prepare(state_dir.find(state)) / FILE

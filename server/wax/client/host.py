@@ -20,7 +20,7 @@ async def become_host(http: aiohttp.ClientSession, url: str, state: Path) -> Non
 
     Raises `StateError` or `aiohttp.ClientError`.
     """
-    link, *_ = await asyncio.to_thread(host_link.ask, state)
+    link, *_ = await asyncio.to_thread(host_link.request_links, state)
     secret = urlsplit(link).fragment.removeprefix("host=")
     async with http.post(f"{url}/api/host", json={"secret": secret}) as response:
         if not response.ok:

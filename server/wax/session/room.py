@@ -422,7 +422,7 @@ class Room:
     def check_all(self) -> None:
         """Send away everybody who may not stay any more, and update what the others may."""
         for viewer in self._viewers:
-            visitor = self._access.again(viewer.visitor)
+            visitor = self._access.refreshed(viewer.visitor)
             if viewer.visitor.is_host and not visitor.is_host:
                 viewer.visitor = visitor
                 self.send_away(viewer, SIGNED_OUT)

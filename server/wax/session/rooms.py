@@ -244,7 +244,7 @@ class Rooms:
             seated = self._seats.get(name)
             if seated is not None:
                 try:
-                    self._access.admit(self._access.again(seated.visitor))
+                    self._access.admit(self._access.refreshed(seated.visitor))
                 except NotAdmittedError as error:
                     self._end(name, error.sentence, error.openings)
         del self._unchecked[:_CHECKED_AT_ONCE]

@@ -442,7 +442,7 @@ class Routes:
         return response, made
 
     def _renew(self, request: web.Request, response: web.Response) -> None:
-        cookie = self._access.renewed(self._shown(request))
+        cookie = self._access.renew_cookie(self._shown(request))
         if cookie is not None:
             cookies.give_host(response, cookie, self._guards.seen(request).scheme)
         self._warn_of_plain_http(request)
