@@ -766,6 +766,8 @@ async def test_a_page_without_a_cookie_is_known_by_its_tab(rig: Rig) -> None:
     assert rig.room.by_tab(nobody, "ada's secret") == visitor("ada-1111")
     for tab in ("", "ada's", "the host's", "\udcff"):
         assert rig.room.by_tab(nobody, tab) is nobody
+    await rig.room.answer(visitor("ada-2222"), "ada's secret", OFFER)  # connected again
+    assert rig.room.by_tab(nobody, "ada's secret") == visitor("ada-2222")
 
 
 async def test_an_embed_is_nobody_by_its_tab(rig: Rig) -> None:

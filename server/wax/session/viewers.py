@@ -67,10 +67,10 @@ class Viewers:
         return next((one for one in self.of_identity(identity) if one.tab == tab), None)
 
     def of_secret(self, tab: str) -> Viewer | None:
-        """Return the viewer whose tab this is, of whichever browser; None if there is none."""
+        """Return the newest viewer whose tab this is, of whichever browser; None if none is."""
         if not (tab and tab.isascii()):
             return None
-        return next((one for one in self if compare_digest(one.tab, tab)), None)
+        return next((one for one in reversed([*self]) if compare_digest(one.tab, tab)), None)
 
     def of_identity(self, identity: str) -> list[Viewer]:
         """Return all viewers of one browser."""
