@@ -21,12 +21,8 @@ if TYPE_CHECKING:
     from e2e.harness.server import Server
 
 BUDGET_BYTES: Final = 75_000
-LATER: Final = {
-    *("roomviewer", "statspage", "bigscreen", "hostpanel", "calibrate", "controlset", "replay"),
-    *("patharc", "unsupportedpage"),
-    *("wayspanel", "rulespanel", "later", "de", "pseudo"),
-}
-"""Names of parts that are for some people, or for later."""
+FIRST: Final = {"first", "playerWorker"}
+"""The parts that everybody needs at once; any other is for some people, or for later."""
 HOST: Final = re.compile(
     r"""["'`(](?:https?:|wss?:)?//([a-z0-9-]+(?:\\?\.[a-z0-9-]+)+)""", re.IGNORECASE
 )
@@ -38,17 +34,14 @@ DIST: Final = ROOT / "server/wax/web/dist"
 async def test_little_is_loaded_before_the_first_picture(chromium: Browser, server: Server) -> None:
     """Page, scripts and styles are 75 kB as they travel, and nothing of them is for later."""
     async with await chromium.new_context(locale="en-GB") as context:
-        viewer = await Viewer.prepare(context, server.url)
-        await viewer.page.goto(server.url, wait_until="commit")
-        await viewer.page.locator("video").first.wait_for(state="attached")
-        loaded = await viewer.probe("loadedFirst()")
+        viewer = await Viewer.at(context, server.url)
+        loaded = await viewer.probe("loadedFirst('/sentences-')")
     sizes = {one["name"].removeprefix(server.url): one["encodedBodySize"] for one in loaded}
-    assert any(name.endswith(".js") for name in sizes), sizes
     assert "/" in sizes
+    # A part is called name-hash.js, with a hash of 8 characters.
+    assets = [name for name in sizes if name.startswith("/assets/")]
+    assert {Path(name).stem[:-9] for name in assets} == FIRST, sizes
     assert sum(sizes.values()) <= BUDGET_BYTES, sizes
-    # A part is called name-hash.js.
-    parts = {Path(name).stem.rpartition("-")[0].lower() for name in sizes}
-    assert not parts & LATER, sizes
 
 
 async def test_everything_loaded_is_the_servers_own_and_within_its_policy(

@@ -9,8 +9,18 @@
     constructor(...args) {
       super(...args);
       peers.push(this);
+      this.addEventListener("connectionstatechange", () => {
+        if (this.connectionState === "connected") home.waxConnectedMs ??= home.performance.now();
+      });
     }
   };
+
+  // When the first picture was shown, however late somebody asks.
+  const firstPictureMs = new Promise((shown) => {
+    const listen = ({ target }) =>
+      target.requestVideoFrameCallback?.((_now, frame) => shown(frame.presentationTime));
+    document.addEventListener("loadstart", listen, { capture: true });
+  });
 
   const peer = () => peers.filter((p) => p.connectionState !== "closed").at(-1) ?? null;
   const media = () => [...document.querySelectorAll("video, audio")];
@@ -146,18 +156,18 @@
     return Math.max(...data.filter((_, index) => index % 4 !== 3));
   };
 
-  // What was fetched until the first picture was shown.
-  const loadedFirst = () =>
-    new Promise((resolve) => {
-      const told = (untilMs) =>
-        ["navigation", "resource"]
-          .flatMap((type) => performance.getEntriesByType(type))
-          .filter((one) => one.responseEnd <= untilMs && !one.name.includes("/api/"))
-          .map(({ name, encodedBodySize, responseEnd }) => ({ name, encodedBodySize, responseEnd }));
-      video().requestVideoFrameCallback((_now, metadata) =>
-        resolve(told(metadata.presentationTime)),
-      );
-    });
+  // What was asked for before the first picture was shown, or the page had been connected for 4 s
+  // without one; told once `last` was loaded, too, which the page asks for only then.
+  const loadedFirst = async (last) => {
+    const untilMs = Math.min(await firstPictureMs, (window.waxConnectedMs ?? Infinity) + 4000);
+    const loaded = () =>
+      ["navigation", "resource"].flatMap((type) => performance.getEntriesByType(type));
+    while (!loaded().some((one) => one.name.includes(last)))
+      await new Promise((resolve) => setTimeout(resolve, 50));
+    return loaded()
+      .filter((one) => one.startTime <= untilMs && !one.name.includes("/api/"))
+      .map(({ name, encodedBodySize }) => ({ name, encodedBodySize }));
+  };
 
   // Where an element is in the window, and half its height, after it was scrolled to.
   const middle = (selector) => {

@@ -360,6 +360,14 @@ it("asks for the server's words once picture and sound are there, or are late", 
   expect(ask).toHaveBeenCalledTimes(2);
 });
 
+it("asks for the server's words at once where the connection is lost, not while the server is only silent", () => {
+  const ask = vi.spyOn(LateWords.prototype, "ask");
+  session.state.link.value = { is: "silent", sinceMs: 0 };
+  expect(ask).not.toHaveBeenCalled();
+  session.state.link.value = { is: "closed" };
+  expect(ask).toHaveBeenCalledOnce();
+});
+
 it("says so when it is to acknowledge and this browser cannot", async () => {
   receive(hello({ acknowledge: true }));
   await vi.advanceTimersByTimeAsync(0);

@@ -585,7 +585,7 @@ export function startSession(): Session {
   // After the first picture and sound, but no later than the server may have something to say.
   state.link.subscribe(({ is }) => {
     if (is === "connected") setTimeout(() => void words.ask(), MEDIA_WITHIN_MS);
-    else if (is !== "connecting") void words.ask();
+    else if (is === "waiting" || is === "closed") void words.ask();
   });
   state.facts.subscribe(({ pictureMs, soundMs }) => {
     const wanted = wants();

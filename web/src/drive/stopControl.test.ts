@@ -175,6 +175,18 @@ it("sends no more once the server itself refuses", async () => {
   expect([done, isStopUnconfirmed.value]).toEqual([[], false]);
 });
 
+it("goes on with the newest press where the server refuses an earlier one", async () => {
+  respond = async () => new Response('{"error": "Too often."}', { status: 429 });
+  stopControl.stop();
+  respond = () => new Promise(() => {});
+  stopControl.stop();
+  await answers();
+  done = [];
+  stopControl.look(2000);
+  expect([done, isStopUnconfirmed.value]).toEqual([sent(2), true]);
+  expect(say).not.toHaveBeenCalled();
+});
+
 it("releases by the channel, with the number, the server's time and the newest beat", () => {
   const sendState = vi.fn(() => true);
   clock.add({ sentMs: 0, receivedMs: 0, serverMs: 1_000_000 });
