@@ -29,6 +29,7 @@ from wax.telemetry import Counters
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from wax.records.entries import RecordedPerson
     from wax.session.viewer import Viewer
 
 
@@ -136,9 +137,19 @@ def test_a_broken_viewer_costs_only_their_figures(rig: Rig) -> None:
     assert rows == {"Eve": None, "Ada": "640x480"}
 
 
-async def test_looking_at_a_crowd_leaves_room_for_timers(rig: Rig) -> None:
-    """The control loop does not wait until each of many viewers has been looked at."""
+async def test_looking_at_a_crowd_leaves_room_for_timers(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The control loop does not wait until each of many viewers has been looked at, or noted."""
     looked: list[int] = []
+    noted_visits: list[str] = []
+    began = rig.records.session_began
+
+    def begins(person: RecordedPerson, **about: str) -> int:
+        noted_visits.append(person.name)
+        return began(person, **about)
+
+    monkeypatch.setattr(rig.records, "session_began", begins)
 
     def noted(number: int) -> dict[str, object]:
         looked.append(number)
@@ -150,6 +161,7 @@ async def test_looking_at_a_crowd_leaves_room_for_timers(rig: Rig) -> None:
     rig.keeper.look()
     for _ in range(20):
         before = len(looked)
+        assert len(noted_visits) == before
         await asyncio.sleep(0)
         assert len(looked) - before <= PORTION
     assert looked == list(range(20))
@@ -165,6 +177,7 @@ async def test_a_visit_that_has_ended_stays_so(rig: Rig, monkeypatch: pytest.Mon
     monkeypatch.setattr(rig.records, "session_seen", seen)
     rig.viewers += [viewer(number, f"Guest {number}") for number in range(2 * PORTION)]
     rig.keeper.look()
+    await asyncio.sleep(0)
     rig.clock.time_s += 60.0
     rig.keeper.look()
     rig.viewers.clear()

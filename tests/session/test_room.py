@@ -19,6 +19,7 @@ from tests.turned_clock import TurnedClock
 from tests.visitors import TAB, make_access, visitor
 
 from wax.access.access import Shown
+from wax.access.admission import CLOSED
 from wax.cluster.cluster import Cluster
 from wax.config.settings import Settings
 from wax.control.loop import ControlLoop
@@ -273,7 +274,12 @@ class Rig:
             for peer in alive:
                 peer.pings()
             self.loop.step(self.clock.time_s)
-            self.room.round(self.clock.time_s)
+            self.round()
+
+    def round(self) -> None:
+        """Let the room run a whole round at once."""
+        for _ in self.room.round(self.clock.time_s):
+            pass
 
     def drive(self, peer: FakePeer, seq: int, *, linear: float) -> None:
         """Let a page send a set-point at this moment, in the turn that runs."""
@@ -720,7 +726,7 @@ async def test_a_stop_is_told_with_the_clock_that_stands(rig: Rig) -> None:
         rig.wait(3.0, ada, bob)
         stamp = {"stop": 1, "sent_server_ms": rig.clock.time_s * 1000, "beat": ada.beat}
         peer.says(type=kind, **(stamp if kind == "release" else {}))
-        rig.room.round(rig.clock.time_s)  # before the robot has its next set-point
+        rig.round()  # before the robot has its next set-point
         room = ada.last("room")
         stands = room["turn"]["stands_left_ms"] is not None
         assert (room["stop"] is not None) is stands is (peer is bob)
@@ -1092,7 +1098,7 @@ async def test_a_name_that_was_put_off_is_taken_by_itself() -> None:
         for name in ("Early", "Late"):
             peer.says(type="name", name=f"{name} {number}")
     rig.clock.time_s += 3.0
-    rig.room.round(rig.clock.time_s)
+    rig.round()
 
     def renamed() -> int:
         return sum(viewer.name.startswith("Late") for viewer in rig.viewers)
@@ -1111,7 +1117,7 @@ async def test_a_change_is_told_to_a_few_in_a_step() -> None:
     rig.clock.time_s += 1.1
     for peer in peers:
         peer.pings()
-    rig.room.round(rig.clock.time_s)
+    rig.round()
     for _ in peers:
         await asyncio.sleep(0)
     consoles = [message for message in hedy.sent if message["type"] == "console"]
@@ -1121,10 +1127,72 @@ async def test_a_change_is_told_to_a_few_in_a_step() -> None:
     for peer in peers:
         peer.pings()
     before = [len(peer.sent) for peer in peers]
-    rig.room.round(rig.clock.time_s)
+    rig.round()
     told = [len(peer.sent) - sent for peer, sent in zip(peers, before, strict=True)]
     assert sum(map(bool, told)) <= PORTION
     for _ in peers:
         await asyncio.sleep(0)
     for peer in peers:
         assert "Ada" in [line["name"] for line in peer.last("room")["viewers"]]
+
+
+@pytest.mark.usefixtures("rig")
+async def test_a_closed_door_sends_a_few_away_in_a_step() -> None:
+    """All of them in the end, but whoever has gone by themselves meanwhile."""
+    rig = Rig({})
+    peers = [await rig.enter(f"guest-{number}") for number in range(2 * PORTION)]
+    rig.access.close(True)
+    rig.room.check_all()
+    assert len(rig.viewers) == PORTION
+    gone = peers[-1]
+    rig.room.send_away(next(reversed(list(rig.viewers))), CLOSED)
+    for _ in peers:
+        await asyncio.sleep(0)
+    assert len(rig.viewers) == 0
+    assert sum(message["type"] == "ended" for message in gone.sent) == 1
+
+
+async def test_a_line_of_the_room_is_made_anew_where_it_has_changed(rig: Rig) -> None:
+    """The others' are the same objects, so that a crowd's are compared at once."""
+    ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
+    before = rig.room.snapshot(rig.clock.time_s).viewers
+    ada.says(type="name", name="Ada")
+    rig.wait(0.2, ada, bob)
+    after = rig.room.snapshot(rig.clock.time_s).viewers
+    assert [one is other for one, other in zip(before, after, strict=True)] == [False, True]
+
+
+async def test_a_turn_changes_the_policy_of_its_operator_alone(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However many watch: nothing is asked of them when it begins or ends."""
+    ada, _ = await rig.enter("ada-1111"), await rig.enter("bob-1111")
+    followed: list[tuple[int, bool]] = []
+    for viewer in rig.viewers:
+        monkeypatch.setattr(
+            viewer,
+            "follow",
+            lambda _, *, drives, number=viewer.number: followed.append((number, drives)),
+        )
+    ada.says(type="join")
+    ada.says(type="leave")
+    assert followed == [(1, True), (1, False)]
+
+
+async def test_whoever_joins_and_leaves_without_end_is_put_off(rig: Rig) -> None:
+    """Beyond ten times, for two seconds each; the next person joins meanwhile."""
+    ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
+    for _ in range(10):
+        ada.says(type="join")
+        ada.says(type="join")  # who has a place loses none by asking for it
+        assert rig.turns.operator == 1
+        ada.says(type="leave")
+    ada.says(type="join")
+    assert rig.turns.operator is None
+    assert ada.last("notice")["text"] == {"code": "queue.too_often"}
+    bob.says(type="join")
+    assert rig.turns.operator == 2
+    bob.says(type="leave")
+    rig.wait(2.1, ada, bob)
+    ada.says(type="join")
+    assert rig.turns.operator == 1

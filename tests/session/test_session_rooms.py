@@ -137,10 +137,10 @@ async def test_a_seat_ends_unless_it_is_renewed(rig: Rig, rooms: Rooms) -> None:
     rig.room.rooms.seat(guest(1), TAB)
     rig.clock.time_s += SEAT_S - 1
     rig.room.rooms.seat(EVE, TAB)
-    rig.room.round(rig.clock.time_s)
+    rig.round()
     assert rooms.removed == []
     rig.clock.time_s += 1
-    rig.room.round(rig.clock.time_s)
+    rig.round()
     assert rooms.removed == [(person("guest-1", TAB), False)]
     assert rig.room.role_of(EVE) == "observer"
     assert rig.room.role_of(guest(1)) == "stranger"

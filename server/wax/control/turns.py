@@ -226,16 +226,32 @@ class Turns:
         None for observers and lost viewers, and while it cannot be known: the host holds the queue,
         others go first after this viewer's last turn, or invited people keep taking turns.
         """
-        place = self.place(viewer)
-        if place is None or self.is_lost(viewer) or self._is_held:
-            return None
-        if place == 0:
-            return 0.0
-        first = self._may_go_first(viewer, now_s)
-        if first is None:
-            return None
-        rest_s = 0.0 if self._turn is None else max(0.0, self._turn.time.ends_s - now_s)
-        return rest_s + first * self._settings.turn_s
+        _, wait_s = self.places(now_s).get(viewer, (None, None))
+        return wait_s
+
+    def places(self, now_s: float) -> dict[int, tuple[int, float | None]]:
+        """Return `place` and `wait_s` of each who has a place: one walk along the queue for all."""
+        turn, turn_s = self._turn, self._settings.turn_s
+        rest_s = 0.0 if turn is None else max(0.0, turn.time.ends_s - now_s)
+        is_first = self._settings.invited_first
+        invited = {
+            one for one in self._operator_and_queue() if is_first and self._people[one].is_invited
+        }
+        found: dict[int, tuple[int, float | None]] = {}
+        if turn is not None:
+            found[turn.operator] = 0, None if self._has_no_wait(turn.operator) else 0.0
+        before: set[int] = set()
+        for place, viewer in enumerate(self._queue, 1):
+            wait_s = None
+            if not self._has_no_wait(viewer):
+                first = self._may_go_first(viewer, before, invited, now_s)
+                wait_s = None if first is None else rest_s + first * turn_s
+            found[viewer] = place, wait_s
+            before.add(viewer)
+        return found
+
+    def _has_no_wait(self, viewer: int) -> bool:
+        return self._is_held or self.is_lost(viewer)
 
     def connect(
         self, viewer: int, now_s: float, person: Person | None = None, *, is_here: bool = True
@@ -495,26 +511,27 @@ class Turns:
         rank = self._fairness.rank(self._people[viewer], now_s)
         return viewer == self._just_drove, rank
 
-    def _may_go_first(self, viewer: int, now_s: float) -> int | None:
-        """Return how many turns may come before a waiting viewer's; None if unbounded."""
+    def _may_go_first(
+        self, viewer: int, before: set[int], invited: set[int], now_s: float
+    ) -> int | None:
+        """Return how many turns may come before a waiting viewer's; None if unbounded.
+
+        `before` wait in front of them, `invited` are those in the queue who go first.
+        """
         me = self._people[viewer]
         if self._fairness.may_be_overtaken(me, now_s):
             return None
-        before = {*self._queue[: self._queue.index(viewer)]}
-        invited: set[int] = set()
-        if self._settings.invited_first:  # this scans the queue for every waiting viewer
-            invited = {one for one in self._operator_and_queue() if self._people[one].is_invited}
-        if self._settings.invited_first and me.is_invited:
-            before &= invited
+        if viewer in invited:
+            before = before & invited
         # A called viewer goes next, whoever has joined meanwhile.
         call = self._ready.call
-        if call is not None and call.viewer in self._queue and call.viewer != viewer:
-            before.add(call.viewer)
-        if not self._settings.invited_first or me.is_invited:
-            return len(before)
+        called = None if call is None or call.viewer not in self._queue else call.viewer
+        count = len(before) + (called not in (None, viewer) and called not in before)
+        if not invited or viewer in invited:
+            return count
         if len(invited) > 1:
             return None
-        strangers = len(before - invited)
+        strangers = count - sum(one in before or one == called for one in invited)
         # A single invited person drives before each stranger, but not twice in a row.
         times = strangers if self.operator in invited else strangers + 1
         return strangers + times * len(invited)

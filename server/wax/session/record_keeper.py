@@ -111,10 +111,10 @@ class RecordKeeper:
         with self._contained:
             self._turn_began(self._thrift.due(self._clock.now_s()))
             present = {viewer.number: viewer for viewer in self._viewers if viewer.was_ready}
-            for number in self._visits.keys() - present.keys():
-                self._went(number)
-            here = [self._came(viewer) for viewer in present.values()]
-            in_batches([partial(self._sample, visit) for visit in here])
+            gone = self._visits.keys() - present.keys()
+            went = (partial(self._went, number) for number in gone)
+            here = (partial(self._is_here, viewer) for viewer in present.values())
+            in_batches([*went, *here])
             if self._clock.now_s() - self._updated_s >= _UPDATE_S:
                 self._update()
         self.event_maker.look()
@@ -186,23 +186,21 @@ class RecordKeeper:
 
     # --- visits ------------------------------------------------------------------------------
 
-    def _sample(self, visit: _Visit) -> None:
-        viewer = visit.viewer
-        if viewer.is_ready:
-            with self._contained, viewer.boundary:
+    def _is_here(self, viewer: Viewer) -> None:
+        with self._contained, viewer.boundary:
+            visit = self._visits.get(viewer.number)
+            if visit is None:
+                number = self._records.session_began(
+                    _person_of(viewer), address=viewer.visitor.address, role=_role(viewer)
+                )
+                visit = self._visits[viewer.number] = _Visit(viewer, number)
+            if viewer.is_ready:
                 visit.link.sample(viewer)
 
-    def _came(self, viewer: Viewer) -> _Visit:
-        visit = self._visits.get(viewer.number)
-        if visit is None:
-            number = self._records.session_began(
-                _person_of(viewer), address=viewer.visitor.address, role=_role(viewer)
-            )
-            visit = self._visits[viewer.number] = _Visit(viewer, number)
-        return visit
-
     def _went(self, number: int) -> None:
-        self._tell(self._visits.pop(number), is_over=True)
+        with self._contained:
+            if (visit := self._visits.pop(number, None)) is not None:
+                self._tell(visit, is_over=True)
 
     def _tell_on(self, visit: _Visit) -> None:
         """Update a visit, unless it has ended since that was put off."""

@@ -24,6 +24,7 @@ from wax.session.kept_state import KeptState
 from wax.session.room_updates import RoomUpdates
 from wax.session.rooms import Rooms
 from wax.session.stop_budget import StopBudget
+from wax.session.token_bucket import TokenBuckets
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -72,6 +73,11 @@ _GOODBYE_S: Final = 0.1
 _GOODBYE: Final = Sentence("door.goodbye")
 _CHECK_S: Final = 1.0
 """How often is looked whether everybody may still stay: hours and invitations end by themselves."""
+_JOINS_HZ: Final = 0.5
+_JOINS_BURST: Final = 10
+"""Of each browser: who joins an idle robot's queue and leaves it has had a turn, told to all."""
+_MOST_JOINING: Final = 1000
+_JOINS_TOO_OFTEN: Final = Sentence("queue.too_often")
 _NO_TAPE: Final = Sentence("tape.none")
 
 
@@ -168,6 +174,7 @@ class Room:
             lost_after_s=_LOST_S,
         )
         cluster.tell(self._news_for_rooms)
+        self._joins = TokenBuckets(rate_hz=_JOINS_HZ, burst=_JOINS_BURST, most=_MOST_JOINING)
         self._gone_since_s: dict[int, float] = {}
         self._is_closing = False
         self._updates = RoomUpdates(clock.now_s())
@@ -420,20 +427,24 @@ class Room:
             asyncio.get_running_loop().call_later(_GOODBYE_S, peer.abandon)
 
     def check_all(self) -> None:
-        """Send away everybody who may not stay any more, and update what the others may."""
-        for viewer in self._viewers:
-            visitor = self._access.refreshed(viewer.visitor)
-            if viewer.visitor.is_host and not visitor.is_host:
-                viewer.visitor = visitor
-                self.send_away(viewer, SIGNED_OUT)
-                continue
-            try:
-                grant = self._access.admit(visitor)
-            except NotAdmittedError as error:
-                self.send_away(viewer, error.sentence, error.openings)
-            else:
-                viewer.be(visitor, grant)
-                self._control.update_person(viewer.number, _person(viewer))
+        """Send away everybody who may not stay any more, and update what the others may; soon."""
+        in_batches([partial(self._check, viewer) for viewer in self._viewers])
+
+    def _check(self, viewer: Viewer) -> None:
+        if self._viewers.numbered(viewer.number) is None:
+            return  # gone since that was put off
+        visitor = self._access.refreshed(viewer.visitor)
+        if viewer.visitor.is_host and not visitor.is_host:
+            viewer.visitor = visitor
+            self.send_away(viewer, SIGNED_OUT)
+            return
+        try:
+            grant = self._access.admit(visitor)
+        except NotAdmittedError as error:
+            self.send_away(viewer, error.sentence, error.openings)
+        else:
+            viewer.be(visitor, grant)
+            self._control.update_person(viewer.number, _person(viewer))
 
     def check_rooms(self) -> None:
         """Do the same for everybody who watches in a room, soon."""
@@ -441,6 +452,9 @@ class Room:
 
     def _join(self, viewer: Viewer) -> None:
         """Put a viewer into the queue; raises `ForbiddenError` with the reason why not."""
+        joins = self._turns.place(viewer.number) is None
+        if joins and not self._joins.take(viewer.visitor.identity, self._clock.now_s()):
+            raise ForbiddenError(_JOINS_TOO_OFTEN)
         refusal = self._control.join(viewer.number)
         if refusal is not None:
             raise ForbiddenError(refusal)
@@ -477,28 +491,32 @@ class Room:
         """Look for lost links and send everybody what has changed, until cancelled."""
         while True:
             await asyncio.sleep(_ROUND_S)
-            self.round(self._clock.now_s())
+            for _ in self.round(self._clock.now_s()):
+                await asyncio.sleep(0)
 
-    def round(self, now_s: float) -> None:
-        """Run one round; the rate of rounds does not depend on how much changes."""
+    def round(self, now_s: float) -> Iterator[None]:
+        """Run one round, in short steps; the rate of rounds depends on nothing that changes."""
         self._sweep(now_s)
+        yield
         self._rooms.round(now_s)
         in_batches([partial(_settle, viewer, now_s) for viewer in self._viewers])
         renamed = [viewer for viewer in self._viewers if viewer.has_name_waiting]
         in_batches([partial(_settle_name, viewer, now_s) for viewer in renamed], portion=1)
         if self._voices is not None:
             self._voices.settle(now_s)
+        yield
         if now_s - self._checked_s >= _CHECK_S:
             self._checked_s = now_s
             self.check_all()
             self._tell_hosts()
+            yield
         # Or a Stop would move the page once, and the clock that then stands would move it again.
         self._control.tick_turns()
         problem = self._control.robot_state.said
         is_news = self._viewers.take_change() or problem != self._told_problem
         if is_news or now_s - self._looked_s >= _LOOK_S:
             self._looked_s, self._told_problem = now_s, problem
-            self._tell(self._clock.now_s())  # no earlier than what the clock of the turn is told
+            yield from self._tell(self._clock.now_s())  # no earlier than the turn's clock is told
 
     def snapshot(self, now_s: float) -> messages.RoomState:
         """Return the state of the room for everybody."""
@@ -573,20 +591,19 @@ class Room:
         self._gone_since_s.pop(viewer.number, None)
         self._control.gone(viewer.number)
 
-    def _tell(self, now_s: float) -> None:
-        update = self._updates.next(self.snapshot(now_s), now_s)
+    def _tell(self, now_s: float) -> Iterator[None]:
+        room = self.snapshot(now_s)
+        yield
+        update = self._updates.next(room, now_s)
         if update is None:
             return
+        yield
         plain = for_guests(update)
         text = room_change.text_of(plain)
         for_host = text if plain == update else room_change.text_of(update)
         # Whoever connects meanwhile has been told all of it, and is told some of it again.
         in_batches(
-            [
-                partial(one.send_text, for_host if one.knows_faults else text)
-                for one in self._viewers
-                if one.is_ready
-            ]
+            [partial(_tell, viewer, text, for_host) for viewer in self._viewers if viewer.is_ready]
         )
 
     def _is_due(self, viewer: Viewer) -> bool:
@@ -605,6 +622,10 @@ def _settle(viewer: Viewer, now_s: float) -> None:
 def _settle_name(viewer: Viewer, now_s: float) -> None:
     with viewer.boundary:
         viewer.settle_name(now_s)
+
+
+def _tell(viewer: Viewer, text: str, for_host: str) -> None:
+    viewer.send_text(for_host if viewer.knows_faults else text)
 
 
 def _person(viewer: Viewer) -> Person:

@@ -63,13 +63,16 @@ class RoomUpdates:
         before, after = (one.model_dump(exclude=_LISTS | _FLEETING) for one in (told, room))
         if before != after:
             return self._urgent
-        if _places(told) != _places(room):
-            return self._places
-        return None if told.viewers == room.viewers else self._names
+        if told.viewers == room.viewers:
+            return None
+        return self._names if _are_only_renamed(told.viewers, room.viewers) else self._places
 
 
-def _places(room: RoomState) -> list[dict[str, Any]]:
-    return [line.model_dump(exclude={"name"}) for line in room.viewers]
+def _are_only_renamed(told: list[ViewerInfo], now: list[ViewerInfo]) -> bool:
+    return len(told) == len(now) and all(
+        one is other or vars(one) | {"name": other.name} == vars(other)
+        for one, other in zip(told, now, strict=True)
+    )
 
 
 def _without_fleeting(told: RoomState, room: RoomState) -> RoomState:
@@ -81,7 +84,6 @@ def _without_fleeting(told: RoomState, room: RoomState) -> RoomState:
 
 
 def _line(before: ViewerInfo | None, now: ViewerInfo) -> ViewerInfo:
-    if before is None:
+    if before is None or vars(now) | {"wait_s": before.wait_s} != vars(before):
         return now
-    same = now.model_copy(update={"wait_s": before.wait_s})
-    return before if same == before else now
+    return before

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax.control.turns import PlaceLost, TurnEnded, Why
+from wax.control.turns import PlaceLost, TurnEnded, TurnStarted, Why
 from wax.protocol import messages
 from wax.sentence import Sentence
 
@@ -101,7 +101,8 @@ class Viewers:
                 self._tell(event.operator, _TOLD[event.why])
             elif isinstance(event, PlaceLost) and event.why is not None:
                 self._tell(event.viewer, event.why)
-        for viewer in self:
+        roles = {one.operator for one in events if isinstance(one, TurnStarted | TurnEnded)}
+        for viewer in filter(None, map(self.numbered, roles)):
             drives = viewer.number == self._turns.operator
             with viewer.boundary:
                 viewer.follow(self._sync.operator if drives else self._sync.observer, drives=drives)
