@@ -152,14 +152,14 @@ def test_after_a_sleep_the_drivers_process_stops_the_robot(slept_s: float) -> No
             move = Move(
                 sequence=sequence, sent_s=now_s, turn=1, linear_mps=linear_mps, angular_rps=0.0
             )
-            return warden.hear(move, now_s)[-1]
+            return warden.handle(move, now_s)[-1]
 
         say(1, 0.0)
         machine.awake_s += BEAT_S
         assert say(2, AHEAD.linear_mps) == Apply(AHEAD, 1)
         machine.sleep(slept_s)
         machine.awake_s += BEAT_S
-        assert warden.beat(clock.now_s()) == (StopDriver(1), Apply(STANDSTILL, 1))
+        assert warden.repeat(clock.now_s()) == (StopDriver(1), Apply(STANDSTILL, 1))
         assert warden.problem == SILENT
         machine.awake_s += BEAT_S
         assert say(3, AHEAD.linear_mps) == Apply(STANDSTILL, 1)

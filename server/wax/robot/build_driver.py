@@ -1,7 +1,7 @@
 """Build the driver that the configuration names.
 
-Apart from `find_driver`, because a driver's process is not to wait for the libraries of picture and
-sound when it is restarted.
+It is separate from `find_driver` so that a restarting driver process need not wait for the media
+libraries to load.
 """
 
 from __future__ import annotations

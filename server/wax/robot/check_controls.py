@@ -1,4 +1,4 @@
-"""Whether the robot has the controls that the configuration names."""
+"""Checks that the robot has the controls that the configuration names."""
 
 from __future__ import annotations
 

@@ -47,16 +47,16 @@ def make_robot(
 ) -> Driver:
     """Build the driver that the server uses, not yet opened; raises `ConfigError`.
 
-    It runs in a driver process, which stops the robot when the server is silent or gone; its own
-    camera, microphone and speaker are in another, the media process. Only the simulated robot runs
-    inside the server process: its camera draws the state that its motion has there, and nobody is
-    hurt by a robot of pixels.
+    The driver runs in a driver process, which stops the robot when the server is silent or gone;
+    the robot's camera, microphone and speaker run in another, the media process. Only the simulated
+    robot runs inside the server process: its camera draws the state that its motion has there, and
+    it can hurt nobody.
 
-    A driver of somebody else is not built here, but looked at in a process of its own. If it fails
-    while it is built, the server goes on, and says so on the page until the driver can be built.
+    A third-party driver is not built here but inspected in a process of its own. If building it
+    fails, the server keeps running, and the page says so until the driver can be built.
 
     `local` is the hand control of a person aboard, who must not depend on the server. `claim` is
-    the file by which a driver process takes over from an older one. `controls` are those of its
+    the file by which a driver process takes over from an older one. `controls` are the robot's
     controls that people may use.
     """
     has_passenger = local is not None and local.is_on
@@ -94,7 +94,7 @@ def make_robot(
 
 
 def _look(settings: RobotSettings, clock: Clock, log: LogSettings | None) -> Known:
-    """Find out what the driver is; one of somebody else does not get into this process."""
+    """Inspect the driver; a third-party one is never loaded into this process."""
     name = settings.driver
     offer = None if is_plugin_name(name) else find_offer(name, DRIVERS, KEY)
     if offer is not None and offer.is_ours:
@@ -103,7 +103,7 @@ def _look(settings: RobotSettings, clock: Clock, log: LogSettings | None) -> Kno
 
 
 def _check_passenger(known: Known, settings: RobotSettings, local: LocalSettings) -> None:
-    """Raise `ConfigError` where a person aboard would depend on one process, or has no control."""
+    """Raise `ConfigError` if a person aboard would depend on the server, or has no control."""
     if known.limits.ttl_s is not None and known.limits.ttl_s > _ABOARD_TTL_S:
         raise ConfigError(
             f"local.source: {settings.driver} stops by itself only after {known.limits.ttl_s:g} s"

@@ -1,7 +1,7 @@
 """What the server knows of a driver before it is opened, and how it finds that out.
 
-A driver of somebody else may do anything while it is imported and built: hang, print, end the
-process. So it is built once in a process that only tells what it found (`wax.robot.look`).
+A third-party driver may do anything while it is imported and built: hang, print, end the process.
+So it is built once in a process that only reports what it found (`wax.robot.look`).
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ _SENSES: Final = get_args(Sense)
 class Known(BaseModel):
     """The driver's kind and limits, its senses, and whether it has a hand control.
 
-    `is_guess` is set where the driver could not be built: then nothing is told about it, and its
-    senses are all tried.
+    `is_guess` is set if the driver could not be built: then nothing is known about it, and all
+    senses are tried.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -58,7 +58,7 @@ class Known(BaseModel):
 
     @classmethod
     def guessed(cls, settings: RobotSettings) -> Self:
-        """Return what the configuration says of a driver that cannot be built."""
+        """Return what the configuration says about a driver that cannot be built."""
         return cls(
             kind=settings.driver,
             limits=Limits(settings.max_linear_mps, settings.max_angular_rps),
@@ -68,7 +68,7 @@ class Known(BaseModel):
 
 
 class LookResult(BaseModel):
-    """What the looking process tells: one of these."""
+    """The looking process's answer: exactly one of these is set."""
 
     known: Known | None = None
     refused: str | None = None
@@ -76,7 +76,7 @@ class LookResult(BaseModel):
 
 
 def look(settings: RobotSettings, log: LogSettings | None = None) -> Known:
-    """Build the driver in a process that ends then, which takes `BUILD_S` at most.
+    """Build the driver in a process that then ends; this takes `BUILD_S` at most.
 
     Raises `ConfigError`, and `PluginError` if the driver fails.
     """

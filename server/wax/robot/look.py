@@ -1,6 +1,6 @@
 """The looking process: `python -m wax.robot.look`, started only by `wax.robot.known.look`.
 
-It builds a driver, tells what it is, and ends.
+It builds a driver, reports its properties, and ends.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def main() -> None:
-    """Look at one driver."""
+    """Build one driver and report it."""
     reader, writer = claim_pipes()
     line = first_line(reader)
     if line is None:
@@ -41,7 +41,7 @@ def _seen(settings: RobotSettings) -> LookResult:
         return LookResult(failed=str(error))
     except ConfigError as error:
         return LookResult(refused=str(error))
-    except Exception as error:  # a property may raise anything, and another thing each time
+    except Exception as error:  # a property may raise anything
         return LookResult(failed=f"robot.driver: {settings.driver} cannot be looked at: {error!r}")
 
 

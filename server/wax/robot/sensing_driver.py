@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class SensingDriver(ProcessDriver):
-    """A `ProcessDriver` that has the camera, microphone, … that `known` names, and no other."""
+    """A `ProcessDriver` with exactly the senses (camera, microphone, …) that `known` names."""
 
     def __init__(
         self,
@@ -45,7 +45,7 @@ class SensingDriver(ProcessDriver):
         )
         self._media = media
         self.is_known = not known.is_guess
-        # A method that is None is none to `isinstance`, with `HasCamera` and its likes.
+        # `isinstance` with `HasCamera` and the like treats a method set to None as missing.
         has = known.senses
         self.camera = media.camera if "camera" in has else None
         self.external_view = media.external_view if "external_view" in has else None

@@ -1,7 +1,7 @@
-"""The base of a driver whose own thread talks to the robot, so that it only says how.
+"""The base class of a driver whose own thread talks to the robot; a subclass only says how.
 
-What keeps the robot safe is here: turns, limits, silence, standstill after each connection, stops
-that are repeated, and a thread that may wait so that no caller has to.
+The base class keeps the robot safe: turns, limits, silence, standstill after each connection,
+repeated stops, and a thread that may block so that no caller has to.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 TTL_S: Final = 0.3
-"""Without a set-point for this long the robot is told to stand."""
+"""Without a set-point for this long the robot is told to stop."""
 RETRY_S: Final = 1.0
 HUNG_S: Final = 1.0
 CLOSE_S: Final = 0.8
@@ -40,7 +40,7 @@ FAREWELL_EVERY_S: Final = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """What the robot answers, as far as it does; see `RobotState`."""
+    """The robot's answer, as far as it gives one; see `RobotState`."""
 
     moving: bool | None = None
     pose: Pose | None = None
@@ -53,13 +53,13 @@ class Reading:
 class SteadyRobot(ABC):
     """A `Driver` for which a subclass has `connect`, `tell` and `disconnect`.
 
-    A thread calls these, so that each may wait, `tell` for a twentieth of a second at most: it is
-    called with each new set-point, and with the same one every `beat_s`. What they raise means that
-    the robot is lost, an `OSError` with the reason as its text; they are called again a second
-    later. The constructor of a subclass touches nothing.
+    A thread calls these, so each may block, `tell` for a twentieth of a second at most: it is
+    called with each new set-point, and with the same one every `beat_s`. An exception means that
+    the robot is lost; the text of an `OSError` is shown as the reason. They are called again a
+    second later. The constructor of a subclass must touch no hardware.
 
-    `robot_ttl_s` is how long the robot itself goes on when it hears nothing, None where nobody
-    knows. Where it answers, `silent_s` is how long it may go without an answer until it is lost.
+    `robot_ttl_s` is the timeout after which the robot itself stops without a set-point, None if
+    unknown. If it answers, it is lost after `silent_s` without an answer.
     """
 
     axes: ClassVar[tuple[str, ...]] = ()
@@ -94,15 +94,15 @@ class SteadyRobot(ABC):
 
     @abstractmethod
     def connect(self) -> None:
-        """Reach for the robot."""
+        """Connect to the robot."""
 
     @abstractmethod
     def tell(self, twist: Twist) -> Reading | None:
-        """Tell the robot to move like this, or to stand; return what it has answered, if it has."""
+        """Send the robot this set-point or standstill; return its answer, if it has given one."""
 
     @abstractmethod
     def disconnect(self) -> None:
-        """Let go of the robot, also where `connect` has failed half-way."""
+        """Disconnect from the robot, also after `connect` has failed half-way."""
 
     def move_axis(self, name: str, position: float) -> None:  # noqa: B027 - many robots have none
         """Move one of `axes` to a position in -1…1; called after each `tell`."""
@@ -172,7 +172,7 @@ class SteadyRobot(ABC):
     # --- the thread -------------------------------------------------------------------------
 
     def _keep(self, closing: threading.Event, left: threading.Thread | None) -> None:
-        """Reach for the robot and talk to it, again and again until it is closed."""
+        """Connect to the robot and talk to it, again and again until it is closed."""
         if left is not None:
             left.join()
         while not closing.is_set():
@@ -186,7 +186,7 @@ class SteadyRobot(ABC):
             closing.wait(RETRY_S)
 
     def _converse(self, closing: threading.Event) -> None:
-        """Connect, and tell the robot what is wanted until it is closed; raises what they raise."""
+        """Connect, and send set-points until it is closed; raises what the subclass raises."""
         self.connect()
         self._heard_s = self.clock.now_s()
         said: Order | None = None
@@ -211,13 +211,13 @@ class SteadyRobot(ABC):
                     time.sleep(FAREWELL_EVERY_S)
 
     def _say(self, order: Order, said: Order | None) -> Reading | None:
-        """Tell one order and return the answer; raises `TimeoutError` if that took too long."""
+        """Send one order and return the answer; raises `TimeoutError` if that took too long."""
         start_s = self.clock.now_s()
         with self._lock:
             self._calls_since_s = start_s
         try:
             if said is not None and order.turn > said.turn and not order.twist.is_zero:
-                self.tell(STANDSTILL)  # a thread that was starved may have left it out
+                self.tell(STANDSTILL)  # a starved thread may have skipped it
             reading = self.tell(order.twist)
             for name, position in order.axes:
                 self.move_axis(name, position)
@@ -229,7 +229,7 @@ class SteadyRobot(ABC):
         return reading
 
     def _hear(self, reading: Reading | None, now_s: float) -> None:
-        """Be connected as long as it answers, or without answers as long as nothing is raised."""
+        """Count as connected while it answers or, if it never does, while nothing is raised."""
         if reading is not None:
             self._heard_s = now_s
         if self.silent_s is not None and now_s - self._heard_s >= self.silent_s:
@@ -250,7 +250,7 @@ class SteadyRobot(ABC):
             self._problem = problem
 
     def _why(self, error: Exception) -> str:
-        """Say why the robot is lost, to the log as well if that is news."""
+        """Return why the robot is lost, and log it if the reason has changed."""
         why = reason_of(error)
         if why != self._logged:
             self._logged = why

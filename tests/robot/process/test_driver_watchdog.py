@@ -53,7 +53,7 @@ class Server:
         sequence: int | None = None,
         ends_in_s: float | None = None,
     ) -> tuple[Call, ...]:
-        return self.warden.hear(
+        return self.warden.handle(
             Move(
                 sequence=self._next() if sequence is None else sequence,
                 sent_s=self.now_s - age_s,
@@ -69,21 +69,21 @@ class Server:
         axis = Axis(
             sequence=self._next(), sent_s=self.now_s, turn=turn, name=name, position=position
         )
-        return self.warden.hear(axis, self.now_s)
+        return self.warden.handle(axis, self.now_s)
 
     def control(
         self, name: str, value: ControlValue, *, turn: int = 1, age_s: float = 0.0
     ) -> tuple[Call, ...]:
         sent_s = self.now_s - age_s
         control = Control(sequence=self._next(), sent_s=sent_s, turn=turn, name=name, value=value)
-        return self.warden.hear(control, self.now_s)
+        return self.warden.handle(control, self.now_s)
 
     def halt(
         self, *, turn: int = 1, age_s: float = 0.0, sequence: int | None = None
     ) -> tuple[Call, ...]:
         number = self._next() if sequence is None else sequence
         halt = Halt(sequence=number, sent_s=self.now_s - age_s, turn=turn)
-        return self.warden.hear(halt, self.now_s)
+        return self.warden.handle(halt, self.now_s)
 
     def driving(self) -> Server:
         """Stand, then drive ahead in turn 1."""
@@ -93,7 +93,7 @@ class Server:
 
     def wait(self, seconds: float) -> tuple[Call, ...]:
         self.now_s += seconds
-        return self.warden.beat(self.now_s)
+        return self.warden.repeat(self.now_s)
 
     def _next(self) -> int:
         self.sequence += 1
@@ -208,7 +208,7 @@ def test_silence_comes_before_what_waited(server: Server) -> None:
 
 def test_standstill_of_the_very_moment_of_the_stop_does_not_arm(server: Server) -> None:
     """What is to arm must be stamped after the stop."""
-    server.driving().warden.garbage(server.now_s)
+    server.driving().warden.handle_invalid(server.now_s)
     server.drive(0.0)
     assert server.drive(0.5) == (apply(0.0),)
 
@@ -312,7 +312,7 @@ def test_the_stop_of_a_new_turn_needs_standstill_after_it(server: Server) -> Non
 
 def test_garbage_holds_the_robot(server: Server) -> None:
     """An invalid message stops the robot."""
-    assert server.driving().warden.garbage(server.now_s) == (StopDriver(1),)
+    assert server.driving().warden.handle_invalid(server.now_s) == (StopDriver(1),)
     assert server.warden.problem == GARBLED
     assert server.warden.counts["driver_garbage"] == 1
     assert server.warden.silent_at_s == math.inf  # it is stopped already
@@ -323,7 +323,7 @@ def test_garbage_holds_the_robot(server: Server) -> None:
 
 def test_standstill_from_before_the_hold_is_no_offence(server: Server) -> None:
     """It does not let drive again, but nobody asked for motion, so nothing is counted."""
-    server.driving().warden.garbage(server.now_s)
+    server.driving().warden.handle_invalid(server.now_s)
     assert server.drive(0.0, age_s=0.02) == (apply(0.0),)
     assert server.warden.counts["driver_unarmed"] == 0
     assert server.drive(0.5) == (apply(0.0),)
@@ -435,13 +435,13 @@ class Model:
 
     def _say(self, word: Word) -> tuple[Call, ...]:
         if word.what == "beat":
-            return self.warden.beat(self.now_s)
+            return self.warden.repeat(self.now_s)
         if word.what == "garbage":
             self._fault()
-            return self.warden.garbage(self.now_s)
+            return self.warden.handle_invalid(self.now_s)
         message = self._message(word)
         self._note(message)
-        return self.warden.hear(message, self.now_s)
+        return self.warden.handle(message, self.now_s)
 
     def _message(self, word: Word) -> Message:
         number = max(0, self.sequence + 1 - word.back)
@@ -518,7 +518,7 @@ def test_who_begins_anew_drives(words: list[Word]) -> None:
     warden, now_s = model.warden, model.now_s
     for number, linear in enumerate((0.0, 0.0, 0.5)):
         now_s += 0.02
-        calls = warden.hear(
+        calls = warden.handle(
             Move(
                 sequence=model.sequence + 1 + number,
                 sent_s=now_s,

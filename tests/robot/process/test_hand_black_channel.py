@@ -255,10 +255,10 @@ class Trace:
             self._person_acts(tick)
             self._server_speaks(tick)
             self._feel()
-            self._do(self.watchdog.watch(self.now_s))
+            self._do(self.watchdog.tick(self.now_s))
             self._listen()
             if tick % 2 == 0:
-                self._do(self.watchdog.beat(self.now_s))
+                self._do(self.watchdog.repeat(self.now_s))
             fault = self._judge()
             if fault is not None:
                 return f"{fault} at {self.now_s:.2f}"
@@ -282,7 +282,7 @@ class Trace:
             for reading in self.decoder.feed(record.data, self.now_s):
                 found.append(reading)
                 self._tell_oracle(reading)
-        self._do(self.watchdog.feel(found, self.now_s))
+        self._do(self.watchdog.handle_readings(found, self.now_s))
 
     def _tell_oracle(self, reading: HandReading) -> None:
         """Let it hear what was read if it was meant; anything else is the line's own."""
@@ -299,12 +299,12 @@ class Trace:
                 message = decode_message(record.data.rstrip(b"\n"))
             except ProtocolError:
                 self.tally.happened["garbage"] += 1
-                self._do(self.watchdog.garbage(self.now_s))
+                self._do(self.watchdog.handle_invalid(self.now_s))
                 continue
             if isinstance(record.truth, Move | Halt):
                 self.oracle.listen(record.truth)
             assert not isinstance(message, Bye)
-            self._do(self.watchdog.hear(message, self.now_s))
+            self._do(self.watchdog.handle(message, self.now_s))
 
     def _do(self, calls: tuple[Call, ...]) -> None:
         for call in calls:

@@ -64,15 +64,17 @@ class Chair:
         while self.now_s < until_s:
             self.now_s += 0.01
             calls += self.feel()
-            calls += self.do(self.watchdog.watch(self.now_s))
+            calls += self.do(self.watchdog.tick(self.now_s))
             if self.asked is not None:
                 calls += self.say(self.asked)
-            calls += self.do(self.watchdog.beat(self.now_s))
+            calls += self.do(self.watchdog.repeat(self.now_s))
         return calls
 
     def feel(self) -> tuple[Call, ...]:
         reading = HandReading(self.now_s, *self.stick, **self.buttons)
-        return self.do(self.watchdog.feel([reading] if self.is_plugged_in else [], self.now_s))
+        return self.do(
+            self.watchdog.handle_readings([reading] if self.is_plugged_in else [], self.now_s)
+        )
 
     def say(self, twist: Twist) -> tuple[Call, ...]:
         self.sequence += 1
@@ -84,26 +86,26 @@ class Chair:
             angular_rps=twist.angular_rps,
             operated=self.is_operated,
         )
-        return self.do(self.watchdog.hear(move, self.now_s))
+        return self.do(self.watchdog.handle(move, self.now_s))
 
     def control(self, name: str, value: bool) -> tuple[Call, ...]:
         self.sequence += 1
         control = Control(
             sequence=self.sequence, sent_s=self.now_s, turn=self.turn, name=name, value=value
         )
-        return self.do(self.watchdog.hear(control, self.now_s))
+        return self.do(self.watchdog.handle(control, self.now_s))
 
     def axis(self, position: float) -> tuple[Call, ...]:
         self.sequence += 1
         axis = Axis(
             sequence=self.sequence, sent_s=self.now_s, turn=self.turn, name="pan", position=position
         )
-        return self.do(self.watchdog.hear(axis, self.now_s))
+        return self.do(self.watchdog.handle(axis, self.now_s))
 
     def halt(self) -> tuple[Call, ...]:
         self.sequence += 1
         halt = Halt(sequence=self.sequence, sent_s=self.now_s, turn=self.turn)
-        return self.do(self.watchdog.hear(halt, self.now_s))
+        return self.do(self.watchdog.handle(halt, self.now_s))
 
     def do(self, calls: tuple[Call, ...]) -> tuple[Call, ...]:
         for call in calls:
@@ -199,7 +201,7 @@ def test_the_person_drives_on_without_a_server() -> None:
     chair.run(0.1)
     chair.turn = 2
     assert chair.halt() == ()
-    chair.do(chair.watchdog.garbage(chair.now_s))
+    chair.do(chair.watchdog.handle_invalid(chair.now_s))
     chair.asked = None
     calls = chair.run(60.0)
     assert not any(isinstance(call, StopDriver) for call in calls)

@@ -1,6 +1,6 @@
-"""A robot whose motors hang on this computer's own pins, by gpiozero.
+"""A robot whose motors are wired to this computer's GPIO pins, driven through gpiozero.
 
-`settings` says what is where, `shares` how far each motor is opened, `odometry` what the encoders
-tell: pure. `pins` knows gpiozero, `loop` keeps the pins open in a thread, and `guard` is the
-process that clears them when this one has died.
+`settings` says what is wired where, `shares` computes each motor's duty cycle, `odometry` evaluates
+the encoders: all pure. `pins` uses gpiozero, `loop` keeps the pins open in a thread, and `guard` is
+the process that switches them off if this one dies.
 """

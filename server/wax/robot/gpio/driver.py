@@ -1,4 +1,4 @@
-"""The driver for a robot whose motors hang on this computer's own pins."""
+"""The driver for a robot whose motors are wired to this computer's GPIO pins."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ if TYPE_CHECKING:
 class GpioRobot:
     """A `Driver` for two motors on H-bridges, servos, encoders and bumpers.
 
-    Pins have no watchdog of their own (`ttl_s` is None): without a set-point this driver switches
-    off, its process when the server is silent, and `guard` when that process has died.
+    Pins have no watchdog of their own (`ttl_s` is None): this driver switches the motors off when
+    set-points cease, the driver process when the server is silent, and `guard` when that process
+    has died.
     """
 
     Settings = GpioSettings

@@ -1,10 +1,10 @@
-"""Clear the motors' pins when the driver's process has died.
+"""Switches the motors' pins off when the driver's process has died.
 
-A pin has no watchdog: whoever drove it may be gone, and it keeps its last level, which may be that
-of a running motor. So the driver starts this program beforehand, as
-``python -m wax.robot.gpio.guard PIN…``, with a pipe for its input. While the pipe is open it holds
-no pin. When it ends without the line ``bye``, the driver has died: then it takes the pins and
-switches them off.
+A pin has no watchdog: it keeps its last level after the process that drove it has died, even if
+that level runs a motor. So the driver starts this program beforehand, as
+``python -m wax.robot.gpio.guard PIN…``, with a pipe for its input. While the pipe is open the guard
+holds no pin. If the pipe ends without the line ``bye``, the driver has died, and the guard opens
+the pins and switches them off.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ END_S: Final = 0.2
 
 
 class Guard:
-    """The program as the driver has it."""
+    """The driver's handle of the guard program."""
 
     def __init__(self, pins: Sequence[int]) -> None:
         with as_others():
             self._process = subprocess.Popen(
                 [sys.executable, "-P", "-m", "wax.robot.gpio.guard", *map(str, pins)],
                 stdin=subprocess.PIPE,
-                stdout=subprocess.DEVNULL,  # the driver's own belongs to the server
+                stdout=subprocess.DEVNULL,  # the driver's own output is the pipe to the server
                 env=os.environ | {"PYTHONPATH": os.pathsep.join(path or "." for path in sys.path)},
-                # A signal to the driver's group must not take its guard along.
+                # A signal to the driver's process group must not end its guard.
                 start_new_session=True,
             )
 
     def dismiss(self) -> None:
-        """End it; the pins are off."""
+        """End the guard; the pins are already off."""
         assert self._process.stdin is not None
         with contextlib.suppress(OSError):
             self._process.stdin.write(BYE)
@@ -55,7 +55,7 @@ class Guard:
 
 
 def clear(pins: Sequence[int]) -> list[int]:
-    """Take the pins as soon as they are free and switch them off; return those that are off."""
+    """Open the pins as soon as they are free and switch them off; return those switched off."""
     import gpiozero  # noqa: PLC0415 - loaded beforehand by `main`
 
     ends_s = time.monotonic() + TRY_FOR_S
@@ -63,7 +63,7 @@ def clear(pins: Sequence[int]) -> list[int]:
     while len(cleared) < len(pins) and time.monotonic() < ends_s:
         for pin in pins:
             if pin not in cleared:
-                with contextlib.suppress(Exception):  # the kernel has not freed it yet
+                with contextlib.suppress(Exception):  # the kernel has not freed the pin yet
                     cleared[pin] = gpiozero.DigitalOutputDevice(pin, initial_value=False)
         if len(cleared) < len(pins):
             time.sleep(TRY_EVERY_S)
@@ -74,7 +74,7 @@ def main() -> None:
     """Wait for the end of the driver."""
     import gpiozero  # noqa: PLC0415
 
-    gpiozero.Device.ensure_pin_factory()  # so that nothing is left to load
+    gpiozero.Device.ensure_pin_factory()  # so that nothing needs loading later
     raise_priority()
     pins = [int(pin) for pin in sys.argv[1:]]
     if sys.stdin.buffer.read() == BYE:

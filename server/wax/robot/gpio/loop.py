@@ -1,4 +1,4 @@
-"""Keep the pins open, and on them what the newest set-point asks for: one thread."""
+"""Keeps the pins open and applies the newest set-point to them, in one thread."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ CLOSE_TIMEOUT_S: Final = 0.8
 
 
 class PinLoop:
-    """The pins from `open` to `close`, whatever happens to them."""
+    """Keeps the pins open from `open` to `close`, reopening them after failures."""
 
     def __init__(
         self, robot: RobotSettings, settings: GpioSettings, limits: Limits, clock: Clock
@@ -58,14 +58,14 @@ class PinLoop:
         self._thread.start()
 
     def change(self, how: Callable[[SetPoints], None]) -> None:
-        """Change the set-points, and put the change on the pins at once."""
+        """Change the set-points and apply the change to the pins at once."""
         with self._changed:
             how(self._setpoints)
             self._news = True
             self._changed.notify()
 
     def close(self) -> None:
-        """Switch off and let go of the pins; takes at most a second, safe to call twice."""
+        """Switch off and release the pins; takes at most a second, safe to call twice."""
         thread, self._thread = self._thread, None
         if thread is None:
             return
@@ -96,7 +96,7 @@ class PinLoop:
 
     def _use(self) -> Sentence | None:
         """Open the pins and use them until they are closed or fail; return why they failed."""
-        # gpiozero is only there where it is wanted, and takes a moment to load.
+        # gpiozero is an optional dependency, and slow to load.
         from wax.robot.gpio.pins import Pins  # noqa: PLC0415
 
         try:
@@ -120,7 +120,7 @@ class PinLoop:
         return None
 
     def _step(self, pins: Pins, odometry: StepOdometry) -> None:
-        """Put the set-point on the pins, look at them, and wait for news."""
+        """Apply the set-point to the pins, read the inputs, and wait for a change."""
         now_s = self._clock.now_s()
         with self._changed:
             self._news = False
@@ -162,7 +162,7 @@ class PinLoop:
         )
 
     def _bumped(self) -> None:
-        """Look at the bumpers now; called by a thread of gpiozero's."""
+        """Read the bumpers now; called by a thread of gpiozero's."""
         with self._changed:
             self._news = True
             self._changed.notify()

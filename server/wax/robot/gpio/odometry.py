@@ -1,4 +1,4 @@
-"""What the wheels' encoders tell: whether the robot moves, how fast, and where it is (pure)."""
+"""Odometry from the wheels' encoders: whether the robot moves, how fast, and where it is (pure)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from wax.robot.gpio.pins import Steps
 
 WINDOW_S: Final = 0.2
-"""A wheel of which no step came for so long stands."""
+"""A wheel without a step for this long stands still."""
 
 
 class StepOdometry:
@@ -26,7 +26,7 @@ class StepOdometry:
         self.pose = Pose(0.0, 0.0, 0.0)
 
     def take(self, steps: Steps, now_s: float) -> None:
-        """Take the counts of now."""
+        """Update with the present counts."""
         if self._last is not None:
             self._roll(steps[0] - self._last[0], steps[1] - self._last[1])
         self._last = steps
@@ -36,12 +36,12 @@ class StepOdometry:
 
     @property
     def moving(self) -> bool:
-        """Whether a wheel has turned within the last moment, either way."""
+        """Whether a wheel has turned within the last `WINDOW_S`, either way."""
         return len({steps for _, steps in self._seen}) > 1
 
     @property
     def speed_mps(self) -> float:
-        """The mean speed within the last moment."""
+        """The mean speed over the last `WINDOW_S`."""
         if len(self._seen) < 2:
             return 0.0
         (from_s, first), (to_s, last) = self._seen[0], self._seen[-1]

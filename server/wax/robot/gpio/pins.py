@@ -21,7 +21,7 @@ _SERVO_FRAME_S: Final = 0.02
 
 
 class Motor:
-    """One motor; gpiozero's own have no pins for both direction and speed, or no frequency."""
+    """One motor; gpiozero's own classes lack separate direction and speed pins, or a frequency."""
 
     def __init__(self, bridge: Bridge, pins: list[int], pwm_hz: float) -> None:
         self._parts: list[Any] = []
@@ -42,9 +42,9 @@ class Motor:
             raise
 
     def set(self, share: float) -> None:
-        """Open it so far; it is off for a moment where its direction changes."""
+        """Set the duty cycle; a change of direction switches the motor off for a moment."""
         if share == self._share:
-            return  # to begin the same PWM again would be felt
+            return  # restarting the same PWM would make the motor jerk
         if share * self._share <= 0.0:
             self.off()
         if self._ahead is not None and self._back is not None:
@@ -58,7 +58,7 @@ class Motor:
         self._share = share
 
     def off(self) -> None:
-        """Switch everything of it off, the speed first."""
+        """Switch all its pins off, the speed first."""
         for part in reversed(self._parts):
             part.off()
         self._share = 0.0
@@ -101,10 +101,10 @@ class Encoder:
 
 
 class Pins:
-    """All that hangs on the pins, from construction to `close`; raises what gpiozero raises."""
+    """Everything wired to the pins, from construction to `close`; raises what gpiozero raises."""
 
     def __init__(self, settings: GpioSettings, on_bump: Callable[[], None]) -> None:
-        # lgpio makes a pipe in its working directory, by default ours, which may not be writable.
+        # lgpio creates a pipe in the working directory, which may not be writable.
         os.environ.setdefault("LG_WD", tempfile.gettempdir())
         self._closers: list[Callable[[], None]] = []
         try:
@@ -122,7 +122,7 @@ class Pins:
             name: self._keep(
                 gpiozero.Servo(
                     pin,
-                    initial_value=None,  # it stays where it is until somebody turns it
+                    initial_value=None,  # the servo stays where it is until its first position
                     min_pulse_width=settings.servo_min_ms / 1000.0,
                     max_pulse_width=settings.servo_max_ms / 1000.0,
                     frame_width=_SERVO_FRAME_S,
@@ -144,7 +144,7 @@ class Pins:
             button.when_activated = button.when_deactivated = on_bump
 
     def drive(self, shares: Shares) -> None:
-        """Open the motors so far."""
+        """Set both motors' duty cycles."""
         for motor, share in zip(self._motors, (shares.left, shares.right), strict=True):
             motor.set(share)
 
@@ -154,7 +154,7 @@ class Pins:
             encoder.towards = towards or encoder.towards
 
     def turn(self, name: str, position: float) -> None:
-        """Turn an axis."""
+        """Turn an axis to a position."""
         self._servos[name].value = position
 
     @property
@@ -180,7 +180,7 @@ class Pins:
         return sum(1 << number for number, button in enumerate(buttons) if button.is_active)
 
     def close(self) -> None:
-        """Switch the motors off, then let go of all pins; never raises."""
+        """Switch the motors off, then release all pins; never raises."""
         for motor in getattr(self, "_motors", ()):
             with contextlib.suppress(Exception):
                 motor.off()

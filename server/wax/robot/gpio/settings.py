@@ -24,7 +24,7 @@ BOARDS: Final[dict[str, tuple[Bridge, list[int], list[int]]]] = {
 
 
 class GpioSettings(DriverSettings):
-    """Two motors on H-bridges, and what else hangs on the pins; all numbers are BCM's."""
+    """Two motors on H-bridges, and whatever else is wired to the pins; all numbers are BCM's."""
 
     TABLE: ClassVar[str] = "gpio"
 

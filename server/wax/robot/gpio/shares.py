@@ -1,4 +1,4 @@
-"""From the speeds of two wheels to how far each motor is opened (pure)."""
+"""Converts the speeds of two wheels to the motors' duty cycles (pure)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Shares:
-    """Of the full voltage, -1 to 1, as the motors are wired."""
+    """The motors' duty cycles, -1 to 1 of the full voltage, as the motors are wired."""
 
     left: float = 0.0
     right: float = 0.0
@@ -26,7 +26,7 @@ OFF = Shares()
 
 
 class MotorOpening:
-    """Opens the motors for a twist, by the robot's geometry, trims and inversions."""
+    """Computes the duty cycles for a twist, by the robot's geometry, trims and inversions."""
 
     def __init__(self, robot: RobotSettings, gpio: GpioSettings) -> None:
         self._mixer = WheelMixer(robot)
@@ -36,12 +36,12 @@ class MotorOpening:
         self._dead = gpio.dead_share
 
     def shares(self, twist: Twist) -> Shares:
-        """Return how far the motors are opened; nothing is opened further than it can be."""
+        """Return the duty cycles, never beyond -1…1."""
         wheels = self._mixer.mix(twist)
         return Shares(self._share(wheels.left_mps), self._share(wheels.right_mps))
 
     def directions(self, twist: Twist) -> tuple[int, int]:
-        """Return in which direction each wheel rolls: 1 is forward, 0 not at all."""
+        """Return each wheel's direction: 1 is forward, 0 standstill."""
         wheels = self._mixer.mix(twist)
         left, right = (
             (speed_mps > 0.0) - (speed_mps < 0.0)

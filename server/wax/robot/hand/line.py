@@ -19,8 +19,9 @@ offset size   what
 
 The control must read Stop from a contact that opens when pressed, so that a broken wire stops.
 A frame with a wrong CRC or inverse is ignored, and so is one whose number is not newer (an 8-bit
-difference of 1 to 127) than that of the frame before it, unless a second has passed without one: a
-line that repeats itself is silent. Of several requests at once the first in this order counts.
+difference of 1 to 127) than that of the frame before it, unless a second has passed without a
+frame: a line that repeats old frames counts as silent. Of several requests in one frame, the first
+in the order above counts.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ ASKS: Final[dict[Ask, int]] = {"wait": 4, "go_on": 8, "left": 16, "right": 32}
 _BUTTONS: Final = 0b11_1111
 
 RESTART_S: Final = 1.0
-"""After so long without a frame the control may have begun to count anew."""
+"""After this long without a frame the control may have restarted its numbers."""
 
 
 def encode(reading: HandReading, number: int) -> bytes:
@@ -66,7 +67,7 @@ def encode(reading: HandReading, number: int) -> bytes:
 class HandDecoder:
     """Finds frames in a stream of bytes; never raises, keeps at most one unfinished frame.
 
-    `errors` counts what began like a frame but was none.
+    `errors` counts bytes that began like a frame but were none.
     """
 
     def __init__(self) -> None:
@@ -76,9 +77,9 @@ class HandDecoder:
         self._at_s = -math.inf
 
     def feed(self, data: bytes, now_s: float) -> list[HandReading]:
-        """Take the next bytes; return the readings that are complete, which are of `now_s`.
+        """Decode the next bytes; return the completed readings, timestamped `now_s`.
 
-        A stick beyond its range is returned as it is: whoever gets it judges it.
+        A stick beyond its range is returned as it is, for the caller to judge.
         """
         stream = self._rest + data
         readings = []
@@ -93,7 +94,7 @@ class HandDecoder:
                 self._number, self._at_s = frame[2], now_s
                 readings.append(_parse(frame, now_s))
             at += LENGTH
-        # Without a whole start only its first byte can belong to the next frame.
+        # Without a complete start marker, only its first byte can belong to the next frame.
         self._rest = stream[at:] if at >= 0 else stream[-1:] * stream.endswith(START[:1])
         return readings
 

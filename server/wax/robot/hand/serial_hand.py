@@ -1,4 +1,4 @@
-"""A hand control on a serial line of its own, which wakes whoever waits for it."""
+"""A hand control on a serial line of its own, which wakes the loop that waits for it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _MOST: Final = 4096
-"""More than 115 200 baud bring before the driver process counts as hung: no Stop is lost."""
+"""Queue limit: more readings than 115 200 baud bring before the driver process counts as hung."""
 _REOPEN_S: Final = 0.2
 
 
@@ -64,7 +64,7 @@ class SerialHand:
         with self._lock:
             readings = tuple(self._readings)
             self._readings.clear()
-            if readings:  # what was said before the loss still counts: it may be a Stop
+            if readings:  # readings from before the loss still count: one may be a Stop
                 return readings
             is_lost, self._is_lost = self._is_lost, False
         return None if is_lost else ()
@@ -84,7 +84,7 @@ class SerialHand:
         return b""
 
     def next(self, now_s: float) -> tuple[bytes, float]:  # noqa: ARG002 - of the protocol
-        """Say nothing, ever: the control only speaks."""
+        """Write nothing: the control only sends."""
         return b"", math.inf
 
     def received(self, data: bytes, now_s: float) -> None:
@@ -107,5 +107,5 @@ class SerialHand:
         with self._lock:
             pipe = self._pipe  # still open if it is there: `close` needs the lock, too
             if pipe is not None:
-                with contextlib.suppress(BlockingIOError):  # it is awake already
+                with contextlib.suppress(BlockingIOError):  # the loop is already awake
                     os.write(pipe[1], b"\0")

@@ -1,4 +1,4 @@
-"""Where the readings of the hand control come from: the robot itself, or a line of its own."""
+"""The sources of hand control readings: the robot itself, or a separate serial line."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 LOOK_S: Final = 0.01
-"""How often a control is looked at that cannot wake whoever waits for it."""
+"""The poll interval for a control that cannot wake the loop."""
 
 _CONTRACT: Final = "wax/driver/hand.py"
 
@@ -28,15 +28,15 @@ class HandSource(Protocol):
 
     @property
     def wakes(self) -> int | None:
-        """The descriptor that can be read when there is news; None: look every `LOOK_S`."""
+        """The descriptor that becomes readable with new readings; None: poll every `LOOK_S`."""
         ...
 
     def open(self) -> None:
-        """Start reading; a control that is not there yet is waited for."""
+        """Start reading; wait for a control that is not there yet."""
         ...
 
     def take(self) -> tuple[HandReading, ...] | None:
-        """Return the readings since the last call, oldest first; None if it is known to be gone."""
+        """Return the readings since the last call, oldest first; None if the control is gone."""
         ...
 
     def close(self) -> None:
@@ -45,7 +45,7 @@ class HandSource(Protocol):
 
 
 class RobotsHand:
-    """The control of a robot that has its own."""
+    """The built-in control of a robot."""
 
     wakes: int | None = None
 
@@ -54,7 +54,7 @@ class RobotsHand:
         self._is_told = False
 
     def open(self) -> None:
-        """Do nothing: the robot opens it with itself."""
+        """Do nothing: opening the robot opens its control."""
 
     def take(self) -> tuple[HandReading, ...] | None:
         try:
@@ -69,11 +69,11 @@ class RobotsHand:
         return None if reading is None else (reading,)
 
     def close(self) -> None:
-        """Do nothing: the robot closes it with itself."""
+        """Do nothing: closing the robot closes its control."""
 
 
 def _checked(said: object) -> HandReading:
-    """Return what a robot's own control said, in our types; raises where it cannot be judged."""
+    """Convert a reading of a robot's own control to our types; raises if it is not a reading."""
     if not isinstance(said, HandReading):
         raise TypeError(f"hand() returned {said!r}, not a HandReading")
     if said.ask not in (None, *get_args(Ask)):
@@ -98,7 +98,7 @@ def make_hand(local: LocalSettings, robot: object, clock: Clock) -> HandSource:
 
 
 def no_hand() -> ConfigError:
-    """Say that the robot has no control of its own."""
+    """Return the error for a robot without a control of its own."""
     return ConfigError(
         f"local.source: got 'robot', but this robot has no hand control; give its driver a method"
         f" hand ({_CONTRACT}), or write 'serial'"

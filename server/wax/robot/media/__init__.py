@@ -1,5 +1,5 @@
-"""The media process: a robot's own camera, microphone and speaker, away from server and driver.
+"""The media process: a robot's camera, microphone and speaker, apart from server and driver.
 
-`process` is the server's end, with `senses` as the sources that it hands out, `outlets` the other;
-`messages` defines what is said between them. Started as `python -m wax.robot.media`.
+`process` is the server's end, which provides the sources in `senses`; `outlets` is the process's
+end; `messages` defines the messages between them. It is started as `python -m wax.robot.media`.
 """

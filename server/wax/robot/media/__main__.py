@@ -1,7 +1,7 @@
 """The media process: `python -m wax.robot.media`, started only by `MediaProcess`.
 
-It builds the robot's driver, never opens it, and reads from its camera and microphone. It ends only
-with the pipe, however the server ended.
+It builds the robot's driver but never opens it, and reads its camera and microphone. It ends only
+when the pipe ends, however the server ended.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _END_S: Final = 1.5
 def main() -> int:
     """Serve one robot's senses until the pipe ends."""
     outlive_signals()
-    # Where memory is short, the system shall end this process before the server and the driver.
+    # If memory runs out, the system should kill this process before the server and the driver.
     with contextlib.suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text("500", encoding="ascii")
     reader, writer = claim_pipes()
@@ -87,7 +87,7 @@ class _Robot:
         self._driver: Any = None
 
     def sense(self, outlet: OutletSettings) -> Any:
-        """Make one of its senses; raises whatever the driver does."""
+        """Make one of its senses; raises whatever the driver raises."""
         make = getattr(self._built(), outlet.sense)
         if outlet.sense == "camera":
             return make(DrivingViewSettings.model_validate(outlet.video), self._clock)

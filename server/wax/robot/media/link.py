@@ -1,4 +1,4 @@
-"""The server's end of one sense: it asks, and waits for the answer, but never for ever."""
+"""The server's end of one sense: it asks, and waits for the answer with a timeout."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _REASON_S: Final = 0.5
 
 
 class SenseError(Exception):
-    """No answer, or one that says why: `sentence`."""
+    """There was no answer, or it reports the problem in `sentence`."""
 
     def __init__(self, sentence: Sentence) -> None:
         super().__init__(str(sentence))
@@ -28,9 +28,9 @@ class SenseError(Exception):
 
 
 class MediaProcessLink:
-    """Asks whichever process is there now. `ask` is for one thread, the others for any.
+    """Asks the current media process. Call `ask` from one thread, the other methods from any.
 
-    `silent` is the problem where a process that has answered before does so no more.
+    `silent` is the problem to report if a process stops answering.
     """
 
     def __init__(self, silent: Sentence) -> None:
@@ -41,12 +41,12 @@ class MediaProcessLink:
         self._problem = STARTING
         self._asked: bytes | None = None
         self.answered_s = float("-inf")
-        """When something was last delivered, on the machine's own clock (`time.monotonic`)."""
+        """When the newest answer arrived, by `time.monotonic`."""
         self.silent_since_s: float | None = None
-        """Since when it was asked in vain, though its process lives; None while it is not so."""
+        """Since when questions have gone unanswered although the process runs; None if not."""
 
     def attach(self, connection: Connection, memory: int | None) -> None:
-        """Ask this process from now on."""
+        """Direct further questions to this process."""
         with self._news:
             self._connection, self._asked, self.silent_since_s = connection, None, None
             self._memory = None if memory is None else PictureMemory(memory)
@@ -54,7 +54,7 @@ class MediaProcessLink:
             self._news.notify_all()
 
     def detach(self, problem: Sentence) -> None:
-        """There is no process any more; the last reference to the connection closes it."""
+        """Drop the connection to a process that has ended; the last reference closes it."""
         with self._news:
             self._connection, self._memory, self._asked = None, None, None
             self._problem = problem
@@ -67,7 +67,7 @@ class MediaProcessLink:
     def ask(self, question: bytes, within_s: float) -> tuple[Answer, bytes]:
         """Return the answer and what follows it; raises `SenseError`.
 
-        A question that is not answered yet is not asked again; its answer is not another's.
+        An unanswered question is not repeated, and its late answer is not taken for another's.
         """
         end_s = time.monotonic() + within_s
         connection = self._wait_for_process(end_s)
@@ -79,7 +79,7 @@ class MediaProcessLink:
                 self._asked = question
             answer, payload = self._receive(connection, end_s)
         except (OSError, EOFError, ProtocolError):
-            # The supervisor says in a moment why it has ended.
+            # The supervisor will soon report why the process has ended.
             self._wait_for_end(connection, end_s + _REASON_S)
             raise SenseError(self._problem) from None
         if answer.problem is not None and answer.problem.code == self._silent.code:

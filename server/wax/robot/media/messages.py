@@ -1,8 +1,8 @@
-"""What the server and the media process say to each other.
+"""The messages between the server and the media process.
 
-The first line on the pipe is `MediaBegin`; then the process beats by empty lines, and ends with the
-pipe. Each sense has a connection of its own, on which the server asks and the process answers: a
-line of JSON, and what follows it. A picture is not in the answer, but in shared memory.
+The first line on the pipe is `MediaBegin`; then the process sends empty lines as heartbeats, and
+ends when the pipe ends. Each sense has a connection of its own, on which the server asks and the
+process answers: a line of JSON, and data after it. Pictures are passed in shared memory instead.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from wax.sentence import Sentence
 Sense = Literal["camera", "external_view", "microphone", "speaker"]
 
 NEXT: Final = b"next"
-"""Asks a camera or microphone for the next picture or sound."""
+"""Asks a camera or microphone for its next picture or sound."""
 OPEN: Final = b"open"
 WRITE: Final = b"write"
 CLOSE: Final = b"close"
-"""Ask a speaker; after `WRITE` come the samples."""
+"""Requests to a speaker; the samples follow `WRITE`."""
 
 MAX_HEAD_BYTES: Final = 8192
 MAX_SAMPLES: Final = 48_000
@@ -36,7 +36,7 @@ class _Message(BaseModel):
 
 
 class Outlet(_Message):
-    """One sense: its connection's descriptor, and for a camera those of its memory and settings."""
+    """One sense: its connection's descriptor, and for a camera its memory's and its settings."""
 
     sense: Sense
     connection: int
@@ -53,9 +53,9 @@ class MediaBegin(_Message):
 
 
 class Answer(_Message):
-    """Process → server: what was asked for is there, or why it is not.
+    """Process → server: the result of a request, or why there is none.
 
-    `within_s`, `width` and `height` are of the picture in memory, `channels` of the sound that
+    `within_s`, `width` and `height` describe the picture in memory, `channels` the sound that
     follows.
     """
 
@@ -68,12 +68,12 @@ class Answer(_Message):
 
 
 def encode(answer: Answer, payload: bytes = b"") -> bytes:
-    """Return an answer as it is sent."""
+    """Encode an answer for sending."""
     return answer.model_dump_json(exclude_defaults=True).encode() + b"\n" + payload
 
 
 def decode(data: bytes) -> tuple[Answer, bytes]:
-    """Return an answer and what follows it; raises `ProtocolError`."""
+    """Decode an answer and the data after it; raises `ProtocolError`."""
     head, _, payload = data.partition(b"\n")
     try:
         return Answer.model_validate_json(head), payload

@@ -1,7 +1,7 @@
 """The media process's end of each sense: it answers the server, whatever the plug-in does.
 
-A source runs in a thread of its own, opened again after each failure (`SourceThread`); another
-thread answers what is asked, with what is newest, or with the problem there is.
+A source runs in a thread of its own and is reopened after each failure (`SourceThread`); another
+thread answers each request with the newest data, or with the current problem.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _LOG = structlog.get_logger(__name__)
 
 _LOOK_S: Final = 0.1
 _KEPT_SOUNDS: Final = 20
-"""With pieces of 10 ms, 200 ms of sound wait for a server that is slow; older is left out."""
+"""Blocks of 10 ms queued for a slow server, 200 ms in all; older ones are dropped."""
 _MAX_QUESTION_BYTES: Final = 65_536
 
 
@@ -56,7 +56,7 @@ class SenseOutlet(Protocol):
 
 
 class _Made:
-    """A source that is made when it is opened, so that a plug-in's `make` may fail like `open`."""
+    """A source made only when opened, so that a plug-in's `make` may fail as `open` does."""
 
     def __init__(self, make: Callable[[], Any], check: Callable[[Any], Any]) -> None:
         self._make = make
@@ -77,7 +77,7 @@ class _Made:
 
 
 class _SourceOutlet:
-    """An outlet whose source and answers run in a thread each."""
+    """An outlet with one thread for its source and one for its answers."""
 
     _source: SourceThread[Any]
     _answers: _Answers
@@ -129,7 +129,7 @@ class CameraOutlet(_SourceOutlet):
 
 
 class MicrophoneOutlet(_SourceOutlet):
-    """Sends the sound, piece by piece, as the server asks for it."""
+    """Sends the sound, block by block, as the server asks for it."""
 
     def __init__(
         self,
@@ -168,7 +168,7 @@ class MicrophoneOutlet(_SourceOutlet):
 
 
 class SpeakerOutlet:
-    """Plays what the server sends; each answer says that the speaker has taken it."""
+    """Plays what the server sends; each answer confirms that the speaker has accepted it."""
 
     def __init__(self, make: Callable[[], Any], connection: Connection) -> None:
         self._make = make
@@ -179,7 +179,7 @@ class SpeakerOutlet:
         self._answers.start()
 
     def request_stop(self) -> None:
-        """Do nothing: the server closes it before it goes."""
+        """Do nothing: the server closes the speaker before it ends."""
 
     def stop(self) -> None:
         """Do nothing."""
@@ -203,7 +203,7 @@ class SpeakerOutlet:
 
 
 class _Answers:
-    """Answers each question in a thread of its own, a daemon: whatever it calls may hang."""
+    """Answers requests in one daemon thread, because a plug-in's call may hang."""
 
     def __init__(self, connection: Connection, answer: Callable[[bytes], bytes], name: str) -> None:
         self._connection = connection
@@ -219,11 +219,11 @@ class _Answers:
                 question = self._connection.recv_bytes(_MAX_QUESTION_BYTES)
                 self._connection.send_bytes(self._answer(question))
         except (OSError, EOFError):
-            pass  # the server has gone; so does this process
+            pass  # the server has gone, and this process will end
 
 
 def checked_picture(picture: object) -> Picture:
-    """Return it if it is one that can be shown; raises `SourceError`."""
+    """Return the picture if it can be shown; raises `SourceError`."""
     if not isinstance(picture, Picture):
         raise _odd(f"a {type(picture).__name__} that is no Picture")
     i420 = picture.i420
@@ -243,7 +243,7 @@ def checked_picture(picture: object) -> Picture:
 
 
 def checked_sound(sound: object) -> Sound:
-    """Return it if it can be heard; raises `SourceError`."""
+    """Return the sound if it can be played; raises `SourceError`."""
     samples = sound.samples if isinstance(sound, Sound) else None
     if (
         not isinstance(sound, Sound)

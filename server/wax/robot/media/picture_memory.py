@@ -1,8 +1,8 @@
-"""Memory that two processes share, for one picture at a time.
+"""Memory shared by two processes, for one picture at a time.
 
-The process writes a picture only when it was asked for one, and answers then; the server copies it
-out before it asks again. So no picture is ever torn, without a lock that one could hold while it
-dies; and both see the bytes as the other left them, because an answer lies between.
+The media process writes a picture only when asked and then answers; the server copies it before it
+asks again. So no picture is ever torn, without a lock that a dying process could hold; and since an
+answer lies between writing and reading, the server sees all written bytes.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ SIZE_BYTES: Final = MAX_WIDTH * MAX_HEIGHT * 3 // 2
 
 
 def make_memory() -> int:
-    """Return the descriptor of new memory; only what is written to takes room in it."""
+    """Return the descriptor of new memory; only written pages use real memory."""
     if sys.platform == "linux":
         descriptor = os.memfd_create("wax-picture")
     else:
@@ -44,11 +44,11 @@ class PictureMemory:
         )
 
     def write(self, i420: NDArray[np.uint8]) -> None:
-        """Put in a picture of at most `MAX_WIDTH` × `MAX_HEIGHT`."""
+        """Store a picture of at most `MAX_WIDTH` × `MAX_HEIGHT`."""
         self._bytes[: i420.size].reshape(i420.shape)[:] = i420
 
     def read(self, width: int, height: int, captured_s: float, within_s: float | None) -> Picture:
-        """Return a copy of the picture that is there."""
+        """Return a copy of the stored picture."""
         shape = (height * 3 // 2, width)
         i420 = self._bytes[: shape[0] * width].reshape(shape).copy()
         return Picture(i420, captured_s, within_s)

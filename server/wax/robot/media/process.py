@@ -1,4 +1,4 @@
-"""The server's end of the media process: it hands out the robot's senses and keeps it alive."""
+"""The server's end of the media process: provides the robot's senses and keeps it running."""
 
 from __future__ import annotations
 
@@ -35,21 +35,21 @@ _NO_PICTURE: Final = Sentence("camera.silent")
 START_S: Final = 20.0
 """A plug-in's libraries may take long to load on a small machine."""
 HUNG_S: Final = 3.0
-"""It beats twice a second, unless a plug-in keeps the interpreter to itself."""
+"""The heartbeat timeout; heartbeats come twice a second unless a plug-in holds the interpreter."""
 STUCK_S: Final = 6.0
-"""A sense that says nothing for so long is tried anew, unless others would suffer from that."""
+"""A sense that is silent for this long causes a restart, unless other senses still work."""
 _LOOK_S: Final = 0.5
 FIRST_PAUSE_S: Final = 0.5
 LAST_PAUSE_S: Final = 10.0
 STEADY_S: Final = 10.0
-"""A process that has run this long did not fail at its start."""
+"""A process that has run this long has started successfully."""
 END_S: Final = 1.0
-"""How long a process that was told to end may take."""
+"""How long a process may take to end."""
 
 
 @dataclass(frozen=True)
 class _Wanted:
-    """One sense that the server uses, over however many processes."""
+    """One sense that the server uses; it outlives restarts of the process."""
 
     sense: Sense
     link: MediaProcessLink
@@ -59,8 +59,8 @@ class _Wanted:
 class MediaProcess:
     """Camera, microphone and speaker of one robot, in a process that is restarted when it ends.
 
-    Make all of them before the first is opened: then the process starts, and ends by `close`.
-    Whatever happens to it, the robot's driver does not know: that is in another process.
+    Make all senses before opening the first: that starts the process, and `close` ends it. A
+    failure does not affect the robot's driver, which runs in another process.
     """
 
     def __init__(self, settings: RobotSettings, log: LogSettings | None = None) -> None:
@@ -76,7 +76,7 @@ class MediaProcess:
 
     @property
     def pid(self) -> int | None:
-        """The process there is now, None if there is none."""
+        """The PID of the current process, None if there is none."""
         child = self._child
         return None if child is None else child.pid
 
@@ -101,8 +101,8 @@ class MediaProcess:
     def close(self, within_s: float = END_S) -> None:
         """Tell the process to end, and wait for that; safe to call twice.
 
-        Given any time, it is dead afterwards: one whose plug-in holds the interpreter never reads
-        that it is to end, and would keep the camera when the server has gone.
+        If it does not end in time it is killed: a process whose plug-in holds the interpreter would
+        never read the end of the pipe, and would keep the camera.
         """
         with self._lock:
             self._closing.set()
@@ -124,7 +124,7 @@ class MediaProcess:
         return wanted.link
 
     def _start(self) -> None:
-        """Begin to keep a process; no effect if one is kept already."""
+        """Start the supervision of a process; no effect if already started."""
         with self._lock:
             if self._thread is not None and not self._closing.is_set():
                 return
@@ -173,7 +173,7 @@ class MediaProcess:
         return Sentence("media.ended", {"status": status})
 
     def _watch(self, child: ChildProcess, closing: threading.Event) -> Sentence | None:
-        """Wait for its end; return a sentence if it must be ended, None when it has ended."""
+        """Wait for its end; return a sentence if it must be killed, None once it has ended."""
         deadline_s = time.monotonic() + START_S
         while (data := child.receive(_LOOK_S)) is not None:
             if closing.is_set():
@@ -191,7 +191,7 @@ class MediaProcess:
         return None
 
     def _is_stuck(self) -> bool:
-        """Whether a sense has hung for so long that a new process may help, and no other works."""
+        """Whether a sense has hung long enough to warrant a restart, and no other sense works."""
         now_s = time.monotonic()
         links = [wanted.link for wanted in self._wanted]
         hangs = any(now_s - (link.silent_since_s or now_s) > STUCK_S for link in links)

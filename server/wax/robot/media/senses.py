@@ -1,4 +1,4 @@
-"""A robot's senses as the server has them: sources and a speaker that ask the media process."""
+"""A robot's senses in the server: sources and a speaker that ask the media process."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 READ_S: Final = 2.0
-"""As long as a source may block (`wax.capture.source`)."""
+"""The longest that a source may block (`wax.capture.source`)."""
 _OPEN_S: Final = 5.0
 _CLOSE_S: Final = 0.2
 
 
 class RemoteCamera:
-    """A `VideoSource`; `start` makes the process begin, if it has not yet."""
+    """A `VideoSource`; `start` starts the process if it is not running yet."""
 
     def __init__(self, link: MediaProcessLink, start: Callable[[], None]) -> None:
         self._link = link
@@ -45,7 +45,7 @@ class RemoteCamera:
         return memory.read(answer.width, answer.height, answer.captured_s, answer.within_s)
 
     def close(self) -> None:
-        """Do nothing: the process keeps the camera open, or opens it again."""
+        """Do nothing: the process keeps the camera open and reopens it when it fails."""
 
 
 class RemoteMicrophone:
@@ -70,7 +70,7 @@ class RemoteMicrophone:
         return Sound(shaped, answer.captured_s)
 
     def close(self) -> None:
-        """Do nothing: the process keeps the microphone open, or opens it again."""
+        """Do nothing: the process keeps the microphone open and reopens it when it fails."""
 
 
 class RemoteSpeaker:

@@ -1,8 +1,8 @@
 """The driver process: `python -m wax.robot.process`, started only by `ProcessDriver`.
 
 It ends only when the pipe it reads from ends, however the server ended; with a person aboard it
-goes on for them after a server that died. The signals that a terminal or service manager sends to
-all processes of the server do not end it, so that it can stop the robot.
+keeps running for them after the server has died. It ignores the signals that a terminal or service
+manager sends to all processes of the server, so that it can stop the robot.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def main() -> int:
         _LOG.error("the driver cannot be built", problem=str(error))
         os.write(writer, encode(NotBuilt(why=str(error))))
         return 1
-    # A set-point must not wait for the encoder; loading, above, may.
+    # From here set-points must not wait for the encoder; loading the driver, above, may.
     raise_priority()
     os.set_blocking(reader, False)
     os.set_blocking(writer, False)

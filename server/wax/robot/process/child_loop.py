@@ -56,9 +56,9 @@ class ChildLoop:
     longer than `CALL_HANGS_S`, or whose `close` takes longer than `END_S`, ends the process: then
     the robot's own watchdog stops it.
 
-    With a `passenger` their hand control comes before all messages, and where the pipe ends without
-    a goodbye, they drive on until another process claims the robot. While another server on this
-    machine holds the robot's `lock`, it is not opened.
+    With a `passenger`, their hand control is handled before all messages. If the pipe then ends
+    without a `Bye`, they can drive on until another process claims the robot. The robot is not
+    opened while another server on this machine holds its `lock`.
     """
 
     def __init__(
@@ -113,10 +113,10 @@ class ChildLoop:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
 
     def _has_robot(self) -> bool:
-        """Wait until the robot is this process's; False if the pipe ends before.
+        """Wait until this process has the robot; return False if the pipe ends first.
 
-        A person aboard first lets go of an older process, which then ends; another server's process
-        keeps the robot for as long as it lives.
+        With a person aboard an older process ends once they let go of their control; another
+        server's process keeps the robot while it runs.
         """
         passenger, lock = self._passenger, self._lock
         if passenger is not None:
@@ -126,7 +126,7 @@ class ChildLoop:
         return lock is None or self._waits(lock.acquire, TAKEN)
 
     def _waits(self, until: Callable[[], bool], problem: Sentence) -> bool:
-        """Wait, while the server is told why; False if the pipe ends before."""
+        """Wait, and tell the server why; return False if the pipe ends."""
         while not until():
             signal.setitimer(signal.ITIMER_REAL, CALL_HANGS_S)
             self._state = RobotState(connected=False, problem=problem)
@@ -136,17 +136,17 @@ class ChildLoop:
         return True
 
     def _step(self) -> bool:
-        """Wait for news, the next tick or silence, and act; False when it is time to end."""
+        """Wait for input, the next tick or silence, and act; return False to end the loop."""
         signal.setitimer(signal.ITIMER_REAL, CALL_HANGS_S)
         readable = self._wait()
-        self._feel()
-        # Silence first: messages that waited in the pipe while this process slept do not undo it.
-        self._call(*self._watchdog.watch(self._clock.now_s()))
+        self._read_hand()
+        # Check silence first: messages queued while this process slept must not hide it.
+        self._call(*self._watchdog.tick(self._clock.now_s()))
         self._look()
         if self._reader in readable and not self._listen() and not self._is_left_alone():
             return False
         if self._clock.now_s() >= self._due_s:
-            self._call(*self._watchdog.beat(self._clock.now_s()))
+            self._call(*self._watchdog.repeat(self._clock.now_s()))
         self._look()
         self._log()
         if self._is_alone:
@@ -165,21 +165,21 @@ class ChildLoop:
         readable, _, _ = select.select(descriptors, [], [], max(0.0, pause_s))
         return readable
 
-    def _feel(self) -> None:
-        """Let the person aboard come before everything that the server says."""
+    def _read_hand(self) -> None:
+        """Handle the hand control, before any message of the server."""
         if self._passenger is not None:
-            self._call(*self._passenger.feel())
-            self._passenger.remember()  # once the robot stands: a disk may be slow
+            self._call(*self._passenger.read())
+            self._passenger.remember()  # after the robot is stopped: a disk may be slow
 
     def _is_left_alone(self) -> bool:
-        """Take the server as dead; returns whether the person aboard needs this process on."""
+        """Treat the server as dead; return whether the person aboard still needs this process."""
         self._is_alone = True
         if self._passenger is not None and not self._is_dismissed:
             self._call(*self._passenger.watchdog.abandoned(self._clock.now_s()))
         return self._drives_on()
 
     def _drives_on(self) -> bool:
-        """Whether the person aboard needs this process although its server is dead."""
+        """Whether the person aboard still needs this process after its server has died."""
         return (
             self._passenger is not None and not self._is_dismissed and self._passenger.drives_on()
         )
@@ -190,16 +190,16 @@ class ChildLoop:
             try:
                 message = decode_message(line)
             except ProtocolError:
-                self._call(*self._watchdog.garbage(self._clock.now_s()))
+                self._call(*self._watchdog.handle_invalid(self._clock.now_s()))
             else:
                 if isinstance(message, Bye):
                     self._is_dismissed = True
                 else:
-                    self._call(*self._watchdog.hear(message, self._clock.now_s()))
+                    self._call(*self._watchdog.handle(message, self._clock.now_s()))
         return bool(data)
 
     def _look(self) -> None:
-        """Read the robot's state; a robot that has reconnected begins at standstill."""
+        """Read the robot's state; a robot that has reconnected starts at standstill."""
         try:
             state = sendable(self._driver.state())
         except Exception:
@@ -213,12 +213,12 @@ class ChildLoop:
     def _call(self, *calls: Call) -> None:
         for call in calls:
             now_s = self._clock.now_s()
-            # The last look before the driver: whoever was frozen since deciding must not act on it.
-            late = self._watchdog.watch(now_s) if _moves(call) else ()
+            # The last check before the driver: the process may have been frozen since deciding.
+            late = self._watchdog.tick(now_s) if _moves(call) else ()
             if late:
                 self._call(*late)
             if any(isinstance(one, StopDriver) for one in late):
-                return  # the stop let go of what was held, and its epoch asks for the rest anew
+                return  # the stop released held controls, and the new epoch requests the rest again
             try:
                 self._one(call, now_s)
             except Exception:
@@ -241,7 +241,7 @@ class ChildLoop:
                 self._driver.stop(call.turn)
 
     def _control_failed(self, name: str) -> None:
-        """Log it, once for each: a lamp that fails is no reason to hold the robot."""
+        """Log the failure, once per control: a failing lamp is no reason to hold the robot."""
         if name not in self._broken:
             _LOG.exception("a control of the robot failed; it drives on", control=name)
             self._broken.add(name)
@@ -301,5 +301,5 @@ def _moves(call: Call) -> bool:
 
 
 def _facts(state: RobotState) -> tuple[object, ...]:
-    """Return the part of a state whose change is sent at once."""
+    """Return the part of a state whose changes are sent at once."""
     return (state.connected, state.problem, state.epoch, state.moving, state.aboard)

@@ -60,13 +60,13 @@ class ChildProcess:
             return True
 
     def receive(self, timeout_s: float) -> bytes | None:
-        """Return what it has sent, empty if nothing came in time, None when it has ended."""
+        """Return what it has sent, empty after a timeout, None when it has ended."""
         if not self._news.poll(max(0.0, timeout_s) * 1000.0):
             return b""
         return self._stdout.read(_READ_BYTES) or None
 
     def hang_up(self) -> None:
-        """Close the pipe, which makes it stop the robot and end; safe to call twice."""
+        """Close the pipe, which makes the process stop the robot and end; safe to call twice."""
         self._stdin.close()
 
     def kill(self) -> None:
@@ -74,7 +74,7 @@ class ChildProcess:
         self._process.kill()
 
     def end(self) -> int:
-        """Hang up, wait briefly, kill, and return its exit status, negative for a signal."""
+        """Hang up, wait briefly, kill it, and return its exit status, negative for a signal."""
         self.hang_up()
         try:
             return self._process.wait(_END_S)

@@ -1,4 +1,4 @@
-"""How a process of ours begins: what a terminal sends does not end it, its pipes are its own."""
+"""The start of our child processes: they ignore a terminal's signals and keep their own pipes."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def outlive_signals() -> None:
 
 
 def claim_pipes() -> tuple[int, int]:
-    """Keep both pipes to ourselves: other output goes to the log, other input is empty."""
+    """Reserve both pipes for messages: other output goes to the log, other input is empty."""
     reader, writer = os.dup(0), os.dup(1)
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)
@@ -51,7 +51,7 @@ def first_line(reader: int) -> bytes | None:
 
 
 def run(main: Callable[[], int], name: str) -> NoReturn:
-    """End this process with what `main` returns, and with it all threads that a plug-in left."""
+    """Exit with what `main` returns, without waiting for threads that a plug-in left running."""
     status = 1
     try:
         status = main()
@@ -63,6 +63,6 @@ def run(main: Callable[[], int], name: str) -> NoReturn:
 
 
 def log_as(settings: LogSettings, who: str) -> None:
-    """Write the log as the server does, with all that is printed as lines of one kind."""
+    """Write the log as the server does; each printed line becomes a log line."""
     configure_logs(settings)
     sys.stdout = sys.stderr = PrintedLines(lambda line: _LOG.info(f"{who} prints", line=line))

@@ -50,13 +50,14 @@ START_S: Final = 20.0
 """A plug-in's libraries may take long to load on a small machine."""
 HUNG_S: Final = 1.0
 LOOK_S: Final = 0.5
-"""How often it is looked at what the process takes of the machine."""
+"""How often the process's use of memory and threads is checked."""
 FIRST_PAUSE_S: Final = 0.3
 LAST_PAUSE_S: Final = 3.0
 STEADY_S: Final = 5.0
-"""A process that has run this long did not fail at its start."""
+"""A process that has run this long has started successfully."""
 LATE_S: Final = 0.02
-"""The server's own stop comes first where its loop is no later than this."""
+"""The process stops the robot this much after the server should have, so that a server whose loop
+is no later than this stops it first."""
 CLOSE_S: Final = 0.85
 KILL_S: Final = 0.1
 
@@ -68,11 +69,11 @@ class ProcessDriver:
     """A `Driver` in its own process, which is restarted whenever it ends.
 
     The process stops the robot when the server is silent for `silence_ms`, frozen, or gone. `kind`
-    and `limits` are those of the real driver. Counts are in the state's `extra`, under names that
-    begin with ``driver_``, beside ``driver_pid``.
+    and `limits` are those of the real driver. The state's `extra` has ``driver_pid`` and the
+    counts, whose names also begin with ``driver_``.
 
-    With a person aboard (`local`) the process outlives a server that dies, for them; `claim` is the
-    file by which the next one's process takes over. `close` ends it all the same, `abandon` not.
+    With a person aboard (`local`) the process outlives a server that dies; `claim` is the file by
+    which the next server's process takes over. `close` ends the process, `abandon` does not.
     """
 
     def __init__(
@@ -206,7 +207,7 @@ class ProcessDriver:
             thread.join(KILL_S)
 
     def abandon(self) -> None:
-        """Let go of the process as a server that dies does: with a person aboard it goes on."""
+        """Leave the process as a dying server would: with a person aboard it keeps running."""
         if not self._has_passenger:
             self.close()
             return
@@ -226,17 +227,17 @@ class ProcessDriver:
             return replace(self._state, extra=extra)
 
     def _say(self, message: Message) -> None:
-        """Send a message, with the lock held; a process still starting begins at standstill."""
+        """Send a message, with the lock held; skip it while the process is still starting."""
         self._sequence += 1
         if self._child is None or not self._listens:
             return
         if not self._child.send(encode(message)):
-            # It does not read, so it would not get a stop either: the robot's own watchdog acts.
+            # The process does not read, so a stop would not reach it: the robot's watchdog acts.
             self._past["driver_full"] += 1
             self._child.kill()
 
     def _dismiss(self, child: ChildProcess) -> None:
-        """Make it end, with the lock held."""
+        """Tell the process to end, with the lock held."""
         if self._has_passenger:
             child.send(encode(Bye()))
         child.hang_up()
@@ -278,7 +279,7 @@ class ProcessDriver:
         return problem or _ended(status)
 
     def _listen(self, child: ChildProcess) -> Sentence | None:
-        """Receive its states; return a sentence if it must be ended, None when it has ended."""
+        """Receive states; return a sentence if the process must be ended, None if it has ended."""
         lines = LineBuffer()
         deadline_s = self._clock.now_s() + START_S
         look_s = 0.0
@@ -302,7 +303,7 @@ class ProcessDriver:
         return None
 
     def _hear(self, line: bytes) -> tuple[Sentence | None, bool]:
-        """Take what it says; return why it must be ended, if it must, and whether it was valid."""
+        """Handle its lines; return why it must be ended, if it must, and whether all were valid."""
         try:
             answer = decode_answer(line)
         except ProtocolError:
@@ -318,7 +319,7 @@ class ProcessDriver:
         return None, True
 
     def _is_same(self, ready: Ready) -> bool:
-        # The process does not know the silence after which it stops the robot as one of its limits.
+        # The process's limits lack `silence_s`, its own timeout for a silent server.
         limits = replace(ready.limits, silence_s=self._limits.silence_s)
         return (ready.kind, limits) == (self._kind, self._limits)
 

@@ -1,8 +1,8 @@
 """The watchdog of the driver process: which of the server's messages reach the driver (pure).
 
 It does not trust the server, which may be late, frozen, gone or wrong. It passes only the newest
-set-point of the newest turn while that is fresh by the server's own timestamp, and after a fault
-only standstill, until the server has asked for standstill again.
+set-point of the newest turn, while that is fresh by the server's own timestamp. After a fault it
+passes only standstill until the server has asked for standstill.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class SetAxis:
 
 @dataclass(frozen=True, slots=True)
 class SetControl:
-    """Call `HasControls.control`; `moves` is false for what only lights or sounds."""
+    """Call `HasControls.control`; `moves` is false for a control that only lights or sounds."""
 
     name: str
     value: ControlValue
@@ -65,7 +65,7 @@ class SetControl:
 
     @property
     def is_release(self) -> bool:
-        """Whether it ends what somebody held."""
+        """Whether it releases a held control."""
         return self.value is None or self.value is False
 
 
@@ -82,14 +82,14 @@ Call = Apply | SetAxis | SetControl | StopDriver
 class DriverWatchdog:
     """Turns the server's messages, and its silence, into calls to the driver.
 
-    - Silence means `silence_s` since the timestamp of the newest set-point or stop, or that the
-      server has not stopped what its own command no longer allows (`Move.end_s`). It causes a
+    - Silence means that the newest set-point or stop is `silence_s` old by its timestamp, or that
+      the server has not stopped the robot when its command expired (`Move.end_s`). It causes a
       *hold*, which stops the robot, as do an invalid message, a driver that raises, and a robot
       that has reconnected.
     - After a hold, and at the start of each turn, nothing moves, axes included, until a set-point
       of standstill arrives with a timestamp later than the hold. A turn begins with a stop.
-    - A control that is held is let go of with a hold and between two turns, and one that moves with
-      a stop, too. One that moves may begin only where an axis may; letting go is never refused.
+    - A held control is released at a hold and between two turns; one that moves is also released at
+      a stop. One that moves may start only when an axis may; a release is never refused.
     - A set-point or axis position that is older than `silence_s`, past its end, out of sequence, or
       of a lower turn is refused, and does not end the silence. A stop is never refused.
 
@@ -120,9 +120,9 @@ class DriverWatchdog:
         """The newest turn's number."""
         return self._turn
 
-    def hear(self, message: Message, now_s: float) -> tuple[Call, ...]:
-        """Handle a message; check silence first, so that a message that waited cannot end it."""
-        calls = self.watch(now_s)
+    def handle(self, message: Message, now_s: float) -> tuple[Call, ...]:
+        """Handle a message; check silence first, so that a queued message cannot hide it."""
+        calls = self.tick(now_s)
         if isinstance(message, Halt):
             return (*calls, *self._halt(message, now_s))
         if isinstance(message, Control) and message.name in self._held and _lets_go(message):
@@ -139,18 +139,18 @@ class DriverWatchdog:
             return (*calls, *self._control(message))
         return (*calls, self._move(message))
 
-    def beat(self, now_s: float) -> tuple[Call, ...]:
+    def repeat(self, now_s: float) -> tuple[Call, ...]:
         """Repeat the current set-point."""
-        return (*self.watch(now_s), Apply(self._twist, self._turn))
+        return (*self.tick(now_s), Apply(self._twist, self._turn))
 
-    def watch(self, now_s: float) -> tuple[Call, ...]:
+    def tick(self, now_s: float) -> tuple[Call, ...]:
         """Stop the robot if the server has been silent for too long."""
         if now_s < self.silent_at_s:
             return ()
         self.counts["driver_silences"] += 1
         return self.hold(SILENT, now_s)
 
-    def garbage(self, now_s: float) -> tuple[Call, ...]:
+    def handle_invalid(self, now_s: float) -> tuple[Call, ...]:
         """Hold the robot because of an invalid message."""
         self.counts["driver_garbage"] += 1
         return self.hold(GARBLED, now_s)
@@ -244,7 +244,7 @@ class DriverWatchdog:
         return None
 
     def _is_fresh(self, message: Message, now_s: float) -> bool:
-        """Judge by the sender's timestamp; one in the future is not from this machine's clock."""
+        """Judge by the sender's timestamp; a future one is not from this machine's clock."""
         return 0.0 <= now_s - message.sent_s < self._silence_s
 
     def _heard(self, message: Move | Halt) -> None:

@@ -1,8 +1,8 @@
-"""The person aboard above the server: whose set-points reach the driver (pure).
+"""Decides whose set-points reach the driver, the server's or the person's aboard (pure).
 
-The server's messages go through the `DriverWatchdog` as ever; what comes of them passes only while
-the hand control leaves the robot to an operator (`wax.control.local_hand`). Between two who drive
-there is always a stop, for one period at least.
+The server's messages go through the `DriverWatchdog` as usual; the resulting calls pass only while
+the hand control lets an operator drive (`wax.control.local_hand`). Whenever the driving person
+changes, the robot is stopped for at least one period.
 """
 
 from __future__ import annotations
@@ -30,20 +30,19 @@ if TYPE_CHECKING:
 HAND_COUNTS: Final = ("driver_hand_takes", "driver_hand_stops", "driver_hand_losses")
 
 OPERATOR_LOST_S: Final = 0.5
-"""Without a set-point of an operator for this long there is none to share with. Shorter silences
-stop the robot too, but the stick keeps its meaning."""
+"""After this long without an operator's set-point the person drives alone. Shorter silences stop
+the robot too, but the stick keeps its meaning."""
 
 
 class HandWatchdog:
-    """Used as a `DriverWatchdog`; `feel` takes what the hand control says.
+    """Used like a `DriverWatchdog`; `handle_readings` handles the hand control's readings.
 
-    While the person drives, nothing of the server's reaches the driver, its stops included. A Stop
-    on a page is no doubt in which they should stand: they are there, feel what the robot does, and
-    have a Stop of their own, whereas everybody who watches may press that one, late, and seeing
-    less. If it ended the person's driving, anybody could leave them stranded on a crossing. It is
-    latched all the same: no operator drives until it is released. Everything that holds the robot
-    for a fault of its own, or of the control, does stop them, and then the control must be seen at
-    rest first.
+    While the person drives, none of the server's motion reaches the driver, not even its stops. A
+    Stop on a page need not stop them: they are there, feel what the robot does, and have a Stop of
+    their own, whereas any viewer may press the page's Stop, late and seeing less. If that ended the
+    person's driving, anybody could leave them stranded on a crossing. The page's Stop is latched
+    all the same: no operator drives until it is released. A fault of the robot or the control does
+    stop the person, and then the control must be at rest first.
     """
 
     def __init__(self, watchdog: DriverWatchdog, limits: Limits, rules: HandRules) -> None:
@@ -52,29 +51,29 @@ class HandWatchdog:
         self._rules = rules
         self._hand = HandState()
         self._twist = STANDSTILL
-        """The newest set-point of those that are ramped here: the person's own, or shared ones."""
+        """The newest set-point that was ramped here: the person's own or a shared one."""
         self._applied_s = -math.inf
         self._heard_s = -math.inf
         self._counts = dict.fromkeys(HAND_COUNTS, 0)
 
     @property
     def aboard(self) -> Aboard:
-        """The person aboard, for the robot's state."""
+        """The person aboard, as the robot's state reports them."""
         return local_hand.report(self._hand, self._rules)
 
     @property
     def is_stopped(self) -> bool:
-        """Whether the person's Stop is in force, though their control may be lost."""
+        """Whether the person's Stop is in force, even if their control is lost."""
         return self._hand.is_stopped
 
     @property
     def is_in_use(self) -> bool:
-        """Whether the person drives, or still slows down after it."""
+        """Whether the person drives, or the robot still slows down afterwards."""
         return self._hand.mode == "hand" or not self._twist.is_zero
 
     @property
     def problem(self) -> Sentence | None:
-        """Why the robot is held; the server's silence is no matter while the person drives."""
+        """Why the robot is held; while the person drives, the server's silence does not hold it."""
         match self._hand.mode:
             case "lost":
                 return NO_HAND
@@ -96,11 +95,11 @@ class HandWatchdog:
         return self._watchdog.silent_at_s
 
     def recall_stop(self) -> None:
-        """Begin with the person's Stop in force; call it before anything was felt."""
+        """Start with the person's Stop in force; call it before the first reading."""
         self._hand = HandState(is_stopped=True)
 
-    def feel(self, readings: Iterable[HandReading], now_s: float) -> tuple[Call, ...]:
-        """Take what the hand control says, oldest first, before anything else of this moment."""
+    def handle_readings(self, readings: Iterable[HandReading], now_s: float) -> tuple[Call, ...]:
+        """Handle readings of the hand control, oldest first; call it before the other methods."""
         calls: tuple[Call, ...] = ()
         is_operator_heard = now_s - self._heard_s < OPERATOR_LOST_S
         for reading in readings:
@@ -114,29 +113,29 @@ class HandWatchdog:
         """Hold the robot at once because the control is known to be gone."""
         return self._follow(local_hand.lose(self._hand), now_s)
 
-    def hear(self, message: Message, now_s: float) -> tuple[Call, ...]:
+    def handle(self, message: Message, now_s: float) -> tuple[Call, ...]:
         """Handle a message of the server."""
         looked = self._look(now_s)
-        calls = self._watchdog.hear(message, now_s)
+        calls = self._watchdog.handle(message, now_s)
         if isinstance(message, Move) and any(isinstance(call, Apply) for call in calls):
             self._heard_s = now_s if message.operated else -math.inf
         return (*looked, *self._passed(calls, now_s))
 
-    def beat(self, now_s: float) -> tuple[Call, ...]:
+    def repeat(self, now_s: float) -> tuple[Call, ...]:
         """Repeat the current set-point, whosever it is."""
-        calls = (*self._look(now_s), *self._passed(self._watchdog.beat(now_s), now_s))
+        calls = (*self._look(now_s), *self._passed(self._watchdog.repeat(now_s), now_s))
         return calls if self._hand.mode == "free" else (*calls, self._own(now_s))
 
-    def watch(self, now_s: float) -> tuple[Call, ...]:
-        """Stop what the server has asked for if it is silent, and the robot if the control is."""
-        return (*self._look(now_s), *self._passed(self._watchdog.watch(now_s), now_s))
+    def tick(self, now_s: float) -> tuple[Call, ...]:
+        """Stop the server's motion if the server is silent, and the robot if the control is."""
+        return (*self._look(now_s), *self._passed(self._watchdog.tick(now_s), now_s))
 
-    def garbage(self, now_s: float) -> tuple[Call, ...]:
-        """Hold what the server asks for because of an invalid message."""
-        return self._passed(self._watchdog.garbage(now_s), now_s)
+    def handle_invalid(self, now_s: float) -> tuple[Call, ...]:
+        """Hold the server's motion because of an invalid message."""
+        return self._passed(self._watchdog.handle_invalid(now_s), now_s)
 
     def abandoned(self, now_s: float) -> tuple[Call, ...]:
-        """Hold what the server has asked for because it is dead, without waiting for silence."""
+        """Hold the server's motion because the server is dead, without waiting for silence."""
         self._heard_s = -math.inf
         return self._passed(self._watchdog.hold(SILENT, now_s), now_s)
 
@@ -146,7 +145,7 @@ class HandWatchdog:
         return self._watchdog.failed(now_s)
 
     def hold(self, problem: Sentence | None, now_s: float) -> tuple[Call, ...]:
-        """Stop the robot; nothing sent before moves it again, and no hand that was on it."""
+        """Stop the robot; neither earlier messages nor a hand on the control move it again."""
         self._stand(now_s)
         return self._watchdog.hold(problem, now_s)
 
@@ -154,7 +153,7 @@ class HandWatchdog:
         return self._follow(local_hand.tick(self._hand, now_s, self._rules), now_s)
 
     def _follow(self, hand: HandState, now_s: float) -> tuple[Call, ...]:
-        """Stop the robot where its driver changes; what was asked for before never counts after."""
+        """Stop the robot when the mode changes; earlier set-points never count afterwards."""
         before, self._hand = self._hand, hand
         if hand.mode == before.mode:
             return ()
@@ -163,7 +162,7 @@ class HandWatchdog:
         self._counts["driver_hand_losses"] += hand.mode == "lost"
         calls = self._watchdog.hold(None, now_s)
         if before.mode == "hand" and hand.mode == "pause" and self._rules.soft_braking:
-            # Let go: a chair with somebody in it slows down at the rate that it is given.
+            # The person let go: an occupied chair slows down at the configured rate.
             return tuple(call for call in calls if isinstance(call, SetControl))
         self._twist, self._applied_s = STANDSTILL, now_s
         return calls
@@ -173,7 +172,7 @@ class HandWatchdog:
         self._twist, self._applied_s = STANDSTILL, now_s
 
     def _passed(self, calls: tuple[Call, ...], now_s: float) -> tuple[Call, ...]:
-        """Return what may reach the driver of what the server has asked for."""
+        """Return the server's calls that may reach the driver."""
         match self._hand.mode:
             case "free":
                 return tuple(self._shared(call, now_s) for call in calls)
@@ -185,7 +184,7 @@ class HandWatchdog:
                 return (*stops, *(call for call in calls if _is_harmless(call)))
 
     def _shared(self, call: Call, now_s: float) -> Call:
-        """Scale a set-point by what the person lets pass."""
+        """Scale a set-point by the fraction that the person lets through."""
         if not self._rules.shares:
             return call
         if isinstance(call, Apply):
@@ -200,7 +199,7 @@ class HandWatchdog:
         return self._ramped(target, self._watchdog.turn, now_s)
 
     def _ramped(self, target: Twist, turn: int, now_s: float) -> Apply:
-        """Move on towards `target`; a late beat takes no larger step than two would."""
+        """Ramp towards `target`; a late tick takes no larger step than two ticks would."""
         after_s = min(max(0.0, now_s - self._applied_s), 2 * self._rules.period_s)
         self._twist = ramp.towards(target, self._twist, after_s, self._rules, soft=True)
         self._applied_s = now_s
@@ -208,7 +207,7 @@ class HandWatchdog:
 
 
 def _is_harmless(call: Call) -> bool:
-    """Whether it only lights, sounds or lets go: that disturbs nobody who drives."""
+    """Whether the call only lights, sounds or releases, which disturbs nobody's driving."""
     return isinstance(call, SetControl) and (call.is_release or not call.moves)
 
 

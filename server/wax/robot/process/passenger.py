@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from wax.robot.process.pipe_messages import Begin
 
 PERIOD_S: Final = 0.02
-"""How often the person's own set-point is repeated, at least."""
+"""The longest interval between repeats of the person's own set-point."""
 
 
 class Passenger:
-    """Reads the control and asks `watchdog` what follows.
+    """Reads the control and passes the readings to `watchdog`.
 
-    Without a `claim` the process ends with its server, without a `stop_mark` their Stop is
-    forgotten at its end.
+    Without a `claim` the process ends with its server; without a `stop_mark` the person's Stop is
+    lost when the process ends.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class Passenger:
         return self._hand.wakes
 
     def claim(self) -> None:
-        """Ask the process that still has the robot, if one has, to leave it."""
+        """Ask the process that still has the robot, if any, to release it."""
         if self._claim is not None:
             self._claim.take()
 
@@ -59,26 +59,29 @@ class Passenger:
         return self._claim is None or self._claim.has_robot()
 
     def open(self) -> None:
-        """Begin to read, with the Stop that was in force when an earlier process ended."""
+        """Start reading, with the Stop in force if it was when an earlier process ended."""
         if self._stop_mark is not None and self._stop_mark.is_set:
             self.watchdog.recall_stop()
         self._hand.open()
 
-    def feel(self) -> tuple[Call, ...]:
-        """Return the calls that follow from what the control says now."""
+    def read(self) -> tuple[Call, ...]:
+        """Return the calls that follow from the control's new readings."""
         readings = self._hand.take()
-        now_s = self._clock.now_s()  # not before: a reading of the future counts as none
+        now_s = self._clock.now_s()  # only now: a reading from the future is ignored
         if readings is None:
             return self.watchdog.lose_hand(now_s)
-        return self.watchdog.feel(readings, now_s)
+        return self.watchdog.handle_readings(readings, now_s)
 
     def remember(self) -> None:
-        """Keep for the next process whether the person's Stop is in force."""
+        """Save for the next process whether the person's Stop is in force."""
         if self._stop_mark is not None:
             self._stop_mark.keep(self.watchdog.is_stopped)
 
     def drives_on(self) -> bool:
-        """Whether this process stays after its server: until another claims it, hands off."""
+        """Whether this process outlives its server.
+
+        It does until another process has claimed the robot and no hand is on the control.
+        """
         if self._claim is None or not self._claim.is_taken:
             return False
         return self.watchdog.is_in_use or self._claim.is_held
@@ -104,5 +107,5 @@ def make_passenger(
 def hand_watchdog(
     local: LocalSettings, robot: RobotSettings, limits: Limits, watchdog: DriverWatchdog
 ) -> HandWatchdog:
-    """Return the rules of the person aboard above those of the server."""
+    """Return the watchdog that puts the person aboard above the server."""
     return HandWatchdog(watchdog, limits, HandRules.of(local, robot, PERIOD_S))

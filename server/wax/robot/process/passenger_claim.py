@@ -1,9 +1,9 @@
-"""One driver process takes the robot over from another that has outlived its server.
+"""Lets a driver process take over the robot from one that has outlived its server.
 
-Where a person is aboard, the driver process drives on for them when the server has died. The
-process of the next server writes its mark into a file of the state directory; the older one reads
-it there and ends as soon as no hand is on the control. A lock on that file, which the system
-releases however a process ends, keeps the new one from opening the robot before that.
+With a person aboard, the driver process keeps driving for them after the server has died. The next
+server's process writes its mark into a file of the state directory; the older process reads it and
+ends as soon as no hand is on the control. A lock on that file, which the system releases however a
+process ends, keeps the new process from opening the robot before that.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ class Claim:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        # All marks are of one length: each replaces the one before, and half a mark is nobody's.
+        # All marks have one length: each overwrites the last, and half a mark matches nobody's.
         self._mark = f"{os.getpid():10} {time.monotonic_ns():20}\n".encode()
         self._file: int | None = None
         self.is_taken = False
-        """Whether there is a mark, by which others can end this process."""
+        """Whether the mark was written, so that another process can end this one."""
 
     def take(self) -> None:
-        """Write the mark; where that fails, as on a full disk, the process ends with its server."""
+        """Write the mark; if that fails, as on a full disk, the process ends with its server."""
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
             self._file = os.open(self._path, os.O_CREAT | os.O_RDWR, 0o600)
@@ -47,14 +47,14 @@ class Claim:
 
     @property
     def is_held(self) -> bool:
-        """Whether the newest mark is this one's; a file that is gone takes nothing away."""
+        """Whether the newest mark is this process's; a deleted file changes nothing."""
         try:
             return self.is_taken and self._path.read_bytes() == self._mark
         except OSError:
             return self.is_taken
 
     def has_robot(self) -> bool:
-        """Whether no other process has the robot; then it is this one's until it ends."""
+        """Whether this process has the robot, or can now take it until it ends."""
         if self._file is None:
             return True
         try:

@@ -31,7 +31,7 @@ class _PipeMessage(BaseModel):
 class Begin(_PipeMessage):
     """Server → process, the first line: which robot, how to write the log, and who is aboard.
 
-    `controls` says which of the robot's controls move, and which last only while they are held.
+    `controls` says which of the robot's controls move, and which work only while held.
 
     `claim` is the file by which one process takes the robot over from another (`passenger_claim`).
     """
@@ -53,8 +53,8 @@ class _Command(_PipeMessage):
 class Move(_Command):
     """Server → process: a set-point, and whether an operator is there who may drive.
 
-    `end_s` is when the server would have stopped the robot unless a newer command had come, None
-    where no command moves it.
+    `end_s` is when the server must stop the robot unless a newer command arrives, None if no
+    command moves it.
     """
 
     say: Literal["move"] = "move"
@@ -87,7 +87,7 @@ class Halt(_Command):
 
 
 class Bye(_PipeMessage):
-    """Server → process, the last line where there is a person aboard: end, too.
+    """Server → process, the last line if a person is aboard: the process must end, too.
 
     Without it the end of the pipe means that the server has died, and the person drives on.
     """
@@ -175,5 +175,5 @@ class LineBuffer:
     def feed(self, data: bytes) -> list[bytes]:
         """Add bytes and return the lines they complete, without newlines."""
         *lines, rest = (self._rest + data).split(b"\n")
-        self._rest = rest[: MAX_LINE_BYTES + 1]  # one too many: refused at its end
+        self._rest = rest[: MAX_LINE_BYTES + 1]  # one byte too many, so that the line is refused
         return lines

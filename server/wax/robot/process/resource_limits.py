@@ -1,4 +1,4 @@
-"""Notice a process that takes ever more of the machine, before others go short of it."""
+"""Detects a process that uses ever more of the machine, before others run short."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from pathlib import Path
 from typing import Final
 
 MAX_BYTES: Final = 2 << 30
-"""No driver that is known needs a fraction of it; a machine learning camera may."""
+"""Known drivers need a fraction of this; a machine-learning camera may need more."""
 MAX_THREADS: Final = 500
-"""Far above any pool of threads, far below what a user may have."""
+"""Far above any thread pool, far below a user's limit."""
 
 
 class ResourceUse:
-    """What a process may take: half of the machine's memory, and no more than the above."""
+    """What a process may use: up to half of the machine's memory, and no more than the above."""
 
     def __init__(self, max_bytes: int | None = None, max_threads: int = MAX_THREADS) -> None:
         self._max_bytes = _share() if max_bytes is None else max_bytes
         self._max_threads = max_threads
 
     def excess(self, pid: int) -> str | None:
-        """Return what it takes too much of, as ``3072 MB``; None if nothing, or if unknown."""
+        """Return the excessive use, such as ``3072 MB``; None if there is none or it is unknown."""
         if sys.platform != "linux":
             return None
         try:

@@ -1,8 +1,8 @@
-"""One robot, one driver process: of two servers on a machine, the second waits.
+"""A lock that gives each robot one driver process: of two servers on a machine, the second waits.
 
-Two that send set-points to one robot would each undo what the other stops. A name in the abstract
-namespace of Linux's sockets belongs to whoever has bound it, and to nobody once that process has
-ended, however it did. Elsewhere there is no such name, and only what a driver opens can tell.
+Two processes that send set-points to one robot would each undo the other's stops. The lock is a
+name in the abstract namespace of Linux's sockets, which is free again once the process that bound
+it has ended, however it ended. Other systems lack such names, so there is no lock.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class RobotLock:
-    """The lock of these settings' robot: of its driver, with that driver's own table."""
+    """The lock of the robot in these settings, identified by its driver and the driver's table."""
 
     def __init__(self, settings: RobotSettings) -> None:
         which = {"driver": settings.driver, "url": settings.serial.url, **settings.own_tables}
@@ -27,7 +27,7 @@ class RobotLock:
         self._socket: socket.socket | None = None
 
     def acquire(self) -> bool:
-        """Whether this process has it, from now on until it ends; never raises."""
+        """Try to take the lock until this process ends; return whether it has it; never raises."""
         if self._socket is not None or sys.platform != "linux":
             return True
         held = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
@@ -40,7 +40,7 @@ class RobotLock:
         return True
 
     def release(self) -> None:
-        """Let another have it; safe to call twice."""
+        """Release the lock; safe to call twice."""
         if self._socket is not None:
             self._socket.close()
             self._socket = None

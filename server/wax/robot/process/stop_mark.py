@@ -1,4 +1,4 @@
-"""The Stop of the person aboard outlives the process that heard it, as a file."""
+"""Stores the Stop of the person aboard in a file, so that it outlives the driver process."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ _LOG = structlog.get_logger(__name__)
 
 
 class StopMark:
-    """The file `path`, which is there while the Stop is in force.
+    """The file `path`, which exists while the Stop is in force.
 
-    So nobody but the person releases it: no server that is started again, and no driver process
-    that has failed. It is not forced onto the disk, which takes long: a power cut may lose it.
+    So only the person can release it, even if the server restarts or the driver process fails. The
+    file is not synced to disk, which would take long, so a power cut may lose it.
     """
 
     def __init__(self, path: Path) -> None:
@@ -25,7 +25,7 @@ class StopMark:
 
     @property
     def is_set(self) -> bool:
-        """Whether the file is there; a folder that cannot be read counts as if it were."""
+        """Whether the file exists; if the folder cannot be read, it counts as existing."""
         try:
             self._path.stat()
         except (FileNotFoundError, NotADirectoryError):
@@ -35,7 +35,7 @@ class StopMark:
         return True
 
     def keep(self, is_stopped: bool) -> None:
-        """Make or remove the file if that has changed; never raises."""
+        """Create or remove the file if the state has changed; never raises."""
         if is_stopped == self._kept:
             return
         self._kept = is_stopped

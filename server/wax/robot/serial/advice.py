@@ -1,4 +1,4 @@
-"""What is allowed in `[robot.serial]` and yet worth a warning (pure)."""
+"""Warnings about settings that `[robot.serial]` allows (pure)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 class Advice(NamedTuple):
-    """What is wrong, and what to do; two sentences without their full stops."""
+    """What is wrong and what to do, as two sentences without full stops."""
 
     problem: str
     remedy: str
@@ -27,7 +27,7 @@ NO_END: Final = Advice(
 
 
 def advised(serial: SerialSettings) -> list[Advice]:
-    """Return what there is to say, the worst first."""
+    """Return the warnings, the worst first."""
     if serial.dialect != "text":
         return []
     ends = serial.text.drive.endswith(("\r", "\n"))

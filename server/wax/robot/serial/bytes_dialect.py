@@ -4,9 +4,9 @@ A twist becomes one of eight directions by the sector it lies in, and one of two
 above half of the limit, else *fine*. Left means a left turn both forward and backward. The byte of
 a new speed precedes the direction, which is then sent again.
 
-Such boards have no time-to-live: they follow the last command for ever. The stop byte is therefore
-sent three times, 20 ms apart, because losing one would leave the robot moving. No software can stop
-such a board once its cable is pulled: give it a watchdog, or use the dialect ``frames``.
+Such boards have no time-to-live: they follow the last command for ever. Because losing the stop
+byte would leave the robot moving, it is sent three times, 20 ms apart. No software can stop such a
+board once its cable is pulled: give it a watchdog, or use the dialect ``frames``.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ STOP_TIMES: Final = 3
 STOP_GAP_S: Final = 0.02
 GROSS_ABOVE: Final = 0.5
 DEAD_ZONE: Final = 0.05
-"""Less than this share of the limits is standstill."""
+"""A smaller share of the limits counts as standstill."""
 
 
 class BytesDialect:
@@ -59,7 +59,7 @@ class BytesDialect:
         wanted = self._command(order.twist)
         is_new_turn, self._turn = order.turn > self._turn, order.turn
         if is_new_turn and self._moves(self._said) and self._moves(wanted):
-            # A process that was starved has never said the stop between two turns.
+            # A starved process may have skipped the stop between two turns.
             words, due_s = self._say_new(*wanted, now_s)
             return bytes([self._stop]) + words, due_s
         if wanted != self._said:

@@ -14,11 +14,11 @@ class Dialect(Protocol):
     """Turns orders into bytes for the robot, and the robot's bytes into its state."""
 
     def hello(self, now_s: float) -> bytes:
-        """Begin a connection: forget everything before it, and stop the robot."""
+        """Begin a connection: reset all state and stop the robot."""
         ...
 
     def say(self, order: Order, now_s: float) -> tuple[bytes, float]:
-        """Return what to write now, often nothing, and when to call again at the latest."""
+        """Return the bytes to write now, often none, and the latest time of the next call."""
         ...
 
     def farewell(self) -> bytes:
@@ -34,11 +34,11 @@ class Dialect(Protocol):
         ...
 
     def overdue(self, now_s: float, /) -> bool:
-        """Whether the robot should have answered by now but has not."""
+        """Whether the robot's answer is overdue."""
         ...
 
     def complaint(self, port: str, /) -> Sentence:
-        """Return what is wrong while the robot does not answer, and what to do."""
+        """Return the problem while the robot does not answer, and what to do."""
         ...
 
     @property
@@ -58,7 +58,7 @@ class Dialect(Protocol):
 
     @property
     def pose(self) -> Pose | None:
-        """Where the robot is by its own wheels, None if unknown."""
+        """The robot's pose by its wheel odometry, None if unknown."""
         ...
 
     def known(self) -> dict[str, float]:

@@ -31,10 +31,9 @@ _LOG = structlog.get_logger(__name__)
 class SerialRobot:
     """A `Driver` for any URL that pyserial opens, in one of three dialects.
 
-    With ``frames``, and with ``text`` where the robot is said to answer, it is connected while it
-    does; else while the port is open.
-    After connecting, nothing moves until there was a set-point of standstill (`stop`, or `apply` of
-    zero). Without a set-point for `ttl_ms` it stops the robot.
+    With ``frames``, or with ``text`` and a robot configured to answer, the robot is connected while
+    it answers; otherwise while the port is open. After connecting, nothing moves until a set-point
+    of standstill (`stop`, or `apply` of zero). Without a set-point for `ttl_ms` it stops the robot.
     """
 
     def __init__(self, settings: RobotSettings, clock: Clock) -> None:
@@ -161,12 +160,12 @@ class _SerialConversation:
 
 
 def _own_watchdog_s(serial: SerialSettings) -> float | None:
-    """Return after how long the board stops by itself; None where nobody knows that it does."""
+    """Return the board's own watchdog timeout, None if it has none or none is known."""
     if serial.dialect == "frames":
         return serial.ttl_ms / 1000.0
     if serial.dialect == "text" and serial.text.ttl_ms:
         return serial.text.ttl_ms / 1000.0
-    return None  # a single byte is followed for ever
+    return None  # the board follows a byte for ever
 
 
 def _dialect(settings: RobotSettings, limits: Limits) -> Dialect:

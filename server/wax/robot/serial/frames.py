@@ -18,8 +18,8 @@ offset size   what
               no final xor; it starts with FFFF in hello, in all others with the session
 ====== ====== ==============================================================================
 
-Started with FFFF this CRC is known as "CCITT-FALSE" and "IBM-3740"; 123456789 gives 29B1. Were
-its low byte first, a disturbance of 16 bits in a row at the end of a frame could escape it.
+Started with FFFF this CRC is known as "CCITT-FALSE" and "IBM-3740"; 123456789 gives 29B1. With its
+low byte first, it could miss a burst error of 16 bits at the end of a frame.
 
 From the server:
 
@@ -42,7 +42,7 @@ The robot refuses drive and axis
 - after a time-to-live ran out, until the next stop or hello: a robot that stopped itself does not
   start by itself.
 
-Without a session, which is how it starts, it accepts only hello.
+Without a session, as after power-on, it accepts only hello.
 
 From the robot, 20 times a second, and at once after a hello, when bit 0 of the flags changes and
 when bit 1 is set:
@@ -183,7 +183,7 @@ class Decoder:
         self._rest = b""
 
     def feed(self, data: bytes) -> list[Frame]:
-        """Take the next bytes; return the frames that are complete."""
+        """Decode the next bytes; return the completed frames."""
         stream = self._rest + data
         frames: list[Frame] = []
         at = 0
@@ -218,7 +218,7 @@ class Decoder:
 
 
 def _find_start(stream: bytes, at: int) -> int:
-    """Return where the next start is or may be beginning, else the end."""
+    """Return where the next start marker is or may begin, else the end."""
     start = stream.find(START, at)
     if start >= 0:
         return start

@@ -1,4 +1,4 @@
-"""The dialect ``frames``: agree on a session, send each change at once, and repeat everything."""
+"""The dialect ``frames``: negotiates a session, sends changes at once, and repeats everything."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class FramesDialect:
         self._decoder = Decoder(NO_SESSION)
         self._report: ReportBody | None = None
         self._robot_time_ms = 0.0
-        self._robot_s = 0.0  # the same, since it was first heard, and without an end
+        self._robot_s = 0.0  # the same, unwrapped, since its first report
         self._heard_s = 0.0
 
     def hello(self, now_s: float) -> bytes:
@@ -83,7 +83,7 @@ class FramesDialect:
         if not self._answers:
             return self._greet(now_s), self._again_s
         said, moves = self._said, not order.twist.is_zero
-        # A process that was starved has perhaps never said the stop between two turns.
+        # A starved process may have skipped the stop between two turns.
         begins_moving = moves and said is not None and order.turn > said.turn
         self._said = order
         self._again_s = now_s + (DRIVE_EVERY_S if moves else STOP_EVERY_S)
@@ -158,7 +158,7 @@ class FramesDialect:
         self._patience_ends_s = now_s if stopped_itself else sent_s + SILENT_AFTER_S
         if not self._answers:
             self._answers = True
-            self._decoder.errors = 0  # frames from before it knew the session are no errors
+            self._decoder.errors = 0  # frames from before the session are no errors
 
     def _greet(self, now_s: float) -> bytes:
         self._said = None

@@ -13,10 +13,10 @@ from wax.lasting_names import lasting_name
 
 @dataclass(frozen=True, slots=True)
 class ListedPort:
-    """A serial port; what is `about` it may be nothing.
+    """A serial port; `about` is its description, which may be empty.
 
-    `name` is what to write for it, the same whenever it is plugged in; `path` is where it is now.
-    `has_twin` is whether another says the same of itself, so that only its socket tells it apart.
+    `name` is the lasting name to configure, `path` the present device. `has_twin` says that another
+    port has the same identity, so that only the USB socket tells them apart.
     """
 
     name: str
@@ -29,7 +29,7 @@ class ListedPort:
 def find_ports(folder: Path = Path("/dev/serial")) -> list[ListedPort]:
     """Return each serial port, in the order of their names."""
     found = sorted(tools.comports(), key=lambda port: port.device)
-    # Cheap boards have no serial number of their own, or all the same one.
+    # Cheap boards have no serial number, or all have the same one.
     alike = Counter((one.vid, one.pid, one.serial_number, one.interface) for one in found)
     ports = []
     for one in found:
@@ -43,10 +43,10 @@ def find_ports(folder: Path = Path("/dev/serial")) -> list[ListedPort]:
 
 
 def safer_name(url: str, ports: list[ListedPort]) -> str | None:
-    """Return what to write instead of `url` where it may lead to another board after a restart.
+    """Return a lasting name if `url` may lead to another board after a restart.
 
-    Numbers are given in the order in which boards are found, and a link that two boards claim leads
-    to the last of them.
+    Device numbers follow the order of detection, and a link that two boards claim leads to the last
+    of them.
     """
     here = str(Path(url).resolve())
     port = next((one for one in ports if one.is_usb and one.path == here), None)
@@ -57,7 +57,7 @@ def safer_name(url: str, ports: list[ListedPort]) -> str | None:
 
 
 def list_ports() -> list[str]:
-    """Return printable lines: each serial port with its description, or that there is none."""
+    """Return lines to print: each serial port with its description, or that there is none."""
     lines = [
         f"  {port.name}  ({port.about})" if port.about else f"  {port.name}"
         for port in find_ports()

@@ -1,4 +1,4 @@
-"""Where the robot is and how fast its wheels turn, by their encoders' ticks (pure)."""
+"""Computes the robot's pose and wheel speeds from encoder ticks (pure)."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ if TYPE_CHECKING:
 
 FASTEST_MPS: Final = 10.0
 SLACK_M: Final = 0.2
-"""A wheel that went further than its fastest and this is a counter that began anew."""
+"""If a wheel went this much further than its top speed allows, its counter was reset."""
 
 _TURNED: Final = 2**32
 
 
 class Odometry:
-    """Adds up what the wheels have turned, from 0; never raises, whatever is reported.
+    """Integrates the wheels' motion, starting at 0; never raises, whatever is reported.
 
-    Ticks count forward where the speeds that the robot is told do, so a wheel that is inverted
-    counts backward. They may wrap at 32 bits. Where `ticks_per_m` is 0 nothing is known.
+    Ticks have the sign of the speeds sent to the robot, so an inverted wheel counts backward. They
+    may wrap at 32 bits. If `ticks_per_m` is 0, nothing is known.
     """
 
     def __init__(self, settings: RobotSettings) -> None:
@@ -38,7 +38,7 @@ class Odometry:
 
     @property
     def pose(self) -> Pose | None:
-        """Where it is, None before the second report or without a scale."""
+        """The pose, None before the second report or without a scale."""
         if self._speeds is None:
             return None
         return Pose(self._x_m, self._y_m, self._heading_rad)
@@ -49,11 +49,11 @@ class Odometry:
         return self._speeds
 
     def forget(self) -> None:
-        """Begin a connection: the robot stays where it is known to be, its counters may not."""
+        """Begin a connection: keep the pose, but expect reset counters."""
         self._last = self._speeds = None
 
     def take(self, left_ticks: int, right_ticks: int, at_s: float) -> None:
-        """Take one report; `at_s` is on any clock that only goes on."""
+        """Add one report; `at_s` is on any monotonic clock."""
         last, self._last = self._last, (left_ticks, right_ticks, at_s)
         if last is None or self._ticks_per_m == 0.0:
             return
@@ -66,7 +66,7 @@ class Odometry:
             return
         self._speeds = WheelSpeeds(left_m / elapsed_s, right_m / elapsed_s)
         turned_rad = (right_m - left_m) / self._base_m
-        # Straight along the middle of the turn is exact to the third order.
+        # Moving straight along the mean heading is exact to third order.
         middle_rad = self._heading_rad + turned_rad / 2.0
         ahead_m = (left_m + right_m) / 2.0
         self._x_m += ahead_m * math.cos(middle_rad)

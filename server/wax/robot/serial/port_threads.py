@@ -1,4 +1,4 @@
-"""One open serial port: one thread that writes as soon as there is data, one that reads."""
+"""One open serial port: one thread writes as soon as there is data, another reads."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ MAX_READ_BYTES: Final = 4096
 
 
 class PortConversation(Protocol):
-    """What is written to a port and read from it. The port's threads call the methods."""
+    """Provides the bytes for a port and handles those from it. The port's threads call it."""
 
     def opened(self, now_s: float) -> bytes:
-        """Begin, the port is open; return what to write first."""
+        """Handle that the port is open; return the first bytes to write."""
         ...
 
     def next(self, now_s: float) -> tuple[bytes, float]:
-        """Return what to write now, and when to call again at the latest."""
+        """Return the bytes to write now, and the latest time of the next call."""
         ...
 
     def received(self, data: bytes, now_s: float) -> None:
@@ -30,7 +30,7 @@ class PortConversation(Protocol):
         ...
 
     def farewell(self) -> bytes:
-        """Return what to write last."""
+        """Return the last bytes to write."""
         ...
 
 
@@ -62,8 +62,8 @@ class PortThreads:
     def run(self) -> None:
         """Read and write until `close`; raises whatever the port raises when it is lost.
 
-        A failed port gets the farewell once more: a board without a watchdog would otherwise
-        follow its last command until the port is opened again.
+        The farewell is also tried on a failed port: a board without a watchdog would otherwise
+        follow its last command until the port is reopened.
         """
         reader = threading.Thread(target=self._read, name="serial reader", daemon=True)
         try:
@@ -113,7 +113,7 @@ class PortThreads:
                 if data:
                     self._conversation.received(data, self._clock.now_s())
         except Exception as error:
-            # Whatever pyserial raises, the writer ends with it and reports it.
+            # The writer will fail with the same error and report it.
             with self._changed:
                 self._error = error
                 self._changed.notify()

@@ -1,7 +1,7 @@
-"""Keep a serial port open: open it, say why it failed, open it again after `reopen_s`, by one name.
+"""Keeps a serial port open: it reports why the port failed and reopens it after `reopen_s`.
 
-Opening raises DTR, at which many boards restart and listen only after a second or two; until then
-the robot stands, and repeated frames reach it once it listens. `list_ports` knows names that last.
+Opening a port raises DTR, which restarts many boards: they listen only after a second or two. Until
+then the robot stands still, and repeated frames reach it later. `list_ports` finds lasting names.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Caller(PortConversation, Protocol):
 class Port:
     """One serial port, kept open from `open` to `close` whatever happens to it.
 
-    `key` is the configuration's name of it, for people.
+    `key` is its key in the configuration, for messages.
     """
 
     def __init__(
@@ -90,11 +90,11 @@ class Port:
                 closing.wait(self._settings.reopen_s)
 
     def _use(self, closing: threading.Event) -> DriverError | None:
-        """Open the port and run the conversation until it ends; return why it was lost."""
+        """Open the port and run the conversation until the port fails; return why."""
         try:
             port = self._open_port()
         except Exception as error:
-            # The handlers of pyserial's URLs raise all sorts of exceptions.
+            # pyserial's URL handlers raise all sorts of exceptions.
             return DriverError(why_not_open(self._settings.url, error, self._key))
         if closing.is_set():
             port.close()

@@ -1,4 +1,4 @@
-"""Which set-point a serial robot may follow now (pure): turns, lost connection, silence."""
+"""Decides which set-point a serial robot may follow now (pure): turns, connection, silence."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """What the robot should do: `axes` has the position, -1…1, of each axis set so far."""
+    """The set-point to send; `axes` has the position, -1…1, of each axis set so far."""
 
     twist: Twist
     turn: int
@@ -26,11 +26,10 @@ class SetPoints:
     """Keeps the newest set-point, and forgets it when the robot must no longer follow it.
 
     - A set-point of a lower turn than one seen before is ignored; a stop never is.
-    - Without a new set-point for `ttl_s` the robot stops, and motion waits for standstill again: a
-      process that was frozen that long may be about to ask for what was decided before.
-    - Set-points from before or during a lost connection are forgotten. Once connected, the caller
-      must ask for standstill before it may ask for motion: nothing moves until a new deliberate
-      command.
+    - Without a new set-point for `ttl_s` the robot stops, and motion must wait for a set-point of
+      standstill: a process that was frozen that long may be about to send an outdated one.
+    - Set-points from before or during a lost connection are forgotten. Once connected, a set-point
+      of standstill must come before any motion, so that only a new deliberate command moves.
     """
 
     def __init__(self, limits: Limits, ttl_s: float) -> None:
@@ -77,13 +76,13 @@ class SetPoints:
         self._armed = True
 
     def order(self, now_s: float) -> tuple[Order, float]:
-        """Return the order for now, and when it will change without a call (infinite if never)."""
+        """Return the present order, and when it changes by itself (infinite if never)."""
         self._look(now_s)
         expires_s = math.inf if self._twist.is_zero else self._expires_s
         return Order(self._twist, self._turn, tuple(self._axes.items())), expires_s
 
     def _look(self, now_s: float) -> None:
-        """Stop, and wait for standstill, once motion has lasted too long."""
+        """Stop, and require standstill first, if the newest set-point of motion is too old."""
         if not self._twist.is_zero and now_s >= self._expires_s:
             self._twist, self._armed = STANDSTILL, False
 

@@ -1,9 +1,9 @@
 """Speak the dialect ``text``: lines that the host describes by templates (pure).
 
-Many sketches and motor controllers are driven by a line of text. Whether one has a watchdog only
-its host knows (`ttl_ms`), so each line is said again and again, standstill as well: a line that was
-lost is followed by the next. A line is said only when the one before has left the port: on a slow
-line nothing that is stale waits in a buffer.
+Many sketches and motor controllers are driven by lines of text. Only the host knows whether one has
+a watchdog (`ttl_ms`), so every line is repeated, standstill as well, in case one is lost. A line is
+written only after the previous one has left the port, so that no stale line is buffered on a slow
+port.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ if TYPE_CHECKING:
     from wax.robot.serial.wheels import WheelMixer
 
 FAREWELLS: Final = 3
-"""Stops at the end, after which nobody says one again."""
+"""How many stops are sent before closing, since none is repeated afterwards."""
 SHOWN_CHARS: Final = 40
 _BUSY_S: Final = 0.05
-"""So long the port may be busy with more than one line."""
+"""If sending takes longer than this, only one line may be in the port's buffer."""
 _BITS_A_BYTE: Final = 10
-"""With start and stop bit."""
+"""Including the start and stop bits."""
 
 
 class TextDialect:
     """A `Dialect` for boards that understand lines of text.
 
-    A connection begins with stops while the board starts (`boot_ms`), or until its first answer
-    where `answers` says that it gives any; then come the lines of `begin`. From there on, a board
-    that must answer and does not is as good as gone, and begins anew.
+    A connection begins with stops while the board boots (`boot_ms`), or until its first answer if
+    `answers` says that it gives any; then the lines of `begin` follow. After that, a board that
+    should answer and does not counts as lost, and the connection starts over.
     """
 
     def __init__(self, settings: RobotSettings, mixer: WheelMixer, limits: Limits) -> None:
@@ -48,7 +48,7 @@ class TextDialect:
         self._mixer, self._limits = mixer, limits
         self._byte_s = _BITS_A_BYTE / settings.serial.baud
         self._drive = LineTemplate(own.drive, (*WHEELS, *TWIST))
-        # What a line that broke off left in the board's buffer must not begin the next.
+        # End any incomplete line that is still in the board's buffer.
         self._flush = self._drive.ending.encode("ascii")
         self._stop = own.stop.encode("ascii") or self._driven(STANDSTILL)
         self._begin = "".join(own.begin).encode("ascii")
@@ -103,7 +103,7 @@ class TextDialect:
         return now_s >= self._patience_ends_s()
 
     def complaint(self, port: str) -> Sentence:
-        """Say why it is taken for gone, and what to do."""
+        """Return why the board counts as lost, and what to do."""
         if self._last_strange:
             said = printable(self._last_strange, SHOWN_CHARS)
             return Sentence("robot.other_answer", {"port": port, "said": said})
@@ -141,7 +141,7 @@ class TextDialect:
         self._ask_s, self._asked = math.inf, 0
 
     def _wake(self, now_s: float) -> bytes:
-        """Say stop until the board listens, then how to begin, and stop once more."""
+        """Send stop until the board listens, then the lines of `begin`, then stop once more."""
         listens = now_s >= self._boots_until_s if self._answer is None else self._has_heard_it
         if listens:
             self._has_begun, self._begun_s, self._said = True, now_s, b""
@@ -152,13 +152,13 @@ class TextDialect:
         line = self._stop if order.twist.is_zero else self._driven(order.twist)
         is_new_turn, self._turn = order.turn > self._turn, order.turn
         if is_new_turn and self._stop not in (self._said, line):
-            # A process that was starved has never said the stop between two turns.
+            # A starved process may have skipped the stop between two turns.
             self._said = self._stop
             return self._stop + self._repeated(line, now_s)
         return self._repeated(line, now_s)
 
     def _repeated(self, line: bytes, now_s: float) -> bytes:
-        """Return the line if it is a new one, or was last said long enough ago."""
+        """Return the line if it is new, or was last sent long enough ago."""
         if line == self._said and now_s < self._again_s:
             return b""
         self._said, self._again_s = line, now_s + self._own.keep_alive_ms / 1000.0
@@ -183,7 +183,7 @@ class TextDialect:
         return question
 
     def _has_room(self, before: bytes, line: bytes) -> bool:
-        """Whether the next stop does not wait long behind this line, on a slow port."""
+        """Whether this line would not delay the next stop for long, on a slow port."""
         return not before or (len(before) + len(line)) * self._byte_s <= _BUSY_S
 
     def _sent(self, words: bytes, now_s: float) -> bytes:
@@ -192,11 +192,11 @@ class TextDialect:
 
     def _due_s(self) -> float:
         ends_s = (self._boots_until_s, self._patience_ends_s())
-        coming_s = [at_s for at_s in ends_s if at_s > self._now_s]  # what is over is not waited for
+        coming_s = [at_s for at_s in ends_s if at_s > self._now_s]  # ignore lines already sent
         return max(self._free_s, min(self._again_s, self._ask_s, *coming_s))
 
     def _patience_ends_s(self) -> float:
-        """When it is taken for gone; never where it need not answer."""
+        """When the board counts as lost; never if it need not answer."""
         if self._answer is None:
             return math.inf
         begins_s = max(self._begun_s, self._answered_s) if self._has_begun else self._boots_until_s
@@ -207,7 +207,7 @@ class TextDialect:
         return math.isfinite(self._answered_s)
 
     def _driven(self, twist: Twist) -> bytes:
-        """Return the line for a motion; if a number would exceed the limit, all are reduced."""
+        """Return the line for a motion; if a number exceeds the limit, all are scaled down."""
         allowed, wheels = within(twist, self._limits), self._mixer.mix(twist)
         values = {
             "left": wheels.left_mps * self._own.per_mps,

@@ -1,4 +1,4 @@
-"""Lines in a stream of bytes, and what those of a robot tell (pure)."""
+"""Splits a byte stream into lines, and parses a robot's reports in them (pure)."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 
 MAX_LINE: Final = 128
 STALE_S: Final = 1.0
-"""What was told so long ago is not known any more; of what is asked for less often, 2.5 rounds."""
+"""A report older than this is expired; one that is polled less often, after 2.5 polls."""
 
 _ENDS: Final = re.compile(rb"[\r\n]+")
 _MAX_BUMPERS: Final = 0xFF
 
 
 class Lines:
-    """Cuts bytes into lines; one that is too long or empty is none. Keeps at most one."""
+    """Splits bytes into lines, ignoring empty and overlong ones. Keeps at most one line."""
 
     def __init__(self) -> None:
         self._rest = b""
@@ -39,7 +39,7 @@ class Lines:
 
 
 class Reports:
-    """What the robot has told by lines that one of `[robot.serial.text] reports` describes."""
+    """The values in the robot's lines that match a pattern of `[robot.serial.text] reports`."""
 
     def __init__(self, settings: RobotSettings) -> None:
         self._templates = [LineTemplate(one, REPORTED) for one in settings.serial.text.reports]
@@ -56,9 +56,9 @@ class Reports:
         self._odometry.forget()
 
     def hear(self, line: str, now_s: float) -> bool:
-        """Take a line; return whether it is one that was described."""
+        """Parse a line; return whether it matches a pattern."""
         read = [template.found(line) for template in self._templates]
-        # A line of one form may be that of another in which numbers are missing.
+        # A line may match several patterns, one of which has fewer numbers.
         found = max((one for one in read if one is not None), key=len, default=None)
         if found is None:
             return False
@@ -67,7 +67,7 @@ class Reports:
         return True
 
     def moving(self, now_s: float) -> bool | None:
-        """Whether a wheel turns, by what says so or by what they are told to do; None unknown."""
+        """Whether a wheel turns, by the reports that show it; None if unknown."""
         said = [self._newest(name, now_s) for name in ("moving", "left", "right")]
         known = [value != 0.0 for value in said if value is not None]
         if self._turned is not None and now_s - self._turned[1] < self._stale_s:
@@ -101,7 +101,7 @@ class Reports:
         return value if name in self._told and now_s - at_s < self._stale_s else None
 
     def _turn(self, found: dict[str, float], now_s: float) -> None:
-        """Compare the ticks of both wheels, as of one moment, with the last ones."""
+        """Compare both wheels' ticks, taken as simultaneous, with the last ones."""
         if not found.keys() >= set(TICKS):
             return
         left, right = (int(found[name]) for name in TICKS)

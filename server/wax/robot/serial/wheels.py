@@ -1,4 +1,4 @@
-"""From a twist to the speeds of two wheels (pure)."""
+"""Converts a twist to the speeds of two wheels (pure)."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ class WheelSpeeds:
 class WheelMixer:
     """Converts a twist for the robot's wheel base, trim and inversions.
 
-    No wheel turns faster than straight ahead or on the spot at the limits. If a curve needs more,
-    both wheels are slowed by one factor, so that it stays the same curve.
+    No wheel turns faster than it does straight ahead or on the spot at the limits. If a curve needs
+    more, both wheels are slowed by one factor, so that the curve keeps its radius.
     """
 
     def __init__(self, settings: RobotSettings) -> None:

@@ -103,7 +103,7 @@ class SimulatedChair:
                 angular_rps=twist.angular_rps,
                 operated=self._is_operated,
             )
-            self._do(self._watchdog.hear(move, now_s))
+            self._do(self._watchdog.handle(move, now_s))
 
     def set_axis(self, name: str, position: float, turn: int) -> None:
         if name not in self._limits.axes:
@@ -113,7 +113,7 @@ class SimulatedChair:
             axis = Axis(
                 sequence=self._next(), sent_s=now_s, turn=turn, name=name, position=unit(position)
             )
-            self._do(self._watchdog.hear(axis, now_s))
+            self._do(self._watchdog.handle(axis, now_s))
 
     def control(self, name: str, value: ControlValue, turn: int) -> None:
         with self._lock:
@@ -121,13 +121,13 @@ class SimulatedChair:
             control = Control(
                 sequence=self._next(), sent_s=now_s, turn=turn, name=name, value=value
             )
-            self._do(self._watchdog.hear(control, now_s))
+            self._do(self._watchdog.handle(control, now_s))
 
     def stop(self, turn: int) -> None:
         with self._lock:
             now_s = self._clock.now_s()
             halt = Halt(sequence=self._next(), sent_s=now_s, turn=turn)
-            self._do(self._watchdog.hear(halt, now_s))
+            self._do(self._watchdog.handle(halt, now_s))
 
     def close(self) -> None:
         thread, self._thread = self._thread, None
@@ -167,12 +167,12 @@ class SimulatedChair:
     def _live(self) -> None:
         while not self._closing.wait(LOOK_S):
             with self._lock:
-                self._do(self._passenger.feel())
+                self._do(self._passenger.read())
                 now_s = self._clock.now_s()
-                self._do(self._watchdog.watch(now_s))
+                self._do(self._watchdog.tick(now_s))
                 if now_s >= self._due_s:
                     self._due_s = now_s + PERIOD_S
-                    self._do(self._watchdog.beat(now_s))
+                    self._do(self._watchdog.repeat(now_s))
 
     def _do(self, calls: tuple[Call, ...]) -> None:
         for call in calls:
