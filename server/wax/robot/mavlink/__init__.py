@@ -1,6 +1,6 @@
 """A ground rover or boat with ArduPilot, by MAVLink.
 
-`rover` is what is known of it and why it may not be driven, `failsafe` what it promises for the
-time without us, `mapping` and `schedule` what it is told and when: all pure. `conversation` says
-whether it is told anything. `codec` knows pymavlink, `line` and `link` sockets, ports and threads.
+`rover` holds what is known of the rover and why it may not be driven, `failsafe` its behaviour when
+our link is lost, `mapping` and `schedule` what to send and when: all pure. `conversation` decides
+whether to send anything. `codec` uses pymavlink; `line` and `link` use sockets, ports and threads.
 """

@@ -1,4 +1,4 @@
-"""Where the rover is, in the words of pymavlink and the ground stations (pure)."""
+"""Parses the rover's address, in the syntax of pymavlink and the ground stations (pure)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Final, Literal
 Kind = Literal["serial", "udpin", "udpout", "tcp"]
 
 _KINDS: Final[dict[str, Kind]] = {
-    "udp": "udpin",  # as pymavlink understands it
+    "udp": "udpin",  # as in pymavlink
     "udpin": "udpin",
     "udpout": "udpout",
     "tcp": "tcp",
@@ -26,7 +26,7 @@ class Address:
 
 
 def parse(url: str) -> Address:
-    """Read the address; raises `ValueError` with a sentence."""
+    """Parse the address; raises `ValueError` with a sentence."""
     scheme, colon, rest = url.partition(":")
     kind = _KINDS.get(scheme)
     if kind is None:
@@ -43,6 +43,6 @@ def parse(url: str) -> Address:
 
 
 def check(url: str) -> str:
-    """Return the address as it was if it is one; raises `ValueError`."""
+    """Return the address unchanged if it is valid; raises `ValueError`."""
     parse(url)
     return url

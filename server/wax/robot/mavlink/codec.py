@@ -1,4 +1,4 @@
-"""MAVLink's bytes, by pymavlink: what we say becomes frames, what comes becomes news."""
+"""Encodes and decodes MAVLink, by pymavlink: orders become frames, frames become `news`."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ TELEMETRY: Final[dict[int, type[Speed | Attitude | Position | Battery]]] = {
     mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: Position,
     mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: Battery,
 }
-"""The messages that the rover is asked to send, with what they tell."""
+"""The messages requested from the rover, and what they report."""
 
 
 class Codec:
-    """Both directions of one line; with a `key` all is signed, and what is not is refused.
+    """Both directions of one line; with a `key` we sign messages and refuse unsigned ones.
 
-    `damaged` counts what was no message, `refused` those without a valid signature.
+    `damaged` counts invalid messages, `refused` those without a valid signature.
     """
 
     def __init__(self, own_system: int, system: int, key: bytes | None, wall_ms: int) -> None:
@@ -58,7 +58,7 @@ class Codec:
         if key is not None:
             signing = self._mav.signing
             signing.secret_key, signing.sign_outgoing = key, True
-            # It only rises from here, also over a reconnection.
+            # From here it only rises, even over a reconnection.
             signing.timestamp = round((wall_ms / 1000.0 - _SIGNING_BEGAN_S) * _TICKS_PER_S)
 
     def forget(self) -> None:
@@ -66,7 +66,7 @@ class Codec:
         self._mav.buf, self._mav.buf_index = bytearray(), 0
 
     def feed(self, data: bytes) -> list[HeardMessage]:
-        """Return the messages that have come; what is damaged is left out and counted."""
+        """Decode the next bytes; return the messages, leaving out and counting damaged ones."""
         heard = []
         for message in self._mav.parse_buffer(data) or ():
             if message.get_type() == "BAD_DATA":
@@ -151,7 +151,7 @@ def _heartbeat(message: Any) -> Heartbeat | None:
 
 def _parameter(message: Any) -> Parameter | None:
     if not math.isfinite(message.param_value):
-        return None  # as if it had not been told: it is asked for again
+        return None  # as if not reported: it is requested again
     return Parameter(message.param_id, message.param_value)
 
 
@@ -175,7 +175,7 @@ def _known(value: float) -> float | None:
 def _battery(message: Any) -> Battery | None:
     if message.id != 0:
         return None  # a second battery
-    # Ten cells, and four more, of which a firmware that has none says 0 or, wrongly, unknown.
+    # Ten cells and four extensions, for which firmware without them sends 0 or, wrongly, unknown.
     cells_mv = [one for one in (*message.voltages, *message.voltages_ext) if one != _UNKNOWN_MV]
     return Battery(_volts(sum(cells_mv)), _fraction(message))
 
@@ -186,7 +186,7 @@ def _system_status(message: Any) -> Battery:
 
 
 def _volts(millivolts: int) -> float | None:
-    """Return None for 0, which firmware sends where it has no battery monitor."""
+    """Return None for 0, which firmware without a battery monitor sends."""
     return millivolts / 1000.0 if millivolts else None
 
 

@@ -1,4 +1,4 @@
-"""What is said to the rover and heard from it, behind one lock."""
+"""The messages to and from the rover, behind one lock."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ SETPOINT_TTL_S: Final = 0.2
 """The driver's process repeats the set-point 50 times a second."""
 HEARTBEAT_EVERY_S: Final = 1.0
 FAREWELL_S: Final = 0.4
-"""How long standstill is said before the line is closed, which may take a second at most."""
+"""How long standstill is sent before closing the line, which may take a second at most."""
 
 
 class Conversation:
     """Set-points in, MAVLink out; MAVLink in, the robot's state out. All methods are thread-safe.
 
-    It is connected while the rover is heard and its failsafe is known, and *ready* while it is also
-    in the right mode, armed and obeys us. Only then set-points are sent, and each time it becomes
-    ready, nothing moves until there was one of standstill.
+    The robot is connected while the rover's messages arrive and its failsafe is known. It is
+    *ready* while the rover is also in the right mode, armed and obeys us. Set-points are sent only
+    then; each time it becomes ready, nothing moves until a set-point of standstill.
     """
 
     def __init__(
@@ -91,12 +91,12 @@ class Conversation:
     # --- from the link ----------------------------------------------------------------------
 
     def start(self) -> None:
-        """Begin, the driver was opened: no rover follows us yet."""
+        """Begin: the driver was opened, and no rover follows us yet."""
         with self._lock:
             self._has_driven = False
 
     def opened(self, now_s: float) -> None:
-        """Begin, the line is open; a rover of before may still follow what it was told last."""
+        """Handle that the line is open; the rover may still follow the last set-point."""
         with self._lock:
             self._codec.forget()
             self._refused_before = self._codec.refused
@@ -109,9 +109,9 @@ class Conversation:
             self._look(now_s)
 
     def next(self, now_s: float) -> tuple[bytes, float, bool]:
-        """Return what to send now, when to call again at the latest, and whether it is a stop.
+        """Return the bytes to send now, the latest time of the next call, and whether it is a stop.
 
-        Only the first standstill after motion is one.
+        Only the first standstill after motion counts as a stop.
         """
         with self._lock:
             self._look(now_s)
@@ -134,7 +134,7 @@ class Conversation:
             return words + told, due_s, had_said_motion and not self._said_motion
 
     def received(self, data: bytes, now_s: float) -> bool:
-        """Take what has come; returns whether it is from the rover."""
+        """Handle received bytes; return whether any are from the rover."""
         with self._lock:
             was_there = self._rover.answers(now_s)
             heard = [self._rover.hear(heard, now_s) for heard in self._codec.feed(data)]
@@ -142,23 +142,23 @@ class Conversation:
                 self._disconnect(None)
                 self._begin(now_s)
             if not was_there and self._rover.answers(now_s):
-                self._beat_s = -math.inf  # it should know of us at once
+                self._beat_s = -math.inf  # send it a heartbeat at once
             self._look(now_s)
             return any(heard)
 
     def last_words(self, now_s: float) -> bytes:
-        """Return standstill for a line that is about to be closed; nothing to who is left alone."""
+        """Return standstill for a closing line, nothing for a rover that somebody else drives."""
         with self._lock:
             return self._words(STANDSTILL, now_s) if self._may_tell(now_s) else b""
 
     def lost(self, problem: Sentence | None) -> None:
-        """Begin anew: the line is lost, or closed where there is no problem."""
+        """Handle that the line was lost, or closed if there is no problem."""
         with self._lock:
             self._disconnect(problem)
             self._rover.begin(math.inf)
 
     def farewell(self, now_s: float) -> float:
-        """Say only standstill from now on; returns for how long before the line is closed."""
+        """Send only standstill from now on; return for how long, before the line is closed."""
         with self._lock:
             self._is_leaving = True
             self._retire()
@@ -177,7 +177,7 @@ class Conversation:
         absent = rover.absent(now_s, self._codec.refused - self._refused_before)
         if absent is not None:
             if self._connected:
-                self._schedule.stopped(now_s)  # the other way may still be open
+                self._schedule.stopped(now_s)  # the sending direction may still work
                 self._disconnect(absent)
                 self._begin(now_s - math.inf)
             self._problem = absent
@@ -217,7 +217,7 @@ class Conversation:
     def _may_tell(self, now_s: float) -> bool:
         if not self._has_driven:
             return False
-        # In another mode a person's transmitter may have it: they are not disturbed.
+        # In another mode somebody may be driving by transmitter: do not interfere.
         return self._ready or not self._connected or self._schedule.is_steady(now_s)
 
     def _words(self, wanted: Twist, now_s: float) -> bytes:

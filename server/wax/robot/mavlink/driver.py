@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 class MavlinkRobot:
     """A `Driver` for one system on a MAVLink line.
 
-    It is never armed and its mode is never changed from here: a person does that, by a transmitter
-    or a ground station. The limit `ttl_s` is the configured `failsafe_s`, which the rover's
-    parameters must keep, or nobody drives.
+    The driver never arms it and never changes its mode: a person does that, by a transmitter or a
+    ground station. The limit `ttl_s` is the configured `failsafe_s`; nobody drives a rover whose
+    parameters do not meet it.
     """
 
     Settings = MavlinkSettings
 
     def __init__(self, settings: RobotSettings, clock: Clock) -> None:
-        # pymavlink takes a moment to load, and is only there where it is wanted.
+        # pymavlink is an optional dependency, and slow to load.
         from wax.robot.mavlink.conversation import Conversation  # noqa: PLC0415
         from wax.robot.mavlink.link import MavlinkLink  # noqa: PLC0415
 

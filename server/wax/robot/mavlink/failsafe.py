@@ -1,4 +1,4 @@
-"""What an ArduPilot rover promises for the time without us, by its parameters (pure).
+"""What an ArduPilot rover does when our link is lost, according to its parameters (pure).
 
 - In GUIDED it stops GUID_TIMEOUT after the last set-point; firmware without that parameter does so
   after 3 s.
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 GROUND_STATIONS: Final = ("MAV_GCS_SYSID", "SYSID_MYGCS")
-"""Whom the rover obeys; the first is the newer firmware's name for it."""
+"""The parameter for the ground station that the rover obeys; newer firmware has the first name."""
 
 QUESTIONS: Final = (
     ("FS_GCS_ENABLE",),
@@ -29,7 +29,7 @@ QUESTIONS: Final = (
     ("GUID_TIMEOUT",),
     GROUND_STATIONS,
 )
-"""The parameters to ask for; of several names for one, one answer is enough."""
+"""The parameters to request; of several names for one, one answer is enough."""
 
 _STOPS: Final = (2, 6)
 """Hold; loiter or hold."""
@@ -42,9 +42,9 @@ _ROUNDING_S: Final = 0.001
 
 @dataclass(frozen=True, slots=True)
 class Promise:
-    """`stops_s` is after how long without us the rover stops, None if it never does.
+    """`stops_s` is how long after losing us the rover stops, None if it never does.
 
-    `goes_home` is whether it drives by itself once it has lost us.
+    `goes_home` says that it drives home by itself once it has lost us.
     """
 
     stops_s: float | None
@@ -52,7 +52,7 @@ class Promise:
 
 
 def promise(known: Mapping[str, float], *, is_guided: bool) -> Promise:
-    """Read the promise out of the parameters that the rover has told."""
+    """Derive the promise from the parameters that the rover has reported."""
     times_s = []
     if is_guided and known:
         times_s.append(max(_GUIDED_LEAST_S, known.get("GUID_TIMEOUT", _GUIDED_S)))
@@ -67,9 +67,9 @@ def promise(known: Mapping[str, float], *, is_guided: bool) -> Promise:
 
 
 def told_s(known: Mapping[str, float], promised: Promise) -> float | None:
-    """Return after how long without us it tells that it stops, 0 for never, None if not told.
+    """Return how long after losing us it says that it stops, 0 for never, None if unknown.
 
-    One that stands for a while and then drives home does not stop.
+    A rover that stands for a while and then drives home does not count as stopping.
     """
     if promised.goes_home:
         return 0.0
@@ -81,7 +81,7 @@ def told_s(known: Mapping[str, float], promised: Promise) -> float | None:
 
 
 def broken(promised: Promise, demanded_s: float) -> Sentence | None:
-    """Return what is wrong with the promise where `demanded_s` is demanded; 0 demands nothing."""
+    """Return why the promise does not meet `demanded_s`; 0 demands nothing."""
     if demanded_s == 0.0:
         return None
     if promised.stops_s is None:
@@ -94,7 +94,7 @@ def broken(promised: Promise, demanded_s: float) -> Sentence | None:
 
 
 def warnings(promised: Promise) -> list[str]:
-    """Return what the host should know of a rover that may be driven all the same."""
+    """Return warnings for the host about a rover that may be driven all the same."""
     lines = []
     if promised.stops_s is None:
         lines.append(

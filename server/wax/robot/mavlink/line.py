@@ -1,7 +1,7 @@
 """A line to the rover: a serial port, or a socket.
 
-pymavlink has connections of its own, but they swallow what goes wrong, print to the standard output
-(which in the driver's process belongs to the server), and let two programs listen on one port.
+pymavlink has connections of its own, but they swallow errors, print to the standard output (which
+in the driver process is the pipe to the server), and let two programs listen on one port.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ WRITE_TIMEOUT_S: Final = 0.25
 CONNECT_TIMEOUT_S: Final = 0.5
 MAX_READ_BYTES: Final = 65_536
 MAY_WAIT_BYTES: Final = 200
-"""What a stop may wait for on a serial line; a telemetry radio takes it in 35 ms."""
+"""The most bytes that may be queued before a stop; a telemetry radio sends them in 35 ms."""
 
 _END_OF_A_TORN_MESSAGE: Final = bytes(max(FRAME_BYTES.values()) + SIGNATURE_BYTES)
-"""A message that is torn swallows as much of what comes next; between two, zeros are nothing."""
+"""Zeros as long as the longest message: they complete a truncated one, else are ignored."""
 
 
 class MavlinkLine(Protocol):
@@ -44,13 +44,13 @@ class MavlinkLine(Protocol):
         ...
 
     def answer(self) -> None:
-        """Write from now on to whoever sent what was read last."""
+        """Write from now on to the sender of the data read last."""
         ...
 
     def write(self, data: bytes) -> None: ...
 
     def stop(self, data: bytes) -> None:
-        """Write what stops the rover, before what still waits here."""
+        """Write a stop, ahead of anything still queued."""
         ...
 
     def close(self) -> None: ...
@@ -69,7 +69,7 @@ def open_line(settings: MavlinkSettings) -> MavlinkLine:
 
 
 def why_closed(settings: MavlinkSettings, error: Exception) -> Sentence:
-    """Say why the line did not open, and what to do."""
+    """Return why the line did not open, and what to do."""
     address = parse(settings.url)
     if address.kind == "serial":
         return why_not_open(settings.url, error, "robot.mavlink.url")
@@ -83,7 +83,7 @@ def why_closed(settings: MavlinkSettings, error: Exception) -> Sentence:
 
 
 def why_lost(settings: MavlinkSettings, error: Exception) -> Sentence:
-    """Say why the line was lost."""
+    """Return why the line was lost."""
     reason, seconds = reason_of(error), settings.reopen_s
     if parse(settings.url).kind == "serial":
         return Sentence("port.lost", {"port": settings.url, "why": reason, "seconds": seconds})
@@ -111,7 +111,7 @@ class _SerialLine:
         self._port.write(data)
 
     def stop(self, data: bytes) -> None:
-        with suppress(Exception):  # a port that does not know is no lost one
+        with suppress(Exception):  # a port that cannot tell is not a lost one
             if self._port.out_waiting > MAY_WAIT_BYTES:
                 self._port.reset_output_buffer()
                 data = _END_OF_A_TORN_MESSAGE + data
@@ -150,7 +150,7 @@ class _TcpLine:
 
 
 class _UdpLine:
-    """Goes to an address, or listens and answers the one from which the rover was heard last."""
+    """Sends to an address, or listens and answers the address of the rover's last message."""
 
     def __init__(self, address: Address) -> None:
         found = socket.getaddrinfo(address.where, address.port, type=socket.SOCK_DGRAM)
@@ -184,7 +184,7 @@ class _UdpLine:
         except ConnectionRefusedError:
             return
         except OSError as error:
-            # The network may come back; what was not sent is said again anyway.
+            # The network may come back; unsent messages are repeated anyway.
             if error.errno not in (errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENOBUFS):
                 raise
 

@@ -1,4 +1,4 @@
-"""Keep a line open: one thread that opens it and writes, one that reads."""
+"""Keeps a line open: one thread opens it and writes, another reads."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LONGEST_PAUSE_S: Final = 1.0
 
 
 class MavlinkLink:
-    """One line, kept open from `open` to `close` whatever happens to it."""
+    """One line, kept open from `open` to `close`, and reopened after failures."""
 
     def __init__(self, settings: MavlinkSettings, clock: Clock, conversation: Conversation) -> None:
         self._settings = settings
@@ -51,7 +51,7 @@ class MavlinkLink:
             self._changed.notify()
 
     def close(self) -> None:
-        """Say farewell and close the line; takes at most a second, safe to call twice."""
+        """Send the farewell and close the line; takes at most a second, safe to call twice."""
         thread, self._thread = self._thread, None
         if thread is None:
             return
@@ -69,7 +69,7 @@ class MavlinkLink:
         """Open the line and use it until it is closed or lost; return why it was lost."""
         try:
             line = open_line(self._settings)
-        except Exception as error:  # whatever a port's driver or a name's look-up raises
+        except Exception as error:  # whatever a port's driver or a name lookup raises
             return why_closed(self._settings, error)
         ended = threading.Event()
         self._error = None
@@ -81,7 +81,7 @@ class MavlinkLink:
         try:
             self._write(line, closing)
         except Exception as error:  # as above
-            with suppress(Exception):  # often only one way is lost
+            with suppress(Exception):  # often only one direction is lost
                 if words := self._conversation.last_words(self._clock.now_s()):
                     line.stop(words)
             return why_lost(self._settings, error)

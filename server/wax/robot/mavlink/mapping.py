@@ -1,6 +1,6 @@
-"""From a set-point to what MAVLink's two messages of motion carry (pure).
+"""Converts a set-point to the fields of MAVLink's two motion messages (pure).
 
-MAVLink's body frame is forward, right and down: what turns left is negative there.
+MAVLink's body frame is forward, right and down: turning left is negative there.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from wax.driver.interface import Limits, Twist
 
 FULL: Final = 1000
-"""What MANUAL_CONTROL calls the end of a stick."""
+"""A stick's full deflection in MANUAL_CONTROL."""
 
 BODY_FRAME: Final = 8
 """MAV_FRAME_BODY_NED."""
@@ -44,7 +44,7 @@ class Velocity:
 
 
 def sticks(twist: Twist, limits: Limits) -> Sticks:
-    """Return how far the sticks are pushed: the limits are their ends."""
+    """Return the stick deflections; the limits are full deflection."""
     allowed = within(twist, limits)
     return Sticks(
         y=-round(allowed.angular_rps / limits.angular_rps * FULL),

@@ -1,4 +1,4 @@
-"""What a rover tells, in our units and directions: x forward or north, y to the left of it."""
+"""A rover's reports in our units and directions: x is forward or north, y to the left of that."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 AUTOPILOT: Final = 1
-"""MAV_COMP_ID_AUTOPILOT1, whichever system it is of."""
+"""MAV_COMP_ID_AUTOPILOT1, the autopilot of any system."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,17 +27,14 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """None is not known: the rover has no estimate."""
+    """A value is None if the rover has no estimate."""
 
     mps: float | None
 
 
 @dataclass(frozen=True, slots=True)
 class Attitude:
-    """The heading, how fast it changes, and how long ago the rover was switched on.
-
-    None is not known.
-    """
+    """The heading, its rate, and the time since the rover was switched on; None if unknown."""
 
     heading_rad: float | None
     turn_rps: float | None
@@ -46,7 +43,7 @@ class Attitude:
 
 @dataclass(frozen=True, slots=True)
 class Position:
-    """None is not known."""
+    """A value is None if unknown."""
 
     x_m: float | None
     y_m: float | None
@@ -54,7 +51,7 @@ class Position:
 
 @dataclass(frozen=True, slots=True)
 class Battery:
-    """What is None is not measured."""
+    """A value is None if not measured."""
 
     volts: float | None
     fraction: float | None
@@ -65,7 +62,7 @@ News = Heartbeat | Parameter | Speed | Attitude | Position | Battery
 
 @dataclass(frozen=True, slots=True)
 class HeardMessage:
-    """A message with its sender; `news` is None for one that does not matter to us."""
+    """A message with its sender; `news` is None if the message does not matter to us."""
 
     system: int
     component: int

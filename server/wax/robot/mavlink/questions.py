@@ -1,4 +1,4 @@
-"""What the rover is asked and when: its parameters once, its telemetry until it comes (pure)."""
+"""Requests to the rover: its parameters once, its telemetry until that arrives (pure)."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ if TYPE_CHECKING:
 
 ASK_EVERY_S: Final = 0.25
 ASK_AGAIN_S: Final = 2.0
-"""A restarted rover has forgotten what it was asked to tell."""
+"""Requests are repeated at this interval: a restarted rover has forgotten them."""
 BATTERY_HZ: Final = 1.0
 
 
 class Questions:
-    """Keeps time for one line."""
+    """Schedules the requests on one line."""
 
     def __init__(self, telemetry_hz: float) -> None:
         self._telemetry_hz = telemetry_hz
         self.begin()
 
     def begin(self) -> None:
-        """Start over, with a rover of which nothing is known."""
+        """Start over, with a rover about which nothing is known."""
         self._parameters_s = -math.inf
         self._telemetry_s = -math.inf
 
     def parameters(self, rover: Rover, now_s: float) -> tuple[str, ...]:
-        """Return the names to ask for now."""
+        """Return the parameters to request now."""
         if now_s < self._parameters_s:
             return ()
         names = rover.unasked(now_s)
@@ -39,7 +39,7 @@ class Questions:
         return names
 
     def telemetry(self, rover: Rover, now_s: float) -> tuple[tuple[int, float], ...]:
-        """Return the messages to ask for now, each with its rate."""
+        """Return the messages to request now, each with its rate."""
         if now_s < self._telemetry_s or not rover.answers(now_s):
             return ()
         since_s, self._telemetry_s = now_s - ASK_AGAIN_S, now_s + ASK_AGAIN_S
@@ -50,7 +50,7 @@ class Questions:
         )
 
     def next_s(self, rover: Rover, now_s: float) -> float:
-        """Return when to ask again at the latest."""
+        """Return when the next request is due."""
         if not rover.answers(now_s):
             return math.inf
         asks = bool(rover.unasked(now_s))

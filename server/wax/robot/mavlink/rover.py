@@ -1,4 +1,4 @@
-"""What is known of the rover, and why it may not be driven now (pure)."""
+"""The state of the rover, and why it may not be driven now (pure)."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ if TYPE_CHECKING:
     from wax.robot.mavlink.settings import MavlinkSettings
 
 SILENT_S: Final = 2.5
-"""Heartbeats come once a second, and one may be lost."""
+"""The heartbeat timeout: they come once a second, and one may be lost."""
 TELEMETRY_SILENT_S: Final = 1.0
-"""The same at least for one that tells its speed and attitude, of which a few may be lost, too."""
+"""The least timeout for a rover that reports speed and attitude; a few reports may be lost, too."""
 MAY_LOSE: Final = 4
 ASK_FOR_S: Final = 2.0
-"""How long parameters are asked for that are not answered: older firmware has not all of them."""
+"""How long to wait for unanswered parameters: older firmware lacks some of them."""
 TURNING_RPS: Final = 0.05
 REBOOT_MS: Final = 1000
-"""A time since power-on that went back by more than this is another power-on."""
+"""If the time since power-on falls by more than this, the rover has restarted."""
 
 BATTERY_OLD_S: Final = 5.0
-"""Two messages tell of it, once a second each; what neither told for so long is unknown."""
+"""Two messages report the battery, once a second each; a value older than this is unknown."""
 
 _Told = tuple[float | None, float]
 _UNTOLD: Final[_Told] = (None, -math.inf)
@@ -44,7 +44,7 @@ _UNTOLD: Final[_Told] = (None, -math.inf)
 _ARDUPILOT: Final = 3
 _GROUND_STATION: Final = 6
 _ROVER_KINDS: Final = (10, 11)
-"""Ground rover and boat; both run the same program."""
+"""Ground rover and boat; both run the same firmware."""
 
 MODES: Final = {
     0: "MANUAL",
@@ -68,7 +68,7 @@ NUMBERS: Final = {name.lower(): number for number, name in MODES.items()}
 
 
 class Rover:
-    """Takes what is heard on the line; `restarted` is whether the rover was switched on anew."""
+    """Fed with every message on the line; `restarted` says that the rover has restarted."""
 
     def __init__(self, settings: MavlinkSettings) -> None:
         self._settings = settings
@@ -93,7 +93,7 @@ class Rover:
         self.restarted = False
 
     def hear(self, heard: HeardMessage, now_s: float) -> bool:
-        """Take a message; returns whether it is the rover's own, which its autopilot sends."""
+        """Handle a message; return whether it came from the rover's autopilot."""
         news = heard.news
         if heard.system == self._settings.own_system:
             self._has_twin = self._has_twin or isinstance(news, Heartbeat)
@@ -103,7 +103,7 @@ class Rover:
                 self._other = heard.system
             return False
         if heard.component != AUTOPILOT:
-            return False  # a camera or a companion computer, which go on when the autopilot is dead
+            return False  # a camera or a companion computer, which may outlive the autopilot
         self._signs = heard.is_signed
         self._heard_s = now_s
         if news is not None:
@@ -136,7 +136,7 @@ class Rover:
 
     @property
     def silent_at_s(self) -> float:
-        """When it counts as lost if nothing more comes; minus infinity before it was heard."""
+        """When it counts as lost without another message; minus infinity before the first."""
         if self._beat is None:
             return -math.inf
         if self._telemetry_s == -math.inf:
@@ -145,11 +145,11 @@ class Rover:
         return self._heard_s + min(SILENT_S, max(TELEMETRY_SILENT_S, steady_s))
 
     def answers(self, now_s: float) -> bool:
-        """Whether it is heard."""
+        """Whether its messages arrive."""
         return now_s < self.silent_at_s
 
     def unasked(self, now_s: float) -> tuple[str, ...]:
-        """Return the parameters that are still to be asked for; none once it has had its time."""
+        """Return the parameters still to be requested; none after the timeout."""
         if self._beat is None or now_s >= self._asks_end_s:
             return ()
         return tuple(
@@ -160,24 +160,24 @@ class Rover:
         )
 
     def told_since(self, kind: type[News], since_s: float) -> bool:
-        """Whether such news has come since then."""
+        """Whether news of this kind has arrived since then."""
         return self._told_s.get(kind, -math.inf) >= since_s
 
     @property
     def asks_end_s(self) -> float:
-        """When the unanswered questions are given up; infinite before the first heartbeat."""
+        """When unanswered requests time out; infinite before the first heartbeat."""
         return self._asks_end_s
 
     # --- may it be driven -------------------------------------------------------------------
 
     @property
     def promise(self) -> Promise:
-        """What it promises for the time without us."""
+        """What it promises to do when it loses us."""
         return promise(self._parameters, is_guided=self._settings.mode == "guided")
 
     @property
     def told_s(self) -> float | None:
-        """After how long without us it tells that it stops, 0 for never, None if not told."""
+        """How long after losing us it says that it stops, 0 for never, None if unknown."""
         return told_s(self._parameters, self.promise)
 
     def absent(self, now_s: float, refused: int) -> Sentence | None:
@@ -205,7 +205,7 @@ class Rover:
         return None
 
     def unfit(self) -> Sentence | None:
-        """Return why a rover that is connected is not driven, and what to do."""
+        """Return why a connected rover cannot be driven, and what to do."""
         settings, beat = self._settings, self._beat
         if beat is None:
             return Sentence("mavlink.asking")
@@ -234,7 +234,7 @@ class Rover:
 
     @property
     def moving(self) -> bool | None:
-        """Whether it moves or turns, by its own sensors; None if it does not tell its speed."""
+        """Whether it moves or turns, by its own sensors; None if it does not report its speed."""
         turn_rps = None if self._attitude is None else self._attitude.turn_rps
         if turn_rps is not None and abs(turn_rps) > TURNING_RPS:
             return True
@@ -244,7 +244,7 @@ class Rover:
 
     @property
     def pose(self) -> Pose | None:
-        """Where it is, from where its position began; the heading is from north to the left."""
+        """Its position relative to its origin; the heading is counted from north to the left."""
         if self._position is None or self._attitude is None:
             return None
         x_m, y_m, heading = self._position.x_m, self._position.y_m, self._attitude.heading_rad
@@ -274,7 +274,7 @@ class Rover:
 
 
 def _newer(last: _Told, value: float | None, now_s: float) -> _Told:
-    """Keep a value that one message has told while another tells none, but not for ever."""
+    """Keep a value from one message while another reports none, but not for ever."""
     if value is not None:
         return value, now_s
     return last if now_s - last[1] < BATTERY_OLD_S else _UNTOLD

@@ -12,12 +12,12 @@ from wax.robot.mavlink.address import check, parse
 
 LEAST_HZ: Final = 20.0
 FRAME_BYTES: Final = {"guided": 65, "manual": 23, "acro": 23}
-"""How long a set-point is on the line, in each mode."""
+"""A set-point's length on the line in each mode."""
 SIGNATURE_BYTES: Final = 13
 _BITS_PER_BYTE: Final = 10
-"""On a serial line, with its start and its stop."""
+"""On a serial line, including start and stop bits."""
 _PERCENT: Final = 70
-"""How much of a serial line set-points may fill: the rest is for heartbeats and questions."""
+"""The share of a serial line for set-points: the rest is for heartbeats and requests."""
 
 
 class MavlinkSettings(DriverSettings):

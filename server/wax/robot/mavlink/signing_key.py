@@ -1,4 +1,4 @@
-"""Read the key for signed messages, which nobody else may read."""
+"""Reads the key for signed messages, from a file that nobody else may read."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""The driver for a robot that speaks ROS 2: straight into DDS, or by rosbridge.
+"""The driver for a robot that speaks ROS 2: directly by DDS, or through rosbridge.
 
-No ROS is needed on this machine; the messages are what is on the wire.
+This machine needs no ROS: the driver implements the wire format.
 
-- `driver` is what the server sees; `conversation` says what the robot is told and when (`pace`),
-  and what it tells (`senses`); `session` has the threads.
-- `link` is one connection, with the type of the commands: a `dds_link` or a `rosbridge_link`.
-- `command_topic` judges the topic of the commands: who else publishes, and who listens; the
-  `standby` stops the robot where our process is killed.
+- `driver` is what the server sees; `conversation` decides what to send and when (`pace`), and
+  evaluates what the robot publishes (`senses`); `session` has the threads.
+- `link` is one connection, with the message type of the commands: `dds_link` or `rosbridge_link`.
+- `command_topic` checks who else publishes commands and who subscribes to them; the `standby` stops
+  the robot if our process is killed.
 """

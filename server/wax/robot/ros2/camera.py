@@ -1,4 +1,4 @@
-"""The pictures that a robot on ROS 2 publishes."""
+"""A source for the pictures that a ROS 2 robot publishes."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ if TYPE_CHECKING:
     from wax.robot.ros2.settings import Ros2Settings
 
 SILENT_S: Final = 1.8
-"""Without a picture for this long the camera is gone (the interface allows 2 s)."""
+"""Without a picture for this long the camera counts as gone (the interface allows 2 s)."""
 FIRST_S: Final = 8.0
-"""To find the robot may take longer, so `open` waits for its first picture."""
+"""Discovery of the robot may take longer, so `open` waits this long for the first picture."""
 MAX_AGE_S: Final = 2.0
 _AGREE_S: Final = 0.05
-"""Two clocks that agree do so within this."""
+"""The error bound of two synchronised clocks."""
 _KIND: Final = "camera"
 
 
 class Ros2Camera:
     """A `VideoSource` of the configured topic, with a connection of its own.
 
-    `captured_s` is the picture's own stamp where both clocks are said to agree (`stamped`); one
-    that cannot be is nobody's. Else it is when it arrived, and how much later than others by its
-    stamp (`wax.capture.stream_dating`).
+    With `stamped`, which says that both clocks agree, `captured_s` is the picture's own timestamp;
+    an impossible one counts as unknown. Otherwise it is estimated from the arrival time and the
+    timestamp's progress (`wax.capture.stream_dating`).
     """
 
     def __init__(self, ros2: Ros2Settings, settings: VideoSettings, clock: Clock) -> None:
@@ -65,7 +65,7 @@ class Ros2Camera:
             raise
 
     def read(self) -> Picture:
-        """Return the next picture; repetitions of one are left out, until they go on and on."""
+        """Return the next picture; skip repetitions of one, unless they persist."""
         end_s = self._clock.now_s() + SILENT_S
         while True:
             message, self._first = self._first or self._next(end_s - self._clock.now_s()), None
@@ -82,7 +82,7 @@ class Ros2Camera:
             ) from error
         fitted = fit_bgr(bgr, self._settings.width, self._settings.height)
         captured_s, within_s = self._captured_s(message, arrived_s)
-        # Without noise, as a simulated camera is, only the stamp tells a new one from a repetition.
+        # A simulated camera has no noise: only the timestamp tells new from repeated pictures.
         repeats = self._repeats.of(fitted.tobytes() + repr(_stamp_s(message)).encode(), arrived_s)
         if repeats == "again":
             return None
@@ -105,7 +105,7 @@ class Ros2Camera:
         raise SourceError(Sentence("ros2.no_picture", {"topic": self._ros2.camera}))
 
     def _captured_s(self, message: Any, arrived_s: float) -> tuple[float, float | None]:
-        """Return when it was captured, and within what that is certain (None: unknown)."""
+        """Return when it was captured, and the error bound of that (None: unknown)."""
         stamp_s = _stamp_s(message)
         if not self._ros2.stamped:
             shown_s = 0.0 if stamp_s is None else stamp_s
@@ -118,7 +118,7 @@ class Ros2Camera:
 
 
 def _stamp_s(message: Any) -> float | None:
-    """Return the time that the robot says, None where it says none."""
+    """Return the robot's timestamp, None if there is none."""
     with contextlib.suppress(AttributeError, TypeError, ValueError, OverflowError):
         stamp = message.header.stamp
         stamp_s = float(stamp.sec + stamp.nanosec / 1e9)

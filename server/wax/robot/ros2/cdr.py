@@ -1,4 +1,4 @@
-"""Reads messages in CDR, the encoding of DDS, without a copy of what is long (pure)."""
+"""Decodes CDR, the encoding of DDS, without copying long members (pure)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _PLAIN_CDR = (0, 1)
 
 
 class CdrReader:
-    """Reads one member after the other; raises `ValueError` for what is cut off or no CDR."""
+    """Decodes one member after the other; raises `ValueError` for truncated or non-CDR data."""
 
     def __init__(self, data: bytes) -> None:
         self._data = memoryview(data)
@@ -29,11 +29,11 @@ class CdrReader:
         return self._number("B", 1)
 
     def string(self) -> str:
-        """Read a string, which ends in a zero that its length counts."""
+        """Decode a string; its length includes the terminating zero."""
         return bytes(self._take(self.uint32())).rstrip(b"\0").decode(errors="replace")
 
     def octets(self) -> memoryview:
-        """Read a sequence of octets, which stays where it is."""
+        """Decode a sequence of octets without copying it."""
         return self._take(self.uint32())
 
     def _number(self, code: str, size: int) -> int:

@@ -1,4 +1,4 @@
-"""Who else publishes commands, and whether those who listen take our type and stop as promised."""
+"""Checks the command topic: other publishers, and the subscribers' type and watchdog timeout."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
 
 OURS: Final = "wax"
-"""How WAX marks the publisher of a driver, so that two servers know each other."""
+"""The mark of a WAX driver's publisher, by which two servers recognise each other."""
 STANDBY: Final = "wax-standby"
-"""How it marks the publisher of a standby."""
+"""The mark of a standby's publisher."""
 
 
 @dataclass(frozen=True, slots=True)
 class Endpoint:
-    """A publisher or subscriber of the topic; `mark` says which of WAX's it is, if it is."""
+    """A publisher or subscriber of the topic; `mark` is set for WAX's own."""
 
     guid: str
     type_name: str
@@ -29,10 +29,10 @@ class Endpoint:
 
 @dataclass(frozen=True, slots=True)
 class Traffic:
-    """All that is known of the topic; `matched` counts the subscribers that get what we send.
+    """All that is known of the topic; `matched` counts the subscribers that receive our messages.
 
-    `timeout_s` is after how long without a command the receiving side says that it stops; 0: never.
-    None is unknown: a rosbridge server that has no `rosapi` beside it does not tell.
+    `timeout_s` is the command timeout that the receiving side reports; 0 means that it never stops.
+    None means unknown, as for a rosbridge server without `rosapi`.
     """
 
     subscribers: tuple[Endpoint, ...] | None = None
@@ -46,8 +46,8 @@ def judge(
 ) -> Sentence | None:
     """Return why the robot cannot be driven, None if it can.
 
-    `type_name` is what we send, as ROS 2 writes it; `ours` are the guids of our own publishers.
-    `promised_s` is the time-out that the configuration names, 0 for none.
+    `type_name` is our message type in ROS 2's notation; `ours` are the GUIDs of our own publishers.
+    `promised_s` is the configured timeout, 0 for none.
     """
     return (
         _others(traffic, topic, ours)
@@ -57,7 +57,7 @@ def judge(
 
 
 def _keeps(timeout_s: float | None, promised_s: float) -> Sentence | None:
-    """Say where the robot promises less than the host: the allowed speed is reckoned from that."""
+    """Report a robot with a longer timeout than configured, on which the speed limit depends."""
     if timeout_s is None or promised_s <= 0.0 or 0.0 < timeout_s <= promised_s:
         return None
     return Sentence("ros2.other_timeout", {"theirs": timeout_s, "ours": promised_s})
@@ -81,24 +81,24 @@ def _others(traffic: Traffic, topic: str, ours: Collection[str]) -> Sentence | N
 
 
 class SubscribersSeen:
-    """Who took the commands at the last look: one who was not there then may be a base anew.
+    """The subscribers at the last check: a new one since then may be a restarted base.
 
-    A base that has crashed comes back as another subscriber, perhaps while a recorder subscribes
-    on. Neither is told from the other, so a recorder that starts counts as a base, too.
+    A base that has crashed reappears as another subscriber, perhaps while a recorder stays
+    subscribed. The two cannot be told apart, so a recorder that starts counts as a base, too.
 
-    By rosbridge subscribers are nodes' names, asked for once a second: a base that comes back
-    under its name before the next question is not noticed, nor anything without rosapi.
+    With rosbridge, subscribers are node names, polled once a second: a base that restarts between
+    two polls is not noticed, and without rosapi no base is.
     """
 
     def __init__(self) -> None:
         self._known: frozenset[str] | None = None
 
     def forget(self) -> None:
-        """Start over: whoever is there at the next look is not new."""
+        """Start over: no subscriber found at the next check counts as new."""
         self._known = None
 
     def has_new(self, traffic: Traffic, type_name: str) -> bool:
-        """Note who takes what we send; return whether somebody came since the last look."""
+        """Record the present subscribers; return whether there is a new one."""
         if traffic.subscribers is None:
             return False
         now = frozenset(
@@ -109,7 +109,7 @@ class SubscribersSeen:
 
 
 def _of_our_type(subscribers: Iterable[Endpoint], type_name: str) -> list[Endpoint]:
-    """Return those of our type; one that is not told, as by a rosapi that refuses, may be it."""
+    """Return those with our type; an unknown type, as without a rosapi answer, may be ours."""
     return [
         subscriber
         for subscriber in subscribers

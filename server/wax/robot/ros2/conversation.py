@@ -1,4 +1,4 @@
-"""What a robot on ROS 2 is told, and what it tells: all but the threads and the wire."""
+"""The messages to and from a ROS 2 robot, without threads and wire format."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 
 class Ros2Conversation:
-    """Set-points in, messages out, what was heard in, the state out; any thread may call it.
+    """Set-points in, messages out; messages in, the robot's state out; thread-safe.
 
-    While there is a `verdict` why the robot cannot be driven, it is not connected and only
+    While the `verdict` says why the robot cannot be driven, it counts as not connected and only
     standstill is sent. A new connection begins at standstill and with a new epoch.
     """
 
@@ -41,25 +41,25 @@ class Ros2Conversation:
             self._setpoints.apply(twist, turn, now_s)
 
     def stop(self, turn: int, now_s: float) -> None:
-        """Say standstill for all of its time, even beside others who speak."""
+        """Send standstill for its full duration, even if others publish, too."""
         with self._lock:
             self._setpoints.stop(turn)
             self._pace.stopped(now_s)
 
     def opened(self) -> None:
-        """Begin: standstill is sent first, for all of its time."""
+        """Handle a new connection: standstill is sent first, for its full duration."""
         with self._lock:
             self._pace.begin()
 
     def next(self, now_s: float) -> tuple[Twist | None, float]:
-        """Return what to send now, None for nothing, and when to ask again at the latest."""
+        """Return the twist to send now, None for nothing, and the latest time of the next call."""
         with self._lock:
             order, changes_s = self._setpoints.order(now_s)
             is_due, again_s = self._pace.next(order.twist, now_s, alone=self._is_alone)
             return order.twist if is_due else None, min(again_s, changes_s)
 
     def owes(self, now_s: float) -> bool:
-        """Whether the robot moves, or was not told long enough to stand."""
+        """Whether the robot moves, or standstill has not been sent for long enough."""
         with self._lock:
             return self._pace.owes(now_s)
 
@@ -68,7 +68,7 @@ class Ros2Conversation:
             self._senses.hear(kind, message, now_s)
 
     def judged(self, verdict: Sentence | None, *, alone: bool) -> None:
-        """Take why the robot cannot be driven, None if it can, and whether nobody else speaks."""
+        """Set why the robot cannot be driven, None if it can, and whether we publish alone."""
         with self._lock:
             self._is_alone = alone
             if verdict is not None:
@@ -79,12 +79,12 @@ class Ros2Conversation:
                 self._epoch += 1
 
     def promised(self, ttl_s: float | None) -> None:
-        """Take after how long the robot tells now that it stops by itself, 0 if never."""
+        """Set the timeout after which the robot says that it stops by itself, 0 if never."""
         with self._lock:
             self._ttl_s = ttl_s
 
     def lost(self, why: Sentence | None) -> None:
-        """Take that the connection is gone, None if we closed it."""
+        """Handle the loss of the connection; the problem is None if we closed it."""
         with self._lock:
             self._disconnect(why)
             self._ttl_s = None

@@ -1,4 +1,4 @@
-"""CycloneDDS's configuration from ours (pure)."""
+"""Makes CycloneDDS's configuration from ours (pure)."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 MAX_PARTICIPANTS: Final = 32
-"""How many programs of one host are found without multicast."""
+"""How many programs on one host can be discovered without multicast."""
 _LOOPBACK_NAMES: Final = ("lo", "lo0", "localhost")
 
 
 def cyclone_config(interface: str, peers: Sequence[str], inherited: str = "") -> str:
-    """Return what `dds_create_domain` takes: `inherited` (CYCLONEDDS_URI), then ours over it.
+    """Return the argument of `dds_create_domain`: `inherited` (CYCLONEDDS_URI), overridden by ours.
 
-    The loopback interface has no multicast, so there the other side is looked for at its address.
+    The loopback interface has no multicast, so there the peer's address is configured.
     """
     alone = _is_loopback(interface)
     wanted = [*peers, *(["127.0.0.1"] if alone and "127.0.0.1" not in peers else [])]

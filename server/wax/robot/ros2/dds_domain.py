@@ -1,4 +1,4 @@
-"""The DDS domain of this process, shared by all links in it: CycloneDDS has one of each number."""
+"""The DDS domain, shared by all links of this process: CycloneDDS allows one per number."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class _Shared:
 
 @contextmanager
 def participant(settings: Ros2Settings) -> Iterator[DomainParticipant]:
-    """Have a participant of the configured domain; raises `DriverError`."""
+    """Make a participant in the configured domain; raises `DriverError`."""
     number = settings.domain
     config = cyclone_config(
         settings.interface, settings.peers, os.environ.get("CYCLONEDDS_URI", "")
@@ -56,7 +56,7 @@ def participant(settings: Ros2Settings) -> Iterator[DomainParticipant]:
 
 @contextmanager
 def told(settings: Ros2Settings) -> Iterator[None]:
-    """Turn what CycloneDDS raises into a `DriverError` that says what to look at."""
+    """Convert what CycloneDDS raises to a `DriverError` that says what to check."""
     try:
         yield
     except DDSException as error:

@@ -23,9 +23,9 @@ _ALIVE: Final = InstanceState.Alive
 
 
 class Endpoints:
-    """Keeps who publishes on, or subscribes to, `topic`; other topics are only looked at once.
+    """Tracks the publishers or subscribers of `topic`; endpoints of other topics are read once.
 
-    A large robot has thousands of endpoints, so only news are read.
+    A large robot has thousands of endpoints, so only changes are read.
     """
 
     def __init__(self, participant: DomainParticipant, topic: str, *, publishers: bool) -> None:
@@ -39,16 +39,16 @@ class Endpoints:
         self._services: dict[str, tuple[str, str]] = {}
 
     def look(self) -> tuple[Endpoint, ...]:
-        """Read the news and return who is there."""
+        """Read the changes and return the present endpoints."""
         while news := self._reader.read(_AT_ONCE, self._news):
             for found in news:
                 self._note(found)
         return tuple(self._known.values())
 
     def parameter_services(self) -> dict[str, str]:
-        """Return the nodes beside the subscribers, with their parameter services' identifiers.
+        """Return the nodes in the subscribers' processes, with their parameter services' GUIDs.
 
-        A node cannot be told from others of its process, which all have one participant.
+        All nodes of a process share one participant, so they cannot be told apart.
         """
         beside = {known.participant for known in self._known.values()}
         return {node: guid for guid, (node, process) in self._services.items() if process in beside}

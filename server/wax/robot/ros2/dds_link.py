@@ -1,4 +1,4 @@
-"""The connection straight into DDS, by CycloneDDS."""
+"""The direct connection by DDS, using CycloneDDS."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ if TYPE_CHECKING:
     from wax.robot.ros2.settings import Ros2Settings
 
 BLOCK_S: Final = 0.02
-"""How long a write may wait; with one sample kept it replaces that and does not wait."""
+"""How long a write may block; with a history of one sample it replaces that instead."""
 ACKNOWLEDGED_S: Final = 0.2
 _TAKEN: Final = 16
 _DAMAGED: Final = (ValueError, AssertionError, IndexError, struct.error)
-"""What cyclonedds raises for bytes that are no such message."""
+"""What cyclonedds raises for bytes that are not a valid message."""
 _ANY: Final = SampleState.Any | ViewState.Any | InstanceState.Any
 
 
@@ -98,7 +98,7 @@ class DdsLink:
 
     def take(self, timeout_s: float) -> list[tuple[str, Any]]:
         if not self._conditions:
-            time.sleep(timeout_s)  # CycloneDDS does not wait where it waits for nothing
+            time.sleep(timeout_s)  # CycloneDDS returns at once if it has nothing to wait for
             return []
         with told(self._settings):
             self._news.wait(duration(seconds=timeout_s))
@@ -125,10 +125,10 @@ class DdsLink:
             return
         self._is_closed = True
         if self._writer is not None:
-            # It is over either way; on a time-out cyclonedds stumbles over its own name for that.
+            # A failure changes nothing here; on a timeout cyclonedds raises a wrong exception.
             with suppress(DDSException, AttributeError):
                 self._writer.wait_for_acks(duration(seconds=ACKNOWLEDGED_S))
-        # CycloneDDS deletes what nothing refers to any more.
+        # CycloneDDS deletes entities without references.
         self._writer = None
         self._conditions.clear()
         self._readers.clear()
@@ -156,7 +156,7 @@ class DdsLink:
         return idl.TwistStamped(idl.Header(idl.Time(sec, nanosec), self._settings.frame_id), said)
 
     def _messages(self, reader: DataReader[Any]) -> list[Any]:
-        """Take what the reader keeps, one by one; what cannot be decoded is only counted."""
+        """Read the queued messages one by one; those that cannot be decoded are only counted."""
         messages = []
         for _ in range(_TAKEN):
             try:
@@ -171,11 +171,11 @@ class DdsLink:
 
 
 _XCDR1: Final = Policy.DataRepresentation(use_cdrv0_representation=True)
-"""All of ROS 2 speaks it."""
+"""The representation that every ROS 2 system uses."""
 
 
 def _reader(member: Any, want: Wanted) -> DataReader[Any]:
-    """Subscribe as a robot's telemetry asks: best effort matches every publisher."""
+    """Subscribe with best effort, which matches every publisher."""
     qos = Qos(
         Policy.Reliability.BestEffort,
         Policy.History.KeepLast(_DEPTHS.get(want.kind, 1)),
@@ -186,4 +186,4 @@ def _reader(member: Any, want: Wanted) -> DataReader[Any]:
 
 
 _DEPTHS: Final = {"bumper": 8, "diagnostics": 8}
-"""How many of a kind are kept, where each says something that the next one does not repeat."""
+"""The history depth of kinds whose messages do not replace each other."""

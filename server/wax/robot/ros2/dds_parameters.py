@@ -1,4 +1,4 @@
-"""Asks one node for parameters, one after the other, without waiting."""
+"""Asks one node for parameters, one after the other, without blocking."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _QOS: Final = Qos(
     Policy.DataRepresentation(use_cdrv0_representation=True),
 )
 _CYCLONE: Final = "0110"
-"""With what CycloneDDS's identifiers begin."""
+"""The prefix of CycloneDDS's identifiers."""
 _INTEGER: Final = 2
 _DOUBLE: Final = 3
 
@@ -47,13 +47,13 @@ class ParameterClient:
 
     @property
     def is_ready(self) -> bool:
-        """Whether both ways are known to the other side, so that nothing is lost."""
+        """Whether both topics are matched, so that no message is lost."""
         return bool(
             self._writer.get_matched_subscriptions() and self._reader.get_matched_publications()
         )
 
     def ask(self, name: str) -> None:
-        """Ask for one: a node that lacks one of several answers for none."""
+        """Ask for one parameter: a node that lacks one of several returns none of them."""
         self._reader.take(10)
         self._seq += 1
         request = (
@@ -64,14 +64,14 @@ class ParameterClient:
         self._writer.write(request)
 
     def answer(self) -> tuple[bool, float | None]:
-        """Return whether the answer is here, and the number in it, None if it has none."""
+        """Return whether the answer has arrived, and the number in it, None if there is none."""
         for found in self._reader.take(10):
             if found.sample_info.valid_data and self._is_ours(found):
                 return True, _number(found.values)
         return False, None
 
     def _is_ours(self, found: Any) -> bool:
-        # Without a header every client of the node sees every answer: one of several is not ours.
+        # Without a header every client of the node receives every answer; skip foreign ones.
         if self._is_headed:
             return (found.guid, found.seq) == (self._guid, self._seq)
         return len(found.values) <= 1

@@ -1,4 +1,4 @@
-"""What those who take the commands promise: after how long without one they stop."""
+"""The command timeouts that the subscribers' nodes have as parameters."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ if TYPE_CHECKING:
     from cyclonedds.domain import DomainParticipant
 
 NAMES: Final = ("cmd_vel_timeout", "velocity_timeout", "reference_timeout")
-"""Of diff_drive_controller, nav2's velocity_smoother, the steering and mecanum controllers."""
+"""As in diff_drive_controller, nav2's velocity_smoother, the steering and mecanum controllers."""
 ANSWER_S: Final = 1.5
 AGAIN_S: Final = 30.0
-"""A parameter can be changed while the robot runs."""
+"""The polling interval: a parameter can be changed while the robot runs."""
 MAX_NODES: Final = 16
 
 
 class ReceiverTimeouts:
-    """Asks one node after the other for one name after the other, a step with each look."""
+    """Asks one node after the other for one name after the other, one step per `look`."""
 
     def __init__(self, member: DomainParticipant) -> None:
         self._member = member
@@ -36,11 +36,11 @@ class ReceiverTimeouts:
         self._is_asked = False
 
     def look(self, nodes: Mapping[str, str], now_s: float) -> float | None:
-        """Return the longest time-out of these nodes, 0 if one has none, None if none is known.
+        """Return the longest timeout of these nodes, 0 if one never stops, None if none is known.
 
         `nodes` has the identifier of each node's service.
         """
-        with suppress(ValueError, AssertionError, IndexError, struct.error):  # no such answer
+        with suppress(ValueError, AssertionError, IndexError, struct.error):  # an invalid answer
             self._step(dict(list(nodes.items())[:MAX_NODES]), now_s)
         known = [value for node in nodes if (value := self._found.get(node)) is not None]
         if not known:
@@ -61,7 +61,7 @@ class ReceiverTimeouts:
         elif is_here:
             self._next_name(now_s)
         elif now_s >= self._until_s:
-            self._client = None  # it does not answer; what it said before may be over
+            self._client = None  # it does not answer, so its earlier answer may be outdated
             self._found.pop(self._node, None)
 
     def _begin(self, nodes: Mapping[str, str], now_s: float) -> None:

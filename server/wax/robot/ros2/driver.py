@@ -32,8 +32,8 @@ NO_TIMEOUT: Final = (
 class Ros2Robot:
     """A `Driver` that publishes Twist or TwistStamped, by DDS or rosbridge.
 
-    It is connected while somebody takes its commands and nobody else gives any. After connecting,
-    nothing moves until there was a set-point of standstill.
+    It is connected while the command topic has a subscriber and no other publisher. After
+    connecting, nothing moves until a set-point of standstill.
     """
 
     Settings: ClassVar = Ros2Settings
@@ -81,7 +81,7 @@ class Ros2Robot:
         self._session.wake()
 
     def close(self) -> None:
-        """Tell the robot to stand; the standby goes on saying so after this has returned."""
+        """Stop the robot; the standby keeps sending standstill after this has returned."""
         thread, self._thread = self._thread, None
         if thread is not None:
             self._session.close()
@@ -89,7 +89,7 @@ class Ros2Robot:
         self._conversation.lost(None)
 
     def camera(self, settings: VideoSettings, clock: Clock) -> VideoSource:
-        """Make a source of the configured topic; it needs no opened robot."""
+        """Make a source of the configured topic; the driver need not be open."""
         from wax.robot.ros2.camera import Ros2Camera  # noqa: PLC0415 - it loads OpenCV
 
         return Ros2Camera(self._settings, settings, clock)

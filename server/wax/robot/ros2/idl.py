@@ -1,9 +1,9 @@
-"""The messages of ROS 2 as types of DDS, laid out as its .msg files say.
+"""ROS 2's messages as DDS types, with the layout of its .msg files.
 
-ROS 2's names end in an underscore, in a module ``dds_``; the members are those of the messages.
+In DDS, ROS 2's type names end in an underscore and are in a module ``dds_``.
 """
 
-# Not `from __future__ import annotations`: cyclonedds reads the types of the members.
+# No `from __future__ import annotations` here: cyclonedds reads the members' types.
 
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Self
@@ -199,7 +199,7 @@ class Image(IdlStruct, typename="sensor_msgs::msg::dds_::Image_"):
 
     @classmethod
     def deserialize(cls, data: bytes, *_: object, **__: object) -> Self:
-        """Read it without a list of a million numbers, as cyclonedds would make it."""
+        """Decode it without the list of a million numbers that cyclonedds would make."""
         cdr = CdrReader(data)
         header = _header(cdr)
         height, width, encoding = cdr.uint32(), cdr.uint32(), cdr.string()
@@ -215,7 +215,7 @@ class CompressedImage(IdlStruct, typename="sensor_msgs::msg::dds_::CompressedIma
 
     @classmethod
     def deserialize(cls, data: bytes, *_: object, **__: object) -> Self:
-        """Read it as an `Image` is read."""
+        """Decode it as an `Image` is decoded."""
         cdr = CdrReader(data)
         return cls(_header(cdr), cdr.string(), cdr.octets())
 

@@ -1,4 +1,4 @@
-"""Pictures of ROS 2, raw and compressed, as OpenCV's BGR (pure)."""
+"""Converts ROS 2's raw and compressed pictures to OpenCV's BGR (pure)."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ _ENCODINGS: Final = {
     "yuv422_yuy2": (2, cv2.COLOR_YUV2BGR_YUYV),
     "yuyv": (2, cv2.COLOR_YUV2BGR_YUYV),
 }
-"""Octets of a pixel, and how OpenCV calls the way to BGR. YUV is BT.601 in limited range.
+"""Octets per pixel, and OpenCV's code for conversion to BGR. YUV is BT.601 in limited range.
 
-What is not opaque is shown all the same: simulators leave it at any value.
+Alpha is ignored: simulators leave it at any value.
 """
 _DEEP: Final = frozenset({"mono16", "16UC1"})
 _MAX_WORDS: Final = 40
@@ -53,7 +53,7 @@ def to_bgr(message: Any) -> NDArray[np.uint8]:
 
 
 def _octets(data: Any) -> NDArray[np.uint8]:
-    """JSON has them in base64, or as a list of numbers where another program bridges."""
+    """Return the octets, which JSON has in base64 or, from some bridges, as a list of numbers."""
     if isinstance(data, str):
         data = base64.b64decode(data)
     return np.frombuffer(bytes(data) if isinstance(data, list) else data, np.uint8)
@@ -65,7 +65,7 @@ def _raw(message: Any, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
     if encoding not in _ENCODINGS:
         raise ValueError(encoding)
     size, conversion = _ENCODINGS[encoding]
-    # Some leave it 0: rows without a gap, if they fill the picture.
+    # Some leave the step 0; then rows are contiguous if the data fill the picture.
     is_tight = not getattr(message, "step", None) and data.size == height * width * size
     step = width * size if is_tight else members.whole(message.step)
     is_whole = 0 < width * size <= step and height > 0 and data.size >= height * step
@@ -73,13 +73,13 @@ def _raw(message: Any, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
         raise ValueError(f"{encoding}, {width}×{height}, {data.size} octets")
     rows = data[: height * step].reshape(height, step)[:, : width * size]
     pixels = np.ascontiguousarray(rows).reshape(height, width, size)
-    if encoding in _DEEP:  # the octet of more weight
+    if encoding in _DEEP:  # the more significant octet
         pixels = np.ascontiguousarray(pixels[:, :, 0 if message.is_bigendian else 1])
     return pixels if conversion is None else np.asarray(cv2.cvtColor(pixels, conversion), np.uint8)
 
 
 def _compressed(stated: object, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Read what the octets themselves say that it is; `stated` is only for the words."""
+    """Decode by the format that the octets themselves show; `stated` is only for the message."""
     bgr = cv2.imdecode(data, cv2.IMREAD_COLOR) if data.size else None
     if bgr is None:
         raise ValueError((stated if isinstance(stated, str) else "")[:_MAX_WORDS] or "no picture")

@@ -1,4 +1,4 @@
-"""The connection to a robot that speaks ROS 2, by whichever way."""
+"""The interface of a connection to a ROS 2 robot."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """A topic to subscribe to; `kind` is how its messages are handed over."""
+    """A topic to subscribe to; `kind` labels its messages."""
 
     kind: str
     topic: str
@@ -25,33 +25,33 @@ class Wanted:
 
 
 class Link(Protocol):
-    """One connection, open from the start; one thread sends, another takes.
+    """One connection, open from the start; one thread calls `send`, another `take`.
 
     Every method but `close` raises `DriverError` when the connection is lost.
     """
 
     @property
     def guid(self) -> str:
-        """What tells our publisher from another's; empty where that cannot be told."""
+        """The identifier of our publisher, empty if unknown."""
         ...
 
     def send(self, twist: Twist, wall_ns: int) -> None:
-        """Publish a set-point; `wall_ns` is now, for who wants a stamp."""
+        """Publish a set-point; `wall_ns` is the time for a message with a timestamp."""
         ...
 
     def take(self, timeout_s: float) -> Sequence[tuple[str, Any]]:
-        """Wait for messages at most so long; return the newest of each kind, with its kind."""
+        """Wait up to `timeout_s` for messages; return the newest of each kind, with its kind."""
         ...
 
     def traffic(self) -> Traffic:
-        """Return who is on the topic of the commands."""
+        """Return who publishes and subscribes on the command topic."""
         ...
 
     def close(self) -> None:
-        """Let go of it once what was sent is on its way; safe to call twice."""
+        """Close it once sent messages are on their way; safe to call twice."""
         ...
 
 
 def command_type(settings: Ros2Settings) -> str:
-    """Return the type of the commands, as ROS 2 writes it."""
+    """Return the message type of the commands in ROS 2's notation."""
     return names.TWIST_STAMPED if settings.stamped else names.TWIST

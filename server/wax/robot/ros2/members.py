@@ -1,4 +1,4 @@
-"""Members of a message as what they must be: JSON may say anything (pure)."""
+"""Type checks for the members of a message, since JSON may contain anything (pure)."""
 
 from __future__ import annotations
 

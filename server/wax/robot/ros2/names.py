@@ -1,4 +1,4 @@
-"""Names of topics and types, as ROS 2 writes them and as they are in DDS (pure)."""
+"""Converts names of topics and types between ROS 2 and DDS (pure)."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ COMPRESSED_IMAGE = "sensor_msgs/msg/CompressedImage"
 
 
 def dds_topic(topic: str) -> str:
-    """``/cmd_vel`` is ``rt/cmd_vel`` in DDS."""
+    """Return a topic's DDS name: ``/cmd_vel`` is ``rt/cmd_vel``."""
     return "rt" + topic
 
 
 def ros_type(name: str) -> str:
-    """Return how ROS 2 writes a type of DDS; one that is not of ROS 2 stays as it is.
+    """Return ROS 2's name of a DDS type; a type that is not ROS 2's stays unchanged.
 
     ``geometry_msgs::msg::dds_::Twist_`` is ``geometry_msgs/msg/Twist``.
     """
@@ -28,7 +28,7 @@ def ros_type(name: str) -> str:
 
 
 def same_type(one: str, other: str) -> bool:
-    """Whether two names of ROS mean one type; rosbridge writes ROS 1's short form, too."""
+    """Whether two ROS names mean one type; rosbridge also uses ROS 1's short form."""
     return _short(one) == _short(other)
 
 

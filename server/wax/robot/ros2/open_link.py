@@ -1,4 +1,4 @@
-"""Which connection: straight into DDS, or by a rosbridge server."""
+"""Opens the configured connection: directly by DDS, or through a rosbridge server."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def load(settings: Ros2Settings) -> type[DdsLink | RosbridgeLink]:
     """Import the link's class; raises `ImportError` if what it needs is not installed.
 
-    Here, so that nobody waits for the libraries of the other transport.
+    Importing here avoids loading the other transport's libraries.
     """
     if settings.transport == "rosbridge":
         from wax.robot.ros2.rosbridge_link import RosbridgeLink  # noqa: PLC0415
@@ -31,5 +31,5 @@ def load(settings: Ros2Settings) -> type[DdsLink | RosbridgeLink]:
 def open_link(
     settings: Ros2Settings, clock: Clock, *, mark: str = "", wanted: Sequence[Wanted] = ()
 ) -> Link:
-    """Connect; raises `DriverError`. Without a `mark` it only subscribes."""
+    """Connect; raises `DriverError`. Without a `mark` the link only subscribes."""
     return load(settings)(settings, clock, mark=mark, wanted=wanted)

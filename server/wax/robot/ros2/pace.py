@@ -1,4 +1,4 @@
-"""When which set-point is sent (pure): a change at once, then steadily; standstill for long."""
+"""When to send set-points (pure): changes at once, motion steadily, standstill for a while."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ if TYPE_CHECKING:
 
 
 class Pace:
-    """Decides on sending: motion at `rate_hz`, and after it standstill at that rate for `zeros_s`.
+    """Sends motion at `rate_hz`, and after it standstill at that rate for `zeros_s`.
 
-    A robot need not have a time-out, and what says "stop" may be lost: so standstill is repeated,
-    and from then on `idle_hz` times a second; 0 means that the topic is left to others.
+    A robot may lack a timeout, and a message may be lost: so standstill is repeated, after
+    `zeros_s` at `idle_hz`; 0 leaves the topic to others.
     """
 
     def __init__(self, *, rate_hz: float, zeros_s: float, idle_hz: float) -> None:
@@ -23,24 +23,24 @@ class Pace:
         self.begin()
 
     def begin(self) -> None:
-        """Start over, as on a new connection: standstill is sent for all of its time."""
+        """Start over, as on a new connection: standstill is sent for its full duration."""
         self._newest: Twist | None = None
         self._sent_s = -math.inf
         self._stands_s = math.inf
 
     def stopped(self, now_s: float) -> None:
-        """Somebody says stop: where standstill was the last word, say it for all of its time again.
+        """Handle a stop: if standstill was sent last, send it for its full duration again.
 
-        Its rate stays, so however often this is called, nothing is flooded.
+        Its rate stays, so frequent calls do not flood the topic.
         """
         if math.isfinite(self._stands_s):
             self._stands_s = now_s
 
     def next(self, twist: Twist, now_s: float, *, alone: bool = True) -> tuple[bool, float]:
-        """Return whether to send `twist` now, and when to ask again at the latest.
+        """Return whether to send `twist` now, and the latest time of the next call.
 
-        While we are not `alone` on the topic, standstill that was said long enough is not repeated:
-        it would fight with what somebody else wants.
+        While we are not `alone` on the topic, standstill is not repeated beyond `zeros_s`: it would
+        conflict with another publisher's commands.
         """
         is_news = self._newest is None or twist != self._newest
         if is_news:
@@ -54,7 +54,7 @@ class Pace:
         return True, self._due_s(now_s, alone=alone)
 
     def owes(self, now_s: float) -> bool:
-        """Whether the robot moves, or has not been told long enough to stand."""
+        """Whether the robot moves, or standstill has not been sent for long enough."""
         return now_s - self._stands_s < self._zeros_s
 
     def _due_s(self, now_s: float, *, alone: bool) -> float:

@@ -1,10 +1,10 @@
-"""The service by which ROS 2 asks a node for parameters, as types of DDS.
+"""ROS 2's service for a node's parameters, as DDS types.
 
-CycloneDDS's layer of ROS 2 puts a header before each request and answer; the others tell them apart
-by what DDS itself sends along. So there are two types under each name.
+ROS 2 on CycloneDDS puts a header before each request and answer; other vendors match them by DDS's
+own metadata. So there are two types under each name.
 """
 
-# Not `from __future__ import annotations`: cyclonedds reads the types of the members.
+# No `from __future__ import annotations` here: cyclonedds reads the members' types.
 
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING

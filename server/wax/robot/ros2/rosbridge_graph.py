@@ -1,4 +1,4 @@
-"""Who is on the topic of the commands, as rosapi tells it beside a rosbridge server (pure)."""
+"""The publishers and subscribers of the command topic, as reported by rosapi (pure)."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ if TYPE_CHECKING:
 
 ASK_S: Final = 1.0
 OLD_S: Final = 3.5
-"""An answer that old is none."""
+"""An answer older than this is expired."""
 _QUESTIONS: Final = ("subscribers", "publishers", "topic_type")
 
 
 class RosbridgeGraph:
-    """Asks rosapi once a second. Without it nothing is known, and that holds nobody.
+    """Polls rosapi once a second. Without rosapi nothing is known, which does not stop driving.
 
-    It names nodes. What all clients of one rosbridge server publish has that server's name, so
-    others who publish by the same server cannot be told from us.
+    rosapi names nodes. All clients of one rosbridge server publish under that server's name, so
+    other publishers on the same server cannot be told from us.
     """
 
     def __init__(self, topic: str, node: str) -> None:
@@ -33,14 +33,14 @@ class RosbridgeGraph:
         self._answers: dict[str, tuple[Any, float]] = {}
 
     def questions(self, now_s: float) -> Iterator[str]:
-        """Return what to ask now."""
+        """Return the requests to send now."""
         if now_s - self._asked_s >= ASK_S:
             self._asked_s = now_s
             for name in _QUESTIONS:
                 yield call(f"{CALLS}{name}", f"/rosapi/{name}", topic=self._topic)
 
     def hear(self, answer: ServiceAnswer, now_s: float) -> None:
-        """Take an answer; none, as of a server without rosapi, is not kept."""
+        """Handle an answer; an empty one, as without rosapi, is ignored."""
         name = answer.call.removeprefix(CALLS)
         if name in _QUESTIONS and answer.values is not None:
             self._answers[name] = answer.values, now_s

@@ -1,4 +1,4 @@
-"""The connection by a rosbridge server, with an event loop in a thread of its own."""
+"""The connection through a rosbridge server, with an event loop in a thread of its own."""
 
 from __future__ import annotations
 
@@ -41,15 +41,15 @@ _LOG = structlog.get_logger(__name__)
 CONNECT_S: Final = 3.0
 LOOK_S: Final = 1.0
 BEAT_S: Final = 2.0
-"""A server that does not answer a ping within half of that is gone."""
+"""The ping interval; a server that does not answer within half of it counts as lost."""
 TICK_S: Final = 0.1
 CLOSE_S: Final = 0.3
 MAX_WAITING_BYTES: Final = 8192
-"""Under a second of set-points: more must not wait in this machine for a network to return."""
+"""Less than a second of set-points: no more may be queued here while the network is down."""
 MAX_MESSAGE_BYTES: Final = 1_000_000
-"""What a robot tells beside pictures is smaller; reading more would delay the commands."""
+"""Messages other than pictures are smaller; reading larger ones would delay the commands."""
 MAX_PICTURE_BYTES: Final = 8_000_000
-"""For who only subscribes, as the camera does by a link of its own."""
+"""The limit for a link that only subscribes, such as the camera's."""
 THROTTLE_MS: Final = {"odometry": 50}
 _KEPT: Final = 8
 _MAX_REFUSED: Final = 16
@@ -86,7 +86,7 @@ class RosbridgeLink:
         self._thread.start()
         self._connected.wait()
         if self._error is not None:
-            self.close()  # it may have connected, and been refused before we woke
+            self.close()  # it may have connected and been refused meanwhile
             raise DriverError(self._error)
 
     @property
@@ -98,7 +98,7 @@ class RosbridgeLink:
         if self._publishes:
             stamp = (wall_ns, self._settings.frame_id) if self._settings.stamped else None
             until_s = math.inf if twist.is_zero else self._clock.now_s() + SILENCE_S
-            # One that was not sent yet is replaced: only the newest counts.
+            # Replace an unsent set-point: only the newest counts.
             self._command = protocol.publish(self._settings.topic, twist, stamp=stamp), until_s
             self._call(self._wake.set)
 
@@ -135,7 +135,7 @@ class RosbridgeLink:
         except (aiohttp.ClientError, OSError, TimeoutError, ValueError) as error:
             self._fail(self._why(error))
         except Exception as error:
-            # Without this thread nothing is sent, and nobody would know.
+            # Without this thread nothing is sent, so a failure must be reported.
             _LOG.exception("the link to the rosbridge server failed")
             self._fail(self._lost(type(error).__name__))
         finally:
@@ -181,7 +181,7 @@ class RosbridgeLink:
             while self._words:
                 await line.send_str(self._words.popleft())
             command, self._command = self._command, None
-            # After a freeze the standby may have stopped the robot: old motion must not undo that.
+            # After a freeze the standby may have stopped the robot: old motion must not undo it.
             if command is not None and self._clock.now_s() < command[1]:
                 _refuse_to_pile_up(line)
                 await line.send_str(command[0])
@@ -191,7 +191,7 @@ class RosbridgeLink:
                 self._wake.clear()
                 with contextlib.suppress(TimeoutError):
                     await asyncio.wait_for(self._wake.wait(), TICK_S)
-        listener.result()  # raises what it failed with
+        listener.result()  # re-raises its exception
         self._fail(self._lost("it hung up"))
 
     async def _listen(self, line: aiohttp.ClientWebSocketResponse) -> None:
@@ -203,7 +203,7 @@ class RosbridgeLink:
             try:
                 heard = protocol.read(frame.data)
             except ValueError:
-                continue  # what cannot be read says nothing
+                continue  # ignore invalid messages
             with self._news:
                 self._take(heard)
                 self._news.notify_all()
@@ -223,7 +223,7 @@ class RosbridgeLink:
                 self._error = Sentence("ros2.bridge_refuses", {"why": heard.words.rstrip(".")})
 
     def _note(self, refused: protocol.Complaint) -> None:
-        """Log a refusal, once each: what it kept from us stays unknown, and the robot is there."""
+        """Log each refusal once; the refused data stay unknown, but the robot is connected."""
         if refused.about not in self._refused and len(self._refused) < _MAX_REFUSED:
             self._refused.add(refused.about)
             _LOG.warning("the rosbridge server refuses; the rest goes on", why=refused.words)
@@ -253,16 +253,16 @@ class RosbridgeLink:
 
 
 def _refuse_to_pile_up(line: aiohttp.ClientWebSocketResponse) -> None:
-    """Give up a line that carries nothing, with what waits for it: it would arrive too late."""
+    """Drop a stalled connection and its queue, whose messages would arrive too late."""
     sock = line.get_extra_info("socket")
     if sock is not None and _waiting_bytes(sock) > MAX_WAITING_BYTES:
-        # Closing then throws away what the system keeps for the line.
+        # Closing then discards the system's send buffer.
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         raise TimeoutError("it takes nothing")
 
 
 def _waiting_bytes(sock: socket.socket) -> int:
-    """Return how much was sent and has not arrived, 0 where the system does not tell."""
+    """Return the bytes sent but not acknowledged, 0 if the system does not say."""
     found = struct.pack("i", 0)
     with contextlib.suppress(OSError):
         found = fcntl.ioctl(sock.fileno(), termios.TIOCOUTQ, found)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Published:
-    """A message of a topic; its members are attributes, as those of the ROS 2 message."""
+    """A message of a topic; its members are attributes, as in the ROS 2 message."""
 
     topic: str
     message: Any
@@ -28,9 +28,9 @@ class Published:
 
 @dataclass(frozen=True, slots=True)
 class Complaint:
-    """What the server could not do; `about` is the operation, or the number of our call.
+    """An error from the server; `about` is the operation or the number of our call.
 
-    It is empty where the server does not tell.
+    It is empty if the server does not say.
     """
 
     words: str
@@ -38,13 +38,13 @@ class Complaint:
 
     @property
     def is_harmless(self) -> bool:
-        """Whether only an answer or a topic is missing, so that the rest goes on as before."""
+        """Whether only an answer or a topic is missing and everything else still works."""
         return self.about.startswith((CALLS, SUBSCRIBES)) or self.about in _MAY_REFUSE
 
 
 @dataclass(frozen=True, slots=True)
 class ServiceAnswer:
-    """What a service answered, None if it refused or is not there."""
+    """A service's answer, None if it refused or does not exist."""
 
     call: str
     values: Any
@@ -53,25 +53,25 @@ class ServiceAnswer:
 Heard = Published | Complaint | ServiceAnswer
 
 CALLS: Final = "wax:"
-"""With what the number of each of our calls begins."""
+"""The prefix of our calls' numbers."""
 SUBSCRIBES: Final = "wax-subscribe:"
 _MAY_REFUSE: Final = ("call_service", "subscribe")
 MOST_LEVELS: Final = 32
-"""Messages of ROS 2 have under ten."""
+"""The deepest nesting to accept; messages of ROS 2 have less than ten levels."""
 _MAX_WORDS: Final = 200
 _NO_REASON: Final = "?"
 _PIECES: Final = re.compile(r'"[^"\\]*+(?:\\.[^"\\]*+)*+"?|[\[\]{}]', re.DOTALL)
-"""Strings, whole, and what begins or ends a level."""
+"""Matches whole strings, and the brackets that open or close a level."""
 _STEP: Final = {"[": 1, "{": 1, "]": -1, "}": -1}
 
 
 def advertise(topic: str, type_name: str) -> str:
-    """Announce that we publish; the server answers only where it cannot be."""
+    """Announce that we publish; the server answers only with an error."""
     return json.dumps({"op": "advertise", "topic": topic, "type": type_name})
 
 
 def subscribe(topic: str, type_name: str, *, throttle_ms: int = 0) -> str:
-    """Ask for the newest message, at most one in `throttle_ms`."""
+    """Subscribe to the newest message, at most one per `throttle_ms`."""
     return json.dumps(
         {
             "op": "subscribe",
@@ -90,7 +90,7 @@ def call(number: str, service: str, **arguments: object) -> str:
 
 
 def publish(topic: str, twist: Twist, *, stamp: tuple[int, str] | None = None) -> str:
-    """Say a set-point; `stamp` is the time in nanoseconds and the frame of a TwistStamped."""
+    """Publish a set-point; `stamp` is the time in nanoseconds and the frame of a TwistStamped."""
     said: dict[str, Any] = {
         "linear": {"x": twist.linear_mps, "y": 0.0, "z": 0.0},
         "angular": {"x": 0.0, "y": 0.0, "z": twist.angular_rps},
@@ -103,7 +103,7 @@ def publish(topic: str, twist: Twist, *, stamp: tuple[int, str] | None = None) -
 
 
 def read(text: str) -> Heard | None:
-    """Return what the server says, None for what does not concern us; raises `ValueError`."""
+    """Parse a server message, None if it does not concern us; raises `ValueError`."""
     if _is_deep(text):
         raise ValueError(f"a message of more than {MOST_LEVELS} levels")
     try:
@@ -127,14 +127,14 @@ def _heard(found: object) -> Heard | None:
 
 
 def _complaint(said: object, number: object) -> Complaint:
-    """Read what a refusal is about by our number, else by its first word; it counts without."""
+    """Parse a refusal; its subject is our call's number, else its first word, else empty."""
     words = said[:_MAX_WORDS] if isinstance(said, str) else _NO_REASON
     operation, colon, _ = words.partition(":")
     return Complaint(words, number if isinstance(number, str) else operation if colon else "")
 
 
 def _is_deep(text: str) -> bool:
-    """Whether it has more levels than any message; how many Python reads is up to its version."""
+    """Whether it is nested deeper than any message; Python's own limit depends on its version."""
     if text.count("[") + text.count("{") <= MOST_LEVELS:
         return False
     levels = accumulate(_STEP.get(piece, 0) for piece in _PIECES.findall(text))

@@ -1,4 +1,4 @@
-"""What the robot tells, from messages to a state (pure).
+"""Converts the robot's messages to a robot state (pure).
 
 A message has the attributes of the ROS 2 message, whether it came by DDS or as JSON.
 """
@@ -17,27 +17,27 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 ODOMETRY_S: Final = 1.0
-"""Odometry that is older says nothing about now."""
+"""Odometry older than this is expired."""
 FAULT_S: Final = 10.0
-"""Diagnostics come about once a second; whoever told of a fault and is gone holds nobody."""
+"""A fault expires after this without a repeat; diagnostics come about once a second."""
 MOVES_MPS: Final = 0.01
 MOVES_RPS: Final = 0.02
-"""Below that it is the noise of a standing robot's odometry."""
+"""A slower turn is the odometry noise of a standing robot."""
 _ERROR: Final = 2
 _BUMP: Final = 1
 _SOME_BUMPER: Final = 7
-"""The bit of one that is not said which."""
+"""The bit for a bumper whose place is not reported."""
 _UNREADABLE: Final = "?"
 _LEAST_LENGTH: Final = 0.5
-"""A quaternion that is a rotation has the length 1."""
+"""The shortest accepted quaternion; a rotation has the length 1."""
 _MAX_WORDS: Final = 200
 _MAX_STATUSES: Final = 256
 _NO_MESSAGE: Final = (AttributeError, TypeError, ValueError, OverflowError, IndexError)
-"""What reading one raises; `IndexError` is for an octet of nothing."""
+"""What reading an invalid message raises; `IndexError` is for an empty octet."""
 
 
 class RosSenses:
-    """Keeps the newest of each kind; what is no message never raises."""
+    """Keeps the newest message of each kind; invalid ones never raise."""
 
     def __init__(self) -> None:
         self._pose: Pose | None = None
@@ -51,10 +51,10 @@ class RosSenses:
         self._is_strange = False
 
     def hear(self, kind: str, message: Any, now_s: float) -> None:
-        """Take a message of ``odometry``, ``battery``, ``bumper`` or ``diagnostics``.
+        """Handle a message of ``odometry``, ``battery``, ``bumper`` or ``diagnostics``.
 
-        Each member counts for itself: one that is missing, or is what it cannot be, takes nothing
-        from the others. A message with such a one is counted.
+        Each member counts by itself: a missing or invalid one does not affect the others. Messages
+        with such members are counted.
         """
         self._is_strange = False
         try:
@@ -70,7 +70,7 @@ class RosSenses:
         return self._moving if now_s - self._told_s < ODOMETRY_S else None
 
     def fault(self, now_s: float) -> str | None:
-        """Return the newest fault that is still told, as ``name: message``."""
+        """Return the newest fault that has not expired, as ``name: message``."""
         fresh = [(at_s, said) for said, at_s in self._faults.values() if now_s - at_s < FAULT_S]
         return max(fresh)[1] if fresh else None
 
@@ -107,7 +107,7 @@ class RosSenses:
     def _heading(self, message: Any) -> float | None:
         parts = [self._number(message, f"pose.pose.orientation.{name}") for name in "xyzw"]
         known = [part for part in parts if part is not None]
-        # All zeros, as of a driver that has no orientation, is no rotation.
+        # All zeros, from a driver without orientation, is not a rotation.
         if len(known) < len(parts) or math.hypot(*known) < _LEAST_LENGTH:
             return None
         x, y, z, w = (part / math.hypot(*known) for part in known)
@@ -115,7 +115,7 @@ class RosSenses:
 
     def _battery(self, message: Any, _: float) -> None:
         volts, share = self._number(message, "voltage"), self._number(message, "percentage")
-        # A driver that does not measure leaves 0 V. Some say percents where a share is asked for.
+        # A driver that does not measure leaves 0 V. Some send percent instead of a fraction.
         share = share / 100.0 if share is not None and share > 1.0 else share
         self.battery_v = volts if volts is not None and volts > 0.0 else None
         self.battery_fraction = share if share is not None and 0.0 <= share <= 1.0 else None
@@ -149,7 +149,7 @@ class RosSenses:
                 self._faults.pop(name, None)
 
     def _number(self, message: Any, path: str) -> float | None:
-        """Return a member, None if it is not known: NaN, which JSON has as null, or no number."""
+        """Return a number, None if it is unknown: NaN, which is null in JSON, or not a number."""
         value = message
         try:
             for name in path.split("."):
@@ -161,12 +161,12 @@ class RosSenses:
         return number if math.isfinite(number) else None
 
     def _is_denied(self, message: Any, path: str, place: int) -> bool:
-        """Whether a variance says that its value is not measured, as ROS does by a negative one."""
+        """Whether a negative variance marks its value as not measured, as is usual in ROS."""
         try:
             part, name = path.split(".")
             return bool(members.number(getattr(getattr(message, part), name)[place]) < 0.0)
         except _NO_MESSAGE:
-            return False  # many leave it out, or have NaN
+            return False  # many drivers omit it or send NaN
 
     def _text(self, message: Any, name: str) -> str:
         try:
@@ -190,7 +190,7 @@ def _list(value: Any) -> Any:
 
 
 def _octet(value: Any) -> int:
-    """Return an octet, which is a number in DDS; in JSON it may be a character or base64."""
+    """Return an octet: a number in DDS, but in JSON perhaps a character or base64."""
     if isinstance(value, str):
         value = value.encode("latin-1") if len(value) == 1 else base64.b64decode(value)
     return int(value[0] if isinstance(value, bytes) else value)

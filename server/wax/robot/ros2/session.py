@@ -1,4 +1,4 @@
-"""Keeps the connection to a robot on ROS 2: one thread sends, another listens."""
+"""Keeps the connection to a ROS 2 robot: one thread sends, another receives."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _LOG = structlog.get_logger(__name__)
 LISTEN_S: Final = 0.05
 LOOK_S: Final = 0.1
 FAREWELL_S: Final = 0.2
-"""How long closing says standstill where a standby goes on saying it."""
+"""How long closing sends standstill if a standby keeps sending it afterwards."""
 NEVER_STOPS: Final = (
     "the robot says that it never stops by itself (a time-out of 0): if this machine or the network"
     " fails, it drives on; set its cmd_vel_timeout or velocity_timeout"
@@ -41,11 +41,11 @@ WRITE_TIMEOUT: Final = (
     " robot.ros2.timeout_s, so that the page shows it and the speed is reckoned from it"
 )
 ALONE_FAREWELL_S: Final = 0.6
-"""As long as it may where there is none."""
+"""How long it does so without a standby: as long as closing may take."""
 
 
 class Session:
-    """From `run` to `close`: opens the link, and again when it is lost."""
+    """From `run` to `close` it keeps the link open, reopening it when it is lost."""
 
     def __init__(self, settings: Ros2Settings, clock: Clock, talk: Ros2Conversation) -> None:
         self._settings = settings
@@ -62,19 +62,19 @@ class Session:
         self._error: DriverError | None = None
 
     def wake(self) -> None:
-        """Send what is new now."""
+        """Send a changed set-point now."""
         with self._changed:
             self._news = True
             self._changed.notify()
 
     def close(self) -> None:
-        """Make `run` tell the robot to stand and return."""
+        """Make `run` stop the robot and return."""
         with self._changed:
             self._closing = True
             self._changed.notify()
 
     def run(self) -> None:
-        """Connect and stay so until `close`."""
+        """Connect and stay connected until `close`."""
         try:
             while not self._closing:
                 try:
@@ -82,7 +82,7 @@ class Session:
                 except DriverError as error:
                     self._lost(error.sentence)
                 except Exception:
-                    # Without this thread the robot would count as connected for ever.
+                    # If this thread died silently, the robot would count as connected for ever.
                     _LOG.exception("the robot's link failed")
                     self._lost(NO_ANSWER)
                 else:
@@ -129,14 +129,14 @@ class Session:
         self._farewell(link)
 
     def _say(self, link: Link) -> float:
-        """Send what is due; return when to ask again."""
+        """Send what is due; return the latest time of the next call."""
         now_s = self._clock.now_s()
         if self._standby is not None and now_s >= self._standby.speaks_at_s:
-            self._begin_anew()  # it has stopped the robot: what was asked for before is over
+            self._begin_anew()  # the standby has stopped the robot, so earlier set-points are void
         twist, again_s = self._talk.next(now_s)
         owes = self._talk.owes(now_s)
         if self._standby is not None and (twist is not None or owes != self._owed):
-            # First: frozen right after a motion, nobody would speak for us.
+            # Tell the standby first: frozen right after sending motion, we could not.
             self._standby.tell(owes=owes)
             self._owed = owes
         if twist is not None:
@@ -147,7 +147,7 @@ class Session:
         return again_s
 
     def _judge(self, link: Link) -> None:
-        """Look around: whether the robot can be driven, and who else is there."""
+        """Check whether the robot can be driven, and who else is on the topic."""
         waits = None if self._standby is None else self._standby.look()
         ours = {link.guid} if self._standby is None else {link.guid, *self._standby.guids}
         traffic = link.traffic()
@@ -156,15 +156,15 @@ class Session:
         verdict = judge(traffic, self._settings.topic, kind, ours, promised_s) or waits
         self._learn(traffic)
         if self._subscribers.has_new(traffic, kind) and verdict is None:
-            # A base that was started anew: the next look connects to it, with a new epoch.
+            # The base was restarted: the next check connects to it, with a new epoch.
             self._begin_anew()
             return
         self._talk.judged(verdict, alone=not other_publishers(traffic, ours))
 
     def _learn(self, traffic: Traffic) -> None:
-        """Show what the robot promises, and say what to write where the host has not."""
+        """Report the robot's own timeout, and what to configure if the host has not."""
         timeout_s = traffic.timeout_s
-        # One node's promise to stop is no other's; that one never stops is bad enough.
+        # One node's timeout says nothing about the others', but one that never stops decides.
         is_its_own = not timeout_s or len(traffic.subscribers or ()) == 1
         self._talk.promised(timeout_s if is_its_own else None)
         if timeout_s is None or timeout_s == self._learned_s:
@@ -176,9 +176,9 @@ class Session:
             _LOG.warning(WRITE_TIMEOUT, timeout_s=timeout_s)
 
     def _farewell(self, link: Link) -> None:
-        """Say standstill as long as closing allows; a standby says it for longer.
+        """Send standstill as long as closing allows; a standby continues for longer.
 
-        That begins once the link is closed, so that its word overtakes no motion on the way.
+        The standby starts once the link is closed, so that its message overtakes no motion.
         """
         self._begin_anew()
         has_standby = self._standby is not None and self._standby.is_ready
@@ -187,7 +187,7 @@ class Session:
             time.sleep(max(0.0, min(self._say(link), end_s) - now_s))
 
     def _begin_anew(self) -> None:
-        """Say standstill, and take the robot for one that has just connected."""
+        """Send standstill, and treat the robot as newly connected."""
         self._talk.lost(None)
         self._talk.opened()
 
@@ -200,7 +200,7 @@ class Session:
             self._changed.wait_for(self._must_act, min(max(0.0, pause_s), threading.TIMEOUT_MAX))
 
     def _rest(self, pause_s: float) -> None:
-        """Wait whatever is new: what could not be sent is no reason to try again at once."""
+        """Wait, ignoring new set-points: a failed send must not be retried at once."""
         with self._changed:
             self._changed.wait_for(lambda: self._closing, pause_s)
 
@@ -221,14 +221,14 @@ class Session:
             self._give_up(DriverError(NO_ANSWER))
 
     def _give_up(self, error: DriverError) -> None:
-        """Let the sender make the connection anew."""
+        """Make the sender reconnect."""
         with self._changed:
             self._error = error
             self._changed.notify()
 
 
 def wanted(settings: Ros2Settings) -> list[Wanted]:
-    """Return the configured topics of what the robot tells."""
+    """Return the configured topics of the robot's telemetry."""
     offers = (
         Wanted("odometry", settings.odometry, names.ODOMETRY),
         Wanted("battery", settings.battery, names.BATTERY),

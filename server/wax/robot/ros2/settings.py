@@ -22,7 +22,7 @@ CameraType = Literal["sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"]
 
 
 class Ros2Settings(DriverSettings):
-    """How the robot is reached, which topics it has, and how long it is told to stand."""
+    """How the robot is reached, its topics, and how long standstill is repeated."""
 
     TABLE: ClassVar[str] = "ros2"
 

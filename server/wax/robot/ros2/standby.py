@@ -1,8 +1,8 @@
 """The standby: `python -m wax.robot.ros2.standby`, started only by `StandbyProcess`.
 
-It has a publisher of its own on the topic of the commands, known to the robot beforehand, and is
-silent while the driver speaks. It sends standstill when the driver is frozen or has ended, however
-it ended, and then ends itself: so the robot is told to stand for longer than closing may take.
+It has a publisher of its own on the command topic, matched with the robot in advance, and is silent
+while the driver sends. When the driver is frozen or has ended, however it ended, the standby sends
+standstill. After the driver's end it then exits: so standstill lasts longer than closing may take.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ if TYPE_CHECKING:
 READ_BYTES: Final = 4096
 LOOK_S: Final = 0.1
 NOBODY: Final = "- 0"
-"""What it says while it has no connection."""
+"""What it reports while it has no connection."""
 
 
 class Standby:
-    """Listens to the driver on `reader`, tells it on `writer` how many subscribers it reaches.
+    """Reads from the driver on `reader`, and reports on `writer` how many subscribers it reaches.
 
-    It says so at every look, changed or not: silence means that it is frozen, or hangs.
+    It reports at every check, changed or not: silence means that it is frozen or hangs.
     """
 
     def __init__(self, settings: Ros2Settings, clock: Clock, reader: int, writer: int) -> None:
@@ -49,7 +49,7 @@ class Standby:
         self._is_over = False
 
     def run(self) -> None:
-        """Stand by until the driver has ended and the robot was told long enough."""
+        """Run until the driver has ended and standstill was sent for long enough."""
         while not self._is_done():
             try:
                 link = open_link(self._settings, self._clock, mark=STANDBY)
@@ -84,7 +84,7 @@ class Standby:
             self._listen(min(again_s, look_s) - self._clock.now_s())
 
     def _listen(self, pause_s: float) -> None:
-        """Wait so long for the driver's word; its end is one, too."""
+        """Wait up to this time for a message or the end of the driver."""
         if self._is_over:
             time.sleep(max(0.0, pause_s))
             return
@@ -110,7 +110,7 @@ def main() -> None:
     """Run until the driver has ended."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
-    # What a library prints, as CycloneDDS traces, must not be taken for our words.
+    # Output of a library, such as CycloneDDS's traces, must not be taken for our reports.
     writer = os.dup(sys.stdout.fileno())
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     os.set_blocking(writer, False)  # a frozen driver must not freeze us

@@ -1,4 +1,4 @@
-"""The standby as the driver sees it: a pipe each way, and a process that is started again."""
+"""The driver's end of the standby: a pipe each way, and a process that is restarted."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ _LOG = structlog.get_logger(__name__)
 _COMMAND: Final = ("-P", "-m", "wax.robot.ros2.standby")
 _READ_BYTES: Final = 4096
 _READS: Final = 32
-"""More than a pipe holds, so that what was said long ago is not taken for news later."""
+"""More reads than a full pipe needs, so that no old message is left to be taken for a new one."""
 _WORDS: Final = re.compile(rb"([0-9A-Za-z-]{1,64}) ([0-9]{1,9}|-)")
 _MAX_LINE: Final = 1000
 _PAUSE_S: Final = 1.0
 _LEFT: Final[list[subprocess.Popen[bytes]]] = []
-"""Those left to speak for us, and those killed: somebody must ask for their end, or they stay."""
+"""Standbys left running or killed: they must be polled for their end, or they become zombies."""
 STARTS: Final = Sentence("ros2.standby_starts")
 
 
 class StandbyProcess:
-    """Starts the standby and keeps it, also where it freezes; used by one thread."""
+    """Starts the standby and restarts it, also when it freezes; used by one thread."""
 
     def __init__(self, settings: Ros2Settings, clock: Clock) -> None:
         self._settings = settings
@@ -46,37 +46,37 @@ class StandbyProcess:
         self._rest = b""
         self._reaches: int | None = 0
         self.speaks_at_s = math.inf
-        """When it says standstill for us, unless it is told something before."""
+        """When it will send standstill for us, unless it gets a message before."""
         self.guid = ""
         self.guids: set[str] = set()
-        """Of all that it has started: the robot's network tells of a killed one for seconds."""
+        """The GUIDs of all standbys so far: the network reports a killed one for seconds."""
 
     @property
     def is_ready(self) -> bool:
-        """Whether it could stop the robot, by what it said last."""
+        """Whether it could stop the robot, according to its last report."""
         return bool(self.guid) and self._reaches != 0
 
     def look(self) -> Sentence | None:
-        """Start it where it does not run; return why it could not stop the robot, if so."""
+        """Start it if it does not run; return why it could not stop the robot, if so."""
         if self._process is not None and self._process.poll() is not None:
-            self.leave()  # the next look starts another: to say that the robot stands goes first
+            self.leave()  # the next check starts another; sending standstill comes first
         elif self._process is None:
             self._start()
-        self._read()  # before its silence is judged: its words waited while this process slept
+        self._read()  # first, since its messages were queued while this process slept
         self._end_if_mute()
         return None if self.is_ready else STARTS
 
     def tell(self, *, owes: bool) -> None:
-        """Say, with each message to the robot, whether the standby would have to speak for us."""
+        """Report, with each message to the robot, whether it would need standstill if we froze."""
         if self._process is None or self._process.stdin is None:
             return
         self.speaks_at_s = self._clock.now_s() + SILENCE_S if owes else math.inf
-        # One that has ended is found by the next look, one that does not read by its silence.
+        # The next check finds one that has ended; silence reveals one that does not read.
         with contextlib.suppress(OSError):
             self._process.stdin.write(OWES if owes else RESTS)
 
     def leave(self) -> None:
-        """Let it speak for us from now on; it ends by itself."""
+        """Leave the sending to the standby from now on; it ends by itself."""
         if self._process is not None:
             _close(self._process)
             _LEFT.append(self._process)
@@ -96,13 +96,13 @@ class StandbyProcess:
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
                     env=os.environ | {"PYTHONPATH": os.pathsep.join(p or "." for p in sys.path)},
-                    start_new_session=True,  # what ends us must not end it
+                    start_new_session=True,  # a signal to our process group must not end it
                 )
         except OSError:
             return  # the sentence stays until it starts
         assert process.stdin is not None
         assert process.stdout is not None
-        with contextlib.suppress(OSError):  # it has ended, which the next look finds
+        with contextlib.suppress(OSError):  # it has ended, which the next check finds
             process.stdin.write(self._settings.model_dump_json().encode() + b"\n")
         os.set_blocking(process.stdin.fileno(), False)
         os.set_blocking(process.stdout.fileno(), False)
@@ -121,7 +121,7 @@ class StandbyProcess:
                 self._hear(line)
 
     def _hear(self, line: bytes) -> None:
-        """Take how many it reaches; what is no such line, as a library may print, says nothing."""
+        """Parse how many subscribers it reaches; ignore other lines, which a library may print."""
         found = _WORDS.fullmatch(line)
         if found is not None:
             self.guid = found[1].decode()
@@ -130,10 +130,10 @@ class StandbyProcess:
             self._heard_s = self._clock.now_s()
 
     def _end_if_mute(self) -> None:
-        """End one that is frozen or hangs: it would not speak for us; the next look starts another.
+        """Kill a standby that is frozen or hangs; the next check starts another.
 
-        The pipes' end alone would not do: a frozen one that wakes up would tell a robot to stand
-        that another drives.
+        Closing its pipes would not do: a frozen one that wakes up would send standstill to a robot
+        that somebody else drives.
         """
         if self._process is None:
             return

@@ -1,7 +1,7 @@
-"""Bake every wall face, the floor and the ceiling of a world into one image (pure).
+"""Bakes every wall face, the floor and the ceiling of a world into one image (pure).
 
-One image means that the whole background of a view is a single `cv2.remap`. Each piece is
-there at full size and at halves of it, so that what is far away does not flicker.
+One image means that the whole background of a view is a single `cv2.remap`. It holds each piece as
+a mipmap, so that distant surfaces do not flicker.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ _SHELF_PX = 4096
 _BORDER_PX = 2
 
 WEST, EAST, SOUTH, NORTH = range(4)
-"""The faces of a box by where they look to."""
+"""The faces of a box by the direction they face."""
 
 
 @dataclass(frozen=True)
 class Atlas:
-    """The image, and where each piece begins in it as ``[..., level, (u, v)]`` in pixels.
+    """The image, and each piece's origin in it as ``[..., level, (u, v)]`` in pixels.
 
     A piece of level n has ``px_per_m / 2**n`` pixels a metre. Floor and ceiling have north up;
     a wall face is as seen from in front of it, ceiling up.
@@ -71,7 +71,7 @@ class _Packer:
         self._places: list[tuple[NDArray[np.float32], int, int, int]] = []
 
     def add(self, image: NDArray[np.uint8]) -> NDArray[np.float32]:
-        """Place an image and its halves; the returned corners are right after `image()`."""
+        """Place an image and its mipmap levels; the returned corners are valid after `image()`."""
         corners = np.zeros((LEVELS, 2), np.float32)
         for level in range(LEVELS):
             if level:
@@ -145,14 +145,14 @@ def _face(world: World, wall: Box, side: int) -> NDArray[np.uint8] | None:
 
 
 def _corner_shade(columns: int) -> NDArray[np.float64]:
-    """Walls are a little darker towards the corners of the room."""
+    """Return the shading that makes walls a little darker towards the room's corners."""
     x = np.arange(columns)
     near_m = np.minimum(x, columns - 1 - x) / WALL_PX_PER_M
     return np.asarray(0.88 + 0.12 * np.minimum(1.0, near_m / 0.3))
 
 
 def _frame_doorways(world: World, wall: Box, side: int, image: NDArray[np.uint8]) -> None:
-    """Paint the frame where the wall ends at a doorway, and the whole of its end there."""
+    """Paint the door frame where a wall ends at a doorway, and the wall's whole end face."""
     band = int(0.1 * WALL_PX_PER_M)
     top = round(
         (world.height - min(b.z0 for b in world.boxes if b.material == "lintel") - 0.1)
@@ -182,7 +182,7 @@ def _meet(one: float, other: float) -> bool:
 
 
 def floor_plan(world: World) -> NDArray[np.uint8]:
-    """Paint the floor as seen from above, north up, `FLOOR_PX_PER_M`, shaded where things stand."""
+    """Paint the floor from above, north up, at `FLOOR_PX_PER_M`, with shadows under objects."""
     ppm = FLOOR_PX_PER_M
     image = paint.plain(round(world.width * ppm), round(world.depth * ppm), paint.TRIM)
     for room in world.rooms:

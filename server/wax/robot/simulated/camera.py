@@ -26,14 +26,14 @@ class Artist(Protocol):
     """Draws the flat with the robot at a pose, its head turned `pan_rad` to the left."""
 
     def draw(self, pose: Pose, pan_rad: float) -> NDArray[np.uint8]:
-        """Return ``(height, width, 3)``, blue, green, red; the next call may overwrite it."""
+        """Return a BGR array ``(height, width, 3)``, which the next call may overwrite."""
 
 
 class SimulatedCamera:
     """Shows what an artist draws, at the size and rate of the settings.
 
-    `artist` makes one for a width and a height; `look` returns the robot's pose, and a picture's
-    capture time is the time of that pose. `is_lit` shows it in the light of the robot's lamp.
+    `artist` makes one for a width and a height; `look` returns the robot's pose, whose time is the
+    picture's capture time. `is_lit` adds the light of the robot's lamp.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
 """The simulated robot with a person aboard, whose hand outranks the operator as on a real one.
 
-It runs in the server's process, as its camera does, and keeps the rules of a driver process there:
-nobody sits in it who would have to go on without the server.
+It runs in the server's process, as its camera does, and applies a driver process's rules there: no
+real person sits in it who would need it to outlive the server.
 """
 
 from __future__ import annotations

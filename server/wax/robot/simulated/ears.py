@@ -1,8 +1,7 @@
 """How sound from one direction reaches two ears on a round head (pure).
 
-The model of Brown and Duda (IEEE Transactions on Speech and Audio Processing 6, 1998): the way
-around a sphere makes the delay, and one pole and one zero make the shadow, which dulls what the
-head hides and brightens what it faces.
+The model of Brown and Duda (IEEE Transactions on Speech and Audio Processing 6, 1998): the path
+around a sphere gives the delay, and a filter with one pole and one zero gives the head shadow.
 """
 
 from __future__ import annotations
@@ -20,23 +19,23 @@ if TYPE_CHECKING:
 HEAD_RADIUS_M: Final = 0.0875
 SPEED_OF_SOUND_MPS: Final = 343.0
 _AXES_RAD: Final = (math.pi / 2, -math.pi / 2)
-"""Where the left and the right ear point, from straight ahead to the left."""
+"""The directions of the left and the right ear, counted from straight ahead to the left."""
 _DARKEST: Final = 0.1
 _DARKEST_RAD: Final = math.radians(150.0)
-"""The shadow is deepest here, not behind: what comes around both sides meets there."""
+"""The shadow is deepest here, not directly behind, where the paths around both sides meet."""
 
 _POLE: Final = math.exp(-2.0 * SPEED_OF_SOUND_MPS / HEAD_RADIUS_M / SAMPLE_RATE_HZ)
 _LOW_PASS: Final = (1.0 - _POLE) * _POLE ** np.arange(96)
 _PAST: Final = 128
-"""Samples that are kept: more than the longest delay, 33, and the filter's length."""
+"""Samples of history: more than the longest delay, 33, plus the filter's length."""
 _AHEAD: Final = 2
-"""A sample between samples is drawn through so many that follow it."""
+"""Interpolation uses this many following samples."""
 
 
 def delay_samples(bearing_rad: float) -> tuple[float, float]:
-    """Return how much later than the nearest point of the head each ear hears, left first.
+    """Return each ear's delay relative to the head's nearest point, left first.
 
-    `bearing_rad` is from straight ahead to the left.
+    `bearing_rad` is counted from straight ahead to the left.
     """
     scale = HEAD_RADIUS_M / SPEED_OF_SOUND_MPS * SAMPLE_RATE_HZ
     left, right = (_off_axis(bearing_rad, axis) for axis in _AXES_RAD)
@@ -44,7 +43,7 @@ def delay_samples(bearing_rad: float) -> tuple[float, float]:
 
 
 def brightness(bearing_rad: float) -> tuple[float, float]:
-    """Return the gain of high tones at each ear, 2 at the side, 0.1 in the shadow; low ones: 1."""
+    """Return the gain of high tones at each ear, 2 at the side, 0.1 in shadow; low tones have 1."""
     left, right = (_off_axis(bearing_rad, axis) for axis in _AXES_RAD)
     return _gain(left), _gain(right)
 
@@ -54,7 +53,7 @@ def _off_axis(bearing_rad: float, axis_rad: float) -> float:
 
 
 def _way(off_rad: float) -> float:
-    """Return the way to an ear, beyond the nearest point of the head, in radii."""
+    """Return the path to an ear beyond the head's nearest point, in radii."""
     if off_rad < math.pi / 2:
         return 1.0 - math.cos(off_rad)
     return 1.0 + off_rad - math.pi / 2
@@ -75,8 +74,8 @@ class Ears:
     def hear(self, sound: NDArray[np.float64], bearing_rad: float) -> NDArray[np.float64]:
         """Return the next `BLOCK_SAMPLES` as ``(n, 2)``, the left ear first.
 
-        `bearing_rad` is where the sound comes from at the end of the block, from straight ahead to
-        the left; the way there from the last one is glided.
+        `bearing_rad` is the sound's direction at the end of the block, counted from straight ahead
+        to the left; it is interpolated from the last one.
         """
         before_rad = bearing_rad if self._bearing_rad is None else self._bearing_rad
         self._bearing_rad = bearing_rad
@@ -100,7 +99,7 @@ class Ears:
 
 
 def _between(samples: NDArray[np.float64], times: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Draw samples between samples, by a curve through four of them (Catmull and Rom)."""
+    """Interpolate between samples by a Catmull-Rom spline through four of them."""
     at = np.floor(times).astype(np.intp)
     t = times - at
     a, b, c, d = (samples[at + shift] for shift in (-1, 0, 1, 2))

@@ -1,4 +1,4 @@
-"""The simulated robot seen from outside: the flat without its ceiling, from above, north up."""
+"""The external view of the simulated robot: the flat without its ceiling from above, north up."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _HEAD: Final = (60, 200, 250)
 _BODY_M: Final = 0.2
 """The robot's radius."""
 _SIGHT_M: Final = 0.55
-"""How far the mark reaches that shows where the head looks."""
+"""The length of the wedge that shows where the head looks."""
 _SIGHT_RAD: Final = math.radians(30.0)
 _HEADROOM_M: Final = 2.0
-"""What hangs higher, as lintels do, would hide the way below."""
+"""Higher objects, such as lintels, are left out, because they would hide the floor."""
 _SUBPIXEL_BITS: Final = 4
 
 

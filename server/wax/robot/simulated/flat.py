@@ -93,7 +93,7 @@ def _lintel(x0: float, y0: float, x1: float, y1: float) -> Box:
 
 
 def _doors() -> tuple[Box, ...]:
-    """Hang the doors: open at a right angle to their walls, each in its room's colour."""
+    """Make the doors, open at a right angle to their walls, each in its room's colour."""
     return (
         Box(3.56, 3.5, 3.6, 4.44, 0.0, 2.0, "yellow door"),
         Box(7.96, 3.5, 8.0, 4.44, 0.0, 2.0, "green door"),
@@ -177,7 +177,7 @@ def _plant(x: float, y: float, height: float) -> tuple[Cylinder, ...]:
 
 
 def _person(dweller: Dweller, clothes: str) -> tuple[Cylinder, ...]:
-    """Stand somebody there, who always looks at the robot."""
+    """Make a person at this place, who always faces the robot."""
     return (
         Cylinder(dweller.x, dweller.y, 0.2, 0.0, 1.42, clothes),
         Cylinder(dweller.x, dweller.y, 0.11, 1.42, 1.7, "face"),

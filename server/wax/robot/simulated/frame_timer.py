@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class FrameTimer:
-    """Ticks every `period_s` on `clock`; `wait` sleeps for some seconds, or returns True to end.
+    """Ticks every `period_s` on `clock`; `wait` sleeps for this long, or returns True to end.
 
     A tick that is more than `patience_s` late restarts the schedule, so that a machine that slept
     does not catch up on missed ticks.

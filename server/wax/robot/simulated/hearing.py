@@ -1,6 +1,6 @@
-"""What the simulated robot hears: radio and people at their places, itself, a quiet room.
+"""What the simulated robot hears: the radio, people, itself, and room noise.
 
-What sounds in the flat is heard by direction, the robot itself in both ears alike.
+Sounds in the flat have a direction; the robot's own sounds are equal in both ears.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ HUM_LEVEL = 0.03
 HORN_LEVEL = 0.25
 HORN_HZ = (420.0, 525.0)
 SPEAKER_GAIN = 0.5
-"""How much of the robot's own speaker comes back: they are a hand's breadth apart."""
+"""The gain from the robot's speaker to its microphone, a hand's breadth away."""
 _SPIN = 0.293
-"""The fraction of a change of speed that a motor makes in each block."""
+"""The fraction of a speed change that a motor completes in each block."""
 
 
 class SoundMixer:
@@ -67,7 +67,7 @@ class SoundMixer:
         return np.asarray(np.round(32_000.0 * np.tanh(sound)), np.int16)
 
     def _own(self, senses: Senses, said: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return what the robot makes itself; `said` is what its speaker plays."""
+        """Return the robot's own sounds; `said` is what its speaker plays."""
         sound = self._bump(senses) + SPEAKER_GAIN * said + self._horn.sound(senses.is_honking)
         for motor, speed_mps in zip(self._motors, (senses.left_mps, senses.right_mps), strict=True):
             sound += motor.hum(speed_mps)

@@ -1,4 +1,4 @@
-"""The simulated robot's lamp, and how its light falls into the picture (pure)."""
+"""The simulated robot's lamp, and its light in the picture (pure)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LIGHTS: Final = {
     "warm": (0.55, 0.85, 1.0),
     "red": (0.1, 0.15, 1.0),
 }
-"""How much of blue, green and red there is in each light."""
+"""The blue, green and red parts of each light."""
 FULL: Final = 100.0
 _GAIN: Final = 0.9
 """How much brighter full light makes the middle of the picture."""
@@ -29,7 +29,7 @@ _BEAM: Final = 0.35
 
 @dataclass(frozen=True, slots=True)
 class Lamp:
-    """Whether the lamp is on, how bright of 100, and in which light."""
+    """Whether the lamp is on, its brightness in percent, and its kind of light."""
 
     is_on: bool = False
     brightness: float = FULL
@@ -37,7 +37,7 @@ class Lamp:
 
 
 def lit(image: NDArray[np.uint8], lamp: Lamp) -> NDArray[np.uint8]:
-    """Return the picture, blue, green, red, as it looks in the lamp's beam."""
+    """Return the BGR picture as it looks in the lamp's beam."""
     if not lamp.is_on:
         return image
     height, width, _ = image.shape
@@ -47,7 +47,7 @@ def lit(image: NDArray[np.uint8], lamp: Lamp) -> NDArray[np.uint8]:
 
 @lru_cache(maxsize=4)
 def _beam(width: int, height: int, brightness: float, light: str) -> NDArray[np.float32]:
-    """Return by how much each point of the picture becomes brighter, for each colour."""
+    """Return the brightening of each pixel and colour."""
     x = (np.arange(width) + 0.5 - width / 2) / width
     y = (np.arange(height) + 0.5 - height * HORIZON) / width
     spread = np.exp(-(x[None, :] ** 2 + y[:, None] ** 2) / (2 * _BEAM**2))

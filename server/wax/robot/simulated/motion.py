@@ -24,7 +24,7 @@ GAP_M = 5e-5
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """Where the robot is and how fast; `impact_mps` is the speed that this step lost by a bump."""
+    """The robot's pose and speed; `impact_mps` is the speed lost in a bump in this step."""
 
     pose: Pose
     linear_mps: float = 0.0

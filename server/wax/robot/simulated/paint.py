@@ -1,6 +1,6 @@
-"""How things in the flat look (pure): small painted pictures, all colours as blue, green, red.
+"""The textures of the flat (pure): small painted pictures, with all colours in BGR.
 
-Patterns are coarse and soft on purpose: fine ones flicker from afar and cost the encoder bits.
+Patterns are coarse and soft on purpose: fine ones flicker at a distance and cost the encoder bits.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The person aboard the simulated robot, who follows a script of the configuration (pure).
 
-With it operators can practise, and a host can show what they will see, before anybody sits in a
-real chair.
+Operators can practise with it, and a host can show them what they will see, before anybody sits in
+a real chair.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _ASKS: Final[dict[str, Ask]] = {
 
 
 class ScriptedPerson:
-    """Does the acts of `[local] script` again and again, each `script_s` long."""
+    """Repeats the acts of `[local] script`, each `script_s` long."""
 
     def __init__(self, local: LocalSettings, began_s: float) -> None:
         self._acts = tuple(local.script)
@@ -32,7 +32,7 @@ class ScriptedPerson:
         self._began_s = began_s
 
     def reading(self, now_s: float) -> HandReading:
-        """Return what the hand does now; of two acts at once the later in the script counts."""
+        """Return the hand's present reading; of two simultaneous acts the later one counts."""
         into_s = (now_s - self._began_s) % self._script_s
         act = next((one for one in reversed(self._acts) if _is_on(one, into_s)), None)
         if act is None:

@@ -22,11 +22,11 @@ NEAREST_M: Final = 0.35
 WALL_GAIN: Final = 0.35
 BEHIND_GAIN: Final = 0.4
 _SMOOTHING: Final = 0.134
-"""The fraction of a change of loudness that each block makes, so that a doorway makes no click."""
+"""The fraction of a loudness change made per block, so that passing a doorway makes no click."""
 
 
 class Emitter(Protocol):
-    """Something that sounds at a place."""
+    """A sound source at a place."""
 
     @property
     def place(self) -> tuple[float, float]:
@@ -57,7 +57,7 @@ def reach(world: World, place: tuple[float, float], pose: Pose, ear_rad: float) 
     """Return how sound from `place` reaches a head at `pose` that looks towards `ear_rad`.
 
     It falls by 6 dB for each doubling of the distance and by 9 dB for each wall, and is 8 dB
-    quieter from behind, so that a driver who turns hears whether it is in front.
+    quieter from behind, so that an operator who turns hears whether it is in front.
     """
     east, north = place[0] - pose.x_m, place[1] - pose.y_m
     walls = world.walls_between(pose.x_m, pose.y_m, *place)

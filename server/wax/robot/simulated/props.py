@@ -1,4 +1,4 @@
-"""Paint furniture, doors, pillars and plants over the walls, from far to near (pure)."""
+"""Paints furniture, doors, pillars and plants over the walls, from far to near (pure)."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ class Props:
         above = box.z1 < sight.EYE_HEIGHT_M
         if above or box.z0 > sight.EYE_HEIGHT_M:
             z = box.z1 if above else box.z0
-            # A slab seen from above hides its legs; what stands on the floor may carry things.
+            # A slab seen from above hides its legs; an object on the floor may carry others.
             hides = above and box.z0 > 0.0
             patches.append(
                 _Patch(
@@ -208,7 +208,7 @@ def _cylinder_patches(tube: Cylinder, view: View, wall_depth: NDArray[np.float32
 
 
 def _ahead(edges: NDArray[np.float32], view: View) -> NDArray[np.bool_]:
-    """Tell which boxes have a part in the cone of view, generously."""
+    """Return which boxes may be partly inside the cone of view, with a margin."""
     east = (edges[:, 0] + edges[:, 2]) / 2.0 - view.eye_x
     north = (edges[:, 1] + edges[:, 3]) / 2.0 - view.eye_y
     radius = np.hypot(edges[:, 2] - edges[:, 0], edges[:, 3] - edges[:, 1]) / 2.0

@@ -1,6 +1,6 @@
 """Somebody who lives in the flat, and answers when they are spoken to.
 
-Pure, but for reading their words, which are in `answers`.
+Pure, except for reading the recorded answers in `answers`.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from wax.robot.simulated.world import Dweller, World
 
 HEARS_M: Final = 4.0
-"""From further away, or through a wall, nobody feels spoken to."""
+"""Residents answer only within this distance, and not through a wall."""
 ANSWER_RMS: Final = 0.15
 """An answer's loudness at one metre, full scale being 1."""
 _WORDS: Final = SAMPLE_RATE_HZ // 2
-"""So much of a voice, its short pauses included, is no knock."""
+"""At least this much sound, including short pauses, counts as speech and not as a knock."""
 _PAUSE: Final = SAMPLE_RATE_HZ * 4 // 10
-"""People wait so long before they answer, after the 0.3 s that are a pause inside a sentence."""
+"""The pause before an answer, after the 0.3 s that may be a pause inside a sentence."""
 _FOLDER: Final = Path(__file__).with_name("answers")
 
 
@@ -51,7 +51,7 @@ class Resident:
         return len(self._left[0]) > 0
 
     def listen(self, said: NDArray[np.float64], pose: Pose) -> None:
-        """Hear what the robot says at `pose` meanwhile, full scale being 1."""
+        """Listen to the speech of a robot at `pose`; 1 is full scale."""
         samples = np.asarray(np.round(said * 32_767.0), np.int16)
         if self._gate.opens(samples) and self._is_near(pose):
             self._heard += len(said)
@@ -78,7 +78,7 @@ class Resident:
 
 @cache
 def answers(name: str) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
-    """Read all that somebody can say: as it is at one metre, and as heard through a wall."""
+    """Load a resident's answers: as heard at one metre, and as heard through a wall."""
     found = []
     for path in sorted(_FOLDER.glob(f"{name}_*.opus")):
         with av.open(str(path)) as file:

@@ -31,11 +31,11 @@ if TYPE_CHECKING:
 class SimulatedRobot:
     """A `Driver` with a camera, a microphone and a speaker.
 
-    It alone runs in the server's process: its camera draws where its motion has brought it, and a
-    second instance in another process would see a robot that stands.
+    Unlike other drivers it runs in the server's process: its camera draws the position that its
+    motion has reached, and a second instance in another process would draw a robot that stands.
 
-    It has its own watchdog and stops when set-points stop coming. The three also work before `open`
-    and after `close`; it just does not move then.
+    It has its own watchdog and stops when set-points cease. Camera, microphone and speaker also
+    work before `open` and after `close`; the robot just does not move then.
     """
 
     def __init__(self, settings: RobotSettings, clock: Clock) -> None:
@@ -79,7 +79,7 @@ class SimulatedRobot:
         self._thread.start()
 
     def apply(self, twist: Twist, turn: int) -> None:
-        """Take the newest set-point, valid for 300 ms; one from before `open` has no effect."""
+        """Follow the newest set-point for 300 ms; before `open` this has no effect."""
         with self._lock:
             now_s = self._clock.now_s()
             if self._thread is not None:
@@ -151,7 +151,7 @@ class SimulatedRobot:
 
     def speaker(self, clock: Clock) -> Speaker:
         """Return its speaker, which its microphone hears."""
-        del clock  # it plays as fast as it is heard
+        del clock  # it plays as fast as the microphone reads
         return self._speaker
 
     def _live(self) -> None:

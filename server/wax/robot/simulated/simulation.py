@@ -23,7 +23,7 @@ TIME_TO_LIVE_S = 0.3
 PAN_LIMIT_RAD: Final = math.radians(60.0)
 PAN_SPEED_RPS = 2.0
 THUD_MPS = 0.05
-"""A slower touch makes no sound and does not count as a bump."""
+"""A slower impact makes no sound and does not count as a bump."""
 
 CONTROLS: Final = ("lamp", "horn", "brightness", "light", "look_around")
 LOOK_AROUND_RPS = 0.5
@@ -32,7 +32,7 @@ ROOM_C = 22.0
 _WARMING_C_PER_M = 0.9
 """How much each metre that a wheel runs warms its motor."""
 _COOLING_S = 90.0
-"""In this time a motor loses most of its warmth to the room."""
+"""The time constant with which a motor cools down."""
 
 MAX_CATCH_UP_S = 0.5
 """After this long the robot stands anyway: watchdog plus braking."""
@@ -42,8 +42,8 @@ MAX_CATCH_UP_S = 0.5
 class Senses:
     """The input for camera and microphone at `at_s`; `pan_rad` is the head's angle to the left.
 
-    `bumps` counts collisions; `bump_mps` is the speed of the newest one. `motor_c` is how warm the
-    warmer motor is.
+    `bumps` counts collisions; `bump_mps` is the speed of the newest one. `motor_c` is the warmer
+    motor's temperature.
     """
 
     at_s: float
@@ -59,7 +59,7 @@ class Senses:
 
 
 class Simulation:
-    """A robot in a `world`. The same calls at the same times always give the same ride."""
+    """A robot in a `world`. It is deterministic: the same calls at the same times move it alike."""
 
     def __init__(self, settings: RobotSettings, world: World) -> None:
         self.limits = Limits(
@@ -91,18 +91,18 @@ class Simulation:
         self._senses = replace(self._senses, at_s=now_s, left_mps=0.0, right_mps=0.0)
 
     def apply(self, twist: Twist, turn: int, now_s: float) -> None:
-        """Take a set-point unless its turn is over; it is valid for `TIME_TO_LIVE_S`."""
+        """Follow a set-point for `TIME_TO_LIVE_S`, unless its turn is over."""
         if self._fence.admits(turn):
             self._target = within(twist, self.limits)
             self._expires_s = now_s + TIME_TO_LIVE_S
 
     def set_axis(self, name: str, position: float, turn: int) -> None:
-        """Turn the head towards `position`, 1 being all the way to the left."""
+        """Turn the head towards `position`; 1 is all the way to the left."""
         if name in self.limits.axes and self._fence.admits(turn):
             self._pan_target_rad = unit(position) * PAN_LIMIT_RAD
 
     def control(self, name: str, value: ControlValue, turn: int) -> None:
-        """Take the value of a control, as far as it is one that it can have."""
+        """Set a control; impossible values are clipped or ignored."""
         if not self._fence.admits(turn):
             return
         lamp = self._senses.lamp
@@ -118,7 +118,7 @@ class Simulation:
         self._senses = replace(self._senses, lamp=lamp, is_honking=is_honking)
 
     def stop(self, turn: int) -> None:
-        """Brake, whatever the turn, and end what a control has set in motion."""
+        """Brake, whatever the turn, and stop everything that a control has set in motion."""
         self._fence.admits(turn)
         self._target = STANDSTILL
         self._is_looking_around = False

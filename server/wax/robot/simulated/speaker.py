@@ -1,4 +1,4 @@
-"""The simulated robot's speaker: its own microphone hears it, and so do all who listen."""
+"""The simulated robot's speaker, which its own microphone hears."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _MOST: Final = SAMPLE_RATE_HZ // 5
-"""What waits to be heard, at most; more would only be delay."""
+"""The longest queue; more would only add delay."""
 
 
 class SimulatedSpeaker:
-    """What is written is heard once, by whoever calls `heard`."""
+    """A queue of samples: each written sample is returned once, by `heard`."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -36,7 +36,7 @@ class SimulatedSpeaker:
             self._waiting = np.zeros(0, np.int16)
 
     def heard(self, count: int) -> NDArray[np.float64]:
-        """Return the next `count` samples, 1 being full scale, silence where nothing is said."""
+        """Return the next `count` samples, silence if the queue is empty; 1 is full scale."""
         with self._lock:
             now, self._waiting = self._waiting[:count], self._waiting[count:]
         return np.pad(now / 32_768.0, (0, count - len(now)))

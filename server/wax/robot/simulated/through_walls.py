@@ -1,4 +1,4 @@
-"""How a wall dulls sound (pure)."""
+"""How a wall muffles sound (pure)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _MUFFLE_HZ: Final = 450.0
 
 
 def muffled(sound: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return a sound as heard through a wall; the end of a loop meets its beginning as before."""
+    """Return a sound as heard through a wall; a seamless loop stays seamless."""
     spectrum = np.fft.rfft(sound)
     tone_hz = np.fft.rfftfreq(len(sound), 1.0 / SAMPLE_RATE_HZ)
     return np.fft.irfft(spectrum / (1.0 + (tone_hz / _MUFFLE_HZ) ** 2), len(sound))

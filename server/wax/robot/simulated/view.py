@@ -40,7 +40,7 @@ class View:
         self.y = _nonzero(np.float32(self.ahead_y) - aside * np.float32(self.ahead_x))
 
     def row(self, z: float, depth: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Give the picture row of what is `z` above the floor at these depths."""
+        """Return the picture rows of points `z` above the floor at these depths."""
         return np.asarray(self.horizon_px + self.focal_px * (EYE_HEIGHT_M - z) / depth, np.float32)
 
     def columns(self, cut: slice) -> View:
@@ -52,14 +52,14 @@ class View:
 
 
 def fade(depth: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Light falls off with depth: 1 at the eye, about 0.65 across the whole flat."""
+    """Return the brightness at these depths: 1 at the eye, about 0.65 across the whole flat."""
     return np.asarray(1.0 / (1.0 + 0.05 * np.maximum(depth, 0.0)), np.float32)
 
 
 def enter_boxes(
     edges: NDArray[np.float32], view: View
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
-    """Where each ray (axis 1) enters and leaves each box (axis 0), and whether by an x face."""
+    """Return where each ray (axis 1) enters and leaves each box (axis 0), and if by an x face."""
     x0, x1 = (edges[:, [0, 2]].T[..., None] - np.float32(view.eye_x)) / view.x
     y0, y1 = (edges[:, [1, 3]].T[..., None] - np.float32(view.eye_y)) / view.y
     enter_x, enter_y = np.minimum(x0, x1), np.minimum(y0, y1)
@@ -70,7 +70,7 @@ def enter_boxes(
 def face_of(
     edges: NDArray[np.float32], by_x: NDArray[np.bool_], depth: NDArray[np.float32], view: View
 ) -> tuple[NDArray[np.intp], NDArray[np.float32]]:
-    """Which face each ray meets, and how far from that face's left end; `edges` one per ray."""
+    """Return which face each ray hits, and how far from its left end; `edges` has one per ray."""
     x = np.float32(view.eye_x) + depth * view.x
     y = np.float32(view.eye_y) + depth * view.y
     side = np.where(

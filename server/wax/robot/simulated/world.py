@@ -1,7 +1,7 @@
 """The parts of a world (pure): upright boxes and cylinders in metres, x to the east, y north.
 
-Everything that is an obstacle, is visible or muffles sound is one of these two shapes. Whatever
-hangs above the robot, such as a lintel or a table top, is visible but no obstacle.
+Everything that is an obstacle, is visible or muffles sound is one of these two shapes. An object
+above the robot's height, such as a lintel or a table top, is visible but not an obstacle.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Cylinder:
-    """An upright cylinder; one that is `leafy` faces the eye as a flat picture and gives way."""
+    """An upright cylinder; a `leafy` one is drawn as a flat picture and is no obstacle."""
 
     x: float
     y: float
@@ -63,7 +63,7 @@ class FlatRoom:
 
 @dataclass(frozen=True, slots=True)
 class Decal:
-    """A picture on a wall: its middle at (x, y, z), which way it looks and how big it is."""
+    """A picture on a wall: its middle (x, y, z), the direction it faces, and its size."""
 
     x: float
     y: float
@@ -86,7 +86,7 @@ class Rug:
 
 @dataclass(frozen=True, slots=True)
 class Dweller:
-    """Somebody who stands at a place; by their `name` their words are found."""
+    """A person at a place; their `name` selects their recorded answers."""
 
     name: str
     x: float
@@ -97,7 +97,7 @@ class Dweller:
 class World:
     """A place. `walls` reach from floor to ceiling; `radio` is where its loudspeaker is.
 
-    What is seen of the `people` is among the `cylinders`.
+    The visible shapes of the `people` are among the `cylinders`.
     """
 
     width: float
