@@ -1,4 +1,4 @@
-"""Rules for the tests of the pure policies, with numbers that are easy to reckon with."""
+"""Rules for the tests of the pure policies, with numbers that are easy to calculate with."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ RULES: Final = Rules(
     braking_mps2=2.0,
     braking_rps2=8.0,
 )
-"""A robot that stands soon enough at any speed, braked at once."""
+"""A robot that stops in time from any speed, braked at once."""
 
 VOUCHED: Final = PictureClock(since_s=-math.inf)
-"""Of every picture it is known exactly when it was captured."""
+"""A clock that knows every picture's capture time exactly."""

@@ -1,4 +1,4 @@
-"""Beats: what a page has heard, and when, by the server's clock alone."""
+"""Beats: how recently a page heard from the server, by the server's clock alone."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from wax.control.beats import EVERY_S, THIN_EVERY_S, Beats
 
 
 def test_a_beat_tells_when_it_was_sent() -> None:
-    """Each one tells its own time, and what was never sent tells none."""
+    """A beat gives the time when it was sent, an unknown word gives none."""
     beats = Beats()
     first, second = beats.send(10.0), beats.send(10.1)
     assert (beats.sent_s(first), beats.sent_s(second)) == (10.0, 10.1)
@@ -21,19 +21,19 @@ def test_a_beat_tells_when_it_was_sent() -> None:
 
 
 def test_another_page_has_heard_others() -> None:
-    """What one page was sent proves nothing of another, or of its own next connection."""
+    """Beats sent to one page prove nothing for another page, or for its own next connection."""
     assert Beats().sent_s(Beats().send(10.0)) == -math.inf
 
 
 def test_only_the_newest_are_remembered() -> None:
-    """However many a page asks for, older ones are forgotten, and no memory grows."""
+    """However many beats are sent, old ones are forgotten, so that memory stays bounded."""
     beats = Beats()
     words = [beats.send(float(at_s)) for at_s in range(65)]
     assert [beats.sent_s(word) for word in words[:2]] == [-math.inf, 1.0]
 
 
 def test_a_word_that_comes_again_counts_from_then() -> None:
-    """By the rarest of chances it is drawn twice: then it proves the earlier time to nobody."""
+    """If the same word is ever drawn twice, it stands for the later time."""
     beats = Beats(lambda: "again_")
     beats.send(1.0)
     beats.send(2.0)
@@ -41,7 +41,7 @@ def test_a_word_that_comes_again_counts_from_then() -> None:
 
 
 def test_who_sends_commands_hears_ten_a_second() -> None:
-    """Half as many over a thin link; a pong counts, too."""
+    """Fewer are due on a thin link, and a beat in a pong counts, too."""
     beats = Beats()
     assert beats.is_due(0.0, is_thin=True)
     beats.send(1.0)
@@ -51,7 +51,7 @@ def test_who_sends_commands_hears_ten_a_second() -> None:
 
 
 def test_no_two_beats_are_alike() -> None:
-    """Each has six characters and 32 random bits, so that none follows from those before."""
+    """Each beat has six characters and 32 random bits, so that none can be predicted."""
     beats = Beats()
     words = Counter(beats.send(0.0) for _ in range(1000))
     assert all(len(word) == 6 for word in words)
@@ -60,7 +60,7 @@ def test_no_two_beats_are_alike() -> None:
 
 @given(st.lists(st.tuples(st.floats(0, 1), st.integers(0, 99)), max_size=150))
 def test_a_known_beat_never_tells_a_later_time(trace: list[tuple[float, int]]) -> None:
-    """Whatever is sent and named: the time is that of its sending, or none."""
+    """Whatever is sent and quoted, a beat gives the time when it was sent, or none."""
     names = count()
     beats, now_s, truth = Beats(lambda: str(next(names))), 0.0, {}
     for step_s, named in trace:

@@ -1,13 +1,13 @@
-"""The eight errors of a channel that nobody trusts (IEC 61784-3) against codec, gate and latch.
+"""The eight errors of an untrusted channel (IEC 61784-3) against codec, gate and latch.
 
-Each trace is a minute part of driving over a bad channel: pages that send, a channel that does to
-drive, stop or release what the trace is about, and the server's real codec, gate and latch. Beside
-it an oracle that was told what was really sent, by whom and when, and knows nothing of sequence
-numbers or stamps, says which motion would be rightful.
+Each trace is a short piece of driving over a bad channel: pages send, the channel harms drive, stop
+or release messages in one way, and the server's real codec, gate and latch receive them. An oracle
+decides which motion is rightful: it knows what was really sent, by whom and when, but no sequence
+numbers or timestamps.
 
-Integrity and authenticity of a record are the work of DTLS, which carries every data channel
-(RFC 8831); here an AEAD of the same kind stands in for it, one key for each connection. What gets
-through it, and everything that a page in disorder may send, is the gate's and the latch's work.
+DTLS, which carries every data channel (RFC 8831), protects a record's integrity and authenticity;
+here an AEAD of the same kind replaces it, with one key per connection. The gate and the latch must
+handle what gets through, and everything that a faulty page may send.
 
 ``WAX_TRACES=100000`` runs the full matrix in some minutes.
 """
@@ -50,12 +50,12 @@ KEYS: Final = {one: AESGCM(bytes([one] * 16)) for one in (ADA, BOB, STRANGER)}
 CHANNEL: Final = {"drive": "drive", "stop": "state", "release": "state"}
 _TICKS: Final = 32
 ROUNDING_S: Final = 1e-4
-"""Stamps have 0.1 ms on the wire."""
+"""Timestamps have a resolution of 0.1 ms on the wire."""
 
 
 @dataclass(frozen=True)
 class Sent:
-    """What somebody really meant: the truth that only the oracle knows."""
+    """What somebody really sent: the truth that only the oracle knows."""
 
     kind: str
     sender: int
@@ -70,7 +70,7 @@ class Sent:
 
 @dataclass(frozen=True)
 class Record:
-    """What the channel brings, and to whose connection; `truth` is None if nobody meant it."""
+    """A record from the channel, and its connection's owner; `truth` is None for a forged one."""
 
     due_s: float
     link: int
@@ -104,7 +104,7 @@ class Channel:
     def __init__(self, rng: random.Random, cell: tuple[str, str], tally: Tally) -> None:
         self.rng, self.cell, self.tally = rng, cell, tally
         self.delay_s = rng.choice([0.0, 0.02, 0.06, 0.2])
-        # A delay is now this, now that, or from the first moment on the same for all.
+        # The delay varies per record, or is the same for all from the start.
         self.step_s = (
             rng.choice([0.3, 1.0, 2.2]) if cell[0] == "delay" and rng.random() < 0.5 else None
         )
@@ -113,7 +113,7 @@ class Channel:
         self.under_way: list[Record] = []
 
     def send(self, sent: Sent, seq: int) -> None:
-        """Carry a message well, or badly if it is what this trace is about."""
+        """Carry a message, and harm it if it is of the kind that this trace harms."""
         error, kind = self.cell
         if sent.kind != kind or self.rng.random() > self.harmed_share:
             error = self.rng.choice(ERRORS) if self.rng.random() < 0.03 else "none"
@@ -130,13 +130,13 @@ class Channel:
             self.tally.injected[error, sent.kind] += 1
 
     def due(self, now_s: float) -> list[Record]:
-        """Take what has arrived by now, in the order of its arrival."""
+        """Return the records that have arrived by now, in order of arrival."""
         arrived = sorted((r for r in self.under_way if r.due_s <= now_s), key=lambda r: r.due_s)
         self.under_way = [r for r in self.under_way if r.due_s > now_s]
         return arrived
 
     def _harmed(self, error: str, record: Record, sent: Sent, seq: int) -> list[Record]:
-        """Return what the channel makes of a record."""
+        """Return the records that the channel delivers instead of one record."""
         rng = self.rng
         carried = [record]
         match error:
@@ -167,7 +167,7 @@ class Channel:
         return bytes(damaged[:cut])
 
     def _inserted(self, record: Record, sent: Sent, seq: int) -> Record:
-        """Make what nobody has sent: noise, clear text, or the words of a page in disorder."""
+        """Make a record that nobody sent: noise, clear text, or a faulty page's message."""
         text = text_of(sent, seq + 1)
         data = self.rng.choice(
             [
@@ -180,19 +180,19 @@ class Channel:
         return replace(record, data=data, truth=None)
 
     def _disguised(self, record: Record, sent: Sent, seq: int) -> Record:
-        """Let a stranger send it on the sender's connection, or another viewer on their own."""
+        """Make a stranger send it on the sender's connection, or another viewer on their own."""
         text = text_of(sent, seq)
         if sent.kind == "stop" or sent.sender != self.operator or self.rng.random() < 0.5:
             data = seal(self.rng, STRANGER, record.channel, text)
             return replace(record, data=data, truth=None)
         other = _other(sent.sender)
         data = seal(self.rng, other, record.channel, text)
-        # It names a beat that they were never sent, which releases nothing, whoever drives by then.
+        # It quotes a beat that they were never sent, which releases nothing, whoever drives then.
         truth = None if sent.kind == "release" else replace(sent, sender=other)
         return replace(record, link=other, data=data, truth=truth)
 
     def _misdirected(self, record: Record, sent: Sent, seq: int) -> Record:
-        """Bring it to another's connection, to the other channel, or to another turn or stop."""
+        """Deliver it on another connection, on the other channel, or for another turn or stop."""
         wrong = "state" if record.channel == "drive" else "drive"
         match self.rng.randrange(3 if sent.kind == "stop" else 4):
             case 0:
@@ -218,7 +218,7 @@ def _other(viewer: int) -> int:
 
 
 def _broken(sent: Sent, text: str) -> list[str]:
-    """Return what no page may send, though it nearly says the same."""
+    """Return an invalid variant of the message."""
     if sent.kind == "stop":
         return ['{"type":"stop"', '{"type":"stop","now":1}', '["stop"]', '{"type":"Stop"}']
     good, stamp = json.loads(text), str(round(sent.sent_s * 1000, 1))
@@ -237,7 +237,7 @@ def _broken(sent: Sent, text: str) -> list[str]:
 
 
 class Server:
-    """Codec, gate and latch as the server strings them together."""
+    """Codec, gate and latch, connected as in the server."""
 
     def __init__(self, turn: TurnView, now_s: float) -> None:
         self.turn, self.latch = turn, StopLatch()
@@ -248,7 +248,7 @@ class Server:
         self.turn, self.gate = turn, gate.begin(turn.number, now_s)
 
     def receive(self, record: Record, now_s: float) -> str:
-        """Take a record; returns what became of it."""
+        """Handle a record; return the outcome."""
         key, channel = KEYS[record.link], record.channel.encode()
         try:
             text = key.decrypt(record.data[:12], record.data[12:], channel)
@@ -293,13 +293,13 @@ class Server:
                 return "no command"
 
     def beat(self, now_s: float) -> Setpoint:
-        """Decide anew; call it on every tick."""
+        """Decide again; call it on every tick."""
         self.gate, setpoint = gate.decide(self.gate, self.turn, self.latch.stop, now_s, RULES)
         return setpoint
 
 
 class Oracle:
-    """Says what would be rightful, from what was really sent and has really arrived."""
+    """Knows what was really sent and has really arrived, and decides what is rightful."""
 
     def __init__(self, operator: int, turn: int, now_s: float, ttl_s: float) -> None:
         self.ttl_s = ttl_s
@@ -313,7 +313,7 @@ class Oracle:
         self.heard: list[Sent] = []
 
     def hear(self, truth: Sent | None, now_s: float) -> None:
-        """Take note of what has arrived just as it was sent."""
+        """Record a message that arrived as it was sent."""
         if truth is None:
             return
         age_s = now_s - truth.sent_s
@@ -349,7 +349,7 @@ class Oracle:
 
 
 class Trace:
-    """A moment of driving over a channel that does one kind of harm."""
+    """A short piece of driving over a channel that does one kind of harm."""
 
     def __init__(self, rng: random.Random, cell: tuple[str, str], tally: Tally) -> None:
         self.rng, self.cell, self.tally = rng, cell, tally
@@ -368,7 +368,7 @@ class Trace:
         self.beats: dict[int, list[tuple[float, str]]] = {ADA: [], BOB: []}
 
     def run(self) -> str | None:
-        """Play the trace; returns what went wrong, if anything did."""
+        """Play the trace; return what went wrong, if anything did."""
         for _ in range(_TICKS):
             self.now_s += self.tick_s
             self._send_beats()
@@ -414,7 +414,7 @@ class Trace:
         return next(heard, None)
 
     def _pages_speak(self) -> None:
-        """Send what the pages have to say, somewhen since the last beat."""
+        """Send the pages' messages, at random times since the last tick."""
         rng = self.rng
         self._move_hands()
         sent_s = self.now_s - self.tick_s * rng.uniform(0.1, 0.9)
@@ -447,7 +447,7 @@ class Trace:
 
 
 def judged(setpoint: Setpoint, rightful: Sent | None, tally: Tally) -> str | None:
-    """Say what is wrong with what the robot is told."""
+    """Return what is wrong with the set-point that the robot gets, if anything."""
     if setpoint.twist == STANDSTILL and not setpoint.axes:
         return None
     if rightful is None:
@@ -467,10 +467,10 @@ def judged(setpoint: Setpoint, rightful: Sent | None, tally: Tally) -> str | Non
 
 @pytest.mark.timeout(3600)
 def test_nothing_wrong_is_ever_executed() -> None:
-    """Of all traces none ends in a motion, a stop or a release that nobody has rightfully sent."""
+    """No trace leads to a motion, a stop or a release that nobody has rightfully sent."""
     tally = run(CELLS, Trace, 2000, seed=5)
     traces = tally.traces
-    # It was no idle talk: each refusal was needed, and the robot was driven.
+    # The test is not vacuous: each refusal occurred, and the robot was driven.
     for what in ("moved", "panned", "accepted", "stopped", "released", "not authentic"):
         assert tally.happened[what] >= traces // 4, what
     for what in ("NOT_YOUR_TURN", "OTHER_TURN", "OUT_OF_ORDER", "OTHER_STOP", "NOT_YOUR_STOP"):

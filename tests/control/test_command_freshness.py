@@ -23,7 +23,7 @@ from wax.control.command_freshness import allowance_s, is_from_future, is_too_ol
     ],
 )
 def test_allowance(one_way_s: float | None, expected_s: float) -> None:
-    """The measured delay is forgiven up to two seconds; what is unknown or no delay is not."""
+    """The measured delay is allowed for, up to two seconds; an unknown or invalid one is not."""
     assert allowance_s(one_way_s) == expected_s
 
 
@@ -40,7 +40,7 @@ def test_allowance(one_way_s: float | None, expected_s: float) -> None:
     ],
 )
 def test_time_to_live(one_way_s: float | None, expected_s: float | None) -> None:
-    """A command lives for the age and the line's delay; a line that is too long has none."""
+    """A command's time-to-live is the age plus the link's delay; a too slow link has none."""
     assert time_to_live_s(one_way_s, RULES) == expected_s
 
 
@@ -56,7 +56,7 @@ def test_time_to_live(one_way_s: float | None, expected_s: float | None) -> None
     ],
 )
 def test_age(sent_s: float, expected: bool) -> None:
-    """A command is too old beyond its time to live, and always without a real stamp."""
+    """A command is too old beyond its time-to-live, and always without a valid timestamp."""
     assert is_too_old(sent_s, 10.0, 0.125) is expected
 
 
@@ -74,10 +74,10 @@ def test_age(sent_s: float, expected: bool) -> None:
     ],
 )
 def test_future(sent_s: float, one_way_s: float | None, expected: bool) -> None:
-    """A stamp ahead by more than 50 ms and the allowance comes from a clock that is not aligned."""
+    """A timestamp ahead by more than 50 ms plus the allowance means a misaligned clock."""
     assert is_from_future(sent_s, 10.0, one_way_s=one_way_s) is expected
 
 
 def test_future_begins_after_the_allowance() -> None:
-    """A stamp ahead by just what is allowed is of the present."""
+    """A timestamp that is ahead by exactly the allowance is accepted."""
     assert not is_from_future(0.05, 0.0, one_way_s=None)

@@ -1,4 +1,4 @@
-"""The control loop on a fake clock, with a driver that writes down what it is told."""
+"""The control loop on a fake clock, with a driver that records its calls."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ if TYPE_CHECKING:
 A, B = 1, 2
 AHEAD = Twist(0.5, 0.0)
 AGILE = RobotSettings(max_linear_acceleration_mps2=100.0, braking_mps2=100.0)
-"""A body to which every speed is but one beat away."""
+"""A robot that reaches any speed within one tick."""
 
 
 class FakeDriver:
-    """Writes down every call; raises from those named in `broken`."""
+    """Records every call; raises from the methods named in `broken`."""
 
     kind = "fake"
     limits = Limits(linear_mps=0.5, angular_rps=1.0, axes=("pan",))
@@ -87,7 +87,7 @@ class FakeDriver:
 
 
 class FakeChair(FakeDriver):
-    """Somebody may sit in it."""
+    """A robot with a person aboard."""
 
     is_operated: bool | None = None
 
@@ -173,7 +173,7 @@ class Bench:
         self.calls_before_event = list(self.driver.calls)
 
     def step(self, after_s: float = 0.02) -> list[tuple[object, ...]]:
-        """Take one step after this time; returns what the driver was told in it."""
+        """Run one step after this time; return the driver's calls in it."""
         self.driver.take()
         self.clock.time_s += after_s
         self.loop.step(self.clock.time_s)
@@ -207,7 +207,7 @@ class Bench:
             self.loop.join(viewer)
 
     def drive(self, *, viewer: int = A) -> None:
-        """Let the operator release all, then drive ahead, and see it move."""
+        """Let the operator release everything, then drive ahead, and check that the robot moves."""
         assert self.offer(viewer=viewer) is None
         self.step()
         assert self.offer(1.0, viewer=viewer) is None
@@ -233,7 +233,7 @@ def bench() -> Bench:
 
 
 def test_the_person_aboard_takes_the_robot_from_its_operator(bench: Bench) -> None:
-    """Once the robot says so, the operator's commands move nothing, and they read why."""
+    """Once the person aboard takes over, the operator's commands move nothing, with a reason."""
     bench.drive()
     bench.driver.now = replace(bench.driver.now, aboard=Aboard("hand", 0.0))
     assert ("stop", 1) in bench.step()
@@ -260,7 +260,7 @@ def test_the_person_aboard_takes_the_robot_from_its_operator(bench: Bench) -> No
 def test_an_operator_is_told_what_is_left_of_their_speed(
     bench: Bench, max_fraction: float, aboard: Aboard | None, left: float
 ) -> None:
-    """In twentieths of what they ask for: the limits lower it, and so does the person aboard."""
+    """Limits and the person aboard lower the reported share of the speed, in twentieths."""
     bench.max_fraction = max_fraction
     bench.driver.now = replace(bench.driver.now, aboard=aboard)
     for linear in (0.0, 1.0):
@@ -271,7 +271,7 @@ def test_an_operator_is_told_what_is_left_of_their_speed(
 
 
 def test_the_clock_of_a_turn_stands_still_while_the_person_aboard_drives(bench: Bench) -> None:
-    """An operator does not lose their turn to somebody whom they shall help."""
+    """While the person aboard drives, the operator's turn does not run out."""
     bench.driver.now = replace(bench.driver.now, aboard=Aboard("stopped", 0.0))
     bench.step()
     bench.step()
@@ -282,7 +282,7 @@ def test_the_clock_of_a_turn_stands_still_while_the_person_aboard_drives(bench: 
 
 
 class FakeTimer(FakeDriver):
-    """Is told when a command ends."""
+    """A driver that is told when a command expires."""
 
     end_s: float | None = None
 
@@ -291,7 +291,7 @@ class FakeTimer(FakeDriver):
 
 
 def test_a_driver_is_told_when_the_command_ends() -> None:
-    """The age and the link's delay are allowed from when it was sent; standstill has no end."""
+    """A command expires by its age plus the link's delay after it was sent; standstill never."""
     driver = FakeTimer()
     bench = Bench(driver=driver)
     bench.enter(A)
@@ -304,7 +304,7 @@ def test_a_driver_is_told_when_the_command_ends() -> None:
 
 
 def test_a_chair_is_told_whether_somebody_may_drive() -> None:
-    """Nobody may while they are lost, a stop is latched, or the host holds the robot."""
+    """Nobody may drive while the operator is lost, a stop is latched, or the host holds it."""
     chair = FakeChair()
     bench = Bench(driver=chair)
     bench.step()
@@ -331,7 +331,7 @@ def test_a_chair_is_told_whether_somebody_may_drive() -> None:
 
 
 def test_beat_goes_on_without_operator() -> None:
-    """Every step gives the robot a set-point, standstill while nobody drives, told to nobody."""
+    """While nobody drives, every step sends standstill, and no status is reported."""
     bench = Bench()
     bench.step()
     assert bench.step() == [("apply", STANDSTILL, 0)]
@@ -340,14 +340,14 @@ def test_beat_goes_on_without_operator() -> None:
 
 
 def test_beat_repeats_the_set_point(bench: Bench) -> None:
-    """While the command is fresh every step gives the robot its set-point again."""
+    """While the command is fresh, every step sends its set-point again."""
     bench.drive()
     assert bench.step() == [("apply", AHEAD, 1)]
     assert bench.step() == [("apply", AHEAD, 1)]
 
 
 def test_silence_stops_the_robot(bench: Bench) -> None:
-    """When commands stop coming the robot is stopped, and the operator is told why, once."""
+    """When commands cease the robot is stopped, and the operator is told why, once."""
     bench.drive()
     for _ in range(11):  # until 0.24 s after it was sent: 0.15 s and the link's 0.1 s are allowed
         assert bench.step() == [("apply", AHEAD, 1)]
@@ -357,7 +357,7 @@ def test_silence_stops_the_robot(bench: Bench) -> None:
 
 
 def test_change_goes_out_at_once(bench: Bench) -> None:
-    """A command that changes the set-point reaches the robot with its arrival, not at the beat."""
+    """A command that changes the set-point is sent to the robot at once, not at the next tick."""
     bench.offer()
     bench.step()
     bench.clock.time_s += 0.006
@@ -366,7 +366,7 @@ def test_change_goes_out_at_once(bench: Bench) -> None:
 
 
 def test_repeated_command_waits_for_the_beat(bench: Bench) -> None:
-    """A command that changes nothing makes no further set-point."""
+    """A command that changes nothing sends no extra set-point."""
     bench.drive()
     bench.clock.time_s += 0.006
     bench.offer(1.0)
@@ -397,7 +397,7 @@ def test_the_distance_is_kept_and_no_more() -> None:
 
 
 def test_what_is_refused_makes_no_set_point(bench: Bench) -> None:
-    """However often somebody else sends, the robot hears of it when it is due, not before."""
+    """However often another viewer sends, the robot gets its set-points only when they are due."""
     bench.drive()
     bench.clock.time_s += 0.235  # the operator's last word is too old by now
     bench.driver.take()
@@ -407,7 +407,7 @@ def test_what_is_refused_makes_no_set_point(bench: Bench) -> None:
 
 
 def test_blocked_loop_stops_the_robot_first(bench: Bench) -> None:
-    """After more than 200 ms without a beat the robot is stopped and neutral must come first."""
+    """After more than 200 ms without a tick the robot is stopped and neutral must come first."""
     bench.drive()
     assert bench.step(0.221) == [("stop", 1), ("apply", STANDSTILL, 1)]
     assert bench.statuses[-1] == (A, False, Hold.LATE.value)
@@ -418,7 +418,7 @@ def test_blocked_loop_stops_the_robot_first(bench: Bench) -> None:
 
 
 def test_blocked_loop_is_noticed_by_a_command_too(bench: Bench) -> None:
-    """Also if a command is what wakes a blocked loop, the robot is stopped before it counts."""
+    """If a command wakes a blocked loop, the robot is still stopped before the command counts."""
     bench.drive()
     bench.clock.time_s += 0.5
     bench.driver.take()
@@ -427,7 +427,7 @@ def test_blocked_loop_is_noticed_by_a_command_too(bench: Bench) -> None:
 
 
 def test_the_beat_is_seen_from_outside(bench: Bench) -> None:
-    """When the robot was last given a set-point, and how late all ticks were."""
+    """Monitoring can read when the last set-point was sent, and how late all ticks were."""
     before = sum(bench.loop.lateness.counts)
     bench.step()
     assert bench.loop.stepped_s == bench.clock.time_s
@@ -437,7 +437,7 @@ def test_the_beat_is_seen_from_outside(bench: Bench) -> None:
 
 
 def test_slightly_late_beat_is_let_be(bench: Bench) -> None:
-    """A beat that is up to 200 ms late goes on driving, and the schedule does not drift."""
+    """A tick up to 200 ms late does not interrupt driving, and the schedule does not drift."""
     bench.drive()
     assert bench.step(0.219) == [("apply", AHEAD, 1)]
     assert bench.loop.counts()["control.latest_ms"] == 199
@@ -452,7 +452,7 @@ def test_slightly_late_beat_is_let_be(bench: Bench) -> None:
 def test_a_robot_that_stopped_by_itself_waits_for_neutral(
     ttl_s: float | None, let_be_s: float
 ) -> None:
-    """A beat may be late for as long as the robot's watchdog waits, between 100 and 200 ms."""
+    """A tick may be as late as the robot's own timeout, but no less than 100 and at most 200 ms."""
     bench = Bench(limits=replace(FakeDriver.limits, ttl_s=ttl_s))
     bench.enter(A, B)
     bench.step()
@@ -479,7 +479,7 @@ def test_robot_stops_at_every_change_of_operator(bench: Bench) -> None:
 
 
 def test_hand_over_without_lateness() -> None:
-    """When a turn ends in the steady beat its operator drives no more, and the next does."""
+    """When a turn ends on time its operator stops driving, and the next one can."""
     bench = Bench(turn_s=10.0)
     bench.enter(A, B)
     bench.step()
@@ -516,7 +516,7 @@ def test_renewal_does_not_stop() -> None:
 
 
 def test_others_may_come_and_go(bench: Bench) -> None:
-    """What the others do neither stops the robot nor is it told of it."""
+    """Other viewers' joins and leaves neither stop the robot nor reach its driver."""
     bench.drive()
     bench.enter(3)
     bench.loop.lost(B)
@@ -528,7 +528,7 @@ def test_others_may_come_and_go(bench: Bench) -> None:
 
 
 def test_lost_place_is_told(bench: Bench) -> None:
-    """The room hears when a lost viewer's place is given up, and the robot drives on."""
+    """The room is told when a lost viewer loses their place, and the robot drives on."""
     bench.drive()
     bench.loop.lost(B)
     while PlaceLost(B) not in bench.events:
@@ -571,7 +571,7 @@ def test_fresh_page_counts_from_the_start(bench: Bench, again: str) -> None:
 
 @pytest.mark.parametrize("again", ["connect", "returned"])
 def test_fresh_page_is_told_how_things_are(bench: Bench, again: str) -> None:
-    """A viewer who has just connected also gets what has not changed."""
+    """A viewer who has just connected gets the full status, even if nothing has changed."""
     getattr(bench.loop, again)(A)
     bench.step()
     told = len(bench.statuses)
@@ -597,7 +597,7 @@ def test_stop_reaches_the_robot_at_once(bench: Bench) -> None:
 
 @pytest.mark.parametrize("what", ["a stop of somebody else", "the robot", "the camera"])
 def test_the_turns_clock_stands_still(bench: Bench, what: str) -> None:
-    """While the robot, its camera or another's stop keeps them from driving, no time passes."""
+    """The turn's clock pauses while the robot, its camera or another's stop prevents driving."""
     bench.drive()
     ends_s = bench.turns.ends_s
     if what == "the robot":
@@ -614,7 +614,7 @@ def test_the_turns_clock_stands_still(bench: Bench, what: str) -> None:
 
 @pytest.mark.parametrize("by", [A, B])
 def test_the_next_turns_clock_stands_still_from_its_beginning(by: int) -> None:
-    """With the turn changes whether the Stop is the operator's own, so that is asked again."""
+    """Whether the Stop is the operator's own is decided again for each turn."""
     bench = Bench(turn_s=5.0)
     bench.enter(A, B)
     bench.loop.press_stop(says("somebody"), viewer=by)
@@ -624,7 +624,7 @@ def test_the_next_turns_clock_stands_still_from_its_beginning(by: int) -> None:
 
 
 def test_no_clock_stands_still_for_their_own_stop_or_link(bench: Bench) -> None:
-    """Neither pressing Stop oneself nor losing the connection makes a turn longer."""
+    """Neither the operator's own Stop nor their lost connection prolongs the turn."""
     bench.drive()
     bench.loop.press_stop(says("Ada"), viewer=A)
     bench.step()
@@ -649,7 +649,7 @@ def test_the_host_slows_the_robot(bench: Bench) -> None:
 
 
 def test_pressing_again_stops_again(bench: Bench) -> None:
-    """A second press sends another stop; the number and the name stay."""
+    """A second press stops the robot again; the stop keeps its number and name."""
     assert bench.loop.press_stop(says("Bob")) == 1
     assert bench.loop.press_stop(says("Eve")) == 1
     assert bench.driver.take()[-2:] == [("stop", 1), ("stop", 1)]
@@ -658,7 +658,7 @@ def test_pressing_again_stops_again(bench: Bench) -> None:
 
 @pytest.mark.parametrize("releaser", [A, "host"])
 def test_release_moves_nothing(bench: Bench, releaser: Releaser) -> None:
-    """A release by the operator or the host lets drive, from neutral on."""
+    """After a release by the operator or the host, driving resumes from neutral."""
     bench.drive()
     number = bench.loop.press_stop(says("Bob"))
     bench.step()
@@ -671,14 +671,14 @@ def test_release_moves_nothing(bench: Bench, releaser: Releaser) -> None:
 
 
 def test_release_without_a_beat_between_moves_nothing(bench: Bench) -> None:
-    """Also where stop and release come within one beat neutral must come first."""
+    """Even if stop and release come within one tick, neutral must come first."""
     bench.drive()
     bench.loop.release_stop(A, bench.loop.press_stop(says("Bob")), None)
     assert not bench.moves()
 
 
 def test_stops_are_counted(bench: Bench) -> None:
-    """Each press counts, and each release by what became of it."""
+    """Presses are counted, and releases by their outcome."""
     bench.loop.press_stop(says("Bob"))
     number = bench.loop.press_stop(says("Eve"))
     bench.loop.release_stop(B, number, None)
@@ -716,7 +716,7 @@ def test_stop_lives_across_turns(bench: Bench) -> None:
 
 
 def test_stop_goes_out_although_nothing_can_be_noted() -> None:
-    """The robot is told before anything else that could fail, such as the clock."""
+    """The robot is stopped before anything else that could fail, such as the clock."""
     bench = Bench()
     bench.clock.now_s = lambda: 1 / 0  # type: ignore[method-assign]
     with pytest.raises(ZeroDivisionError):
@@ -725,7 +725,7 @@ def test_stop_goes_out_although_nothing_can_be_noted() -> None:
 
 
 def test_stop_latches_although_the_driver_fails_badly(bench: Bench) -> None:
-    """Even what the safe driver lets through does not keep the stop from being latched."""
+    """Even an exception that the safe driver lets through does not prevent the latch."""
 
     def interrupted(turn: int) -> None:
         raise KeyboardInterrupt
@@ -737,7 +737,7 @@ def test_stop_latches_although_the_driver_fails_badly(bench: Bench) -> None:
 
 
 def test_after_stop_nothing_moves(bench: Bench) -> None:
-    """Once the loop is stopped the robot stands, whatever comes, and stopping twice is safe."""
+    """Once the loop is stopped nothing moves the robot, and stopping twice is safe."""
     bench.drive()
     bench.loop.stop()
     bench.loop.stop()
@@ -753,7 +753,7 @@ def test_after_stop_nothing_moves(bench: Bench) -> None:
 
 
 def test_an_axis_goes_out_at_once(bench: Bench) -> None:
-    """A camera that shall turn does so when its command arrives, while the robot stands."""
+    """A camera turns as soon as its command arrives, even while the robot stands still."""
     bench.offer()
     bench.step()
     bench.clock.time_s += 0.006
@@ -763,9 +763,9 @@ def test_an_axis_goes_out_at_once(bench: Bench) -> None:
 
 
 def test_axes_move_on_change(bench: Bench) -> None:
-    """An axis is set when its position changes, and again after the robot was connected anew.
+    """An axis is set when its position changes, and again after the robot has reconnected.
 
-    But only by a hand: what a page says while nothing is held moves no axis.
+    It moves only while the dead-man is held.
     """
     bench.offer()
     bench.pan(0.5)
@@ -781,7 +781,7 @@ def test_axes_move_on_change(bench: Bench) -> None:
 
 
 def test_who_begins_knows_where_the_axes_are(bench: Bench) -> None:
-    """As the last operator left them; where nobody knows, since the robot came back, nothing."""
+    """A new operator learns the axes' last positions, none if unknown after a reconnection."""
     assert bench.loop.first_axes == {}
     bench.offer()
     bench.pan(0.5)
@@ -800,7 +800,7 @@ def test_who_begins_knows_where_the_axes_are(bench: Bench) -> None:
 
 
 def test_who_is_called_answers_and_drives() -> None:
-    """The loop hands on that somebody is there, and what the host decides of the queue."""
+    """The loop passes on a viewer's answer to a call, and the host's decisions on the queue."""
     bench = Bench(ready_s=10.0)
     bench.loop.hold_queue(True)
     bench.enter(A, B)
@@ -819,7 +819,7 @@ def test_who_is_called_answers_and_drives() -> None:
 
 @pytest.mark.parametrize("hold", ["stop", "fault"])
 def test_a_slider_moved_during_a_hold_moves_nothing_after(bench: Bench, hold: str) -> None:
-    """Where nothing may move no axis does, and what was wanted then is not made up for."""
+    """While nothing may move no axis does, and a position asked for then is never applied."""
     bench.offer()
     bench.step()
     if hold == "stop":
@@ -841,7 +841,7 @@ def test_a_slider_moved_during_a_hold_moves_nothing_after(bench: Bench, hold: st
 
 
 def test_new_connection_of_the_robot_needs_neutral(bench: Bench) -> None:
-    """A robot that was connected anew stands until a new deliberate command."""
+    """A robot that has reconnected stands until a new deliberate command."""
     bench.drive()
     bench.driver.now = RobotState(connected=True, epoch=2)
     assert bench.step() == [("stop", 1), ("apply", STANDSTILL, 1)]
@@ -863,7 +863,7 @@ def test_new_connection_of_the_robot_needs_neutral(bench: Bench) -> None:
     ],
 )
 def test_robot_with_a_problem_stands(bench: Bench, state: RobotState, reason: Sentence) -> None:
-    """While the robot has a problem it stands, the operator reads it, and neutral comes after."""
+    """A robot with a problem stands, the operator is told, and then neutral must come first."""
     bench.drive()
     healthy, bench.driver.now = bench.driver.now, state
     assert bench.step() == [("stop", 1), ("apply", STANDSTILL, 1)]
@@ -876,7 +876,7 @@ def test_robot_with_a_problem_stands(bench: Bench, state: RobotState, reason: Se
 
 @pytest.mark.parametrize("broken", ["state", "apply", "set_axis"])
 def test_driver_that_raises_is_stopped(bench: Bench, broken: str) -> None:
-    """Whatever a driver raises, it is stopped, logged once and said, and the loop goes on."""
+    """A driver that raises is stopped, logged once and reported, and the loop keeps running."""
     bench.drive()
     bench.driver.broken = {broken}
     pan = iter((0.1, 0.2, 0.3, 0.4))
@@ -895,7 +895,7 @@ def test_driver_that_raises_is_stopped(bench: Bench, broken: str) -> None:
 
 @pytest.mark.parametrize("bad", ["raises", "returns nothing"])
 def test_last_state_is_kept_while_the_driver_fails(bench: Bench, bad: str) -> None:
-    """A driver without an answer is shown as it was last, with that problem, until it answers."""
+    """While the driver does not answer, its last state is shown with that problem."""
     known = RobotState(connected=True, epoch=1, battery_fraction=0.7)
     bench.driver.now = known
     bench.step()
@@ -914,12 +914,12 @@ def test_last_state_is_kept_while_the_driver_fails(bench: Bench, bad: str) -> No
 
 
 def test_nothing_is_known_before_the_first_beat() -> None:
-    """Until the robot was asked it counts as not connected."""
+    """Before the first tick the robot counts as not connected."""
     assert Bench().loop.robot_state == RobotState(connected=False)
 
 
 def test_driver_that_cannot_even_stop(bench: Bench) -> None:
-    """A stop that raises does not get out, and standstill follows at the next beat."""
+    """An exception from a stop is contained, and standstill follows at the next tick."""
     bench.drive()
     bench.driver.broken = {"stop"}
     with capture_logs() as logs:
@@ -932,12 +932,12 @@ def test_driver_that_cannot_even_stop(bench: Bench) -> None:
 
 
 def test_lent_driver_hears_nothing(bench: Bench) -> None:
-    """While somebody else has the driver it gets a last stop and then not a word of the loop."""
+    """A driver that is lent gets one stop and then no more calls from the loop."""
     bench.drive()
     bench.loop.lend_driver(says("The stop is being proved."))
     assert bench.driver.take() == [("stop", 1)]
     bench.loop.lend_driver(says("The stop is being proved, still."))
-    bench.driver.broken = {"state", "apply", "stop"}  # as one whose line is unplugged
+    bench.driver.broken = {"state", "apply", "stop"}  # as when its cable is unplugged
     for _ in range(10):
         bench.offer(0.0)
         bench.offer(1.0)
@@ -951,7 +951,7 @@ def test_lent_driver_hears_nothing(bench: Bench) -> None:
 
 
 def test_stop_is_heard_even_by_a_lent_driver(bench: Bench) -> None:
-    """A pressed stop and the end of the loop reach the robot whoever has it."""
+    """A pressed stop and the end of the loop reach even a lent driver."""
     bench.loop.lend_driver(says("The stop is being proved."))
     bench.driver.take()
     bench.loop.press_stop(says("Bob"))
@@ -977,14 +977,14 @@ def test_driver_that_comes_back_begins_with_neutral(bench: Bench) -> None:
 
 
 def test_taking_back_what_was_not_lent_is_nothing(bench: Bench) -> None:
-    """The end of a maintenance that never began does not stop anybody."""
+    """Taking back a driver that was not lent does not stop the robot."""
     bench.drive()
     bench.loop.lend_driver(None)
     assert bench.step() == [("apply", AHEAD, 1)]
 
 
 def test_what_the_robot_says_of_itself_is_passed_on(bench: Bench) -> None:
-    """Whether the robot moves is told as it says, and unknown while it does not answer."""
+    """Whether the robot moves is reported as it says, and as unknown while it does not answer."""
     bench.driver.now = RobotState(connected=True, epoch=1, moving=True)
     bench.step()
     assert bench.loop.robot_state.moving is True
@@ -998,7 +998,7 @@ def test_what_the_robot_says_of_itself_is_passed_on(bench: Bench) -> None:
 
 
 def test_speed_grows_beat_by_beat() -> None:
-    """From beat to beat the speed grows by the acceleration times what the clock says."""
+    """From tick to tick the speed grows by the acceleration times the elapsed time."""
     bench = Bench(robot=RobotSettings(max_linear_acceleration_mps2=1.0))
     bench.enter(A)
     bench.step()
@@ -1012,7 +1012,7 @@ def test_speed_grows_beat_by_beat() -> None:
 
 
 def test_soft_body_is_braked_and_then_stopped() -> None:
-    """Where the body needs it silence brakes it at its rate, and Stop still stops it at once."""
+    """With soft braking, silence brakes at the configured rate, and Stop still stops at once."""
     bench = Bench(robot=AGILE.model_copy(update={"soft_braking": True, "braking_mps2": 10.0}))
     bench.enter(A)
     bench.step()
@@ -1029,7 +1029,7 @@ def test_soft_body_is_braked_and_then_stopped() -> None:
 
 
 def test_who_sees_late_is_slowed_and_told_why(bench: Bench) -> None:
-    """A picture that is late slows the robot, the operator reads it, and one too late stops it."""
+    """A late picture slows the robot, with a reason for the operator; a too late one stops it."""
     bench.drive()
     late = replace(bench.command(1.0), seen_s=bench.clock.time_s - 0.52)
     bench.loop.offer(A, late)
@@ -1044,7 +1044,7 @@ def test_who_sees_late_is_slowed_and_told_why(bench: Bench) -> None:
 
 
 def test_who_does_not_want_to_see_drives_slowly(bench: Bench) -> None:
-    """Without a picture, on purpose, the robot is driven at slow speed at most."""
+    """With the picture switched off on purpose, the robot is limited to slow speed."""
     bench.has_picture = False
     bench.offer()
     bench.step()
@@ -1054,12 +1054,12 @@ def test_who_does_not_want_to_see_drives_slowly(bench: Bench) -> None:
 
 
 def with_bumpers(bumpers: int) -> RobotState:
-    """Make the state of a robot that is there, and reports these bits of its bumpers."""
+    """Make the state of a connected robot that reports these bumper bits."""
     return RobotState(connected=True, epoch=1, bumpers=bumpers)
 
 
 def test_who_drives_against_a_pressed_bumper_reads_so(bench: Bench) -> None:
-    """While a bumper is pressed whoever wants to move is told, for as long as it is."""
+    """While a bumper is pressed, an operator who asks for motion is told so."""
     bench.drive()
     bench.driver.now = with_bumpers(2)
     for linear in (1.0, 0.0, -1.0):
@@ -1077,7 +1077,7 @@ def test_who_drives_against_a_pressed_bumper_reads_so(bench: Bench) -> None:
 
 
 def test_a_bumper_is_the_last_thing_to_be_told(bench: Bench) -> None:
-    """Whatever else keeps the robot slow or standing says more of it than a pressed bumper."""
+    """Any other reason for a slow or standing robot is shown instead of a pressed bumper."""
     bench.driver.now = with_bumpers(1)
     bench.offer(1.0)
     bench.step()
@@ -1091,7 +1091,7 @@ def test_a_bumper_is_the_last_thing_to_be_told(bench: Bench) -> None:
 
 
 def test_a_long_line_is_a_slow_one() -> None:
-    """The same robot is driven more slowly over a longer line, and its operator reads why."""
+    """Over a link with a longer delay the same robot is limited more, with a reason."""
     robot = RobotSettings(max_linear_acceleration_mps2=100.0, braking_mps2=2.0)
     speeds = []
     for delay_s in (0.0, 0.3):
@@ -1110,7 +1110,7 @@ def test_a_long_line_is_a_slow_one() -> None:
 
 
 def test_a_line_that_is_too_long_is_for_watching() -> None:
-    """Over a link on which every command would be too old nobody drives, and the page says why."""
+    """Over a link on which every command would be too old nobody can drive, and is told why."""
     bench = Bench()
     bench.delays_s[A] = 0.351
     bench.enter(A)
@@ -1122,7 +1122,7 @@ def test_a_line_that_is_too_long_is_for_watching() -> None:
 
 
 def test_a_line_that_gets_faster_is_driven_over_in_the_same_turn() -> None:
-    """Only the first answer was late: who lets go and presses again drives."""
+    """If only the first answer was late, an operator who presses again can drive."""
     bench = Bench()
     bench.delays_s[A] = 0.351
     bench.enter(A)
@@ -1136,13 +1136,13 @@ def test_a_line_that_gets_faster_is_driven_over_in_the_same_turn() -> None:
 
 @pytest.mark.parametrize(("lapse_s", "goes_on"), [(0.9, True), (1.1, False)])
 def test_driving_goes_on_after_a_short_lapse(bench: Bench, lapse_s: float, goes_on: bool) -> None:
-    """After up to a second of silence an operator drives on; after more they must let go first.
+    """After a lapse of up to a second driving resumes; after a longer one neutral must come first.
 
-    Either is counted once, as whatever else makes the robot stand.
+    Either lapse is counted once.
     """
     bench.drive()
     assert "commands.lapsed" not in bench.loop.counts()
-    lapse_s += 0.25  # for so long the last command was fresh
+    lapse_s += 0.25  # the last command was fresh for this long
     for _ in range(round(lapse_s / 0.02)):
         bench.step()
     assert bench.moves() is goes_on
@@ -1162,7 +1162,7 @@ def test_delay_is_taken_at_the_turns_start(bench: Bench) -> None:
 
 
 def test_delay_is_taken_as_soon_as_known() -> None:
-    """A delay that is not measured yet at the turn's start counts as none until it is."""
+    """A delay not yet measured when the turn starts counts as none until it is."""
     bench = Bench()
     del bench.delays_s[A]
     bench.enter(A)
@@ -1179,7 +1179,7 @@ def test_delay_is_taken_as_soon_as_known() -> None:
 def test_delay_is_taken_anew_when_the_turn_renews(
     delay_s: float | None, refusal: Refusal | None
 ) -> None:
-    """A renewed turn takes the delay anew, and keeps the old one if there is none."""
+    """A renewed turn uses a new measurement of the delay, or the old one if there is none."""
     bench = Bench()
     bench.enter(A)
     bench.step()
@@ -1192,7 +1192,7 @@ def test_delay_is_taken_anew_when_the_turn_renews(
 
 
 def test_delay_is_not_the_last_operators(bench: Bench) -> None:
-    """Another operator whose line is not measured yet has no allowance from the last one's."""
+    """A new operator whose link is not measured yet gets no allowance from the last one's."""
     bench.drive()
     del bench.delays_s[B]
     bench.loop.leave(A)
@@ -1201,7 +1201,7 @@ def test_delay_is_not_the_last_operators(bench: Bench) -> None:
 
 
 def test_lateness_is_told_to_a_tenth(bench: Bench) -> None:
-    """How late the beats were is told in milliseconds with one place behind the point."""
+    """Lateness is reported in milliseconds, rounded to one decimal."""
     bench.step(0.02 + 0.01234)
     counts = bench.loop.counts()
     assert counts["control.latest_ms"] == counts["control.jitter_p99_ms"] == 12.3
@@ -1224,7 +1224,7 @@ def test_commands_are_counted(bench: Bench) -> None:
 
 
 async def heard(driver: FakeDriver, *call: object) -> None:
-    """Wait until the driver is told this."""
+    """Wait until the driver gets this call."""
     async with asyncio.timeout(5):
         while call not in driver.calls:
             driver.called.clear()
@@ -1232,7 +1232,7 @@ async def heard(driver: FakeDriver, *call: object) -> None:
 
 
 def page(seq: int, linear: float) -> Command:
-    """Make what a page sends at this moment."""
+    """Make the command that a page would send now."""
     now_s = SystemClock().now_s()
     return Command(seq, 1, now_s, linear, 0.0, linear != 0, "fast", seen_s=now_s, heard_s=now_s)
 
@@ -1266,7 +1266,7 @@ def live(
 
 
 def test_a_listener_hears_of_all_once_the_robot_has_it() -> None:
-    """Each command with its fate, each set-point with what the robot was given; but afterwards."""
+    """The listener gets each command's outcome and each set-point, after the robot has it."""
     bench = Bench()
     bench.enter(A, B)
     bench.step()
@@ -1293,26 +1293,26 @@ async def running(control: ControlLoop) -> AsyncIterator[asyncio.Task[None]]:
 
 
 async def test_runs_until_cancelled_and_stops_the_robot() -> None:
-    """Running, the loop beats by itself, moves the robot, and ends with stop."""
+    """While running, the loop ticks by itself and moves the robot; it ends with a stop."""
     driver = FakeDriver()
     control = live(driver)
     async with running(control):
         control.connect(A)
         control.join(A)
-        for seq in itertools.count():  # as a page does it: a busy machine may ask for neutral again
+        for seq in itertools.count():  # as a page does: a busy machine may require neutral again
             if ("apply", AHEAD, 1) in driver.calls:
                 break
             control.offer(A, page(seq, seq % 2))
             driver.called.clear()
             await driver.called.wait()
     assert driver.calls[-1] == ("stop", 1)
-    await asyncio.sleep(0.05)  # the alarm of the beat that was under way finds nobody asleep
+    await asyncio.sleep(0.05)  # so that the pending timer fires after the end
 
 
 async def test_hurried_change_does_not_wait_for_the_beat() -> None:
-    """A change that came too soon goes out when the gap is kept, and only once."""
+    """A change that comes too soon is sent as soon as the minimum gap allows, and only once."""
     driver = FakeDriver()
-    control = live(driver, loop_hz=0.1)  # so slow that the next beat is not in this test
+    control = live(driver, loop_hz=0.1)  # so slow that no further tick comes in this test
     control.connect(A)
     control.join(A)
     async with running(control) as task:
@@ -1325,7 +1325,7 @@ async def test_hurried_change_does_not_wait_for_the_beat() -> None:
 
 
 async def test_the_end_of_a_command_does_not_wait_for_the_beat() -> None:
-    """The robot is stopped when the command is too old, whenever the next beat is due."""
+    """The robot is stopped when the command expires, without waiting for the next tick."""
     driver = FakeDriver()
     control = live(driver, loop_hz=0.1, max_age_ms=200.0, one_way_s=0.001)
     control.connect(A)
@@ -1341,7 +1341,7 @@ async def test_the_end_of_a_command_does_not_wait_for_the_beat() -> None:
 
 
 async def test_waiting_for_the_gap_is_no_work() -> None:
-    """A change that came too soon waits asleep; meanwhile the others are served."""
+    """A change that comes too soon waits without using the event loop."""
 
     class Watched(TurnedClock):
         looks = 0
@@ -1367,7 +1367,7 @@ async def test_waiting_for_the_gap_is_no_work() -> None:
 
 
 async def test_flood_keeps_the_gap() -> None:
-    """However fast changes come, by the beat or at once, set-points are 5 ms apart or more."""
+    """However fast changes come, set-points are at least 5 ms apart."""
     driver = FakeDriver()
     control = live(driver)
     control.connect(A)
@@ -1384,7 +1384,7 @@ async def test_flood_keeps_the_gap() -> None:
 
 
 async def test_stopped_loop_stays_quiet() -> None:
-    """After stop a running loop says no more to the robot, and waits to be cancelled."""
+    """After `stop` a running loop sends nothing more to the robot, and waits to be cancelled."""
     driver = FakeDriver()
     control = live(driver)
     async with running(control) as task:
@@ -1397,7 +1397,7 @@ async def test_stopped_loop_stays_quiet() -> None:
 
 
 async def test_defect_stops_the_robot() -> None:
-    """A callback that raises ends the loop, for its supervisor to see, and the robot stands."""
+    """A callback that raises ends the loop, which its supervisor sees, and stops the robot."""
 
     def defect(viewer: int, moving: bool, reason: Sentence | None, _share: float) -> None:
         raise RuntimeError("defect")

@@ -1,4 +1,4 @@
-"""The robot's controls in the control loop: what its driver is told, and when it is let go of."""
+"""The robot's controls in the control loop: when they are sent and released."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ COOL = RobotState(connected=True, epoch=1, gauges={"heat": 20.0})
 
 
 class Equipped(FakeDriver):
-    """Has all of these."""
+    """A driver with all of these controls."""
 
     def control(self, name: str, value: ControlValue, turn: int) -> None:
         self._note("control", name, value, turn)
 
 
 class Rig(Bench):
-    """Somebody drives, somebody watches; the robot tells how warm it is."""
+    """An operator, an observer, and a robot that reports a temperature."""
 
     def __init__(self, driver: FakeDriver | None = None) -> None:
         super().__init__(driver=driver or Equipped(), controls=CONTROLS, gauges=[HEAT])
@@ -70,20 +70,20 @@ class Rig(Bench):
         return self.loop.operate(viewer, asked, is_host=is_host, one_way_s=0.1)
 
     def hold(self, *, still: bool = False) -> None:
-        """Say with a command that something is held, as a page does with each."""
+        """Send a command that holds something, as a page does with each control."""
         command = replace(self.command(), held=not still)
         assert self.loop.offer(A, command) is None
 
     def told(self, after_s: float = 0.02) -> list[tuple[object, ...]]:
-        """Take a step; return what the driver was told of its controls, and stops."""
+        """Run a step; return the driver's calls for controls and stops."""
         return [call for call in self.step(after_s) if call[0] in ("control", "stop")]
 
     def wait(self, seconds: float) -> list[tuple[object, ...]]:
-        """Take the steps of this time; return what the driver was told in them."""
+        """Run steps for this time; return the driver's calls for controls and stops."""
         return [call for _ in range(round(seconds / 0.02)) for call in self.told()]
 
     def spin(self) -> None:
-        """Hold what moves, and see it move."""
+        """Hold a control that moves, and check that it moves."""
         self.hold()
         assert self.ask({"spin": 1}) is None
         self.step()
@@ -96,7 +96,7 @@ def rig() -> Rig:
 
 
 def test_a_lamp_is_told_once_and_at_once(rig: Rig) -> None:
-    """It does not wait for the next beat, and is not repeated at each."""
+    """A lamp's value is sent at once, and not repeated at each tick."""
     rig.clock.time_s += 0.01
     rig.driver.take()
     assert rig.ask(wanted={"lamp": 1}) is None
@@ -109,7 +109,7 @@ def test_a_lamp_is_told_once_and_at_once(rig: Rig) -> None:
 
 
 def test_each_role_has_its_controls(rig: Rig) -> None:
-    """Whoever watches may have the lamp, the host the horn, and only who drives what moves."""
+    """Observers may use the lamp, the host the horn, and only the operator what moves."""
     assert rig.ask(wanted={"lamp": 1}, viewer=B) is None
     assert rig.ask({"horn": 1}, viewer=B) is Refusal.NOT_YOUR_TURN
     assert rig.ask({"horn": 1}, viewer=B, is_host=True) is None
@@ -119,7 +119,7 @@ def test_each_role_has_its_controls(rig: Rig) -> None:
 
 
 def test_what_moves_needs_the_dead_man_of_driving(rig: Rig) -> None:
-    """Without a command that says that something is held, nothing moves."""
+    """Without a command with the dead-man held, no control moves."""
     assert rig.ask({"spin": 1}) is None
     assert rig.told() == []
     rig.hold()
@@ -129,7 +129,7 @@ def test_what_moves_needs_the_dead_man_of_driving(rig: Rig) -> None:
 
 
 def test_what_moves_ends_with_the_commands(rig: Rig) -> None:
-    """Without fresh ones it is let go of, as the wheels are."""
+    """A moving control is released when commands cease, just as the wheels stop."""
     rig.hold()
     assert rig.ask({"lift": 0.5}) is None
     assert rig.told() == [("control", "lift", 0.5, 1)]
@@ -138,7 +138,7 @@ def test_what_moves_ends_with_the_commands(rig: Rig) -> None:
 
 
 def test_a_stop_lets_go_of_all_and_leaves_the_lamp_on(rig: Rig) -> None:
-    """What moves ends at once, with the stop itself; horn and lamp may be used meanwhile."""
+    """Moving controls end with the stop itself; horn and lamp may be used meanwhile."""
     rig.spin()
     assert rig.ask({"spin": 1, "horn": 1}, {"lamp": 1}) is None
     rig.step()
@@ -159,7 +159,7 @@ def test_a_stop_lets_go_of_all_and_leaves_the_lamp_on(rig: Rig) -> None:
 
 
 def test_after_a_stop_it_must_be_pressed_again(rig: Rig) -> None:
-    """Releasing everything once, as for driving, and pressing again does it."""
+    """A moving control works again after everything was released and it was pressed again."""
     rig.spin()
     stop = rig.loop.press_stop(says("Bob"))
     assert rig.loop.release_stop(A, stop, rig.clock.time_s) is None
@@ -174,7 +174,7 @@ def test_after_a_stop_it_must_be_pressed_again(rig: Rig) -> None:
 
 
 def test_the_end_of_a_turn_lets_go(rig: Rig) -> None:
-    """Of what moves with the stop between two turns, of the horn right after it."""
+    """Moving controls are released with the stop between two turns, the horn right after it."""
     rig.spin()
     assert rig.ask({"spin": 1, "horn": 1}, {"lamp": 1}) is None
     rig.step()
@@ -187,7 +187,7 @@ def test_the_end_of_a_turn_lets_go(rig: Rig) -> None:
 
 
 def test_a_lost_operator_moves_nothing(rig: Rig) -> None:
-    """Their connection may be back with the control still held: it must be pressed again."""
+    """A control still held when the connection returns must be pressed again."""
     rig.spin()
     rig.driver.take()
     rig.loop.lost(A)
@@ -196,7 +196,7 @@ def test_a_lost_operator_moves_nothing(rig: Rig) -> None:
 
 
 def test_a_robot_that_comes_back_gets_its_lamp_and_no_motion(rig: Rig) -> None:
-    """What was set is sent again, what moves is let go of, since nobody knows how it is there."""
+    """After a reconnection set values are sent again and moving controls are released."""
     rig.spin()
     assert rig.ask({"spin": 1}, {"lamp": 1}) is None
     rig.step()
@@ -208,7 +208,7 @@ def test_a_robot_that_comes_back_gets_its_lamp_and_no_motion(rig: Rig) -> None:
 
 
 def test_a_control_that_fails_stops_the_robot(rig: Rig) -> None:
-    """A driver that raises is stopped, whatever it was asked, and begins anew when it works."""
+    """A driver that raises is stopped, and starts from neutral when it works again."""
     rig.drive()
     rig.driver.broken = {"control"}
     assert rig.ask(wanted={"lamp": 1}) is None
@@ -221,14 +221,14 @@ def test_a_control_that_fails_stops_the_robot(rig: Rig) -> None:
 
 
 def test_a_driver_without_controls_is_asked_for_none() -> None:
-    """Nothing is called that it does not have."""
+    """A driver without controls gets no calls for them."""
     rig = Rig(FakeDriver())
     assert rig.ask(wanted={"lamp": 1}) is None
     assert rig.told() == []
 
 
 def test_the_end_of_the_server_lets_go(rig: Rig) -> None:
-    """Whatever was held is released before the driver is closed."""
+    """Held controls are released before the driver is closed."""
     rig.spin()
     assert rig.ask({"spin": 1, "horn": 1}) is None
     rig.step()
@@ -242,7 +242,7 @@ def test_the_end_of_the_server_lets_go(rig: Rig) -> None:
 
 
 def test_a_page_that_connects_again_begins_anew(rig: Rig) -> None:
-    """Its numbers start again, and what it held before is released."""
+    """A new page numbers its operations from the start, and what the old one held is released."""
     assert rig.ask({"horn": 1}) is None
     rig.step()
     rig.number = 0
@@ -254,7 +254,7 @@ def test_a_page_that_connects_again_begins_anew(rig: Rig) -> None:
 
 
 def test_whoever_honks_is_not_idle(rig: Rig) -> None:
-    """Using a control is being there."""
+    """Using a control counts as activity."""
     rig.clock.time_s += 5.0
     assert rig.ask({"horn": 1}) is None
     turn = rig.turns._turn
@@ -266,7 +266,7 @@ def test_whoever_honks_is_not_idle(rig: Rig) -> None:
 
 
 def test_a_number_beyond_its_limit_stops_the_robot(rig: Rig) -> None:
-    """It stands with the reason, and once it is well, neutral comes first."""
+    """A gauge beyond its limit stops the robot with a reason, and then neutral must come first."""
     rig.drive()
     rig.driver.now = replace(COOL, gauges={"heat": 81.0})
     assert ("stop", 1) in rig.told()
@@ -281,7 +281,7 @@ def test_a_number_beyond_its_limit_stops_the_robot(rig: Rig) -> None:
 
 
 def test_the_clock_of_a_turn_stands_still_while_a_gauge_keeps_it(rig: Rig) -> None:
-    """Nobody loses their turn to a motor that must cool down."""
+    """While a gauge stops the robot the turn's clock pauses."""
     rig.driver.now = replace(COOL, gauges={})
     rig.step()
     rig.step()
@@ -289,7 +289,7 @@ def test_the_clock_of_a_turn_stands_still_while_a_gauge_keeps_it(rig: Rig) -> No
 
 
 def test_a_stop_is_said_before_a_gauge(rig: Rig) -> None:
-    """While both hold it, the page shows the stop all the same, by the room's state."""
+    """With a stop and a gauge, the status names the gauge; the page gets the stop from the room."""
     rig.driver.now = replace(COOL, gauges={"heat": 81.0})
     rig.step()
     rig.loop.press_stop(says("Bob"))

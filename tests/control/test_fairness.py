@@ -1,4 +1,4 @@
-"""Who goes first, by what each has driven."""
+"""Who goes first, by how long each has driven."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ def make(**settings: Any) -> Fairness:
 
 
 def test_everybody_is_equal_at_first() -> None:
-    """Without rules what somebody drove changes nothing."""
+    """Without rules, earlier turns change nothing."""
     fairness = make(invited_first=False)
     fairness.record(ANN, 0.0, 60.0)
     assert fairness.rank(ANN, 61.0) == fairness.rank(BOB, 61.0) == fairness.rank(HOST, 61.0)
 
 
 def test_a_cool_down_lets_others_go_first() -> None:
-    """It begins when the turn ends, and is over after its time."""
+    """A cool-down starts when the turn ends, and lasts for its configured time."""
     fairness = make(cooldown_s=30.0)
     fairness.record(ANN, 0.0, 60.0)
     assert fairness.rank(BOB, 89.0) < fairness.rank(ANN, 89.0)
@@ -32,7 +32,7 @@ def test_a_cool_down_lets_others_go_first() -> None:
 
 
 def test_the_invited_go_first() -> None:
-    """If the host wants it so, and even before them goes who has had a rest."""
+    """If so configured, invited people go first, but not before people whose cool-down is over."""
     fairness = make(cooldown_s=30.0)
     assert fairness.rank(HOST, 0.0) < fairness.rank(ANN, 0.0)
     fairness.record(HOST, 0.0, 60.0)
@@ -51,14 +51,14 @@ def test_a_persons_share() -> None:
 
 
 def test_an_addresss_share() -> None:
-    """Two of one school count together; somebody who never drove waits for their neighbours."""
+    """People at one address share a limit, even those who have never driven."""
     fairness = make(max_share_per_address=0.5)
     fairness.record(BOB, 0.0, 60.0)
     assert fairness.rank(ANN, 60.0) < fairness.rank(EVE, 60.0)
 
 
 def test_what_is_long_ago_is_forgotten() -> None:
-    """An hour later a share begins anew."""
+    """Turns count towards a share for an hour."""
     fairness = make(max_share_per_person=0.5)
     fairness.record(ANN, 0.0, 60.0)
     assert fairness.may_be_overtaken(ANN, WINDOW_S + 59.0)
@@ -66,7 +66,7 @@ def test_what_is_long_ago_is_forgotten() -> None:
 
 
 def test_what_is_kept_does_not_grow_with_turns() -> None:
-    """A hundred thousand turns of twenty people leave no more than these people's last hour."""
+    """Memory does not grow with the number of turns: only the last hour is kept."""
     fairness = make(max_share_per_person=0.5)
     people = [Person(str(number)) for number in range(20)]
     for number in range(100_000):
@@ -76,7 +76,7 @@ def test_what_is_kept_does_not_grow_with_turns() -> None:
 
 
 def test_nobody_is_kept_for_longer_than_an_hour() -> None:
-    """Ten thousand people who drove one after another leave those of the last hour, then none."""
+    """People are forgotten an hour after their last turn."""
     fairness = make(cooldown_s=3600.0, max_share_per_person=0.5)
     for number in range(10_000):
         fairness.record(Person(str(number)), number * 10.0, number * 10.0 + 10.0)

@@ -39,7 +39,7 @@ START_S = 100.0
 
 
 def command(seq: int, sent_s: float, linear: float = 0.0, angular: float = 0.0) -> Command:
-    """Make a command of hands that hold whatever they ask for, and of eyes that see all."""
+    """Make a command with the dead-man held for any motion, and with a fresh picture."""
     return Command(
         seq=seq,
         turn=3,
@@ -78,7 +78,7 @@ def decide(
 
 
 def beats(state: GateState, from_s: float, to_s: float, turn: TurnView = TURN) -> GateState:
-    """Let the loop ask at every 20 ms in between."""
+    """Call the gate every 20 ms in between, as the loop does."""
     for number in range(round((to_s - from_s) * 50)):
         state, _ = gate.decide(state, turn, None, from_s + number / 50, RULES)
     return state
@@ -152,7 +152,7 @@ REFUSED = {
 
 @pytest.mark.parametrize(("why", "circumstances", "change"), REFUSED.values(), ids=REFUSED)
 def test_refused(why: Refusal, circumstances: dict[str, object], change: dict[str, object]) -> None:
-    """A command that breaks one rule is refused for it, and what was driven before stays."""
+    """A command that breaks one rule is refused for it, and the previous command still counts."""
     before = driving()
     offered = replace(command(12, 101.2, linear=0.5), **change)  # type: ignore[arg-type]  # a table
     after, refusal = offer(before, offered, **circumstances)  # type: ignore[arg-type]  # a table
@@ -161,7 +161,7 @@ def test_refused(why: Refusal, circumstances: dict[str, object], change: dict[st
 
 
 def test_age_counts_from_the_senders_stamp() -> None:
-    """A command is good for max_age_ms plus the measured delay after it was sent."""
+    """A command counts for max_age_ms plus the measured delay after it was sent."""
     state, refusal = offer(ready(), command(11, 101.1, linear=1.0), now_s=101.2)
     assert refusal is None
     assert not decide(state, 101.349).twist.is_zero
@@ -169,14 +169,14 @@ def test_age_counts_from_the_senders_stamp() -> None:
 
 
 def test_unknown_delay_is_no_allowance() -> None:
-    """Until the one-way delay is measured the plain limit holds."""
+    """Until the one-way delay is measured, the limit has no allowance."""
     unknown = replace(TURN, one_way_s=None)
     assert not decide(driving(), 101.249, unknown).twist.is_zero
     assert decide(driving(), 101.251, unknown).twist.is_zero
 
 
 def test_stamp_ahead_does_not_last_longer() -> None:
-    """A stamp somewhat ahead counts as of its arrival."""
+    """A timestamp slightly ahead counts as the time of arrival."""
     state, refusal = offer(ready(), command(11, 101.2, linear=1.0), now_s=101.1)
     assert refusal is None
     assert not decide(state, 101.349).twist.is_zero
@@ -218,7 +218,7 @@ def test_hold_needs_a_later_neutral(why: Hold) -> None:
 
 
 def test_neutral_sent_before_the_stop_does_not_count() -> None:
-    """What was under way when the operator pressed stop neither releases nor moves the robot."""
+    """A command in flight when the operator pressed Stop neither counts as neutral nor moves."""
     state = gate.require_neutral(driving(), 101.15, Hold.STOPPED)
     state, refusal = offer(state, command(12, 101.14), now_s=101.2)
     assert refusal is None
@@ -227,7 +227,7 @@ def test_neutral_sent_before_the_stop_does_not_count() -> None:
 
 
 def test_drive_sent_before_the_stop_does_not_count_after_release() -> None:
-    """Also after the release a command from before the stop moves nothing."""
+    """A command from before the stop moves nothing even after the release."""
     state = gate.require_neutral(driving(), 101.15, Hold.STOPPED)
     state, _ = offer(state, command(12, 101.16))
     state, refusal = offer(state, command(13, 101.14, linear=1.0), now_s=101.17)
@@ -236,21 +236,21 @@ def test_drive_sent_before_the_stop_does_not_count_after_release() -> None:
 
 
 def test_a_gate_that_no_turn_has_begun_takes_nothing() -> None:
-    """Before the first turn has begun here, its commands are another turn's."""
+    """A gate that has not begun a turn refuses commands as another turn's."""
     first = replace(TURN, number=1)
     _, refusal = offer(GateState(), replace(command(1, 101.0), turn=1), turn=first)
     assert refusal is Refusal.OTHER_TURN
 
 
 def test_new_turn_counts_its_commands_anew() -> None:
-    """The sequence starts afresh with a turn, and with a fresh connection of its operator's."""
+    """Sequence numbers restart with a turn, and with a new connection of its operator."""
     state, refusal = offer(gate.begin(3, 101.2), command(1, 101.3))
     assert refusal is None
     assert state.newest_seq == 1
 
 
 def test_reason_tells_what_is_wrong_with_the_commands() -> None:
-    """While their commands are refused the operator is told why, until one counts."""
+    """While commands are refused the operator is told why, until one counts."""
     state, _ = offer(gate.begin(3, START_S), command(1, 101.0), now_s=100.5)
     assert decide(state, 100.5).reason == Refusal.FROM_FUTURE.value
     state, _ = offer(driving(), command(12, 103.0), now_s=101.5)
@@ -260,7 +260,7 @@ def test_reason_tells_what_is_wrong_with_the_commands() -> None:
 
 
 def test_others_do_not_change_the_operators_reason() -> None:
-    """What an observer sends changes nothing at all for the operator."""
+    """An observer's command changes nothing for the operator."""
     before = driving()
     after, _ = offer(before, command(99, 101.2), viewer=OTHER)
     assert after is before
@@ -270,7 +270,7 @@ def test_others_do_not_change_the_operators_reason() -> None:
 
 
 def test_nothing_moves_that_is_not_held() -> None:
-    """Whatever the shares say, without the dead-man the robot stands, and says why."""
+    """Without the dead-man the robot stands, whatever motion is asked for, and says why."""
     state, refusal = offer(driving(), replace(command(12, 101.2, linear=1.0), held=False))
     assert refusal is None
     assert decide(state, 101.2) == Setpoint(reason=NOT_HELD, soft=True)
@@ -280,7 +280,7 @@ def test_nothing_moves_that_is_not_held() -> None:
 
 @pytest.mark.parametrize("linear", [0.0, 1.0])
 def test_no_axis_moves_that_is_not_held(linear: float) -> None:
-    """Also a position is nobody's wish without a hand."""
+    """Without the dead-man no axis moves."""
     loose = replace(command(12, 101.2, linear), held=False, axes={"pan": 0.5})
     state, refusal = offer(driving(), loose)
     assert refusal is None
@@ -298,7 +298,7 @@ def test_no_axis_moves_that_is_not_held(linear: float) -> None:
     ],
 )
 def test_neutral_is_all_let_go(change: dict[str, object]) -> None:
-    """Neither a held dead-man nor a share that is not held counts as neutral."""
+    """Neither a held dead-man nor motion without it counts as neutral."""
     half = replace(command(1, 100.1), **change)  # type: ignore[arg-type]  # a table
     state, refusal = offer(gate.begin(3, START_S), half)
     assert refusal is None
@@ -310,7 +310,7 @@ def test_neutral_is_all_let_go(change: dict[str, object]) -> None:
 
 
 def test_nothing_moves_while_a_stop_is_latched() -> None:
-    """While a stop lasts nothing moves, no axis either, and everybody reads who has pressed it."""
+    """While a stop is in force neither wheels nor axes move, and the reason names the presser."""
     state, _ = offer(driving(), replace(command(12, 101.2, linear=1.0), axes={"pan": 0.5}))
     stop = LatchedStop(1, says("Bob"))
     assert decide(state, 101.2, stop=stop) == Setpoint(reason=stopped_by(says("Bob")))
@@ -334,7 +334,7 @@ def aboard(mode: HandMode, share: float = 1.0) -> TurnView:
 
 @pytest.mark.parametrize("mode", get_args(HandMode))
 def test_only_a_person_who_leaves_the_robot_lets_an_operator_drive(mode: HandMode) -> None:
-    """In every other mode nothing moves, no axis either, and a sentence says what is the matter."""
+    """In every mode but ``free`` neither wheels nor axes move, and a sentence says why."""
     state, _ = offer(driving(), replace(command(12, 101.2, linear=1.0), axes={"pan": 0.5}))
     setpoint = decide(state, 101.2, aboard(mode))
     if mode == "free":
@@ -344,14 +344,14 @@ def test_only_a_person_who_leaves_the_robot_lets_an_operator_drive(mode: HandMod
 
 
 def test_the_person_aboard_comes_before_the_stop() -> None:
-    """Who drives reads first that it is not theirs to drive; the stop stays latched under it."""
+    """The person aboard is named as the reason before a stop, which stays latched."""
     stop = LatchedStop(1, says("Bob"))
     assert decide(driving(), 101.2, aboard("hand"), stop=stop).reason == ABOARD["hand"]
     assert decide(driving(), 101.2, aboard("free"), stop=stop).reason == stopped_by(says("Bob"))
 
 
 def test_neutral_comes_first_after_the_person_aboard() -> None:
-    """Neither a key held throughout nor what was sent before drives when they let go."""
+    """After the person lets go, neither a held key nor an earlier command moves the robot."""
     state, _ = gate.decide(driving(), aboard("hand"), None, 101.2, RULES)
     free = aboard("free")
     state, _ = offer(state, command(12, 101.19), turn=free, now_s=101.21)
@@ -364,7 +364,7 @@ def test_neutral_comes_first_after_the_person_aboard() -> None:
 
 
 def test_a_person_who_shares_slows_and_stands_without_neutral() -> None:
-    """The robot scales by their stick; at rest the gate passes no motion, and axes all the same."""
+    """The robot scales by the person's stick; with it at rest only axes pass the gate."""
     state, _ = offer(driving(), replace(command(12, 101.2, linear=1.0), axes={"pan": 0.5}))
     whole = decide(state, 101.2)
     shared = decide(state, 101.2, aboard("free", 0.4))
@@ -378,7 +378,7 @@ def test_a_person_who_shares_slows_and_stands_without_neutral() -> None:
 
 
 def test_too_long_a_line_is_for_watching() -> None:
-    """An operator on a link with too much delay is told so, and nothing moves."""
+    """Over a link with too much delay nothing moves, and the operator is told why."""
     slow = replace(TURN, one_way_s=0.351)
     assert decide(driving(), 101.1, slow) == Setpoint(reason=Refusal.TOO_SLOW.value)
     assert not decide(driving(), 101.1, replace(TURN, one_way_s=0.349)).twist.is_zero
@@ -386,7 +386,7 @@ def test_too_long_a_line_is_for_watching() -> None:
 
 @pytest.mark.parametrize("seen_s", [None, 100.19, 103.0, math.nan])
 def test_who_does_not_see_does_not_drive(seen_s: float | None) -> None:
-    """Without a fresh picture the robot stands, and its operator reads why."""
+    """Without a fresh picture the robot stands, and the operator is told why."""
     blind = replace(command(12, 101.1, linear=1.0), seen_s=seen_s)
     state, refusal = offer(driving(), blind)
     assert refusal is None
@@ -394,7 +394,7 @@ def test_who_does_not_see_does_not_drive(seen_s: float | None) -> None:
 
 
 def test_picture_grows_old_between_two_commands() -> None:
-    """The age of what is seen counts now, not when the command came."""
+    """The picture's age counts now, not when the command arrived."""
     state, _ = offer(driving(), replace(command(12, 101.1, linear=1.0), seen_s=100.7))
     assert decide(state, 101.19).limit is None
     assert decide(state, 101.21).limit == Limit.LATE_PICTURE.value
@@ -404,7 +404,7 @@ def test_picture_grows_old_between_two_commands() -> None:
 
 
 def test_picture_ahead_does_not_last_longer() -> None:
-    """A picture somewhat ahead counts as of its arrival."""
+    """A picture time slightly ahead counts as the time of arrival."""
     late = replace(TURN, one_way_s=0.3)
     rules = replace(RULES, slow_picture_age_s=0.1, max_age_s=0.2)
     state, _ = offer(driving(), replace(command(12, 101.2, linear=1.0), seen_s=101.5), turn=late)
@@ -413,7 +413,7 @@ def test_picture_ahead_does_not_last_longer() -> None:
 
 
 def test_limit_stands_beside_the_motion() -> None:
-    """A slowed operator drives on and is told why."""
+    """A limit slows the robot, and the operator is told why."""
     off = replace(TURN, sees=False)
     state, _ = offer(driving(), replace(command(12, 101.2, linear=1.0), seen_s=None), turn=off)
     setpoint = decide(state, 101.2, off)
@@ -422,7 +422,7 @@ def test_limit_stands_beside_the_motion() -> None:
 
 
 def test_who_sees_nothing_has_not_let_go() -> None:
-    """A neutral that is sent blindly arms nothing, and its sender reads why."""
+    """A neutral command sent without a picture does not count, and its sender is told why."""
     state, refusal = offer(gate.begin(3, START_S), replace(command(1, 100.1), seen_s=None))
     assert refusal is Refusal.BLIND
     assert decide(state, 100.1) == Setpoint(reason=Refusal.BLIND.value)
@@ -435,7 +435,7 @@ def test_who_sees_nothing_has_not_let_go() -> None:
 
 @pytest.mark.parametrize(("back_s", "goes_on"), [(102.3, True), (102.4, False)])
 def test_after_a_silence(back_s: float, goes_on: bool) -> None:
-    """A silence of up to a second ends by itself, a longer one with neutral only."""
+    """After up to a second of silence driving resumes; after longer neutral comes first."""
     state = beats(driving(), 101.1, back_s)  # fresh until 101.35
     state, refusal = offer(state, command(12, back_s, linear=1.0))
     assert refusal is None
@@ -449,7 +449,7 @@ def test_after_a_silence(back_s: float, goes_on: bool) -> None:
 
 @pytest.mark.parametrize(("blind_s", "goes_on"), [(0.95, True), (1.1, False)])
 def test_after_blindness(blind_s: float, goes_on: bool) -> None:
-    """A picture that is gone for up to a second lets drive on, after longer neutral comes first."""
+    """After up to a second without a picture driving resumes; after longer neutral comes first."""
     state, seq = beats(driving(), 101.1, 101.12), 11
     for number in range(round(blind_s * 50)):
         seq, now_s = seq + 1, 101.12 + number / 50
@@ -463,19 +463,19 @@ def test_after_blindness(blind_s: float, goes_on: bool) -> None:
 
 
 def test_a_lapse_that_nobody_watched_counts_too() -> None:
-    """Also where no beat came in between, a command after a long silence moves nothing."""
+    """Even without a tick in between, a command after a long silence moves nothing."""
     state, _ = offer(driving(), command(12, 103.0, linear=1.0))
     assert decide(state, 103.0) == Setpoint(reason=Hold.LAPSED.value, soft=True)
 
 
 def test_a_lapse_of_just_a_second_ends_by_itself() -> None:
-    """At the very end of that time the operator is late, not gone."""
+    """A lapse of exactly a second still ends by itself."""
     assert decide(ready(), 102.0).reason == Refusal.TOO_OLD.value
     assert decide(ready(), 102.001).reason == Hold.LAPSED.value
 
 
 def test_who_lets_go_is_heard_anew_at_each_beat() -> None:
-    """An operator who stood still for a minute with a fresh picture drives on at once."""
+    """An operator who stood still for a minute with a fresh picture can drive on at once."""
     state = ready()
     for seq in range(11, 3011):
         state, _ = offer(state, command(seq, 101.0 + (seq - 10) / 50))
@@ -490,7 +490,7 @@ def test_who_lets_go_is_heard_anew_at_each_beat() -> None:
 @pytest.mark.parametrize("wrong", [math.nan, math.inf, -1.0])
 @pytest.mark.parametrize("part", ["linear_mps", "angular_rps"])
 def test_limits_that_are_no_numbers(wrong: float, part: str) -> None:
-    """A robot whose driver gives no sound limits stands, and its operator reads why."""
+    """A robot whose driver reports invalid limits stands, and the operator is told why."""
     limits = replace(Limits(linear_mps=0.8, angular_rps=2.0), **{part: wrong})  # type: ignore[arg-type]  # a table
     curve, _ = offer(ready(), command(11, 101.02, linear=1.0, angular=0.5))
     setpoint = decide(curve, 101.1, rules=replace(RULES, limits=limits))

@@ -21,7 +21,7 @@ from wax.sentence import says
 
 LIMITS = RULES.limits
 LEAVES = Aboard("free")
-"""A person aboard who leaves the robot to the operator."""
+"""A person aboard who lets the operator drive."""
 OPERATOR = 1
 TURN = 5
 
@@ -77,7 +77,7 @@ words = st.builds(
 
 @dataclass
 class Judge:
-    """The rules once more, naively: it remembers everything and forgets nothing."""
+    """A naive second implementation of the rules, which remembers everything."""
 
     one_way_s: float
     hold_s: float
@@ -160,7 +160,7 @@ class Judge:
 
 
 def expected(command: Command, sight: str) -> Twist:
-    """Return the motion of a command that may be followed, by a robot that stands in time."""
+    """Return the motion for a command that counts, for a robot that stops in time."""
     shares = [command.linear, command.angular]
     if command.speed == "slow":
         shares = [share * RULES.slow_fraction for share in shares]
@@ -179,7 +179,7 @@ def expected(command: Command, sight: str) -> Twist:
 def test_motion_only_by_the_rules(
     trace: list[Word], one_way_s: float, picture: PictureClock
 ) -> None:
-    """Whatever repeats, overtakes, delays or lies: only the newest that keeps all rules moves."""
+    """Whatever is repeated, reordered, delayed or forged, only the newest valid command moves."""
     now_s, seq = 1000.0, 10
     state, stop = gate.begin(TURN, now_s), StopLatch()
     judge = Judge(one_way_s=one_way_s, hold_s=now_s, picture=picture)
@@ -249,7 +249,7 @@ def test_motion_only_by_the_rules(
 def test_no_number_gets_past_the_gate(
     linear: float, angular: float, pan: float, sent_s: float, seen_s: float
 ) -> None:
-    """NaN, infinity and what is out of range are refused, and the robot stands."""
+    """NaN, infinity and values out of range are refused, and the robot stands."""
     turn = TurnView(
         number=TURN, operator=OPERATOR, present=True, one_way_s=0.3, sees=True, picture=VOUCHED
     )
@@ -313,7 +313,7 @@ moments = st.tuples(
 def test_never_faster_by_more_than_the_acceleration(
     trace: list[tuple[float, tuple[float, float] | None, float]], soft_braking: bool
 ) -> None:
-    """What the robot is told is within its limits, and gets faster no sooner than it may."""
+    """Set-points stay within the limits and never accelerate faster than allowed."""
     rules = replace(RULES, soft_braking=soft_braking)
     turn = TurnView(TURN, OPERATOR, present=True, one_way_s=None, sees=True, picture=VOUCHED)
     now_s, told = 1000.0, STANDSTILL

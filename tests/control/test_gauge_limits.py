@@ -1,4 +1,4 @@
-"""When a number that the robot tells warns, and when it stops the robot."""
+"""When a gauge warns, and when it stops the robot."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def told(**gauges: float) -> RobotState:
     ],
 )
 def test_levels(gauge: GaugeSettings, value: float | None, level: Level | None) -> None:
-    """A limit itself is still within; a number that must be known and is not stops."""
+    """A value at its limit is still within; a missing value that could stop does stop."""
     assert gauge_limits.level(gauge, value) == level
 
 
@@ -56,12 +56,12 @@ def test_levels(gauge: GaugeSettings, value: float | None, level: Level | None) 
     ],
 )
 def test_what_a_gauge_shows(state: RobotState, value: float | None) -> None:
-    """What the driver names, else the battery that it tells anyway; never what is no number."""
+    """A gauge shows the driver's value or its battery state, but never NaN or infinity."""
     assert gauge_limits.value(BATTERY, state) == value
 
 
 def test_the_battery_may_be_a_fraction() -> None:
-    """What is left of it is a gauge as well."""
+    """The battery's fraction is a gauge as well."""
     left = GaugeSettings(name="battery_fraction", max=1.0, stop_below=0.1)
     state = RobotState(connected=True, battery_v=12.0, battery_fraction=0.05)
     assert gauge_limits.value(left, state) == 0.05
@@ -77,12 +77,12 @@ def test_the_battery_may_be_a_fraction() -> None:
     ],
 )
 def test_why_it_stops(gauge: GaugeSettings, state: RobotState, said: str) -> None:
-    """The sentence names the gauge and its limit, not its value, which changes all the time."""
+    """The sentence names the gauge and its limit, but not its ever-changing value."""
     assert str(gauge_limits.update(GaugeHold(), [SPEED, gauge], state, 5.0).reason) == said
 
 
 def test_a_number_at_its_limit_does_not_stop_again_and_again() -> None:
-    """Once stopped, all must have been well for a while."""
+    """A stopped robot stays stopped until all gauges have been fine for `WELL_S`."""
     hold = gauge_limits.update(GaugeHold(), [HEAT], told(heat=81.0), 10.0)
     assert hold.reason
     hold = gauge_limits.update(hold, [HEAT], told(heat=70.0), 10.1)
@@ -95,7 +95,7 @@ def test_a_number_at_its_limit_does_not_stop_again_and_again() -> None:
 
 
 def test_a_robot_that_is_not_there_tells_nothing_new() -> None:
-    """It is held for that, not for a gauge; and what held it before still does."""
+    """A disconnected robot is not held by a gauge, unless one held it before."""
     away = RobotState(connected=False)
     assert gauge_limits.update(GaugeHold(), [HEAT], away, 1.0).reason is None
     hot = gauge_limits.update(GaugeHold(), [HEAT], told(heat=90.0), 1.0)
@@ -104,7 +104,7 @@ def test_a_robot_that_is_not_there_tells_nothing_new() -> None:
 
 @given(st.lists(st.tuples(st.floats(0, 3), st.floats()), max_size=30))
 def test_driven_only_where_all_was_well(trace: list[tuple[float, float]]) -> None:
-    """Whatever is told, the robot is free only if no value of the last while was beyond a limit."""
+    """The robot is free only if no value of the last `WELL_S` was beyond a limit."""
     now_s, hold, ill_s = 0.0, GaugeHold(), -math.inf
     for gap_s, heat in trace:
         now_s += gap_s

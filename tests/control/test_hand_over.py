@@ -1,9 +1,9 @@
-"""Turns, gate, stop and loop together, whatever happens in whatever order and at one instant.
+"""Turns, gate, stop and loop together, with events in any order and at the same instant.
 
-A crowd of viewers comes, queues, drives, is lost and returns, leaves and is gone, presses Stop and
-releases it, while commands of this and of older turns arrive late or at the very moment at which a
-turn ends. A driver writes down all that it is told. Each command asks for a speed of its own, so
-that whoever reads the log knows for every motion whose it is and of which turn.
+A crowd of viewers joins, drives, gets lost and returns, leaves, presses Stop and releases it, while
+commands of this and of older turns arrive late or at the very moment at which a turn ends. A driver
+logs its calls. Each command asks for a unique speed, so that the log shows for every motion whose
+it is and of which turn.
 
 ``WAX_STEPS=100000`` runs the full length in a minute or two.
 """
@@ -36,7 +36,7 @@ ONE_WAY_S: Final = 0.05
 TTL_S: Final = 0.15 + ONE_WAY_S
 LIMITS: Final = Limits(linear_mps=0.4, angular_rps=1.0, ttl_s=0.2)
 AGILE: Final = RobotSettings(max_linear_acceleration_mps2=100.0, braking_mps2=100.0)
-"""A body to which every speed is but one beat away, so that a command's speed shows at once."""
+"""A robot that reaches any speed within one tick, so that a command's speed shows at once."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class StateReport:
 
 
 class Log:
-    """A driver that writes down what it is told, and when."""
+    """A driver that logs its calls and their times."""
 
     kind = "log"
     limits = LIMITS
@@ -81,14 +81,14 @@ class Log:
 
 @dataclass(frozen=True)
 class Sent:
-    """A command under way."""
+    """A command in flight."""
 
     viewer: int
     command: Command
 
 
 class Crowd:
-    """Does at random what people and networks do, and checks the log after each step."""
+    """Simulates people and networks at random, and checks the log after each step."""
 
     def __init__(self, seed: int) -> None:
         self.rng = random.Random(seed)
@@ -130,7 +130,7 @@ class Crowd:
     # --- what happens ----------------------------------------------------------------------
 
     def step(self) -> None:
-        """Let time pass or something happen, and check all that the driver was told."""
+        """Let time pass or something happen, and check the driver's log."""
         act = self.rng.choices(ACTS, WEIGHTS)[0]
         self.happened[act] += 1
         getattr(self, f"do_{act}")()
@@ -148,7 +148,7 @@ class Crowd:
         self.loop.step(self.clock.time_s)
 
     def do_expiry(self) -> None:
-        """Turn the clock to the instant at which the turn ends; what then comes first varies."""
+        """Set the clock to the instant at which the turn ends; what then comes first varies."""
         ends_s = self.turns.ends_s
         if ends_s is not None and 0 <= ends_s - self.clock.time_s < TURN_S + MAX_PAUSE_S:
             self._drive_until(ends_s)
@@ -204,7 +204,7 @@ class Crowd:
         before = len(self.driver.told)
         number = self.loop.press_stop(says("somebody"), viewer=self._somebody())
         assert self.driver.told[before].what == "stop"
-        self.stops += not self.is_stopped  # pressing again numbers nothing
+        self.stops += not self.is_stopped  # pressing again makes no new number
         assert number == self.stops
         self.is_stopped = True
 
@@ -221,21 +221,21 @@ class Crowd:
             self._hold()
 
     def do_reconnect(self) -> None:
-        """Let the robot be connected anew, or have a problem for a while."""
+        """Let the robot reconnect, or have a problem for a while."""
         state = self.driver.now
         problem = "The battery is empty." if self.rng.random() < 0.3 else None
         self.driver.now = replace(state, epoch=state.epoch + 1, problem=problem)
         self._hold()
 
     def do_send(self) -> None:
-        """Send a command, of the turn that runs or of one that is over, by whoever."""
+        """Send a command by any viewer, of the current turn or an earlier one."""
         viewer = self.operator if self.rng.random() < 0.8 else self._somebody()
         if viewer is not None:
             turn = self.turn if self.rng.random() < 0.85 else max(0, self.turn - 1)
             self._send(viewer, turn)
 
     def do_arrive(self) -> None:
-        """Let some of what is under way arrive, in any order."""
+        """Let some of the commands in flight arrive, in any order."""
         self.rng.shuffle(self.under_way)
         for _ in range(self.rng.randint(0, len(self.under_way))):
             sent = self.under_way.pop()
@@ -292,7 +292,7 @@ class Crowd:
         self.hold_s, self.neutral_since_s = self.clock.time_s, None
 
     def _on_events(self, events: tuple[TurnEvent, ...]) -> None:
-        """Follow the turns by what the room is told, and check that the robot was told before."""
+        """Track the turns by their events, and check that the robot was stopped before."""
         for event in events:
             match event:
                 case TurnStarted():
@@ -359,7 +359,7 @@ WEIGHTS: Final = (30, 1, 4, 3, 1, 6, 1, 3, 6, 1, 2, 6, 2, 20, 20, 8)
 
 
 def run(steps: int, seed: int) -> Counter[str]:
-    """Take so many steps, checking each; returns how often what happened."""
+    """Run this many steps, checking each; return how often each event happened."""
     crowd = Crowd(seed)
     for _ in range(steps):
         crowd.step()
@@ -368,7 +368,7 @@ def run(steps: int, seed: int) -> Counter[str]:
 
 @pytest.mark.timeout(3600)
 def test_no_motion_of_an_old_turn() -> None:
-    """Never is there a motion of an old turn after the switch, and always a stop between two."""
+    """After a change of turn there is no motion of an old turn, and always a stop in between."""
     steps = int(os.environ.get("WAX_STEPS", share_of(5000)))
     happened = run(steps, seed=5)
     assert happened["motions"] >= steps // 5

@@ -8,7 +8,7 @@ from wax.control.lateness import BOUNDS_MS, Lateness
 
 
 def test_lateness_falls_into_its_bucket() -> None:
-    """Each bound counts what is as late as itself; what is later than all has a place, too."""
+    """Each bucket includes its bound, and the last one counts everything beyond."""
     lateness = Lateness()
     for bound_ms in BOUNDS_MS:
         lateness.add(bound_ms / 1000)

@@ -29,7 +29,7 @@ AHEAD = (1.0, 0.0)
 
 
 class Person:
-    """Has a control in hand, which says everything 20 ms after the last."""
+    """A person whose control sends a reading every 20 ms."""
 
     def __init__(self, rules: HandRules = RULES) -> None:
         self.rules = rules
@@ -38,7 +38,7 @@ class Person:
         self.is_operator_heard = True
 
     def does(self, stick: tuple[float, float] = REST, **buttons: Any) -> HandMode:
-        """Do something once, and return what mode comes of it."""
+        """Send one reading, and return the resulting mode."""
         self.now_s += 0.02
         reading = HandReading(self.now_s, *stick, **buttons)
         self.state = local_hand.accept(
@@ -51,7 +51,7 @@ class Person:
         return self.state.mode
 
     def goes_on(self, during_s: float, stick: tuple[float, float] = REST) -> HandMode:
-        """Do the same for a while."""
+        """Repeat a reading for a while."""
         until_s = self.now_s + during_s
         while self.now_s < until_s:
             self.does(stick)
@@ -72,7 +72,7 @@ class Person:
 
     @property
     def speeds(self) -> tuple[float, float]:
-        """What they drive, rounded to what anybody could feel."""
+        """Their set-point, rounded to what anybody could feel."""
         return round(self.twist.linear_mps, 6), round(self.twist.angular_rps, 6)
 
     @property
@@ -81,14 +81,14 @@ class Person:
 
 
 def sitting(rules: HandRules = RULES) -> Person:
-    """Return a person who has left the robot to an operator."""
+    """Return a person who lets an operator drive."""
     person = Person(rules)
     assert person.goes_on(2.1) == "free"
     return person
 
 
 def test_nobody_drives_before_the_control_was_heard() -> None:
-    """At the start the control is lost, however long that is."""
+    """Before its first reading the control counts as lost."""
     person = Person()
     assert person.state.mode == "lost"
     assert person.silent(1000.0) == "lost"
@@ -96,7 +96,7 @@ def test_nobody_drives_before_the_control_was_heard() -> None:
 
 
 def test_at_rest_an_operator_may_drive_after_the_pause() -> None:
-    """The first reading begins the pause; nothing else is needed."""
+    """The first reading starts the pause, after which an operator may drive."""
     person = Person()
     assert person.does() == "pause"
     assert person.goes_on(1.9) == "pause"
@@ -106,7 +106,7 @@ def test_at_rest_an_operator_may_drive_after_the_pause() -> None:
 
 @pytest.mark.parametrize("stick", [(0.21, 0.0), (-0.21, 0.0), (0.0, 0.3), (0.0, -1.0)])
 def test_a_touch_takes_over_at_once(stick: tuple[float, float]) -> None:
-    """One reading beyond the dead zone, in whichever direction, and no operator's part is left."""
+    """One reading beyond the dead zone in any direction takes over from the operator."""
     person = sitting()
     assert person.does(stick) == "hand"
     assert person.share == 0.0
@@ -114,7 +114,7 @@ def test_a_touch_takes_over_at_once(stick: tuple[float, float]) -> None:
 
 
 def test_a_hand_that_is_felt_takes_over_too() -> None:
-    """With the stick at rest the robot stands, and is theirs."""
+    """A sensed hand takes over even with the stick at rest; the robot then stands."""
     person = sitting()
     assert person.does(is_held=True) == "hand"
     assert (person.twist, person.share) == (STANDSTILL, 0.0)
@@ -127,7 +127,7 @@ def test_within_the_dead_zone_nothing_is_touched() -> None:
 
 
 def test_the_set_point_grows_from_the_dead_zone_to_the_persons_most() -> None:
-    """Its edge is standstill, and the whole way is their fraction of the robot's speed."""
+    """The dead zone's edge is standstill, full deflection the person's fraction of the speed."""
     person = sitting()
     person.does((0.6, 0.0))
     assert person.speeds == (0.2, 0.0)
@@ -151,7 +151,7 @@ def test_letting_go_gives_back_after_a_pause() -> None:
 
 
 def test_stop_holds_everybody_until_they_go_on() -> None:
-    """Neither time nor the stick releases it, only the request, at rest."""
+    """Neither time nor the stick releases a Stop, only a request with the stick at rest."""
     person = sitting()
     assert person.does(stop=True) == "stopped"
     assert person.does() == "stopped"
@@ -167,7 +167,7 @@ def test_stop_holds_everybody_until_they_go_on() -> None:
 
 
 def test_stop_ends_their_own_driving() -> None:
-    """Stop outranks the hand that is on the stick, which must be released after it."""
+    """Stop outranks a hand on the stick, which must then be released first."""
     person = sitting()
     person.goes_on(0.5, AHEAD)
     assert person.does(AHEAD, stop=True) == "stopped"
@@ -178,7 +178,7 @@ def test_stop_ends_their_own_driving() -> None:
 
 
 def test_a_button_that_hangs_releases_nothing() -> None:
-    """What was pressed before Stop, or when the control came back, is no request to go on."""
+    """A button down since before Stop or a reconnection is no request to resume."""
     person = sitting()
     person.does(ask="go_on")
     person.does(ask="go_on", stop=True)
@@ -186,12 +186,12 @@ def test_a_button_that_hangs_releases_nothing() -> None:
     assert person.silent(0.2) == "lost"
     assert person.does(ask="go_on") == "stopped"
     assert person.does(ask="go_on") == "stopped"
-    assert person.press("go_on") == "stopped"  # it was down all the time
+    assert person.press("go_on") == "stopped"  # it was down throughout
     assert person.press("go_on") == "pause"
 
 
 def test_silence_holds_everybody() -> None:
-    """At the moment of the silence, not before; a control that is back begins with the pause."""
+    """The timeout is exact, and a control that is back starts with the pause."""
     person = sitting()
     person.goes_on(0.1, AHEAD)
     assert person.silent(0.124) == "hand"
@@ -201,7 +201,7 @@ def test_silence_holds_everybody() -> None:
 
 
 def test_a_stop_outlasts_silence() -> None:
-    """A control that is pulled out and put in again does not release the Stop."""
+    """Unplugging the control and plugging it in again does not release the Stop."""
     person = sitting()
     person.does(stop=True)
     assert person.silent(1.0) == "lost"
@@ -209,7 +209,7 @@ def test_a_stop_outlasts_silence() -> None:
 
 
 def test_a_stick_that_is_held_throughout_moves_nothing() -> None:
-    """After a start or a loss the control must be seen at rest before it drives."""
+    """After a start or a loss the control must be at rest before it drives."""
     person = Person()
     assert person.goes_on(10.0, AHEAD) == "pause"
     assert person.twist == STANDSTILL
@@ -220,7 +220,7 @@ def test_a_stick_that_is_held_throughout_moves_nothing() -> None:
 
 
 def test_after_a_fault_the_control_must_be_seen_at_rest() -> None:
-    """A hand that is on the stick when the robot comes back does not move it."""
+    """A hand on the stick when the robot reconnects does not move it."""
     person = sitting()
     person.goes_on(0.1, AHEAD)
     person.state = local_hand.disarm(person.state, person.now_s)
@@ -232,7 +232,7 @@ def test_after_a_fault_the_control_must_be_seen_at_rest() -> None:
 
 @pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf, 1.01, -1.01])
 def test_a_number_out_of_range_is_a_lost_control(number: float) -> None:
-    """What cannot be said was damaged: in any doubt the robot stands."""
+    """An impossible reading counts as a lost control, and the robot stands."""
     for stick in ((number, 0.0), (0.0, number)):
         person = sitting()
         assert person.does(stick) == "lost"
@@ -240,7 +240,7 @@ def test_a_number_out_of_range_is_a_lost_control(number: float) -> None:
 
 @pytest.mark.parametrize("age_s", [0.125, 0.2, -0.001])
 def test_old_readings_and_those_of_the_future_count_as_none(age_s: float) -> None:
-    """They neither take over nor end the silence."""
+    """Old and future readings neither take over nor end the silence."""
     person = sitting()
     reading = HandReading(person.now_s - age_s, 1.0)
     after = local_hand.accept(person.state, reading, person.now_s, RULES)
@@ -249,7 +249,7 @@ def test_old_readings_and_those_of_the_future_count_as_none(age_s: float) -> Non
 
 @pytest.mark.parametrize("age_s", [0.125, 60.0, -0.001])
 def test_a_stop_counts_however_late_it_comes(age_s: float) -> None:
-    """A press that waited in a buffer was meant; so was one before what else has been heard."""
+    """A Stop counts even if it was buffered, or is older than the newest reading."""
     person = sitting()
     person.does(AHEAD)
     press = HandReading(person.now_s - age_s, stop=True)
@@ -260,14 +260,14 @@ def test_a_stop_counts_however_late_it_comes(age_s: float) -> None:
 
 @pytest.mark.parametrize("stick", [(math.nan, 0.0), (0.0, 1.01)])
 def test_a_stop_counts_whatever_is_wrong_with_the_stick(stick: tuple[float, float]) -> None:
-    """The control is lost by its numbers, and stopped when it is back."""
+    """An impossible stick value loses the control, but its Stop is in force when it is back."""
     person = sitting()
     assert person.does(stick, stop=True) == "lost"
     assert person.does() == "stopped"
 
 
 def test_a_stop_does_not_bring_a_lost_control_back() -> None:
-    """An old press says nothing about who could stop now."""
+    """An old Stop does not make a lost control count as present."""
     person = sitting()
     person.silent(1.0)
     press = HandReading(person.now_s - 0.5, stop=True)
@@ -277,7 +277,7 @@ def test_a_stop_does_not_bring_a_lost_control_back() -> None:
 
 
 def test_an_earlier_reading_does_not_count_after_a_later_one() -> None:
-    """Of two that come in the wrong order the later is the truth."""
+    """Of two readings in the wrong order, the later one counts."""
     person = sitting()
     person.does()
     before = HandReading(person.now_s - 0.01, 1.0)
@@ -285,7 +285,7 @@ def test_an_earlier_reading_does_not_count_after_a_later_one() -> None:
 
 
 def test_several_readings_of_one_moment_all_count() -> None:
-    """What waited in a buffer is read at once: the last of it is how the control is."""
+    """Of buffered readings with one timestamp, the last gives the control's state."""
     person = sitting()
     for stick in (AHEAD, REST):
         reading = HandReading(person.now_s, *stick)
@@ -294,7 +294,7 @@ def test_several_readings_of_one_moment_all_count() -> None:
 
 
 def test_requests_are_numbered_by_their_presses() -> None:
-    """A button that is held asks once; another asks again, and the newest is told."""
+    """Each press is one request, however long it is held, and the newest request is reported."""
     person = sitting()
     for _ in range(5):
         person.does(ask="left")
@@ -304,13 +304,13 @@ def test_requests_are_numbered_by_their_presses() -> None:
 
 
 def test_a_request_does_not_touch() -> None:
-    """Asking leaves the robot to the operator."""
+    """A request does not take over from the operator."""
     person = sitting()
     assert person.press("right") == "free"
 
 
 def test_sharing_passes_as_much_as_the_stick_is_ahead() -> None:
-    """At rest, to the side and back nothing passes; the stick takes over nothing."""
+    """A shared stick lets through as much as it is pushed ahead, and never takes over."""
     person = sitting(SHARING)
     assert person.share == 0.0
     for stick, share in [
@@ -327,7 +327,7 @@ def test_sharing_passes_as_much_as_the_stick_is_ahead() -> None:
 
 
 def test_alone_the_sharing_stick_drives_once_it_was_at_rest() -> None:
-    """The stick that let an operator drive does not become one that drives by itself."""
+    """Without an operator the shared stick drives, but only after it has been at rest."""
     person = sitting(SHARING)
     person.does(AHEAD)
     person.is_operator_heard = False
@@ -339,7 +339,7 @@ def test_alone_the_sharing_stick_drives_once_it_was_at_rest() -> None:
 
 
 def test_an_operator_who_is_back_does_not_take_the_stick_out_of_the_hand() -> None:
-    """Who drives alone drives until they let go; sharing begins after the pause."""
+    """A person who drives alone keeps driving until they let go; sharing starts after the pause."""
     person = sitting(SHARING)
     person.is_operator_heard = False
     person.does()

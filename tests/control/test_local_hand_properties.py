@@ -1,4 +1,4 @@
-"""What holds of the hand control aboard, whatever it says and whenever."""
+"""Properties of the hand control aboard, for any readings at any time."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ RULES = (DRIVES, replace(DRIVES, shares=True))
 
 @dataclass(frozen=True)
 class Word:
-    """What the control says, how often, how long after one another, and how late it comes."""
+    """A reading, how often it is repeated, at what interval, and how late it arrives."""
 
     times: int
     linear: float
@@ -49,7 +49,7 @@ class Word:
 
 
 def each(**choices: list[Any]) -> st.SearchStrategy[dict[str, Any]]:
-    """Draw one of every list at once: the same chances in a fraction of the time."""
+    """Draw from every list at once, which is much faster than one by one."""
     every = product(*choices.values())
     return st.sampled_from([dict(zip(choices, one, strict=True)) for one in every])
 
@@ -80,18 +80,18 @@ calm = each(
     ask=[None, None, "go_on"],
     is_operator_heard=[False, True],
 ).map(lambda one: Word(**one))
-"""Without it hardly a trace would come to anybody's driving."""
+"""Without this, hardly a trace would get anybody to drive."""
 traces = st.lists(st.one_of(calm, words), max_size=25)
 
 
 class Judge:
-    """Says whose right it is to move the robot; knows no modes, only what was said and when."""
+    """Decides who may move the robot; it knows no modes, only the readings and their times."""
 
     def __init__(self, rules: HandRules) -> None:
         self.rules = rules
         self.newest: HandReading | None = None
         self.not_free_s = -math.inf
-        """When the robot was last the person's, or nobody's."""
+        """When an operator last could not drive."""
         self.is_stopped = False
         self.was_at_rest = False
 
@@ -133,13 +133,13 @@ class Judge:
         return self.was_at_rest and self._points(twist)
 
     def _leaves(self, share: float, now_s: float) -> bool:
-        """Whether so much of an operator's driving may pass."""
+        """Whether this share of an operator's set-point may pass."""
         assert self.newest is not None
         most = max(0.0, self.newest.linear) if self.rules.shares else 1.0
         return now_s - self.not_free_s >= self.rules.pause_s and share <= most
 
     def _points(self, twist: Twist) -> bool:
-        """Whether the person's stick asks for this, as fast as they may."""
+        """Whether the person's stick asks for this twist, within their speed."""
         assert self.newest is not None
         most = self.rules.max_fraction
         return local_hand.touches(self.newest, self.rules) and all(
@@ -154,7 +154,7 @@ class Judge:
 def play(
     trace: list[Word], rules: HandRules, each: Callable[[HandState, Judge, float], None]
 ) -> None:
-    """Let rules and judge hear the same, and show them after each word."""
+    """Give the same readings to the rules and the judge, and yield both after each."""
     state, judge, now_s = HandState(), Judge(rules), 100.0
     for word in trace:
         for _ in range(word.times):
@@ -187,7 +187,7 @@ def play(
 @examples(4000)
 @given(traces, st.sampled_from(RULES))
 def test_whoever_moves_the_robot_has_the_right_to(trace: list[Word], rules: HandRules) -> None:
-    """An operator after a whole pause of rest, the person by their newest word; never two."""
+    """An operator moves the robot only after a full pause, the person by their newest reading."""
 
     def each(state: HandState, judge: Judge, now_s: float) -> None:
         twist, share = local_hand.twist(state, rules, LIMITS), local_hand.share(state, rules)

@@ -1,4 +1,4 @@
-"""The beat's schedule, and how late it was."""
+"""The schedule of the ticks, and how late they were."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from wax.control.loop_timer import LoopTimer
 
 
 def test_schedule_does_not_drift() -> None:
-    """However late a beat is, the next ones are due where they always were."""
+    """However late a tick is, the next ones stay on schedule."""
     beat = LoopTimer(loop_hz=50.0, ttl_s=None)
     assert beat.rest_s(10.0) == 0.0
     assert not beat.is_too_late(10.0)
@@ -19,7 +19,7 @@ def test_schedule_does_not_drift() -> None:
 
 
 def test_a_step_between_two_beats_is_not_late() -> None:
-    """What is done between two beats changes neither the schedule nor the record."""
+    """A step between two ticks changes neither the schedule nor the record."""
     beat = LoopTimer(loop_hz=50.0, ttl_s=None)
     beat.is_too_late(10.0)
     assert not beat.is_too_late(10.015)
@@ -29,7 +29,7 @@ def test_a_step_between_two_beats_is_not_late() -> None:
 
 
 def test_every_tick_is_in_the_histogram() -> None:
-    """An early one as not late at all, and none between two ticks."""
+    """The histogram counts an early tick as not late, and no step between two ticks."""
     beat = LoopTimer(loop_hz=50.0, ttl_s=None)
     for now_s in (10.0, 10.015, 10.0195, 10.043):
         beat.is_too_late(now_s)
@@ -38,7 +38,7 @@ def test_every_tick_is_in_the_histogram() -> None:
 
 
 def test_ticks_that_never_came_were_late() -> None:
-    """A second's stall is fifty ticks; one of a day fills the minute that is kept."""
+    """Skipped ticks count as late: fifty for a second's stall, at most a minute's worth in all."""
     beat = LoopTimer(loop_hz=50.0, ttl_s=None)
     for number in range(300):
         beat.is_too_late(number / 50)
@@ -50,7 +50,7 @@ def test_ticks_that_never_came_were_late() -> None:
 
 
 def test_a_timer_that_fires_early_is_no_second_beat() -> None:
-    """A step just before its beat is that beat, neither early nor followed by another at once."""
+    """A step just before its tick counts as that tick, and is not followed by another at once."""
     beat = LoopTimer(loop_hz=50.0, ttl_s=None)
     beat.is_too_late(10.0)
     beat.is_too_late(10.0195)
@@ -59,7 +59,7 @@ def test_a_timer_that_fires_early_is_no_second_beat() -> None:
 
 
 def test_early_is_a_millisecond_at_most() -> None:
-    """A step 1 ms before a beat is that beat; one that comes sooner is between two."""
+    """A step up to 1 ms before a tick counts as that tick; an earlier one is between two ticks."""
     for early_s, rest_s in ((0.001, 0.021), (0.0011, 0.0011)):
         beat = LoopTimer(loop_hz=50.0, ttl_s=None)
         beat.is_too_late(-0.02)  # so that the next is due at 0, where no number is rounded
@@ -71,7 +71,7 @@ def test_early_is_a_millisecond_at_most() -> None:
     ("ttl_s", "let_be_s"), [(None, 0.2), (1.0, 0.2), (0.15, 0.15), (0.02, 0.1)]
 )
 def test_too_late(ttl_s: float | None, let_be_s: float) -> None:
-    """A beat may be as late as the robot's watchdog waits, between 100 and 200 ms."""
+    """A tick may be as late as the robot's own timeout, but no less than 100 and at most 200 ms."""
     for late_s, expected in ((let_be_s - 0.001, False), (let_be_s + 0.001, True)):
         beat = LoopTimer(loop_hz=50.0, ttl_s=ttl_s)
         beat.is_too_late(10.0)
@@ -79,14 +79,14 @@ def test_too_late(ttl_s: float | None, let_be_s: float) -> None:
 
 
 def test_as_late_as_it_may_be_is_not_too_late() -> None:
-    """At the very end of that time a beat is let be."""
+    """A tick exactly as late as allowed is not too late."""
     beat = LoopTimer(loop_hz=5.0, ttl_s=None)
     beat.is_too_late(0.0)
     assert not beat.is_too_late(0.4)
 
 
 def test_record_of_the_last_minute() -> None:
-    """The record tells the 99th percentile and the latest beat, and forgets after a minute."""
+    """The record gives the 99th percentile and the maximum lateness of the last minute."""
     beat = LoopTimer(loop_hz=50.0, ttl_s=None)
     assert (beat.jitter_p99_ms, beat.latest_ms) == (0.0, 0.0)
     for number in range(3000):
@@ -100,7 +100,7 @@ def test_record_of_the_last_minute() -> None:
 
 @pytest.mark.parametrize(("loop_hz", "beats"), [(20.0, 1200), (20.01, 1201)])
 def test_the_record_is_of_one_minute(loop_hz: float, beats: int) -> None:
-    """A late beat is remembered for as many beats as a minute has, and then forgotten."""
+    """A late tick is kept for as many ticks as a minute has."""
     beat = LoopTimer(loop_hz=loop_hz, ttl_s=None)
     beat.is_too_late(0.0)
     now_s = beat.rest_s(0.0) + 0.03
@@ -114,7 +114,7 @@ def test_the_record_is_of_one_minute(loop_hz: float, beats: int) -> None:
 
 
 def test_of_few_beats_the_latest_counts() -> None:
-    """Of fewer than a hundred beats no late one is left out."""
+    """With fewer than a hundred ticks the percentile is the maximum."""
     beat = LoopTimer(loop_hz=50.0, ttl_s=None)
     beat.is_too_late(10.0)
     beat.is_too_late(10.025)

@@ -1,6 +1,6 @@
-"""A page that lies about its clock, against the gate; and an honest one, which must notice nothing.
+"""A page that lies about its clock against the gate, and an honest one, which must not be refused.
 
-The truth is kept beside: when each command was really sent. The links are `tests.link`'s.
+The tests record when each command was really sent. The links are `tests.link`'s.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def turn(one_way_s: float | None) -> TurnView:
 
 
 class Server:
-    """Beats and gate, as the server strings them together."""
+    """Beats and gate, connected as in the server."""
 
     def __init__(self, one_way_s: float | None) -> None:
         self.beats = Beats()
@@ -74,10 +74,10 @@ class Server:
 
 
 claims = st.one_of(
-    st.just(math.inf),  # by its arrival, to the tenth of a millisecond
+    st.just(math.inf),  # the time of arrival, to a tenth of a millisecond
     st.floats(-0.5, 10.0),
 )
-"""How much later than in truth a command claims to be sent."""
+"""How much later than the truth a command claims to be sent."""
 
 
 @examples(300)
@@ -89,10 +89,10 @@ claims = st.one_of(
 def test_a_page_that_lies_moves_nothing_for_long(
     one_way_s: float | None, lies: list[tuple[float, float]], guesses: str
 ) -> None:
-    """Whatever a page claims and the uplink holds back: soon after it fell silent, all stands.
+    """Soon after a page falls silent the robot stands, whatever it claims and the uplink delays.
 
-    It is silent from 1.0 s on, and what it sent comes whenever the uplink likes. It has claimed the
-    delay of its link, too, as it likes.
+    The page is silent from 1.0 s on, its commands are delayed at random, and it claims a random
+    delay of its link.
     """
     server = Server(one_way_s)
     newest = first = server.beats.send(0.0)
@@ -120,7 +120,7 @@ def test_a_page_that_lies_moves_nothing_for_long(
 
 @pytest.mark.parametrize("late_s", [1.5, 5.0])
 def test_an_uplink_that_is_late_is_so_for_a_liar_too(late_s: float) -> None:
-    """Commands dated by their arrival, over an uplink that has become late: all are refused."""
+    """A page that dates its commands by their arrival gains nothing on a delayed uplink."""
     server = Server(0.001)
     beat = server.beats.send(0.0)
     server.hear(Told(0.0, 0.0, beat), 0.0, linear=0.0)
@@ -159,7 +159,7 @@ _PICTURE: Final = 1000
 def test_an_honest_page_is_never_refused(
     profile: Profile, hz: int, is_thin: bool, seed: int
 ) -> None:
-    """Over a link that can be driven over, lost and late beats included, every command counts."""
+    """Over a drivable link, even with lost and late beats, every command counts."""
     drive = Drive(profile, hz=hz, is_thin=is_thin, seed=seed)
     drive.run(60.0)
     assert drive.server.refused == 0
@@ -223,14 +223,14 @@ class Drive:
 
     def _tick(self, now_s: float) -> float:
         moves = self.server.moves(now_s)
-        if now_s > 2.0:  # it has pressed by then
+        if now_s > 2.0:  # it has started driving by then
             self.ticks += 1
             self.moved += moves
         return RULES.period_s
 
 
 def _least_s(way: DirectionSettings) -> float:
-    """Return the delay that a ping or pong measures at best."""
+    """Return the shortest delay that a ping or pong can measure."""
     earliest_ms = 0.0 if way.jitter is None else way.jitter.earliest_ms
     on_the_line_s = 0.0 if way.rate_bps is None else 8 * _DATAGRAM / way.rate_bps
     return (way.delay_ms - earliest_ms) / 1000 + on_the_line_s

@@ -1,4 +1,4 @@
-"""How long the operator's line is."""
+"""The estimated delay of the operator's link."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from wax.control.operator_delay import OperatorDelay
 
 
 class Meter:
-    """Measures what it is told to, and notes for whom it was asked."""
+    """A fake measurement that records whose link was measured."""
 
     def __init__(self, one_way_s: float | None) -> None:
         self.one_way_s = one_way_s
@@ -20,7 +20,7 @@ class Meter:
 
 
 def test_what_grows_is_not_allowed() -> None:
-    """It is asked for until it is known, and what it grows by later is not allowed for."""
+    """The delay is measured until known; later growth gives no further allowance."""
     meter = Meter(None)
     line = OperatorDelay(meter.measure, RULES)
     assert line.one_way_s(7) is None
@@ -31,7 +31,7 @@ def test_what_grows_is_not_allowed() -> None:
 
 
 def test_the_least_counts() -> None:
-    """A link measured while it was busy loses what it did not need, and never gets it back."""
+    """An estimate made on a busy link falls when the link is idle, and does not rise again."""
     meter = Meter(0.1)
     line = OperatorDelay(meter.measure, RULES)
     assert line.one_way_s(7) == 0.1
@@ -48,14 +48,14 @@ def test_the_least_counts() -> None:
 
 
 def test_nobodys_line_is_not_measured() -> None:
-    """Without an operator there is no line to ask for."""
+    """Without an operator no link is measured."""
     meter = Meter(0.1)
     assert OperatorDelay(meter.measure, RULES).one_way_s(None) is None
     assert meter.asked == []
 
 
 def test_another_connection_is_measured_anew() -> None:
-    """What the last operator's line was allows the next one nothing."""
+    """The next operator gets no allowance from the last one's link."""
     meter = Meter(0.1)
     line = OperatorDelay(meter.measure, RULES)
     assert line.one_way_s(7) == 0.1
@@ -67,7 +67,7 @@ def test_another_connection_is_measured_anew() -> None:
 
 
 def test_a_turn_that_renews_is_measured_anew() -> None:
-    """The delay of this moment counts for the next turn; the old one where there is none."""
+    """A renewed turn uses the present delay, or the old one if there is none."""
     meter = Meter(0.1)
     line = OperatorDelay(meter.measure, RULES)
     assert line.one_way_s(7) == 0.1
@@ -80,7 +80,7 @@ def test_a_turn_that_renews_is_measured_anew() -> None:
 
 
 def test_one_late_answer_costs_nobody_their_turn() -> None:
-    """A delay that nobody may drive with is measured again, until it is one to drive with."""
+    """A delay too long to drive with is measured again until it is short enough."""
     meter = Meter(0.36)
     line = OperatorDelay(meter.measure, RULES)
     assert line.one_way_s(7) == 0.36

@@ -1,4 +1,4 @@
-"""Whose word the age of a picture is: what the gate makes of a source that does not know it."""
+"""How well a picture's age is known, and what the gate does if it is not."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ TURN = TurnView(number=1, operator=1, present=True, one_way_s=0.0, sees=True, pi
 
 @pytest.mark.parametrize("within_s", [None, math.nan, math.inf, -0.1])
 def test_an_unknown_error_is_an_unknown_age(within_s: float | None) -> None:
-    """Without a number that can be an error no picture is known, the earlier ones neither."""
+    """Without a valid error bound no picture's age is known, not even an earlier one's."""
     clock = PictureClock().after(5.0, 0.1).after(5.1, within_s)
     assert clock.doubted_s == 5.1
     turn = replace(TURN, picture=clock)
@@ -29,12 +29,12 @@ def test_an_unknown_error_is_an_unknown_age(within_s: float | None) -> None:
 
 
 def test_a_clock_that_errs_by_nothing_adds_no_age() -> None:
-    """Where it is not said otherwise, the age is as it is told."""
+    """An error bound of 0 adds nothing to the reported age."""
     assert judge(5.0, 5.39, TURN, RULES) is VideoFreshness.CLEAR
 
 
 def test_only_what_was_captured_since_is_known() -> None:
-    """When a source knows again, the pictures before that are still on the screen."""
+    """Once ages are known again, earlier pictures still count as unknown."""
     clock = PictureClock().after(5.0, None).after(5.1, 0.0).after(5.2, 0.0)
     turn = replace(TURN, picture=clock)
     assert judge(5.09, 5.2, turn, RULES) is VideoFreshness.NONE
@@ -42,7 +42,7 @@ def test_only_what_was_captured_since_is_known() -> None:
 
 
 def test_what_a_clock_may_err_by_is_age() -> None:
-    """A picture that may be 0.3 s older than it says is slowed and stopped by as much earlier."""
+    """An error bound of 0.3 s makes the robot slow down and stop 0.3 s earlier."""
     clock = PictureClock().after(5.0, 0.3).after(5.1, 0.1)  # the screen may still show the first
     turn = replace(TURN, picture=clock)
     assert judge(5.1, 5.19, turn, RULES) is VideoFreshness.CLEAR
@@ -51,7 +51,7 @@ def test_what_a_clock_may_err_by_is_age() -> None:
 
 
 def test_nobody_starts_and_nobody_goes_on_by_an_unknown_age() -> None:
-    """The operator reads why, and a robot that drives stops with the first such picture."""
+    """A picture of unknown age stops the robot and prevents starting, with a reason."""
     driving = replace(TURN, picture=PictureClock().after(1.0, 0.0))
     lost = replace(TURN, picture=driving.picture.after(9.9, None))
     neutral = Command(1, 1, 10.0, 0, 0, False, "fast", seen_s=10.0, heard_s=10.0)
@@ -70,13 +70,13 @@ def test_nobody_starts_and_nobody_goes_on_by_an_unknown_age() -> None:
 
 
 def test_whoever_looks_away_on_purpose_is_not_asked() -> None:
-    """With the picture off they drive slowly and by ear, whatever its age."""
+    """With the picture switched off its age does not matter, and the robot is slow."""
     turn = replace(TURN, sees=False, picture=PictureClock())
     assert judge(None, 5.0, turn, RULES) is VideoFreshness.OFF
 
 
 def test_a_doubt_is_told_once_it_lasts() -> None:
-    """A stream that has just been opened is no news; three seconds of it are."""
+    """Pictures of unknown age are reported only after three seconds."""
     clock = PictureClock()
     assert not clock.is_doubted(100.0)
     clock = clock.after(5.0, None).after(7.0, None)

@@ -1,4 +1,4 @@
-"""How soon the robot gets as fast as it is told."""
+"""How quickly the robot reaches the commanded speed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SOFT = replace(RULES, soft_braking=True)
     [
         (0.0, 0.8, 0.1, 0.1),  # faster, at 1 m/s² for 0.1 s
         (0.0, -0.8, -0.1, -0.1),
-        (0.75, 0.8, 0.8, 0.8),  # no further than told
+        (0.75, 0.8, 0.8, 0.8),  # no further than the target
         (-0.75, -0.8, -0.8, -0.8),
         (0.8, 0.3, 0.3, 0.6),  # slower at once, or at 2 m/s²
         (-0.8, -0.3, -0.3, -0.6),
@@ -40,7 +40,7 @@ SOFT = replace(RULES, soft_braking=True)
 def test_examples(
     now_mps: float, target_mps: float, expected_mps: float, expected_soft_mps: float
 ) -> None:
-    """Faster at the acceleration, slower at once or, where the body needs it, at its rate."""
+    """It speeds up at the acceleration, and slows down at once or, if soft, at the braking rate."""
     for rules, expected in ((RULES, expected_mps), (SOFT, expected_soft_mps)):
         # Turning has four times these rates, so four times the speeds make the same example.
         after = ramp.towards(
@@ -51,7 +51,7 @@ def test_examples(
 
 
 def test_what_is_not_soft_ends_at_once() -> None:
-    """Stop, hand-over and faults end motion at once, whatever the body needs."""
+    """Stop, hand-over and faults end motion at once, even with soft braking."""
     assert ramp.towards(STANDSTILL, Twist(0.8, 2.0), 0.02, SOFT, soft=False) == STANDSTILL
 
 
@@ -59,7 +59,7 @@ def test_what_is_not_soft_ends_at_once() -> None:
     ("after_s", "expected_mps"), [(-1.0, 0.0), (0.0, 0.0), (0.01, 0.01), (0.04, 0.04), (0.2, 0.04)]
 )
 def test_step_by_the_clock(after_s: float, expected_mps: float) -> None:
-    """A step is as large as the time since the last one, and never larger than two beats."""
+    """A step is proportional to the time since the last one, up to two ticks."""
     target = Setpoint(Twist(0.8, 0.0), {"pan": 0.5}, limit=says("Slow."), soft=True)
     after = ramp.step(target, STANDSTILL, after_s, RULES)
     assert after.twist.linear_mps == pytest.approx(expected_mps)
@@ -68,7 +68,7 @@ def test_step_by_the_clock(after_s: float, expected_mps: float) -> None:
 
 @pytest.mark.parametrize(("soft", "expected_mps"), [(True, 0.76), (False, 0.0)])
 def test_step_is_as_soft_as_its_set_point(soft: bool, expected_mps: float) -> None:
-    """Whether motion ends at once is the set-point's to say."""
+    """The set-point decides whether motion ends softly."""
     after = ramp.step(Setpoint(reason=says("Why."), soft=soft), Twist(0.8, 0.0), 0.02, SOFT)
     assert after.twist.linear_mps == pytest.approx(expected_mps)
 
@@ -80,7 +80,7 @@ speeds = st.floats(-10, 10)
 def test_never_beyond_and_never_too_soon(
     now: float, target: float, after_s: float, soft: bool
 ) -> None:
-    """Between what it was and what it shall be, and faster only by the acceleration."""
+    """A step stays between the old speed and the target, and never exceeds the acceleration."""
     after = ramp.towards(Twist(target, 0.0), Twist(now, 0.0), after_s, SOFT, soft=soft).linear_mps
     tolerance = 1e-12
     assert min(now, target) - tolerance <= after <= max(now, target) + tolerance
@@ -94,7 +94,7 @@ def test_never_beyond_and_never_too_soon(
 
 @given(now=speeds, target=speeds, soft=st.booleans())
 def test_arrives(now: float, target: float, soft: bool) -> None:
-    """After enough steps the robot is exactly as fast as it is told, and stays so."""
+    """After enough steps the robot has exactly the commanded speed, and keeps it."""
     twist = Twist(now, -now)
     for _ in range(1000):
         twist = ramp.towards(Twist(target, -target), twist, 0.04, SOFT, soft=soft)

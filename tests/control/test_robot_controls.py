@@ -1,4 +1,4 @@
-"""Which of what people ask of the robot's controls counts."""
+"""Which requests for the robot's controls count."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def works(
     ],
 )
 def test_what_is_set_stays(name: str, value: float, told: ControlValue) -> None:
-    """A toggle, a slider and a choice keep their value, however long nobody says anything."""
+    """A toggle, a slider and a choice keep their value until somebody changes it."""
     state = taken(OperationState(), asked(1, wanted={name: value}))
     assert works(state, now_s=1e6, may_move=False) == {name: told}
     state = taken(state, asked(2))
@@ -101,7 +101,7 @@ def test_what_is_set_stays(name: str, value: float, told: ControlValue) -> None:
 
 
 def test_what_is_held_ends_with_its_command() -> None:
-    """A horn sounds as long as a command would count, whatever else keeps the robot still."""
+    """A horn sounds for a command's time-to-live, even while the robot is held."""
     state = taken(OperationState(), asked(1, held={"horn": 1}))
     assert works(state, may_move=False) == {"horn": True}
     assert works(state, now_s=10.0 + TTL_S) == {"horn": True}
@@ -109,7 +109,7 @@ def test_what_is_held_ends_with_its_command() -> None:
 
 
 def test_a_time_in_the_future_makes_nothing_last_longer() -> None:
-    """A clock that is a little ahead does not hold a horn for longer."""
+    """A timestamp slightly ahead does not hold a horn for longer."""
     state = taken(OperationState(), asked(1, sent_s=10.1, held={"horn": 1}))
     assert works(state, now_s=10.001 + TTL_S) == {}
 
@@ -127,7 +127,7 @@ def test_a_time_in_the_future_makes_nothing_last_longer() -> None:
 def test_what_is_held_is_as_old_as_its_beat(
     viewer: int, heard_s: float, expected: Refusal | None
 ) -> None:
-    """Whatever time a page claims; who does not drive hears a beat less often."""
+    """A held control expires by its beat, which is older for viewers who do not drive."""
     held = replace(asked(1, held={"horn": 1}), heard_s=heard_s)
     roles = DRIVES if viewer == A else WATCHES
     state, refusal = accept(OperationState(), held, viewer=viewer, roles=roles)
@@ -139,7 +139,7 @@ def test_what_is_held_is_as_old_as_its_beat(
 
 
 def test_letting_go_is_never_too_late() -> None:
-    """However old it is, a release counts, if nothing newer has come."""
+    """A release counts however old it is, if nothing newer has arrived."""
     state = taken(OperationState(), asked(1, held={"horn": 1}))
     assert works(taken(state, asked(2, sent_s=1.0))) == {}
     assert accept(taken(state, asked(5, held={"horn": 1})), asked(2))[1] is Refusal.OUT_OF_ORDER
@@ -147,7 +147,7 @@ def test_letting_go_is_never_too_late() -> None:
 
 @pytest.mark.parametrize("name", ["spin", "lift"])
 def test_what_moves_needs_all_that_driving_needs(name: str) -> None:
-    """It moves in its operator's turn, while driving is possible and held, and then no more."""
+    """A moving control works only in its operator's turn, while driving is possible and held."""
     state = taken(OperationState(), asked(1, held={name: 1}))
     assert works(state) == {name: True if name == "spin" else 1.0}
     assert works(state, may_move=False) == {}
@@ -167,7 +167,7 @@ def test_what_moves_needs_all_that_driving_needs(name: str) -> None:
 def test_what_was_let_go_of_must_be_pressed_again(
     let_go: object, left: dict[str, ControlValue]
 ) -> None:
-    """Holding on does nothing after a stop or a turn; releasing and pressing does."""
+    """After a stop or a turn a held control must be released and pressed again."""
     assert callable(let_go)
     both = {"horn": 1.0, "spin": 1.0}
     state = taken(OperationState(), asked(1, held=both, wanted={"lamp": 1}))
@@ -181,7 +181,7 @@ def test_what_was_let_go_of_must_be_pressed_again(
 
 
 def test_one_is_released_while_another_is_held_on() -> None:
-    """What is pressed again counts again, what is held on does not."""
+    """A control pressed again counts again, while one held throughout does not."""
     state = taken(OperationState(), asked(1, held={"horn": 1, "spin": 1}))
     state = controls.release_held(state)
     state = taken(state, asked(2, held={"horn": 1}))
@@ -190,7 +190,7 @@ def test_one_is_released_while_another_is_held_on() -> None:
 
 
 def test_a_stop_refuses_what_moves_alone() -> None:
-    """While a Stop is in force lights and horn work, and nothing that moves."""
+    """While a Stop is in force lights and horn work, but nothing moves."""
     state, refusal = accept(OperationState(), asked(1, held={"spin": 1}), is_stopped=True)
     assert refusal is Refusal.STOPPED
     assert works(state) == {}
@@ -230,21 +230,21 @@ def test_a_stop_refuses_what_moves_alone() -> None:
 def test_what_is_refused(
     what: Operation, changed: dict[str, object], refusal: Refusal | None
 ) -> None:
-    """Each reason not to take an operation, and its neighbours that are taken."""
+    """Each reason to refuse an operation, and similar operations that are accepted."""
     state, why = accept(OperationState(), what, **changed)  # type: ignore[arg-type]  # a table
     assert why is refusal
     assert (state == OperationState()) is (refusal is not None)
 
 
 def test_all_of_it_or_nothing() -> None:
-    """One part that is refused refuses the others, so that a page knows what has become of it."""
+    """One refused part refuses the whole operation, so that the page knows the outcome."""
     state, refusal = accept(OperationState(), asked(1, wanted={"lamp": 1, "dim": 9}))
     assert refusal is Refusal.OUT_OF_RANGE
     assert works(state) == {}
 
 
 def test_a_new_page_counts_from_the_start() -> None:
-    """Its numbers are its own, and what the page before it held is released."""
+    """A new page has its own numbers, and what the old page held is released."""
     state = taken(OperationState(), asked(9, held={"horn": 1}, wanted={"lamp": 1}))
     state = controls.reset_viewer(state, A)
     assert works(state) == {"lamp": True}
@@ -285,10 +285,10 @@ MOVING = ("spin", "lift")
 
 @dataclass
 class Judge:
-    """The rules once more, naively, for each viewer and control."""
+    """A naive second implementation of the rules, for each viewer and control."""
 
     pressed_s: dict[tuple[int, str], float] = field(default_factory=dict)
-    """When it was last said to be held, after it was pressed anew."""
+    """The time of the newest message that held it, since it was pressed again."""
     is_spent: set[tuple[int, str]] = field(default_factory=set)
     newest: dict[int, set[str]] = field(default_factory=dict)
 
@@ -320,7 +320,7 @@ class Judge:
 @examples(300)
 @given(st.lists(words, min_size=5, max_size=60))
 def test_held_only_by_the_rules(trace: list[Word]) -> None:
-    """Whatever comes, late, twice or forged: only what was pressed anew, and lately, is held."""
+    """Whatever is late, repeated or forged, only what was pressed again recently is held."""
     now_s, seq, is_stopped = 100.0, 0, False
     state, judge = OperationState(), Judge()
     for word in trace:

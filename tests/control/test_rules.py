@@ -1,4 +1,4 @@
-"""The configuration in the units of control."""
+"""The configuration, converted to the units of control."""
 
 from __future__ import annotations
 
@@ -51,6 +51,6 @@ def test_every_rule_is_what_was_configured() -> None:
 
 @pytest.mark.parametrize(("ttl_s", "expected_s"), [(None, 0.15), (0.1, 0.15), (0.2, 0.2)])
 def test_the_slowest_watchdog_that_is_known(ttl_s: float | None, expected_s: float) -> None:
-    """The driver's process counts always, the robot's own watchdog where it is known."""
+    """The driver process's timeout always counts, the robot's own only if known."""
     limits = Limits(0.6, 1.5, ttl_s=ttl_s)
     assert Rules.of(DRIVE, ROBOT, limits).watchdog_s == expected_s

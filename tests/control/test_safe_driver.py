@@ -1,4 +1,4 @@
-"""What the driver is told, and what becomes of a driver that raises."""
+"""The calls that the driver gets, and how a driver that raises is handled."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ AHEAD = Twist(0.5, 0.0)
 
 
 class Robot:
-    """Notes what it is told; raises from the methods named in `broken`."""
+    """Records its calls; raises from the methods named in `broken`."""
 
     kind = "noted"
     limits = Limits(0.5, 1.0, axes=("pan",))
@@ -60,7 +60,7 @@ def robot() -> Robot:
 
 @pytest.fixture
 def safe_driver(robot: Robot) -> SafeDriver:
-    """Make a safe driver whose robot is there, and was told nothing since."""
+    """Make a safe driver whose robot is connected and has no calls recorded since."""
     safe_driver = SafeDriver(robot)
     assert safe_driver.check(1) is None
     robot.take()
@@ -68,7 +68,7 @@ def safe_driver(robot: Robot) -> SafeDriver:
 
 
 def test_it_stands_from_the_start(robot: Robot) -> None:
-    """Before anything was said nothing moves, and the robot counts as not there."""
+    """Before the first call nothing moves, and the robot counts as not connected."""
     safe_driver = SafeDriver(robot)
     assert not safe_driver.is_moving
     assert not safe_driver.state.connected
@@ -76,7 +76,7 @@ def test_it_stands_from_the_start(robot: Robot) -> None:
 
 
 def test_a_robot_that_is_not_there_is_told_of(safe_driver: SafeDriver, robot: Robot) -> None:
-    """What the robot says is wrong with it comes first, then that it is not connected."""
+    """A problem that the robot reports is shown before the missing connection."""
     robot.now = RobotState(connected=False, epoch=1)
     assert safe_driver.check(1) == NOT_CONNECTED
     robot.now = RobotState(connected=False, epoch=1, problem="No port.")
@@ -84,7 +84,7 @@ def test_a_robot_that_is_not_there_is_told_of(safe_driver: SafeDriver, robot: Ro
 
 
 def test_a_robot_that_was_connected_anew_is_stopped(safe_driver: SafeDriver, robot: Robot) -> None:
-    """It is stopped once, and where its axes stand is not known any more."""
+    """A robot that has reconnected is stopped once, and its axes' positions are unknown."""
     safe_driver.steer(Setpoint(axes={"pan": 0.5}), 1)
     assert not safe_driver.changes_axes({"pan": 0.5})
     robot.now = RobotState(connected=True, epoch=2)
@@ -96,7 +96,7 @@ def test_a_robot_that_was_connected_anew_is_stopped(safe_driver: SafeDriver, rob
 
 
 def test_only_axes_that_change_are_set(safe_driver: SafeDriver, robot: Robot) -> None:
-    """A position is said once; that it would be said anew can be asked."""
+    """A position is sent once, and `changes_axes` says whether one would be sent."""
     assert safe_driver.changes_axes({"pan": 0.5}) is True
     for _ in range(2):
         safe_driver.steer(Setpoint(axes={"pan": 0.5}), 1)
@@ -107,7 +107,7 @@ def test_only_axes_that_change_are_set(safe_driver: SafeDriver, robot: Robot) ->
 
 
 def test_letting_go_is_a_set_point_of_standstill(safe_driver: SafeDriver, robot: Robot) -> None:
-    """Motion that ends because the operator wants it to needs no stop."""
+    """Motion that the operator ends needs no stop, just standstill."""
     safe_driver.steer(Setpoint(AHEAD), 1)
     safe_driver.steer(Setpoint(), 1)
     assert robot.take() == [("apply", AHEAD, 1), ("apply", STANDSTILL, 1)]
@@ -116,7 +116,7 @@ def test_letting_go_is_a_set_point_of_standstill(safe_driver: SafeDriver, robot:
 def test_motion_that_ends_with_a_reason_ends_with_a_stop(
     safe_driver: SafeDriver, robot: Robot
 ) -> None:
-    """At the end of a soft stop, not on the way, and once."""
+    """A soft stop ends with one `Driver.stop`, at standstill and not before."""
     slow = Twist(0.1, 0.0)
     for twist in (AHEAD, slow, STANDSTILL, STANDSTILL):
         safe_driver.steer(Setpoint(twist, reason=None if twist is AHEAD else says("Why.")), 2)
@@ -130,7 +130,7 @@ def test_motion_that_ends_with_a_reason_ends_with_a_stop(
 
 
 def test_lending_begins_with_one_stop(safe_driver: SafeDriver, robot: Robot) -> None:
-    """Another reason is no other loan, and what was not lent is not taken back."""
+    """Lending stops the robot once, even if the reason changes or nothing was lent."""
     safe_driver.lend(None, 1)
     assert robot.take() == []
     safe_driver.lend(says("It is being proved."), 1)
@@ -145,7 +145,7 @@ def test_lending_begins_with_one_stop(safe_driver: SafeDriver, robot: Robot) -> 
 
 
 def test_whether_a_lent_robot_moves_is_not_known(safe_driver: SafeDriver, robot: Robot) -> None:
-    """What it said before somebody else had it does not count any more."""
+    """While the driver is lent it is unknown whether the robot moves."""
     robot.now = RobotState(connected=True, epoch=1, moving=True)
     safe_driver.check(1)
     assert safe_driver.state.moving is True
@@ -174,14 +174,14 @@ def test_a_robot_that_does_not_answer_is_stopped(safe_driver: SafeDriver, robot:
 
 
 def test_what_a_driver_may_not_return_is_no_state(safe_driver: SafeDriver, robot: Robot) -> None:
-    """A driver that returns something else does not answer."""
+    """A driver that returns no valid state counts as not answering."""
     robot.now = None  # type: ignore[assignment]  # somebody's driver
     with capture_logs():
         assert safe_driver.check(1) == NO_ANSWER
 
 
 def test_a_failure_is_logged_once_until_all_is_well(robot: Robot) -> None:
-    """From the very first call on, and anew after the robot has answered."""
+    """A failure is logged once, and again only after the robot has worked in between."""
     safe_driver = SafeDriver(robot)
     with capture_logs() as logs:
         robot.broken = {"state", "apply", "stop"}

@@ -1,4 +1,4 @@
-"""How fast the robot is told to be."""
+"""The speed that the robot may have."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_what_is_left_of_the_speed() -> None:
 
 @pytest.mark.parametrize("command", [None, replace(FULL, linear=0.0, angular=0.0)])
 def test_nothing_is_left_out_of_nothing(command: Command | None) -> None:
-    """Who asks for no motion is not slowed."""
+    """Without a command for motion nothing is slowed."""
     assert speed.share(command, STANDSTILL, RULES) == 1.0
 
 
@@ -61,7 +61,7 @@ def test_what_is_left_is_a_share(
     most: tuple[float, float],
     freshness: VideoFreshness,
 ) -> None:
-    """Whatever is asked of whatever robot, a part that is nothing included, it is from 0 to 1."""
+    """The share is from 0 to 1 for any command and robot, even if a part is 0."""
     command = replace(FULL, linear=linear, angular=angular, speed=pace)
     rules = replace(RULES, limits=Limits(*most))
     lowered, _ = speed.twist(command, freshness, TTL_S, rules, 0.5)
@@ -69,7 +69,7 @@ def test_what_is_left_is_a_share(
 
 
 def test_fine() -> None:
-    """Slow speed multiplies what is asked for, and is no limit that one must be told of."""
+    """Slow speed scales the command, and is not reported as a limit."""
     fine = replace(FULL, speed="slow")
     assert speed.twist(fine, VideoFreshness.CLEAR, TTL_S, RULES) == (Twist(-0.4, 0.5), None)
 
@@ -110,7 +110,7 @@ def test_without_a_fresh_picture_no_faster_than_fine(sight: VideoFreshness, why:
 def test_who_is_slow_already_is_let_be(
     sight: VideoFreshness, command: Command, expected: Twist
 ) -> None:
-    """What is no faster than slow speed anyway is neither lowered nor commented."""
+    """A command within slow speed is neither lowered nor reported."""
     assert speed.twist(command, sight, TTL_S, RULES) == (expected, None)
 
 
@@ -124,12 +124,12 @@ def test_stopping_distance_keeps_the_curve() -> None:
 
 
 def test_as_fast_as_it_may_be_is_not_lowered() -> None:
-    """At exactly the speed from which the robot can stop no limit is reported."""
+    """No limit is reported at exactly the speed from which the robot can stop."""
     fastest = fastest_mps(TTL_S, RULES)
     rules = replace(RULES, limits=replace(RULES.limits, linear_mps=fastest))
     command = replace(FULL, linear=1.0, angular=0.0)
     assert speed.twist(command, VideoFreshness.CLEAR, TTL_S, rules) == (Twist(fastest, 0.0), None)
-    # Over a longer line the same is too fast, and the line alone is to blame.
+    # Over a longer link the same speed is too fast, and only the link is to blame.
     assert speed.twist(command, VideoFreshness.CLEAR, 0.4, rules)[1] is Limit.LONG_DELAY
 
 
@@ -141,7 +141,7 @@ def test_turning_on_the_spot_needs_no_distance() -> None:
 
 
 def test_the_line_is_to_blame_only_where_it_is() -> None:
-    """A speed that a short line would allow is limited by the line, else by the robot."""
+    """A speed that a fast link would allow is limited by the link, else by the robot."""
     rules = replace(RULES, max_stop_distance_m=0.35)
     assert fastest_mps(0.15, rules) > 0.8 > fastest_mps(0.4, rules)
     assert speed.twist(FULL, VideoFreshness.CLEAR, 0.15, rules)[1] is None
@@ -151,7 +151,7 @@ def test_the_line_is_to_blame_only_where_it_is() -> None:
 
 
 def test_the_strictest_limit_is_told() -> None:
-    """Where two limits lower the speed, the one told is the one that lowered it most."""
+    """If two limits lower the speed, the one that lowered it most is reported."""
     rules = replace(RULES, max_stop_distance_m=0.05)
     twist, why = speed.twist(FULL, VideoFreshness.LATE, TTL_S, rules)
     assert twist.linear_mps == pytest.approx(-fastest_mps(TTL_S, rules))

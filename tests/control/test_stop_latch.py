@@ -28,7 +28,7 @@ NOW_S = 101.0
 
 
 def test_numbers_only_rise() -> None:
-    """Each stop has the next number; pressing again keeps it, and the name of who was first."""
+    """Each stop has the next number; pressing again keeps it and the first presser's name."""
     assert PRESSED.stop == LatchedStop(2, says("Bob"))
     free, refusal = release(PRESSED, ADA, 2, NOW_S, turn=TURN, now_s=NOW_S)
     assert refusal is None
@@ -37,7 +37,7 @@ def test_numbers_only_rise() -> None:
 
 
 def test_a_guessed_number_releases_nothing() -> None:
-    """A release with the right number that was sent before the stop was pressed is no answer."""
+    """A release sent before the stop was pressed has no effect, even with the right number."""
     latch = press(StopLatch(), says("Bob"), 100.0)
     for sent_s, expected in ((99.999, Refusal.OTHER_STOP), (100.0, None)):
         assert release(latch, ADA, 1, sent_s, turn=TURN, now_s=NOW_S)[1] is expected
@@ -82,7 +82,7 @@ def test_only_the_host_releases_the_hosts_stop() -> None:
 
 
 def test_who_pressed_first_is_known() -> None:
-    """The stop names the viewer who pressed it first, by whose pressing no clock stands still."""
+    """The stop names the viewer who pressed it first, whose own turn it does not pause."""
     latch = press(press(StopLatch(), says("Bob"), 98.0, viewer=BOB), says("Ada"), 99.0, viewer=ADA)
     assert latch.stop == LatchedStop(1, says("Bob"), BOB)
 
@@ -119,14 +119,14 @@ def test_refused(
 
 
 def test_release_is_good_for_two_seconds() -> None:
-    """A release that was under way for longer than two seconds counts no more."""
+    """A release that took longer than two seconds to arrive has no effect."""
     assert release(PRESSED, ADA, 2, 100.5, turn=TURN, now_s=102.5)[1] is None
     late = release(PRESSED, ADA, 2, 100.5, turn=TURN, now_s=102.501)
     assert late == (PRESSED, Refusal.RELEASED_LATE)
 
 
 def test_what_is_not_latched_is_not_released() -> None:
-    """A release while no stop lasts is refused, also a repeated one."""
+    """A release without a stop in force is refused, even a repeated one."""
     free, _ = release(PRESSED, ADA, 2, 100.5, turn=TURN, now_s=NOW_S)
     assert release(free, ADA, 2, 100.5, turn=TURN, now_s=NOW_S) == (free, Refusal.OTHER_STOP)
 
@@ -173,7 +173,7 @@ def test_the_operator_releases_somebody_elses_stop_later(
 
 
 def test_the_next_stop_has_its_own_time() -> None:
-    """A stop pressed after an early release by the host lasts for a time of its own."""
+    """A stop pressed after an early release by the host gets its own full delay."""
     free, _ = release(pressed((BOB, 0.0)), "host", 1, None, turn=TURN, now_s=1.0)
     assert not adds_nothing(free, BOB, 1.0)
     latch = press(free, says("Bob"), 1.0, viewer=BOB, release_after_s=RELEASE_AFTER_S)
@@ -191,7 +191,7 @@ def test_what_a_press_adds() -> None:
 
 
 def test_a_press_that_adds_nothing_is_still_one() -> None:
-    """It outdates releases sent before it, and makes the stop the host's."""
+    """Such a press still invalidates earlier releases, and still makes the stop the host's."""
     latch = press(pressed((None, 0.0)), says("the host"), 1.0, by_host=True)
     assert latch.stop is not None
     assert latch.stop.by_host
@@ -199,12 +199,12 @@ def test_a_press_that_adds_nothing_is_still_one() -> None:
 
 
 def test_an_early_release_of_another_stop_is_of_another_stop() -> None:
-    """The operator hears what waiting cannot mend rather than that it is early."""
+    """A release of another stop is refused as such, even if it is also too early."""
     early = release(pressed((BOB, 0.0)), ADA, 2, None, turn=TURN, now_s=0.0)
     assert early[1] is Refusal.OTHER_STOP
 
 
 def test_without_a_time_of_its_own_a_stop_may_be_released_at_once() -> None:
-    """A host may have the operator release any stop at once."""
+    """With a delay of 0 the operator may release any stop at once."""
     latch = press(StopLatch(), says("Bob"), 0.0, viewer=BOB)
     assert release(latch, ADA, 1, None, turn=TURN, now_s=0.0)[1] is None

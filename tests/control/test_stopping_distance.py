@@ -1,4 +1,4 @@
-"""How fast a robot may run that must stand in time."""
+"""How fast a robot may run so that it stops in time."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from wax.control.stopping_distance import fastest_mps, unnoticed_s
 
 @pytest.mark.parametrize(("watchdog_s", "expected_s"), [(0.12, 0.27), (0.25, 0.27), (0.4, 0.42)])
 def test_the_slowest_watchdog_counts(watchdog_s: float, expected_s: float) -> None:
-    """The time until the loss is noticed is the longest of all that may notice, and a beat."""
+    """The time until the loss is noticed is the longest watchdog timeout, plus a tick."""
     assert unnoticed_s(0.25, replace(RULES, watchdog_s=watchdog_s)) == pytest.approx(expected_s)
 
 
 @pytest.mark.parametrize(("watchdog_s", "expected_s"), [(0.12, 0.39), (0.4, 0.42)])
 def test_a_late_server_looks_late(watchdog_s: float, expected_s: float) -> None:
-    """Before the gate looks, the loop may be late by what the driver's process puts up with."""
+    """The gate may check late, by as much as the driver process tolerates."""
     rules = replace(RULES, watchdog_s=watchdog_s, silence_s=0.12)
     assert unnoticed_s(0.25, rules) == pytest.approx(expected_s)
 
 
 def test_example() -> None:
-    """At 0.6 m/s, 0.3 s unnoticed and braked at 2 m/s² a robot stands after 0.27 m."""
+    """At 0.6 m/s, after 0.3 s unnoticed and braking at 2 m/s², a robot stops within 0.27 m."""
     rules = replace(RULES, max_stop_distance_m=0.6 * 0.3 + 0.6**2 / (2 * 2.0), watchdog_s=0.0)
     assert fastest_mps(0.28, rules) == pytest.approx(0.6)
 

@@ -35,9 +35,7 @@ def make(*viewers: int, invited: tuple[int, ...] = (), **settings: Any) -> Turns
 
 
 def test_nobody_acts_for_others() -> None:
-    """An answer of somebody who is not here and a command that is not the operator's are nothing;
-    who only watches has no place to lose.
-    """
+    """An unknown viewer's answer, another's command and an observer's change have no effect."""
     turns = make(A, B, idle_s=10.0)
     assert turns.answer(C, 1.0) == ()
     turns.record_motion(B, 9.0)
@@ -64,7 +62,7 @@ def test_two_pages_of_one_person_have_one_place() -> None:
 
 @pytest.mark.parametrize("join", ["ask", "auto"])
 def test_those_who_wait_are_counted_by_address(join: str) -> None:
-    """However they came: the next one of an address gets no place, one of another does."""
+    """Once an address has its maximum of waiting viewers, only other addresses get places."""
     turns = crowd(join=join)
     assert (turns.operator, turns.queue) == (A, (B,))
     assert turns.refusal(C) == Sentence("queue.neighbours", {"n": 1})
@@ -74,7 +72,7 @@ def test_those_who_wait_are_counted_by_address(join: str) -> None:
 
 
 def test_who_has_just_driven_has_no_place_beyond_their_address() -> None:
-    """As long as nobody of it has driven on; otherwise there is room again."""
+    """An operator returns to the queue only if their address has room."""
     turns = crowd()
     turns.hold(True, 59.0)
     neighbours = Sentence("queue.neighbours", {"n": 1})
@@ -105,7 +103,7 @@ def crowd(*, join: str = "ask") -> Turns:
 
 @pytest.mark.parametrize("join", ["ask", "auto"])
 def test_who_may_not_queue_gets_no_place(join: str) -> None:
-    """Neither by connecting, nor by asking, nor by coming back."""
+    """Somebody who may not queue gets no place by connecting, joining or coming back."""
     turns = Turns(TurnSettings.model_validate({"join": join}))
     turns.connect(A, 0.0, STRANGER)
     turns.join(A, 1.0)
@@ -117,7 +115,7 @@ def test_who_may_not_queue_gets_no_place(join: str) -> None:
 
 
 def test_who_may_not_queue_any_more_loses_place_and_turn() -> None:
-    """At once, and the next one drives."""
+    """Losing the permission to queue ends place and turn at once, and the next one drives."""
     turns = make(A, B, C)
     why = Sentence("queue.not_invited")
     assert turns.update_person(B, STRANGER, 1.0) == (PlaceLost(B, why),)
@@ -130,7 +128,7 @@ def test_who_may_not_queue_any_more_loses_place_and_turn() -> None:
 
 
 def test_who_moves_to_a_crowded_address_loses_the_place() -> None:
-    """Otherwise an address would have as many as join elsewhere first."""
+    """Moving to a full address costs the place, so that nobody can bypass its maximum."""
     turns = crowd()
     turns.connect(D, 0.0, Person("dan", address="home"))
     turns.join(D, 0.0)
@@ -143,7 +141,7 @@ def test_who_moves_to_a_crowded_address_loses_the_place() -> None:
 
 
 def test_no_turn_begins_for_somebody_elsewhere() -> None:
-    """Who is here drives, and drives on; who comes in time has the next turn."""
+    """A connected viewer drives instead; a viewer who connects in time gets the next turn."""
     turns = away(B)
     assert list(turns.queue) == [B, C]
     assert turns.leave(A, 10.0) == (TurnEnded(1, A, Why.LEFT), TurnStarted(2, C, 70.0))
@@ -154,9 +152,7 @@ def test_no_turn_begins_for_somebody_elsewhere() -> None:
 
 
 def test_who_never_comes_loses_the_place() -> None:
-    """When the next turn begins or renews after they had the time to come; while nobody drives,
-    once they have had it.
-    """
+    """A viewer who never connects loses the place at the next turn, or on time if nobody drives."""
     turns = away(B)
     turns.leave(A, 10.0)
     assert turns.tick(70.0) == (PlaceLost(B), TurnRenewed(2, C, 130.0))
@@ -169,7 +165,7 @@ def test_who_never_comes_loses_the_place() -> None:
 
 
 def test_turns_that_end_early_cost_nobody_elsewhere_their_place() -> None:
-    """A page that is told of its turn a minute before cannot come at once."""
+    """Early ends of turns cost nobody elsewhere their place, since they need time to connect."""
     turns = away(B)
     turns.connect(D, 0.0)
     turns.join(D, 0.0)
@@ -179,7 +175,7 @@ def test_turns_that_end_early_cost_nobody_elsewhere_their_place() -> None:
 
 
 def test_an_operator_elsewhere_is_lost() -> None:
-    """Nobody drives from there: the turn is kept for the grace time, and not a moment longer."""
+    """An operator who goes elsewhere counts as lost: the turn is kept for the grace time only."""
     turns = make(A, B)
     turns.connect(A, 1.0, is_here=False)
     assert turns.is_lost(A)
@@ -189,7 +185,7 @@ def test_an_operator_elsewhere_is_lost() -> None:
 
 
 def test_who_is_elsewhere_is_called_before_their_turn() -> None:
-    """So that their page comes; who still is elsewhere then is not counted on."""
+    """A viewer elsewhere is called, so that their page connects; if it does not, another drives."""
     turns = away(B, ready_s=20.0)
     assert turns.tick(40.0) == (Called(B, 60.0),)
     turns.answer(B, 45.0)
@@ -210,7 +206,7 @@ def away(*elsewhere: int, **settings: float) -> Turns:
 
 
 def test_the_invited_go_first() -> None:
-    """They overtake strangers, and keep the order among themselves."""
+    """Invited people go before strangers, and keep the order among themselves."""
     turns = make(A, B, C, D, invited=(C, D))
     assert turns.tick(60.0)[-1] == TurnStarted(2, C, 120.0)
     assert turns.tick(120.0)[-1] == TurnStarted(3, D, 180.0)
@@ -225,7 +221,7 @@ def test_who_has_just_driven_waits_even_if_invited() -> None:
 
 
 def test_a_wait_that_cannot_be_known_is_not_told() -> None:
-    """Two who were invited may follow each other for as long as they like."""
+    """The wait is unknown to a stranger while two invited people may alternate."""
     turns = make(A, B, C, invited=(A, B))
     assert turns.wait_s(B, 0.0) == 60.0
     assert turns.wait_s(C, 0.0) is None
@@ -246,7 +242,7 @@ def test_a_cool_down_lets_newcomers_pass() -> None:
 
 
 def test_nobody_is_kept_from_an_idle_robot() -> None:
-    """Cool-down and shares let others go first, and there is no other."""
+    """Cool-down and shares do not keep the only waiting viewer from driving."""
     turns = make(A, cooldown_s=300.0, max_share_per_person=0.1)
     turns.leave(A, 30.0)
     assert turns.join(A, 31.0) == (TurnStarted(2, A, 91.0),)
@@ -257,7 +253,7 @@ def test_nobody_is_kept_from_an_idle_robot() -> None:
 
 
 def test_the_next_is_called_before_the_turn_is_over() -> None:
-    """Ten seconds before; who answers drives at the turn's end."""
+    """The next viewer is called ten seconds before the turn ends, and drives if they answer."""
     turns = make(A, B, ready_s=10.0)
     assert turns.tick(49.9) == ()
     assert turns.tick(50.0) == (Called(B, 60.0),)
@@ -269,7 +265,7 @@ def test_the_next_is_called_before_the_turn_is_over() -> None:
 
 
 def test_who_has_just_joined_is_not_asked() -> None:
-    """Pressing the button says enough, now and until the turn begins."""
+    """A viewer who has just joined is not called."""
     turns = make(A, ready_s=10.0)
     turns.connect(B, 45.0)
     turns.join(B, 45.0)
@@ -278,7 +274,7 @@ def test_who_has_just_joined_is_not_asked() -> None:
 
 
 def test_who_is_called_goes_before_somebody_invited_who_comes_then() -> None:
-    """And the one who comes is told to wait for that turn, too."""
+    """A called viewer drives before an invited one who joins later, whose wait includes that."""
     turns = make(A, B, ready_s=10.0, invited_first=True)
     turns.connect(C, 55.0, Person("carol", is_invited=True))
     turns.tick(55.0)
@@ -308,7 +304,7 @@ def test_an_absent_one_is_passed_over_once() -> None:
 
 
 def test_an_answer_after_a_missed_call_is_as_good_as_new() -> None:
-    """B was away for a moment: once back, one more call may be missed."""
+    """After an answer a viewer may miss one call again."""
     turns = make(A, B, C, ready_s=10.0)
     turns.tick(50.0)
     turns.tick(60.0)
@@ -320,7 +316,7 @@ def test_an_answer_after_a_missed_call_is_as_good_as_new() -> None:
 
 
 def test_the_only_one_who_waits_is_asked_twice() -> None:
-    """Nobody else is there, so the second call follows at once."""
+    """If nobody else waits, the second call follows at once."""
     turns = make(A, B, ready_s=10.0)
     turns.leave(A, 30.0)
     assert turns.call is not None
@@ -338,7 +334,7 @@ def test_an_operator_goes_on_while_the_next_is_absent() -> None:
 
 
 def test_a_lost_one_is_not_absent() -> None:
-    """Their call is withdrawn, the next is called, and the place stays through the grace time."""
+    """A lost viewer's call is cancelled and the next is called; they keep their place for grace."""
     turns = make(A, B, C, ready_s=10.0)
     turns.tick(50.0)
     assert turns.lost(B, 52.0) == (Called(C, 62.0),)
@@ -358,7 +354,7 @@ def test_an_idle_operator_yields_to_somebody_who_waits() -> None:
 
 
 def test_nobody_waits_for_an_idle_operator() -> None:
-    """Alone one may look around as long as one likes; the time runs from when somebody waits."""
+    """The idle time starts only when somebody else waits."""
     turns = make(A, idle_s=15.0)
     assert turns.tick(40.0) == ()
     turns.connect(B, 41.0)
@@ -368,7 +364,7 @@ def test_nobody_waits_for_an_idle_operator() -> None:
 
 
 def test_who_cannot_drive_is_not_idle() -> None:
-    """While a stop keeps them from it, and for 15 s after it."""
+    """An operator kept from driving by a stop is not idle until 15 s after it."""
     turns = make(A, B, idle_s=15.0)
     turns.tick(10.0, is_kept=True)
     assert turns.tick(40.0, is_kept=True) == ()
@@ -392,7 +388,7 @@ def test_the_clock_stands_still_while_something_keeps_them_from_driving() -> Non
 
 
 def test_who_is_next_is_called_as_soon_as_it_goes_on() -> None:
-    """They joined while it stood, shortly before its end, and have not been seen since."""
+    """When the clock resumes shortly before the turn's end, the next viewer is called at once."""
     turns = make(A, ready_s=10.0)
     turns.tick(55.0, is_kept=True)
     turns.connect(B, 56.0)
@@ -402,7 +398,7 @@ def test_who_is_next_is_called_as_soon_as_it_goes_on() -> None:
 
 
 def test_it_stands_for_a_minute_at_most() -> None:
-    """Who presses Stop again and again holds up the queue by no more than that."""
+    """Repeated Stops pause a turn for a minute at most."""
     turns = make(A, B)
     turns.tick(10.0, is_kept=True)
     assert turns.tick(119.0, is_kept=True) == ()
@@ -413,7 +409,7 @@ def test_it_stands_for_a_minute_at_most() -> None:
 
 
 def test_the_host_ends_a_turn() -> None:
-    """The next one drives, and whose turn it was observes."""
+    """When the host ends a turn, the next one drives and its operator observes."""
     turns = make(A, B)
     assert turns.end(10.0) == (TurnEnded(1, A, Why.ENDED), TurnStarted(2, B, 70.0))
     assert turns.place(A) is None
@@ -432,7 +428,7 @@ def test_a_held_queue_starts_and_renews_nothing() -> None:
 
 
 def test_a_lone_turn_ends_while_the_queue_is_held() -> None:
-    """A hold is for the robot's rest, too: nobody renews."""
+    """While the queue is held, even a lone operator's turn ends without renewal."""
     turns = make(A)
     turns.hold(True, 10.0)
     assert turns.tick(60.0) == (TurnEnded(1, A, Why.EXPIRED),)
@@ -440,7 +436,7 @@ def test_a_lone_turn_ends_while_the_queue_is_held() -> None:
 
 
 def test_a_hold_withdraws_the_call() -> None:
-    """Who was called has missed nothing."""
+    """A hold cancels the call, which does not count as missed."""
     turns = make(A, B, ready_s=10.0)
     turns.tick(50.0)
     turns.hold(True, 51.0)

@@ -1,4 +1,4 @@
-"""The clock of a turn, and when it stands still."""
+"""The clock of a turn, and its pauses."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ STEPS = st.lists(st.tuples(st.floats(0, 100), st.booleans()), max_size=12)
 
 
 def test_a_clock_that_runs_ends_after_its_time() -> None:
-    """Nothing was paused: it ends when its seconds are over."""
+    """Without a pause a turn ends when its time is up."""
     time = TurnTime(10.0, 60.0)
     assert (time.ends_s, time.left_at(30.0), time.is_paused_at(30.0)) == (70.0, 40.0, False)
 
 
 def test_a_clock_that_stands_keeps_what_is_left() -> None:
-    """20 s of the turn are over; ten later they still are, and it ends ten later."""
+    """A pause of 10 s does not use up the turn, which ends 10 s later."""
     standing = TurnTime(0.0, 60.0).paused(True, 20.0)
     assert standing.left_at(30.0) == 40.0
     assert standing.is_paused_at(30.0)
@@ -26,7 +26,7 @@ def test_a_clock_that_stands_keeps_what_is_left() -> None:
 
 
 def test_it_stands_a_minute_in_all() -> None:
-    """Once 60 s have been used up, in one piece or several, the clock runs on."""
+    """After 60 s of pauses in total the clock runs on."""
     standing = TurnTime(0.0, 60.0).paused(True, 10.0)
     assert standing.ends_s == 60.0 + MAX_PAUSE_S
     assert not standing.is_paused_at(10.0 + MAX_PAUSE_S)
@@ -36,7 +36,7 @@ def test_it_stands_a_minute_in_all() -> None:
 
 
 def test_pausing_twice_changes_nothing() -> None:
-    """What holds already is no news, so no rounding adds up over many ticks."""
+    """Setting the same state again changes nothing, so no rounding error accumulates."""
     time = TurnTime(0.0, 60.0)
     assert time.paused(False, 3.0) is time
 
@@ -44,7 +44,7 @@ def test_pausing_twice_changes_nothing() -> None:
 @examples(200)
 @given(STEPS)
 def test_no_turn_is_shorter_or_much_longer(steps: list[tuple[float, bool]]) -> None:
-    """However it was paused: the end is 60 s later than it began and what it stood still."""
+    """However it is paused, a turn lasts exactly its time plus its pauses."""
     time, now_s, stood_s = TurnTime(0.0, 60.0), 0.0, 0.0
     for pass_s, is_paused in steps:
         if time.is_paused:

@@ -21,7 +21,7 @@ def make(*viewers: int, join: str = "ask", turn_s: float = 60.0, grace_s: float 
 
 
 def test_nobody_drives_at_first() -> None:
-    """Before anybody joins there is no operator, no end and turn number 0."""
+    """Before anybody joins there is no operator and no end, and the turn number is 0."""
     turns = make()
     assert turns.connect(A, 1.0) == ()
     assert (turns.operator, turns.number, turns.ends_s, turns.queue) == (None, 0, None, ())
@@ -136,7 +136,7 @@ def test_long_loss_ends_the_turn() -> None:
 
 
 def test_losing_twice_does_not_prolong_grace() -> None:
-    """Grace counts from the first word of the loss."""
+    """The grace time starts with the first report of the loss."""
     turns = make(A, B)
     turns.lost(A, 10.0)
     turns.lost(A, 12.0)
@@ -192,7 +192,7 @@ def test_lost_operator_at_the_end_of_their_turn() -> None:
 
 
 def test_nobody_drives_when_all_are_lost() -> None:
-    """If a turn ends and everybody is lost nobody drives; the first to return does."""
+    """If everybody is lost when a turn ends, nobody drives until the first one returns."""
     turns = make(A, B)
     turns.lost(A, 59.0)
     turns.lost(B, 59.5)
@@ -205,7 +205,7 @@ def test_nobody_drives_when_all_are_lost() -> None:
 
 
 def test_grace_goes_before_the_end_of_the_turn() -> None:
-    """An operator whose grace and turn end at the same instant is given up, not queued."""
+    """An operator whose grace and turn end at the same instant loses their place."""
     turns = make(A, B)
     turns.lost(A, 57.0)
     assert turns.tick(60.0)[0] == TurnEnded(1, A, Why.GONE)
@@ -256,7 +256,7 @@ def test_gone_after_grace_is_forgotten() -> None:
 
 
 def test_auto_join() -> None:
-    """With join = auto everybody queues at connect; those who leave observe until they join."""
+    """With join = auto everybody queues on connecting; those who leave observe until they join."""
     turns = make(join="auto")
     assert turns.connect(A, 0.0) == (TurnStarted(1, A, 60.0),)
     turns.connect(B, 0.0)
@@ -319,7 +319,7 @@ def test_late_tick_replays_in_order() -> None:
 
 
 def test_any_call_catches_up_first() -> None:
-    """A call that comes after a deadline acts on what the deadline has made of the world."""
+    """A call after a deadline acts on the state after that deadline."""
     turns = make(A, B)
     assert turns.leave(A, 61.0) == (TurnEnded(1, A, Why.EXPIRED), TurnStarted(2, B, 121.0))
     assert turns.place(A) is None

@@ -1,4 +1,4 @@
-"""What the operator sees."""
+"""How fresh the operator's picture is."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ TURN = TurnView(number=1, operator=1, present=True, one_way_s=0.125, sees=True, 
     ],
 )
 def test_age_of_the_picture(seen_s: float | None, expected: VideoFreshness) -> None:
-    """A picture is late and too late beyond the limits and the line's delay."""
+    """A picture is late or too late beyond the limits plus the link's delay."""
     assert judge(seen_s, 10.0, TURN, RULES) is expected
 
 
 def test_unknown_delay_is_no_allowance() -> None:
-    """Until the line is measured the plain limits hold."""
+    """Until the link's delay is measured, the limits have no allowance."""
     unknown = replace(TURN, one_way_s=None)
     assert judge(10.0 - 0.399, 10.0, unknown, RULES) is VideoFreshness.CLEAR
     assert judge(10.0 - 0.401, 10.0, unknown, RULES) is VideoFreshness.LATE
@@ -61,5 +61,5 @@ def test_picture_off_on_purpose(seen_s: float | None) -> None:
     ],
 )
 def test_what_is_believed(seen_s: float | None, expected_s: float | None) -> None:
-    """A picture of the future counts as of now, and one of the far future as not seen."""
+    """A picture time slightly ahead counts as now, one far ahead as no picture."""
     assert credible_seen_s(seen_s, 10.0, 0.125) == expected_s
