@@ -30,18 +30,18 @@ _Item = TypeVar("_Item", "EncodedPicture", "EncodedSound")
 _LEAD_S = 0.5
 _SECONDS = 8.0
 CAMERA_LATER_S = 0.25
-"""So much later than the driving view a camera beside it begins."""
+"""The other camera begins this much later than the driving view."""
 
 
 def _moved(one: _Item, by_s: float) -> _Item:
-    """To make them may take a busy machine any time, so they begin later."""
+    """Shift an item's capture time by the real time at which recording begins."""
     return replace(one, captured_s=one.captured_s + by_s)
 
 
 def main(folder: Path, codec: Codec) -> None:
     """Record pictures, a camera and sound at their own speed, and an event with each picture.
 
-    The camera has the other codec.
+    The camera uses the other codec.
     """
     camera = CameraFormat("Door", "vp8" if codec == "h264" else "h264", SIZE)
     made = pictures(codec, begin_s=0.0, seconds=_SECONDS)

@@ -1,4 +1,4 @@
-"""Pictures and sound as the encoders make them, for the tape to take."""
+"""Pictures and sound as the encoders produce them, to be recorded."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _FLASH_EVERY_S: Final = 1.0
 
 
 def is_flash(at_s: float) -> bool:
-    """Whether picture and sound are at their brightest and loudest: a tenth of each second."""
+    """Return whether picture and sound are brightest and loudest: a tenth of each second."""
     return at_s % _FLASH_EVERY_S < 0.1
 
 
@@ -33,7 +33,7 @@ def is_flash(at_s: float) -> bool:
 def pictures(
     codec: Literal["vp8", "h264"], *, begin_s: float, seconds: float, keyframes_s: float = 1.0
 ) -> list[EncodedPicture]:
-    """Return pictures, of which the first is a keyframe; they are white during a flash."""
+    """Return pictures, the first a keyframe, that are white during a flash."""
     width, height = SIZE
     rendition = RenditionSettings(width=width, height=height, fps=FPS, bitrate_bps=200_000)
     encoder = VideoEncoder(codec=codec, rendition=rendition)
@@ -42,7 +42,7 @@ def pictures(
         at_s = begin_s + number / FPS
         i420 = np.full((height * 3 // 2, width), 128, np.uint8)
         i420[:height] = 235 if is_flash(at_s) else 16
-        i420[0, number % width] = 90  # so that no two are the same
+        i420[0, number % width] = 90  # so that no two are equal
         due = number % round(keyframes_s * FPS) == 0
         picture = encoder.encode(Picture(i420, at_s), keyframe=due)
         assert picture is not None
@@ -52,7 +52,7 @@ def pictures(
 
 @cache
 def sounds(*, begin_s: float, seconds: float, drift_ppm: float = 0.0) -> list[EncodedSound]:
-    """Return packets of 20 ms, loud during a flash, of a card that is too fast by `drift_ppm`."""
+    """Return 20 ms packets, loud during a flash, of a card that is too fast by `drift_ppm`."""
     encoder, clock = SoundEncoder(SoundEncoding(20, 32_000)), SampleClock()
     made = []
     for number in range(round(seconds * 100)):

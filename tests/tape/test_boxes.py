@@ -1,4 +1,4 @@
-"""Counts in an MP4 file that no file of its size can have."""
+"""Counts in an MP4 file that exceed its size."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_a_tape_of_ours_is_believed(tape: Path) -> None:
 
 
 def test_more_samples_than_bytes_are_refused_with_a_sentence(tape: Path, tmp_path: Path) -> None:
-    """Both ways to open it say what is wrong with it, and which it is."""
+    """Both ways to open such a file raise a sentence that names it."""
     tape.write_bytes(tape.read_bytes() + run(100_000_000))
     assert "counts more samples" in (facts_of(tape).problem or "")
     with pytest.raises(StateError, match=r"part\.mp4: .*counts more samples"):
@@ -54,7 +54,7 @@ def test_more_samples_than_bytes_are_refused_with_a_sentence(tape: Path, tmp_pat
 @pytest.mark.parametrize("around", [b"", b"moov", b"traf"])
 @pytest.mark.parametrize("kind", [b"trun", b"stts", b"ctts", b"stsc", b"stco"])
 def test_a_count_is_found_wherever_its_box_is(tmp_path: Path, around: bytes, kind: bytes) -> None:
-    """Damaged files have boxes where they do not belong, and FFmpeg reads them there."""
+    """A count is checked even in a misplaced box, which FFmpeg reads as well."""
     path = tmp_path / "part.mp4"
     inner = box(kind, struct.pack("!II", 0, 1_000_000))
     path.write_bytes(box(b"ftyp", b"iso5") + (box(around, inner) if around else inner))
@@ -63,7 +63,7 @@ def test_a_count_is_found_wherever_its_box_is(tmp_path: Path, around: bytes, kin
 
 @given(data=st.binary(max_size=200))
 def test_any_bytes_are_looked_over(data: bytes, tmp_path_factory: pytest.TempPathFactory) -> None:
-    """It ends, and raises nothing."""
+    """The check of any bytes ends without an exception."""
     path = tmp_path_factory.getbasetemp() / "any.mp4"
     path.write_bytes(data)
     assert is_believable(path) in (True, False)

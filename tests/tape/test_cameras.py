@@ -1,4 +1,4 @@
-"""Cameras beside the driving view on the tape: each in a file of its own, on the part's clock."""
+"""Other cameras on the tape: each in its own file, on the part's clock."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def rig(tmp_path: Path) -> Rig:
 
 
 def filmed(part: Shelved) -> dict[int, tuple[str, float]]:
-    """Return each camera's name and the seconds after the part's beginning at which it begins."""
+    """Return each camera's name and its start in seconds after the part's."""
     assert part.events is not None
     read = read_events(part.events)
     assert read.problem is None
@@ -85,7 +85,7 @@ def filmed(part: Shelved) -> dict[int, tuple[str, float]]:
 
 
 def test_every_camera_is_in_step_with_the_driving_view(rig: Rig) -> None:
-    """In whatever codec, and though its keyframes are not the driving view's."""
+    """Cameras stay in step whatever their codec, and with keyframes of their own."""
     door = pictures("vp8", begin_s=BEGIN_S + 0.31, seconds=LENGTH_S - 1)
     tail = pictures("h264", begin_s=BEGIN_S + 0.017, seconds=LENGTH_S - 1)
     parts = rig.film(door, tail)
@@ -100,12 +100,12 @@ def test_every_camera_is_in_step_with_the_driving_view(rig: Rig) -> None:
             began_s = names[camera][1]
             assert 0 <= began_s <= 1.1
             flashes = [began_s + at_s for at_s in flashes_s(path, "video")]
-            # A flash is seen with the next picture after it.
+            # A flash appears in the next picture.
             assert all(any(abs(at - one) <= 0.034 for one in flashes) for at in seen[:-1])
 
 
 def test_a_camera_that_dies_leaves_the_rest_whole(rig: Rig) -> None:
-    """Its file ends where it did, later parts are without it, and it may come back in any."""
+    """A dead camera's file ends, later parts lack it, and it may return in any part."""
     before = pictures("vp8", begin_s=BEGIN_S, seconds=4.0)
     after = pictures("vp8", begin_s=BEGIN_S + 21.5, seconds=2.0)
     parts = rig.film([*before, *after])
@@ -131,7 +131,7 @@ def segment_of(folder: Path, *cameras: CameraFormat) -> Segment:
 
 
 def test_a_camera_begins_with_its_keyframe_of_the_part(tmp_path: Path) -> None:
-    """Without one nothing could be decoded, and a picture from before the part is none of it."""
+    """A camera's file begins with a keyframe that is no older than the part."""
     segment = segment_of(tmp_path, DOOR)
     film = pictures("vp8", begin_s=BEGIN_S - 0.05, seconds=2.0)
     for picture in film[:30]:
@@ -149,7 +149,7 @@ def test_a_camera_begins_with_its_keyframe_of_the_part(tmp_path: Path) -> None:
 def test_a_file_that_fails_at_its_end_leaves_the_others_finished(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A disk may be full then; what was written can be sought in all the same."""
+    """If finishing one file fails, as on a full disk, the others are still finished."""
     segment = segment_of(tmp_path, DOOR, DOOR)
     for picture in pictures("vp8", begin_s=BEGIN_S, seconds=1.0):
         segment.picture(picture)
@@ -168,7 +168,7 @@ def test_a_file_that_fails_at_its_end_leaves_the_others_finished(
 
 
 class TapeRig:
-    """A tape of the driving view and a camera that nobody else watches."""
+    """A tape of the driving view and a camera without other viewers."""
 
     def __init__(self, folder: Path, **recording: object) -> None:
         known = {"enabled": True, "folder": str(folder), "min_free_gb": 0.0} | recording
@@ -193,7 +193,7 @@ class TapeRig:
         self.shelf = Shelf(folder)
 
     def show(self, picture: EncodedPicture) -> None:
-        """Have the camera's hub deliver a picture as from its best encoder."""
+        """Make the camera's hub deliver a picture as if from its best encoder."""
         for lane in self.camera.hub._lanes:
             lane.put(_as(picture, self.best))
 
@@ -217,7 +217,7 @@ async def tape_rig(tmp_path: Path) -> AsyncIterator[TapeRig]:
 
 
 async def test_it_wants_the_best_of_each_camera(tape_rig: TapeRig) -> None:
-    """It is encoded for the tape though nobody looks."""
+    """The best rendition is encoded for the tape though nobody watches."""
     assert tape_rig.camera.hub.wanted == [tape_rig.best]
     assert tape_rig.tape.has_cameras
 
@@ -225,7 +225,7 @@ async def test_it_wants_the_best_of_each_camera(tape_rig: TapeRig) -> None:
 async def test_a_camera_is_asked_for_the_keyframe_with_which_it_begins(
     tape_rig: TapeRig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Once for each part: a keyframe costs those who watch it."""
+    """One keyframe is requested for each part, since its viewers pay for it."""
     asked: list[float] = []
     rendition = tape_rig.camera.hub._renditions[tape_rig.best]
     monkeypatch.setattr(rendition, "request_keyframe", lambda: asked.append(tape_rig.clock.time_s))
@@ -234,16 +234,16 @@ async def test_a_camera_is_asked_for_the_keyframe_with_which_it_begins(
     tape_rig.show(film[0])
     assert asked == []  # no part has begun
     recorder.picture(film[0])
-    until(lambda: recorder.waits_for(1))
+    until(lambda: recorder.needs_keyframe(1))
     for picture in film[1:4]:
         tape_rig.show(picture)
     assert asked == [1000.0]
     tape_rig.clock.time_s += 1.5
     tape_rig.show(film[4])
-    assert asked == [1000.0, 1001.5]  # it did not come
+    assert asked == [1000.0, 1001.5]  # it did not arrive
     tape_rig.clock.time_s += 1.5
     tape_rig.show(film[30])
-    until(lambda: not recorder.waits_for(1))
+    until(lambda: not recorder.needs_keyframe(1))
     asked.clear()
     tape_rig.show(film[31])
     assert asked == []
@@ -254,7 +254,7 @@ async def test_a_camera_is_asked_for_the_keyframe_with_which_it_begins(
 async def test_an_error_in_a_cameras_track_ends_it_and_nothing_else(
     tape_rig: TapeRig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The driving view is recorded on, and nothing is encoded for that camera any more."""
+    """After an error in its track a camera is not encoded, and the driving view still recorded."""
 
     def fail(*_: object) -> None:
         raise RuntimeError
@@ -270,7 +270,7 @@ async def test_an_error_in_a_cameras_track_ends_it_and_nothing_else(
 
 
 async def test_cameras_are_left_out_where_they_are_not_to_be_recorded(tmp_path: Path) -> None:
-    """Then a machine that cannot encode them all the time has the tape of the driving view."""
+    """Without recorded cameras, the tape encodes only the driving view."""
     rig = TapeRig(tmp_path / "tape", cameras=False)
     rig.tape.start()
     assert rig.camera.hub.wanted == []

@@ -1,4 +1,4 @@
-"""The two files of a part: readable by others, in step, and playable when they are cut."""
+"""The two files of a part: readable by others, in step, and playable when cut off."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ Stream = Literal["video", "audio"]
 
 
 def record(path: Path, codec: Codec, *, seconds: float, drift_ppm: float = 0.0) -> TapeFile:
-    """Write a file in the order in which things arrive, and leave it open."""
+    """Write a file in order of arrival, and leave it open."""
     made = TapeFile(path, codec=codec, size=SIZE, has_sound=True, origin_s=ORIGIN_S)
     film = pictures(codec, begin_s=ORIGIN_S, seconds=seconds)
     write(made, [*film, *sounds(begin_s=ORIGIN_S, seconds=seconds, drift_ppm=drift_ppm)])
@@ -54,7 +54,7 @@ def record(path: Path, codec: Codec, *, seconds: float, drift_ppm: float = 0.0) 
 
 
 def write(made: TapeFile, items: Iterable[EncodedPicture | EncodedSound]) -> None:
-    """Write in the order of capture."""
+    """Write in order of capture."""
     for item in in_order(items):
         if isinstance(item, EncodedPicture):
             made.picture(item)
@@ -63,7 +63,7 @@ def write(made: TapeFile, items: Iterable[EncodedPicture | EncodedSound]) -> Non
 
 
 def frames(path: Path, stream: Stream) -> Iterator[av.VideoFrame | av.AudioFrame]:
-    """Decode as far as that is possible."""
+    """Decode as far as possible."""
     with av.open(str(path)) as media:
         for frame in media.decode(**{stream: 0}):
             assert isinstance(frame, av.VideoFrame | av.AudioFrame)
@@ -71,12 +71,12 @@ def frames(path: Path, stream: Stream) -> Iterator[av.VideoFrame | av.AudioFrame
 
 
 def times_s(path: Path, stream: Stream) -> list[float]:
-    """Return when each frame that can be decoded begins."""
+    """Return the start of each decodable frame."""
     return [frame.time or 0.0 for frame in frames(path, stream)]
 
 
 def flashes_s(path: Path, stream: Stream) -> list[float]:
-    """Return when picture or sound become bright or loud."""
+    """Return the times at which picture or sound become bright or loud."""
     found, was_on = [], False
     for frame in frames(path, stream):
         begin_s = frame.time or 0.0
@@ -97,7 +97,7 @@ def flashes_s(path: Path, stream: Stream) -> list[float]:
 
 @pytest.mark.parametrize("codec", CODECS)
 def test_picture_and_sound_are_in_step(codec: Codec, tmp_path: Path) -> None:
-    """A flash and its beep are within 10 ms at the end as at the beginning, for any sound card."""
+    """A flash and its beep stay within 10 ms from start to end, with any sound card."""
     path = tmp_path / f"part{ENDINGS[codec]}"
     record(path, codec, seconds=10, drift_ppm=100).close()
     seen, heard = flashes_s(path, "video"), flashes_s(path, "audio")
@@ -108,7 +108,7 @@ def test_picture_and_sound_are_in_step(codec: Codec, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("codec", CODECS)
 def test_two_channels_are_played_as_two(codec: Codec, tmp_path: Path) -> None:
-    """A tone on the left stays there; where packets have one channel both sides have it."""
+    """A tone on the left stays there; packets with one channel play on both sides."""
     path = tmp_path / f"part{ENDINGS[codec]}"
     made = TapeFile(
         path, codec=codec, size=None, has_sound=True, origin_s=ORIGIN_S, sound_channels=2
@@ -138,7 +138,7 @@ def test_two_channels_are_played_as_two(codec: Codec, tmp_path: Path) -> None:
 @pytest.mark.system
 @pytest.mark.timeout(300)
 def test_an_hour_stays_in_step(tmp_path: Path) -> None:
-    """Over six parts of ten minutes, with a sound card that gains 180 ms in this time."""
+    """Six parts of ten minutes stay in step with a sound card that gains 180 ms meanwhile."""
     part_s, parts = 600.0, 6
     all_sounds = sounds(begin_s=ORIGIN_S, seconds=part_s * parts, drift_ppm=50)
     for number in range(parts):
@@ -155,10 +155,10 @@ def test_an_hour_stays_in_step(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("codec", CODECS)
 def test_what_is_not_finished_can_be_played(codec: Codec, tmp_path: Path) -> None:
-    """A server that is killed loses a second at most; a copy of the rest can be sought in."""
+    """A killed server loses at most a second; a copy of the rest can be sought in."""
     path, cut = tmp_path / f"open{ENDINGS[codec]}", tmp_path / f"cut{ENDINGS[codec]}"
     made = record(path, codec, seconds=5)
-    cut.write_bytes(path.read_bytes())  # what the system has at this moment
+    cut.write_bytes(path.read_bytes())  # what the operating system has at this moment
     made.close()
     assert times_s(cut, "video")[-1] >= 4.0
     assert times_s(cut, "audio")[-1] >= 4.0
@@ -174,7 +174,7 @@ def test_what_is_not_finished_can_be_played(codec: Codec, tmp_path: Path) -> Non
 def test_a_file_that_is_cut_in_the_middle_is_played_up_to_there(
     share: float, tmp_path: Path
 ) -> None:
-    """Whatever is lost of it, what comes before is not."""
+    """A file that is cut anywhere plays up to the cut."""
     path, cut = tmp_path / "whole.webm", tmp_path / "cut.webm"
     record(path, "vp8", seconds=4).close()
     cut.write_bytes(path.read_bytes()[: int(path.stat().st_size * share)])
@@ -184,7 +184,7 @@ def test_a_file_that_is_cut_in_the_middle_is_played_up_to_there(
 
 
 def test_a_finished_file_is_played_as_it_is(tmp_path: Path) -> None:
-    """No copy is made of what a browser can seek in."""
+    """A file in which a browser can seek is not copied."""
     path = tmp_path / "part.webm"
     record(path, "vp8", seconds=1).close()
     assert repaired(path, tmp_path / "nowhere") == path
@@ -193,7 +193,7 @@ def test_a_finished_file_is_played_as_it_is(tmp_path: Path) -> None:
 
 
 def test_what_is_no_media_file_is_said(tmp_path: Path) -> None:
-    """One sentence, by either way."""
+    """A file that is no media gives one sentence in both ways to open it."""
     path = tmp_path / "part.webm"
     path.write_bytes(b"no film" * 100)
     problem = facts_of(path).problem
@@ -205,7 +205,7 @@ def test_what_is_no_media_file_is_said(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("codec", CODECS)
 def test_a_file_without_picture_has_sound(codec: Codec, tmp_path: Path) -> None:
-    """While the camera is away, the microphone is not."""
+    """Without the camera the sound is still recorded."""
     path = tmp_path / f"part{ENDINGS[codec]}"
     made = TapeFile(path, codec=codec, size=None, has_sound=True, origin_s=ORIGIN_S)
     for sound in sounds(begin_s=ORIGIN_S, seconds=1):
@@ -217,7 +217,7 @@ def test_a_file_without_picture_has_sound(codec: Codec, tmp_path: Path) -> None:
 
 
 def test_only_its_owner_reads_a_part(tmp_path: Path) -> None:
-    """It shows people."""
+    """Only its owner can read a part, because it shows people."""
     TapeFile(tmp_path / "part.webm", codec="vp8", size=SIZE, has_sound=False, origin_s=0.0).close()
     EventFile(tmp_path / "part.mcap", origin_s=0.0, zero_ns=0).close()
     assert all(one.stat().st_mode & 0o077 == 0 for one in tmp_path.iterdir())
@@ -227,7 +227,7 @@ def test_only_its_owner_reads_a_part(tmp_path: Path) -> None:
 
 
 def events(path: Path) -> EventFile:
-    """Write a stop, three seconds after the beginning, and a turn that was there before."""
+    """Write a stop, three seconds after the beginning, and a turn from before it."""
     made = EventFile(path, origin_s=ORIGIN_S, zero_ns=ZERO_NS)
     made.write(Turned(number=3, operator=7, why=None), ORIGIN_S - 10)
     made.write(Stopped(number=1, pressed=True, viewer=2, by_host=False), ORIGIN_S + 3.0)
@@ -235,7 +235,7 @@ def events(path: Path) -> EventFile:
 
 
 def test_events_come_back_as_they_were(tmp_path: Path) -> None:
-    """Each at its time since the beginning; what was before is at the beginning."""
+    """Each event has its time since the beginning; an earlier one is at the beginning."""
     path = tmp_path / "part.mcap"
     events(path).close()
     read = read_events(path)
@@ -262,12 +262,12 @@ def test_others_can_read_them(tmp_path: Path) -> None:
 
 
 def test_each_kind_of_event_has_a_topic_of_its_own() -> None:
-    """Two with one topic would have one schema."""
+    """No two kinds of events share a topic, since a topic has one schema."""
     assert len({topic(one) for one in EVENTS}) == len(EVENTS)
 
 
 def test_events_that_are_cut_off_are_read_up_to_there(tmp_path: Path) -> None:
-    """What was flushed is there, and a sentence says where it ends."""
+    """Flushed events are read, and a sentence says where they end."""
     path, cut = tmp_path / "open.mcap", tmp_path / "cut.mcap"
     made = events(path)
     made.flush()
@@ -282,7 +282,7 @@ def test_events_that_are_cut_off_are_read_up_to_there(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("damage", range(60, 1200, 60))
 def test_damage_takes_no_more_than_what_follows(damage: int, tmp_path: Path) -> None:
-    """A byte that was turned around ends it with one sentence, never with an error."""
+    """An inverted byte ends the events with a sentence, not an exception."""
     path = tmp_path / "part.mcap"
     events(path).close()
     data = bytearray(path.read_bytes())
@@ -294,7 +294,7 @@ def test_damage_takes_no_more_than_what_follows(damage: int, tmp_path: Path) -> 
 
 
 def test_a_newer_tape_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The sentence says what to do, and nothing is guessed."""
+    """A tape of a newer version is refused with what to do."""
     path = tmp_path / "part.mcap"
     monkeypatch.setattr(event_file, "FORMAT", FORMAT + 1)
     events(path).close()
@@ -303,7 +303,7 @@ def test_a_newer_tape_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 
 def test_an_mcap_of_others_is_refused(tmp_path: Path) -> None:
-    """Neither a recording of another program nor any other file is a tape."""
+    """Other programs' recordings and other files are no tape."""
     path = tmp_path / "part.mcap"
     path.write_bytes(b"\x89MCAP0\r\n")
     with pytest.raises(StateError, match="is no tape of WAX"):
@@ -314,7 +314,7 @@ def test_an_mcap_of_others_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_huge_file_is_not_read(tmp_path: Path) -> None:
-    """Fifty gigabytes of events are refused by one sentence, at once."""
+    """Fifty gigabytes of events are refused at once with a sentence."""
     path = tmp_path / "part.mcap"
     with path.open("wb") as file:
         file.truncate(50_000_000_000)
@@ -324,7 +324,7 @@ def test_a_huge_file_is_not_read(tmp_path: Path) -> None:
 
 @pytest.mark.filterwarnings("ignore:Pydantic serializer")
 def test_an_event_of_another_version_is_left_out(tmp_path: Path) -> None:
-    """The others are read, and a sentence says how many are missing."""
+    """Unknown events are skipped, and a sentence counts them."""
     path = tmp_path / "part.mcap"
     made = events(path)
     made.write(Named.model_construct(viewer="nobody", name="Ada"), ORIGIN_S)
@@ -336,7 +336,7 @@ def test_an_event_of_another_version_is_left_out(tmp_path: Path) -> None:
 
 
 def test_a_kind_of_event_of_a_later_version_is_passed_over(tmp_path: Path) -> None:
-    """So that one more kind does not make a tape unreadable for those who have not updated."""
+    """A new topic of a later version leaves a tape readable."""
 
     class Sung(Missed):
         type: Literal["sung"] = "sung"  # type: ignore[assignment]  # as another model would say
@@ -350,11 +350,11 @@ def test_a_kind_of_event_of_a_later_version_is_passed_over(tmp_path: Path) -> No
     assert [one.event.type for one in read.events] == ["turned", "stopped"]
 
 
-# --- what others give us -------------------------------------------------------------------------
+# --- files of others -----------------------------------------------------------------------------
 
 
 def with_chunk(path: Path, data: bytes, size: int, compression: str) -> None:
-    """Write a tape whose last piece is this one, and where its writing was cut off."""
+    """Write a tape that is cut off after this chunk."""
     made = events(path)
     made.flush()
     builder = RecordBuilder()
@@ -373,7 +373,7 @@ def with_chunk(path: Path, data: bytes, size: int, compression: str) -> None:
 
 
 def test_a_piece_that_would_become_too_large_is_not_unpacked(tmp_path: Path) -> None:
-    """A few bytes may promise a terabyte; one sentence comes before the first of it."""
+    """A few bytes that claim to unpack to a terabyte are refused before the first."""
     path = tmp_path / "part.mcap"
     size = 2**40
     # RFC 8878, 3.1.1: magic number, a descriptor with 8 bytes of size, that size, an empty block.
@@ -394,7 +394,7 @@ def test_a_piece_that_would_become_too_large_is_not_unpacked(tmp_path: Path) -> 
 def test_what_we_do_not_pack_is_not_unpacked(
     data: bytes, size: int, compression: str, tmp_path: Path
 ) -> None:
-    """The tape counts as cut before it, and is read up to there."""
+    """A tape ends before a chunk with unfamiliar compression."""
     path = tmp_path / "part.mcap"
     with_chunk(path, data, size, compression)
     read = read_events(path)
@@ -404,7 +404,7 @@ def test_what_we_do_not_pack_is_not_unpacked(
 
 
 def test_too_many_events_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Small ones are large once they are read."""
+    """Too many events are refused, because small ones grow when they are parsed."""
     monkeypatch.setattr(reading, "_MOST_EVENTS", 1)
     path = tmp_path / "part.mcap"
     events(path).close()
@@ -414,7 +414,7 @@ def test_too_many_events_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "1e999"])
 def test_an_event_without_a_number_is_left_out(number: str, tmp_path: Path) -> None:
-    """A page that counts with it would stand still."""
+    """An event with a value that is not a number is skipped, or the page would freeze."""
     path = tmp_path / "part.mcap"
     made = events(path)
     made._writer.add_message(
@@ -432,7 +432,7 @@ def test_an_event_without_a_number_is_left_out(number: str, tmp_path: Path) -> N
 
 @pytest.mark.parametrize("origin", ["9" * 400, "-1", "x", ""])
 def test_a_beginning_at_no_time_is_said(origin: str, tmp_path: Path) -> None:
-    """All times count from there."""
+    """An impossible start time is an error, because all times count from it."""
     path = tmp_path / "part.mcap"
     with path.open("wb") as file:
         writer = Writer(file)
@@ -444,7 +444,7 @@ def test_a_beginning_at_no_time_is_said(origin: str, tmp_path: Path) -> None:
 
 
 def test_picture_and_sound_that_are_too_large_are_not_looked_through(tmp_path: Path) -> None:
-    """Fifty gigabytes without an index would take minutes; both ways refuse them at once."""
+    """Fifty gigabytes without an index, minutes to scan, are refused at once in both ways."""
     path = tmp_path / "part.webm"
     record(path, "vp8", seconds=1).close()
     os.truncate(path, 50_000_000_000)
@@ -454,7 +454,7 @@ def test_picture_and_sound_that_are_too_large_are_not_looked_through(tmp_path: P
 
 
 def test_no_room_for_a_copy_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The tape is not damaged; the sentence names the folder and what to do."""
+    """When there is no room for a copy the sentence names the folder and what to do."""
     path = tmp_path / "part.webm"
     record(path, "vp8", seconds=2).close()
     os.truncate(path, path.stat().st_size * 3 // 4)

@@ -1,4 +1,4 @@
-"""A server that is killed while it records: all but the last second can be played."""
+"""All but the last second of a killed server's recording can be played."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _AT_ONCE: Final = 4
 
 
 def _kill_while_filming(folder: Path, codec: Codec, after_s: float) -> float:
-    """Kill it so long after its first picture; return how much it had captured by then, in s."""
+    """Kill it this long after its first picture; return the time captured by then, in s."""
     command = [sys.executable, "-m", "tests.tape.filming", str(folder), codec]
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as filming:
         assert filming.stdout is not None
@@ -43,7 +43,7 @@ def _kill_while_filming(folder: Path, codec: Codec, after_s: float) -> float:
 
 
 def _ends_s(path: Path, *streams: str) -> dict[str, float]:
-    """Return when the last frame of each stream that can be decoded begins."""
+    """Return the start of each stream's last decodable frame."""
     ends = {}
     for stream in streams:
         with av.open(str(path)) as media:
@@ -86,7 +86,7 @@ def _kill_and_check(folder: Path, codec: Codec) -> None:
     "kills", [2, pytest.param(50, marks=[pytest.mark.full, pytest.mark.timeout(300)])]
 )
 def test_a_kill_costs_a_second(tmp_path: Path, kills: int) -> None:
-    """At any moment of the recording, by any codec; some at once, since each waits most of it."""
+    """A kill at any time costs at most a second, with any codec; several run at once."""
     with ThreadPoolExecutor(_AT_ONCE) as pool:
         killed = [
             pool.submit(

@@ -1,4 +1,4 @@
-"""What a killed server or a power cut has left of a part becomes one that others can read."""
+"""A part that a killed server or a power cut has left unfinished is repaired for other readers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from wax.tape.reading import read_events
 from wax.tape.repair import repair
 from wax.tape.repaired import finish_media, repaired
 from wax.tape.segment import Segment
-from wax.tape.shelf import EVENTS, Shelf, unready
+from wax.tape.shelf import EVENTS, Shelf, unfinished_path
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -34,7 +34,7 @@ EACH: Final = 3
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, list[int]]:
-    """Return a finished file, and where each of its chunks ends."""
+    """Return a finished file and the end of each of its chunks."""
     path = tmp_path_factory.mktemp("events") / "part.mcap"
     made = EventFile(path, origin_s=ORIGIN_S, zero_ns=ZERO_NS)
     ends = []
@@ -60,7 +60,7 @@ def reader_of(file: io.BytesIO) -> McapReader:
 
 
 def times_s(file: io.BytesIO, topics: str | None = None) -> list[int]:
-    """Return when its messages were, in s, as a reader that seeks finds them."""
+    """Return its messages' times, in s, as a seeking reader finds them."""
     found = reader_of(file).iter_messages(topics)
     return [round((message.log_time - BEGAN_NS) / 1e9) for _, _, message in found]
 
@@ -76,7 +76,7 @@ def cuts(data: bytes, step: int, ends: list[int]) -> list[int]:
 
 @pytest.mark.parametrize("step", STEPS)
 def test_a_file_cut_at_any_byte_gets_an_end(step: int, written: tuple[bytes, list[int]]) -> None:
-    """All chunks that are whole are found by whoever seeks, by topic too, and are counted."""
+    """All complete chunks are found by seeking readers, also by topic, and are counted."""
     data, ends = written
     for cut in cuts(data, step, [8, *ends]):
         file = mended(data[:cut])
@@ -97,7 +97,7 @@ def test_a_file_cut_at_any_byte_gets_an_end(step: int, written: tuple[bytes, lis
 def test_mending_that_was_cut_off_is_done_again(
     step: int, written: tuple[bytes, list[int]]
 ) -> None:
-    """At any byte of what it appends; it says once that the file was cut off."""
+    """A repair that was interrupted at any byte is repeated, and marks the cut once."""
     data, ends = written
     once = mended(data[: ends[1] + 20]).getvalue()
     for cut in cuts(once, step, ends[1:2]):
@@ -109,19 +109,19 @@ def test_mending_that_was_cut_off_is_done_again(
 
 
 def test_what_is_written_is_not_written_again(written: tuple[bytes, list[int]]) -> None:
-    """A second fault while it is mended takes nothing of it."""
+    """A second failure during a repair destroys no existing record."""
     data, ends = written
     assert mended(data[: ends[2] + 7]).getvalue()[: ends[2]] == data[: ends[2]]
 
 
 def test_room_that_was_never_written_into_is_cut(written: tuple[bytes, list[int]]) -> None:
-    """Some file systems leave zeros after a power cut."""
+    """Zeros, which some file systems leave after a power cut, are cut off."""
     data, ends = written
     assert times_s(mended(data[: ends[1]] + bytes(5000))) == list(range(2 * EACH))
 
 
 def test_a_damaged_chunk_costs_no_other(written: tuple[bytes, list[int]]) -> None:
-    """It stays where it is, and nobody is led to it."""
+    """A damaged chunk stays in place, and no index refers to it."""
     data, ends = written
     broken = bytearray(data[: ends[2]])
     broken[ends[0] + 80] ^= 0xFF
@@ -132,7 +132,7 @@ def test_a_damaged_chunk_costs_no_other(written: tuple[bytes, list[int]]) -> Non
 def test_what_is_damaged_otherwise_stays_as_it_is(
     at: int, written: tuple[bytes, list[int]]
 ) -> None:
-    """Where a length is nonsense nobody knows what follows; nothing is thrown away."""
+    """A file with an impossible length, after which nothing can be found, stays as it is."""
     data, ends = written
     broken = bytearray(data[: ends[2]])
     broken[at : at + 16] = b"\xff" * 16
@@ -171,7 +171,7 @@ def begun(shelf: Shelf) -> Segment:
 
 
 def cut_off(shelf: Shelf, to: Shelf) -> None:
-    """Write a part, and copy what is on the disk before it ends; it was an hour ago."""
+    """Write a part, and copy what is on disk before it ends; date it an hour ago."""
     segment = begun(shelf)
     to.prepare()
     for path in shelf.folder.iterdir():
@@ -189,7 +189,7 @@ def torn(shelf: Shelf, tmp_path: Path) -> Shelf:
 
 
 def test_a_part_that_was_cut_off_is_mended(torn: Shelf, tmp_path: Path) -> None:
-    """Picture and sound can be sought in, and the events; it ended when it did, and is private."""
+    """Media and events can be sought in; the part keeps its end time and stays private."""
     before = torn.parts()[0]
     assert repair(torn).parts == [before.name]
     (part,) = torn.parts()
@@ -205,7 +205,7 @@ def test_a_part_that_was_cut_off_is_mended(torn: Shelf, tmp_path: Path) -> None:
 
 
 def test_the_list_names_what_was_cut_off_and_what_to_do(torn: Shelf) -> None:
-    """And once it is mended, that it was."""
+    """The list says that a part was cut off and what to do, and later that it was repaired."""
     assert "cut off" in tape_list(torn)
     assert "`wax tape repair`" in tape_list(torn)
     assert tape_repair(torn) == f"Mended: {torn.parts()[0].name}"
@@ -215,7 +215,7 @@ def test_the_list_names_what_was_cut_off_and_what_to_do(torn: Shelf) -> None:
 
 
 def test_a_replay_says_where_a_mended_part_was_cut_off(torn: Shelf) -> None:
-    """It looks whole to others; whoever wants to know what happened is told."""
+    """A replay still says where a repaired part was cut off."""
     tape_repair(torn)
     events = torn.parts()[0].events
     assert events is not None
@@ -225,7 +225,7 @@ def test_a_replay_says_where_a_mended_part_was_cut_off(torn: Shelf) -> None:
 
 
 def test_what_is_being_written_is_left_alone(shelf: Shelf) -> None:
-    """Not a byte of it is touched, and the list says what it is."""
+    """A part that is being written is left untouched, and the list says so."""
     segment = begun(shelf)
     before = {path: path.read_bytes() for path in shelf.folder.iterdir()}
     assert repair(shelf).parts == []
@@ -236,25 +236,25 @@ def test_what_is_being_written_is_left_alone(shelf: Shelf) -> None:
 
 
 def test_what_is_deleted_meanwhile_does_not_come_back(torn: Shelf) -> None:
-    """It shows people, and somebody wanted it gone."""
+    """A part that is deleted during its repair does not reappear."""
     media = torn.parts()[0].media
     assert media is not None
     finish_media(media, is_there=lambda: False)
     assert not media.exists()
-    assert not unready(media).exists()
+    assert not unfinished_path(media).exists()
 
 
 def test_what_a_mending_has_left_goes_with_its_part(torn: Shelf) -> None:
-    """The power may fail twice."""
+    """Leftovers of an interrupted repair are deleted with their part."""
     (part,) = torn.parts()
     assert part.media is not None
-    unready(part.media).write_bytes(b"half")
+    unfinished_path(part.media).write_bytes(b"half")
     torn.delete(part.name)
     assert not list(torn.folder.iterdir())
 
 
 def test_what_cannot_be_mended_is_said_by_its_name(torn: Shelf) -> None:
-    """And stays as it is."""
+    """A part that cannot be repaired is reported by name and stays as it is."""
     (part,) = torn.parts()
     assert part.events is not None
     part.events.write_bytes(b"no tape at all" * 10)

@@ -1,4 +1,4 @@
-"""The thread that writes the tape: it makes nobody wait, and what it leaves out it says."""
+"""The recorder's thread delays nobody, and reports what it drops."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ ADA: Final = Named(viewer=1, name="Ada")
 
 
 class Disk(NamedTuple):
-    """What `shutil.disk_usage` returns."""
+    """The result of `shutil.disk_usage`."""
 
     total: int
     used: int
@@ -37,7 +37,7 @@ class Disk(NamedTuple):
 
 
 class Rig:
-    """A recorder whose clock is turned by hand, with parts of ten seconds."""
+    """A recorder with a manual clock and parts of ten seconds."""
 
     def __init__(self, folder: Path, **settings: object) -> None:
         known = {"segment_s": 10.0, "min_free_gb": 0.0} | settings
@@ -51,7 +51,7 @@ class Rig:
         )
 
     def film(self, begin_s: float, seconds: float) -> None:
-        """Put pictures and sound in the order in which they were captured."""
+        """Merge pictures and sounds in order of capture."""
         film = pictures("vp8", begin_s=begin_s, seconds=seconds)
         for item in in_order([*film, *sounds(begin_s=begin_s, seconds=seconds)]):
             if isinstance(item, EncodedPicture):
@@ -82,7 +82,7 @@ def _length_s(path: Path | None) -> float:
 
 
 def test_parts_follow_each_other(rig: Rig) -> None:
-    """Each begins with a keyframe after its time, and all of them together are what was filmed."""
+    """Each part begins with a keyframe once the last is full, and together they hold everything."""
     rig.film(BEGIN_S, 21.0)
     rig.recorder.start()
     rig.recorder.stop(20.0)
@@ -95,7 +95,7 @@ def test_parts_follow_each_other(rig: Rig) -> None:
 
 
 def test_each_part_can_be_read_alone(rig: Rig) -> None:
-    """What lasts, such as a name or a stop in force, is written into each part again."""
+    """Lasting events, such as a name or a stop in force, are repeated in each part."""
     rig.film(BEGIN_S, 1.0)
     rig.recorder.event(ADA, BEGIN_S + 0.5, lasts_as=("named", 1))
     rig.recorder.event(STOPPED, BEGIN_S + 0.6)
@@ -106,7 +106,7 @@ def test_each_part_can_be_read_alone(rig: Rig) -> None:
 
 
 def test_what_is_forgotten_is_repeated_no_more(rig: Rig) -> None:
-    """Who has left is not named in all parts to come."""
+    """A viewer who has left is not named in later parts."""
     rig.film(BEGIN_S, 1.0)
     rig.recorder.event(ADA, BEGIN_S + 0.5, lasts_as=("named", 1))
     rig.recorder.forget(("named", 1))
@@ -117,7 +117,7 @@ def test_what_is_forgotten_is_repeated_no_more(rig: Rig) -> None:
 
 
 def test_it_tells_how_much_there_is(rig: Rig) -> None:
-    """As of the newest look into the folder, which comes with each part."""
+    """The status has the size as of the last scan, which each part repeats."""
     rig.film(BEGIN_S, 21.0)
     waiting = rig.recorder.status().waiting
     assert waiting >= 21 * 60
@@ -129,7 +129,7 @@ def test_it_tells_how_much_there_is(rig: Rig) -> None:
 
 
 def test_a_tape_that_gives_up_says_so(rig: Rig) -> None:
-    """What comes then is left out, whatever the disk does."""
+    """After giving up everything is dropped, whatever the disk does."""
     rig.recorder.start()
     rig.recorder.give_up(says("it has failed"))
     rig.film(BEGIN_S, 1.0)
@@ -141,12 +141,12 @@ def test_a_tape_that_gives_up_says_so(rig: Rig) -> None:
 
 
 def test_what_happened_lately_is_kept(rig: Rig) -> None:
-    """Whatever was recorded since then, wholly or in part; and nothing else."""
+    """Only parts that reach into the time to keep are kept."""
     rig.clock.time_s = BEGIN_S
     rig.film(BEGIN_S, 21.0)
     rig.recorder.start()
     until(lambda: len(rig.shelf.parts()) == 3 and rig.recorder.waiting == 0)
-    # Their files are of now; this machine's time is what their ends are told by.
+    # The files are written now, so their end times follow this machine's clock.
     first, second, third = rig.shelf.parts()
     rig.recorder.keep(BEGIN_S + (second.ended_s - rig.clock.wall_ms() / 1000), "fault")
     rig.recorder.stop(20.0)
@@ -158,9 +158,9 @@ def test_what_happened_lately_is_kept(rig: Rig) -> None:
 def test_a_slow_disk_leaves_out_whole_parts_and_says_so(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Nobody waits; what comes while it is behind is not recorded, and what is missing is told."""
+    """While the disk is behind items are dropped, nobody waits, and the gap is recorded."""
     monkeypatch.setattr(recorder_module, "MOST_WAITING", 80)
-    rig.film(BEGIN_S, 2.0)  # more than may wait: the thread has not begun
+    rig.film(BEGIN_S, 2.0)  # more than the queue holds: the thread has not started
     assert rig.recorder.problem == TOO_SLOW
     left_out = rig.recorder.status().left_out
     assert left_out > 0
@@ -180,7 +180,7 @@ def test_a_slow_disk_leaves_out_whole_parts_and_says_so(
 def test_a_full_disk_stops_the_tape_until_there_is_room(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It says so in one sentence, keeps what it has, and goes on by itself."""
+    """A full disk is reported and costs no existing part; recording resumes when there is room."""
     monkeypatch.setattr(recorder_module, "RETRY_S", 0.0)
     free = {"bytes": 10**9}
     monkeypatch.setattr("shutil.disk_usage", lambda _: Disk(10**12, 0, free["bytes"]))
@@ -197,7 +197,7 @@ def test_a_full_disk_stops_the_tape_until_there_is_room(
 
 
 def test_a_tape_that_is_full_of_what_is_kept_says_so(tmp_path: Path) -> None:
-    """What the host keeps is never overwritten."""
+    """A tape that is full of the host's kept parts reports it instead of deleting them."""
     rig = Rig(tmp_path / "tape", max_gb=0.1)
     rig.shelf.prepare()
     name = rig.shelf.new_name(0)
@@ -212,7 +212,7 @@ def test_a_tape_that_is_full_of_what_is_kept_says_so(tmp_path: Path) -> None:
 
 
 def test_the_oldest_goes_for_the_newest(tmp_path: Path) -> None:
-    """A tape never takes more than its size, and needs nobody for that."""
+    """The tape stays within its size by deleting its oldest parts."""
     rig = Rig(tmp_path / "tape", max_gb=0.1)
     rig.shelf.prepare()
     old = rig.shelf.new_name(50_000)
@@ -227,7 +227,7 @@ def test_the_oldest_goes_for_the_newest(tmp_path: Path) -> None:
 
 
 def test_a_folder_that_is_none_is_said(tmp_path: Path) -> None:
-    """The server runs; its page says why nothing is recorded."""
+    """With an unusable folder the server runs, and its page says why nothing is recorded."""
     (tmp_path / "file").write_text("")
     rig = Rig(tmp_path / "file" / "tape")
     rig.recorder.start()
@@ -238,7 +238,7 @@ def test_a_folder_that_is_none_is_said(tmp_path: Path) -> None:
 
 
 def test_what_is_deleted_while_it_is_written_harms_nothing(rig: Rig) -> None:
-    """`wax tape delete --all` may come at any time."""
+    """Deleting a part while it is written does no harm."""
     rig.film(BEGIN_S, 2.0)
     rig.recorder.start()
     until(lambda: bool(rig.shelf.parts()) and rig.recorder.waiting == 0)
@@ -253,7 +253,7 @@ def test_what_is_deleted_while_it_is_written_harms_nothing(rig: Rig) -> None:
 def test_a_power_cut_costs_a_second(
     rig: Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What was told a second ago has been given to the disk for good, as has most of the film."""
+    """Events a second old are on disk, as is most of the media."""
     kept = tmp_path / "kept"
     kept.mkdir()
 

@@ -1,4 +1,4 @@
-"""What goes of the tape: the oldest first, and never what the host keeps."""
+"""What is deleted from the tape: the oldest first, and never what the host keeps."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def _oldest_first(drawn: tuple[float, int, object, bool]) -> float:
 def test_what_stays_is_within_its_limits(
     parts: list[Part], max_bytes: int, keep_days: float
 ) -> None:
-    """Nothing goes that must stay, nothing stays that is too old, and no more goes than must."""
+    """No protected part goes, no expired part stays, and no more goes than necessary."""
     verdict = retain(parts, now_s=NOW_S, max_bytes=max_bytes, keep_days=keep_days)
     gone = [one for one in parts if one.name in verdict.gone]
     left = [one for one in parts if one.name not in verdict.gone]
@@ -49,7 +49,7 @@ def test_what_stays_is_within_its_limits(
     assert all(NOW_S - one.ended_s <= keep_days * DAY_S for one in loose)
     if verdict.left_bytes > max_bytes:
         assert loose == []
-    # Young ones that nobody keeps go in order, and the last of them was one too many.
+    # Young unkept parts go in order, and without the last of them the size was exceeded.
     young = [one for one in gone if NOW_S - one.ended_s <= keep_days * DAY_S]
     if any(one.kept is not None for one in young):
         assert not any(one.kept is None for one in loose)
@@ -60,7 +60,7 @@ def part(name: str, age_days: float, **more: object) -> Part:
 
 
 def test_a_fault_outlives_what_is_younger_and_not_kept() -> None:
-    """Beyond the size what nobody keeps goes first, even where it is newer."""
+    """Beyond the size unkept parts go first, even newer ones."""
     parts = [part("fault", 3, kept="fault"), part("old", 2), part("new", 1)]
     verdict = retain(parts, now_s=NOW_S, max_bytes=20, keep_days=7)
     assert verdict.gone == ("old",)
@@ -69,7 +69,7 @@ def test_a_fault_outlives_what_is_younger_and_not_kept() -> None:
 
 
 def test_only_the_host_keeps_for_longer_than_the_days() -> None:
-    """What people were promised to be deleted is, whoever of the guests pressed the button."""
+    """Parts expire after the days that people were promised unless the host keeps them."""
     parts = [part(by, 8, kept=by) for by in ("host", "operator", "fault")]
     verdict = retain(parts, now_s=NOW_S, max_bytes=100, keep_days=7)
     assert verdict.gone == ("operator", "fault")

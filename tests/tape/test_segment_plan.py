@@ -1,4 +1,4 @@
-"""Where parts of the tape begin: at keyframes, after their time, and never in between."""
+"""Where parts of the tape begin: at a keyframe, and only once the last part is full."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ items = st.lists(
 def test_every_picture_can_be_decoded_from_its_part_alone(
     steps: list[tuple[Kind, float]], has_camera: bool
 ) -> None:
-    """A picture is written only where a keyframe begins the part, and never begins one itself."""
+    """A picture is written only in a part that began with a keyframe, and never begins one."""
     planned = plan(has_camera=has_camera)
     now_s, begun_with = 0.0, None
     for kind, gap_s in steps:
@@ -50,7 +50,7 @@ def test_every_picture_can_be_decoded_from_its_part_alone(
 
 @given(items)
 def test_no_part_grows_without_end(steps: list[tuple[Kind, float]]) -> None:
-    """Whatever comes, or stops coming, the next item but a picture ends a part that is too old."""
+    """Whatever arrives or stops arriving, any item but a picture ends a part that is too old."""
     planned = plan()
     now_s, began_s = 0.0, None
     for kind, gap_s in steps:
@@ -62,14 +62,14 @@ def test_no_part_grows_without_end(steps: list[tuple[Kind, float]]) -> None:
 
 
 def test_a_part_ends_at_the_first_keyframe_after_its_time() -> None:
-    """Keyframes before that are written like any other picture."""
+    """Earlier keyframes are written like any other picture."""
     planned = plan()
     found: list[Step] = [planned.decide("keyframe", at_s) for at_s in (0.0, 10.0, 59.0, 60.0)]
     assert found == ["begin", "write", "write", "begin"]
 
 
 def test_the_first_keyframe_is_waited_for_a_moment() -> None:
-    """Sound and events come first, but a part that begins with them would have no picture."""
+    """Earlier sound and events are skipped briefly, or the first part would have no picture."""
     planned = plan()
     assert planned.decide("other", 100.0) == "skip"
     assert planned.decide("other", 101.9) == "skip"
@@ -81,7 +81,7 @@ def test_the_first_keyframe_is_waited_for_a_moment() -> None:
 
 
 def test_without_a_camera_nothing_is_waited_for() -> None:
-    """A robot that is only heard has parts from the first sound on, each of the same length."""
+    """Without a camera parts begin with the first sound, all with the same length."""
     planned = plan(has_camera=False)
     assert [planned.decide("other", at_s) for at_s in (0.0, 59.9, 60.0)] == [
         "begin",
@@ -91,7 +91,7 @@ def test_without_a_camera_nothing_is_waited_for() -> None:
 
 
 def test_what_has_ended_begins_with_the_next_keyframe() -> None:
-    """After something was left out the pictures that follow cannot be decoded."""
+    """After dropped items the next part waits for a keyframe, to be decodable."""
     planned = plan()
     planned.decide("keyframe", 0.0)
     planned.ended()

@@ -1,4 +1,4 @@
-"""The folder of the tape: what is in it, what is kept, and what `wax tape` does with it."""
+"""The folder of the tape: its parts, its marks, and `wax tape`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FIRST_S = 1_795_442_400.0
 
 @pytest.fixture
 def shelf(tmp_path: Path) -> Shelf:
-    """Two parts of a minute, and files of somebody else."""
+    """Two parts of a minute, and another program's files."""
     made = Shelf(tmp_path / "tape")
     made.prepare()
     for number, name in enumerate((FIRST, SECOND)):
@@ -33,7 +33,7 @@ def shelf(tmp_path: Path) -> Shelf:
 
 
 def test_parts_are_listed_with_their_times_and_sizes(shelf: Shelf) -> None:
-    """The name says when it began, the newest file when it ended; other files are not looked at."""
+    """A part's name gives its start, its newest file its end; other files are ignored."""
     first, second = shelf.parts()
     assert (first.name, first.began_s, first.ended_s) == (FIRST, FIRST_S, FIRST_S + 60)
     assert (first.size_bytes, first.kept, second.name) == (4000, None, SECOND)
@@ -43,12 +43,12 @@ def test_parts_are_listed_with_their_times_and_sizes(shelf: Shelf) -> None:
 
 
 def test_only_its_owner_can_look_into_the_folder(shelf: Shelf) -> None:
-    """It shows people."""
+    """Only its owner can read the folder, because it shows people."""
     assert shelf.folder.stat().st_mode & 0o077 == 0
 
 
 def test_what_cameras_beside_the_driving_view_showed_is_part_of_it(shelf: Shelf) -> None:
-    """It counts for the size and the end, and goes with the rest."""
+    """Other cameras' files count for a part's size and end, and are deleted with it."""
     for camera in (1, 3):
         path = shelf.path(FIRST, f".camera-{camera}.webm")
         path.write_bytes(bytes(500))
@@ -67,7 +67,7 @@ def test_what_cameras_beside_the_driving_view_showed_is_part_of_it(shelf: Shelf)
 
 
 def test_a_cameras_file_alone_is_a_part_that_can_be_deleted(shelf: Shelf) -> None:
-    """Nothing of a tape is left over where nobody sees it."""
+    """A camera's file alone is a part that can be deleted, so that nothing is left over."""
     name = "wax-20261123T150000Z"
     shelf.path(name, ".camera-2.mp4").write_bytes(bytes(10))
     assert shelf.parts()[-1].name == name
@@ -77,7 +77,7 @@ def test_a_cameras_file_alone_is_a_part_that_can_be_deleted(shelf: Shelf) -> Non
 
 
 def test_names_do_not_meet(shelf: Shelf) -> None:
-    """Two parts that begin within a second have different names, in their order."""
+    """Two parts that begin within a second have different names in order."""
     name = shelf.new_name(FIRST_S * 1000)
     assert name == f"{FIRST}-1"
     assert sorted([name, FIRST]) == [FIRST, name]
@@ -85,7 +85,7 @@ def test_names_do_not_meet(shelf: Shelf) -> None:
 
 
 def test_the_hosts_keeping_stays(shelf: Shelf) -> None:
-    """A fault does not take away what the host said; the host may follow a fault."""
+    """A fault does not replace the host's mark; the host's mark replaces a fault's."""
     shelf.keep(FIRST, "fault")
     assert shelf.parts()[0].kept == "fault"
     assert tape_keep(shelf, [FIRST]) == "Kept: 1 part, 0.0 MB."
@@ -94,13 +94,13 @@ def test_the_hosts_keeping_stays(shelf: Shelf) -> None:
 
 
 def test_a_mark_that_says_nothing_keeps(shelf: Shelf) -> None:
-    """When in doubt nothing is deleted by itself."""
+    """A part with an unreadable mark is kept."""
     shelf.path(FIRST, ".kept").write_bytes(b"\xff")
     assert shelf.parts()[0].kept == "host"
 
 
 def test_deleting_leaves_nothing(shelf: Shelf) -> None:
-    """All files of a part go, its mark too, and nothing else."""
+    """Deleting removes all files of a part and its mark, and nothing else."""
     shelf.keep(FIRST, "host")
     assert tape_delete(shelf, [FIRST]).startswith("Deleted: 1 part")
     assert [one.name for one in shelf.parts()] == [SECOND]
@@ -111,14 +111,14 @@ def test_deleting_leaves_nothing(shelf: Shelf) -> None:
 
 
 def test_deleting_what_is_older(shelf: Shelf) -> None:
-    """A time is in UTC; what ended before it goes."""
+    """Parts that ended before a time in UTC are deleted."""
     tape_delete(shelf, [], before="2026-11-23T14:01:30")
     assert [one.name for one in shelf.parts()] == [SECOND]
 
 
 @pytest.mark.parametrize("name", ["../records", "wax-1", "", "wax-20261123T140000Z/x"])
 def test_no_name_leads_out_of_the_folder(shelf: Shelf, name: str) -> None:
-    """What is no name of a part is refused before any file is touched."""
+    """A string that is no part's name is refused before any file is touched."""
     with pytest.raises(StateError, match="wax tape list"):
         tape_delete(shelf, [name])
     with pytest.raises(StateError, match="wax tape list"):
@@ -133,7 +133,7 @@ def test_no_name_leads_out_of_the_folder(shelf: Shelf, name: str) -> None:
 def test_deleting_needs_one_clear_word(
     shelf: Shelf, names: list[str], more: dict[str, object]
 ) -> None:
-    """Neither nothing nor two things at once are meant by it."""
+    """Deleting needs exactly one of names, --all and --before."""
     with pytest.raises(ConfigError, match="say what to delete"):
         tape_delete(shelf, names, **more)  # type: ignore[arg-type]  # of the table above
     with pytest.raises(ConfigError, match="--before"):
@@ -149,6 +149,6 @@ def test_a_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
 
 
 def test_the_folder_is_beside_the_records(tmp_path: Path) -> None:
-    """Unless another is configured."""
+    """The folder is in the records' folder unless configured otherwise."""
     assert where(RecordingSettings(), str(tmp_path)) == tmp_path / "tape"
     assert where(RecordingSettings(folder="~/t"), "") == Path.home() / "t"

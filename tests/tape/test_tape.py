@@ -1,4 +1,4 @@
-"""The tape as one more viewer of the fan-out."""
+"""The tape as another viewer of the fan-out."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class Rig:
-    """A tape beside a fan-out that nobody else watches."""
+    """A tape with a fan-out that has no other viewer."""
 
     def __init__(self, folder: Path, **recording: object) -> None:
         known = {"enabled": True, "folder": str(folder), "min_free_gb": 0.0} | recording
@@ -52,13 +52,13 @@ async def rig(tmp_path: Path) -> AsyncIterator[Rig]:
 
 
 async def test_it_wants_the_best_picture_and_one_encoding_of_the_sound(rig: Rig) -> None:
-    """As a viewer on a good link would; whatever is encoded for that is all that it costs."""
+    """The tape subscribes like a viewer on a good link, and encoding that is its only cost."""
     assert rig.video.wanted == [rig.best]
     assert len(rig.audio.wanted) == 1
 
 
 async def test_the_sound_is_recorded_with_the_channels_it_has(rig: Rig) -> None:
-    """In stereo from when the microphone has two channels, in mono once it has one."""
+    """Sound is recorded in stereo while the microphone has two channels, else in mono."""
     lane = rig.tape._sound_lane
     assert lane is not None
     assert lane.encoding is not None
@@ -75,7 +75,7 @@ async def test_the_sound_is_recorded_with_the_channels_it_has(rig: Rig) -> None:
 
 
 async def test_an_error_in_the_fan_out_ends_the_tape_and_nothing_else(rig: Rig) -> None:
-    """It leaves, nothing is encoded for it any more, and everybody is told."""
+    """After an error the tape leaves the fan-out, nothing is encoded for it, and it is reported."""
     with rig.tape._boundary:
         raise RuntimeError
     assert rig.video.wanted == []
@@ -87,7 +87,7 @@ async def test_an_error_in_the_fan_out_ends_the_tape_and_nothing_else(rig: Rig) 
 
 @pytest.mark.system
 async def test_what_was_cut_off_is_mended_at_the_next_start(tmp_path: Path) -> None:
-    """By another process, while the new part is recorded already."""
+    """Another process repairs the last part while the new one is recorded."""
     shelf = Shelf(tmp_path / "tape")
     shelf.prepare()
     torn = shelf.path("wax-20261123T140000Z", EVENTS)
@@ -101,7 +101,7 @@ async def test_what_was_cut_off_is_mended_at_the_next_start(tmp_path: Path) -> N
 
 
 async def test_sound_is_left_out_where_it_is_not_to_be_recorded(tmp_path: Path) -> None:
-    """Nothing of it reaches the recorder."""
+    """Sound that is not to be recorded never reaches the recorder."""
     rig = Rig(tmp_path / "tape", sound=False)
     rig.video.start()
     rig.tape.start()

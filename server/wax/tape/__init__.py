@@ -1,5 +1,5 @@
-"""The tape: what everybody saw, heard and did, on disk for a while.
+"""The tape: a recording on disk of what everybody saw, heard and did, kept for a limited time.
 
-One more viewer of the fan-out and one more reader of the gate, whose far end is a thread that
-writes files. It never makes anybody wait: what the disk cannot take is left out, and it says so.
+It subscribes to the fan-out and the gate like another viewer, and writes files in a thread. It
+never delays anybody: what the disk is too slow for is dropped and reported.
 """

@@ -1,6 +1,7 @@
-"""Looks over an MP4 file before FFmpeg does, which makes room for as many samples as a box counts.
+"""Checks the counts in an MP4 file before FFmpeg allocates memory for them.
 
-Three kilobytes can so cost it gigabytes and seconds (boxes: ISO/IEC 14496-12, 4.2 and 8.6 to 8.8).
+A file of three kilobytes can otherwise cost FFmpeg gigabytes and seconds (boxes: ISO/IEC 14496-12,
+4.2 and 8.6 to 8.8).
 """
 
 from __future__ import annotations
@@ -16,11 +17,11 @@ _HOLD_BOXES: Final = frozenset(
     (b"moov", b"trak", b"edts", b"mdia", b"minf", b"stbl", b"mvex", b"moof", b"traf", b"udta")
 )
 _COUNTED: Final = {b"trun": 4, b"stts": 4, b"ctts": 4, b"stsc": 4, b"stco": 4, b"stsz": 8}
-"""Where these boxes have their count, in bytes after the header."""
+"""The offset of these boxes' count in bytes after the header."""
 
 
 def is_believable(path: Path) -> bool:
-    """Whether no box counts more than the file has bytes; true for what is no MP4 at all.
+    """Return whether no box counts more samples than the file has bytes; True if it is not MP4.
 
     Raises `OSError`.
     """
@@ -40,7 +41,7 @@ def _counts(file: BinaryIO, size: int) -> Iterator[int]:
             begin = at + 8
             if length == 1:
                 length, begin = long, at + 16
-            if length < begin - at:  # 0 is to the end; anything else is nonsense
+            if length < begin - at:  # 0 means to the end; anything else is invalid
                 length = end - at
             at = min(end, at + length)
             if kind in _HOLD_BOXES:

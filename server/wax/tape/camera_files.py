@@ -1,7 +1,7 @@
-"""The pictures of the cameras beside the driving view in one part: a file for each of them.
+"""Writes the pictures of all cameras but the driving view in one part, a file for each camera.
 
-A browser shows one picture of a file, WebM holds no H.264, and a file that one camera leaves empty
-must not hold up another: so each has its own. It begins at 0 with the camera's first keyframe.
+Each has its own file, because a browser shows one video track of a file, WebM cannot hold H.264,
+and a camera without pictures must not stall another. Time 0 is the camera's first keyframe.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from wax.tape.media_file import ENDINGS, TapeFile
-from wax.tape.shelf import beside
+from wax.tape.shelf import camera_ending
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class CameraFormat:
-    """What people call a camera, and what its pictures are like."""
+    """A camera's name for people, and the codec and size of its pictures."""
 
     name: str
     codec: Codec
@@ -31,9 +31,9 @@ class CameraFormat:
 
 
 class CameraFiles:
-    """Cameras count from 1, in the order of `cameras`; `name` is that of the part.
+    """The camera files of the part `name`; cameras count from 1, in the order of `cameras`.
 
-    Not thread-safe but for `has`. All methods but that may raise `OSError` or `av.FFmpegError`.
+    Only `has` is thread-safe; all other methods may raise `OSError` or `av.FFmpegError`.
     """
 
     def __init__(
@@ -46,34 +46,34 @@ class CameraFiles:
         self._files: dict[int, TapeFile] = {}
 
     def has(self, camera: int) -> bool:
-        """Whether the file of this camera has begun."""
+        """Return whether this camera's file has been started."""
         return camera in self._files
 
     def picture(self, camera: int, picture: EncodedPicture) -> bool:
-        """Add a picture, if its file has begun or this can begin it; return whether it did."""
+        """Add a picture to its file, which a keyframe starts; return whether this one did."""
         file = self._files.get(camera)
         begins = file is None and picture.keyframe and picture.captured_s >= self._origin_s
         if begins:
-            file = self._files[camera] = self._begin(camera, picture.captured_s)
+            file = self._files[camera] = self._start_file(camera, picture.captured_s)
         if file is not None:
             file.picture(picture)
         return begins
 
     def sync(self) -> None:
-        """Have all but the newest pictures outlast a power cut."""
+        """Sync to disk, so that a power cut loses only the newest pictures."""
         for file in self._files.values():
             file.sync()
 
     def close(self) -> None:
-        """Finish all files, also where one of them fails."""
+        """Finish all files, even if one of them fails."""
         with ExitStack() as closing:
             for file in self._files.values():
                 closing.callback(file.close)
 
-    def _begin(self, camera: int, origin_s: float) -> TapeFile:
+    def _start_file(self, camera: int, origin_s: float) -> TapeFile:
         camera_format = self._cameras[camera - 1]
         return TapeFile(
-            self._shelf.path(self._name, beside(camera, ENDINGS[camera_format.codec])),
+            self._shelf.path(self._name, camera_ending(camera, ENDINGS[camera_format.codec])),
             codec=camera_format.codec,
             size=camera_format.size,
             has_sound=False,

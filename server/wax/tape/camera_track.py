@@ -1,4 +1,4 @@
-"""A camera beside the driving view, as the tape takes it from the fan-out."""
+"""Passes a camera other than the driving view from the fan-out to the tape."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _ASK_AGAIN_S: Final = 1.0
-"""The least time between two requests for a keyframe, with which its file of a part begins."""
+"""The least time between two requests for the keyframe that starts the camera's file."""
 
 
 def format_of(settings: CameraSettings) -> CameraFormat:
-    """Return what its pictures are like in the best rendition, which is recorded."""
+    """Return the format of a camera's best rendition, which is recorded."""
     best = settings.renditions[0]
     return CameraFormat(settings.name, settings.codec, (best.width, best.height))
 
 
 class CameraTrack:
-    """Takes the best rendition of camera `number`; an error in it ends this track and no other.
+    """Records the best rendition of camera `number`; an error in it ends only this track.
 
-    Parts begin with keyframes of the driving view, so this camera is asked for its own, which costs
-    those who watch it once in a part.
+    Parts begin with keyframes of the driving view, so this camera needs a keyframe request, which
+    its viewers pay for once in each part.
     """
 
     def __init__(
@@ -48,9 +48,9 @@ class CameraTrack:
         self._asked_s = float("-inf")
 
     def start(self) -> None:
-        """Begin, on the event loop."""
+        """Join the fan-out; call it on the event loop."""
         self._lane = self._camera.hub.add(self._boundary)
-        self._lane.listen(self._take)
+        self._lane.listen(self._forward_pictures)
         self._camera.hub.choose(self._lane, self._camera.settings.renditions[0].name)
 
     def leave(self) -> None:
@@ -59,11 +59,11 @@ class CameraTrack:
         if lane is not None:
             self._camera.hub.remove(lane)
 
-    def _take(self) -> None:
+    def _forward_pictures(self) -> None:
         while self._lane is not None and (picture := self._lane.take()):
             self._recorder.camera(self._number, picture)
         now_s = self._clock.now_s()
-        waits = self._lane is not None and self._recorder.waits_for(self._number)
+        waits = self._lane is not None and self._recorder.needs_keyframe(self._number)
         if self._lane is not None and waits and now_s - self._asked_s >= _ASK_AGAIN_S:
             self._asked_s = now_s
             self._camera.hub.request_keyframe(self._lane)

@@ -1,4 +1,4 @@
-"""`wax tape`: lists, keeps, mends and deletes what is on the tape, also while a server records."""
+"""`wax tape`: lists, keeps, repairs and deletes parts, even while a server records."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _HOW_TO_MEND: Final = (
 
 
 def tape_list(shelf: Shelf) -> str:
-    """Return a table of what is there, the oldest first; times are in UTC."""
+    """Return a table of all parts, the oldest first; times are in UTC."""
     parts = shelf.parts()
     if not parts:
         return f"Nothing is recorded in {shelf.folder}."
@@ -56,7 +56,7 @@ def tape_list(shelf: Shelf) -> str:
 
 
 def tape_repair(shelf: Shelf) -> str:
-    """Give what was cut off its end; raises `StateError` for what could not be mended."""
+    """Repair the parts that were cut off; raises `StateError` for those that cannot be repaired."""
     mended = repair(shelf)
     if mended.problems:
         raise StateError("\n".join(mended.problems))
@@ -66,7 +66,7 @@ def tape_repair(shelf: Shelf) -> str:
 
 
 def tape_keep(shelf: Shelf, names: Sequence[str]) -> str:
-    """Keep these parts until somebody deletes them; raises `StateError`, and keeps none then."""
+    """Keep these parts until somebody deletes them; raises `StateError` for an unknown name."""
     parts = _named(shelf, names)
     _each(parts, lambda one: shelf.keep(one.name, "host"))
     return f"Kept: {_counted(parts)}."
@@ -75,9 +75,9 @@ def tape_keep(shelf: Shelf, names: Sequence[str]) -> str:
 def tape_delete(
     shelf: Shelf, names: Sequence[str], *, is_all: bool = False, before: str | None = None
 ) -> str:
-    """Delete these parts, all, or all that ended before a time; kept or not.
+    """Delete these parts, all, or all that ended before a time, whether kept or not.
 
-    Raises `StateError` or `ConfigError`, and deletes nothing then, unless a file cannot be.
+    Raises `ConfigError` or `StateError` before anything is deleted, except when deleting fails.
     """
     if sum([bool(names), is_all, before is not None]) != 1:
         raise ConfigError("say what to delete: names from `wax tape list`, --all or --before DATE")

@@ -1,8 +1,8 @@
-"""Which end a file of events has, and how one that was cut off gets its own.
+"""Detects how a file of events ends, and completes one that was cut off.
 
-A killed server leaves no index and no footer, without which others refuse the whole file. What was
-written is not written again: the torn record at the end goes, and the rest is appended
-(https://mcap.dev/spec). Interrupted, it can be done again.
+A killed server leaves neither index nor footer, and without them other readers reject the whole
+file. Existing records are not rewritten: the torn last record is cut off, and the missing ones are
+appended (https://mcap.dev/spec). An interrupted repair can be repeated.
 """
 
 from __future__ import annotations
@@ -40,19 +40,19 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 Ending = Literal["whole", "mended", "open", "cut"]
-"""Finished; finished after it was cut off; being written; cut off."""
+"""Finished; repaired after it was cut off; being written; cut off."""
 
 _LONGEST_BYTES: Final = 4_000_000
-"""What is longer is no record of ours but a damaged length, after which nothing can be found."""
+"""A longer record is not ours: its length is damaged, and nothing after it can be found."""
 _BEGINNING_BYTES: Final = 1000
-"""More than the records that begin a file have."""
-_OF_DATA: Final = (Opcode.HEADER, Opcode.METADATA, Opcode.CHUNK, Opcode.MESSAGE_INDEX)
+"""More than the first records of a file take."""
+_DATA_KINDS: Final = (Opcode.HEADER, Opcode.METADATA, Opcode.CHUNK, Opcode.MESSAGE_INDEX)
 
 _HEAD_BYTES: Final = 9
 _FOOTER: Final = bytes([Opcode.FOOTER]) + (20).to_bytes(8, "little")
 _FOOTER_BYTES: Final = len(_FOOTER) + 20 + len(MCAP0_MAGIC)
 _TAIL_BYTES: Final = 1000
-"""In these last bytes the index names the metadata."""
+"""The metadata index lies within this many bytes of the end."""
 
 
 def ending_of(path: Path) -> Ending:
@@ -63,16 +63,16 @@ def ending_of(path: Path) -> Ending:
             return end
         try:
             state_dir.lock(file, shared=True)
-        except OSError:  # somebody has it; or nobody can say, and it is left alone
+        except OSError:  # it is in use, or the lock cannot be checked: leave it alone
             return "open"
         return _end_of(file) or "cut"
 
 
 def finish(file: BinaryIO, began_ns: int) -> None:
-    """Give a file that was cut off its end; one without a beginning begins at `began_ns`.
+    """Complete a file that was cut off; one cut within its first records begins at `began_ns`.
 
-    The caller has it locked. Raises `OSError`, or `StateError` for what is no tape of ours or was
-    not only cut off.
+    The caller holds the file's lock. Raises `OSError`, or `StateError` for a file that is not ours
+    or that is damaged otherwise.
     """
     size = file.seek(0, os.SEEK_END)
     written = _Written(file, size)
@@ -82,7 +82,7 @@ def finish(file: BinaryIO, began_ns: int) -> None:
         file.seek(written.end)
         file.write(added)
     elif written.is_only_cut and size <= _BEGINNING_BYTES:
-        _begin_again(file, began_ns)
+        _rewrite_empty(file, began_ns)
     else:
         raise StateError("its events are damaged, not only cut off, and stay as they are")
 
@@ -96,19 +96,19 @@ def _end_of(file: BinaryIO) -> Ending | None:
     return "mended" if CUT.encode() in tail else "whole"
 
 
-def _begin_again(file: BinaryIO, began_ns: int) -> None:
-    """Make it one without events: those come after the beginning, which it has not."""
+def _rewrite_empty(file: BinaryIO, began_ns: int) -> None:
+    """Rewrite the file without events: it was cut off before the first of them."""
     file.truncate(0)
     file.seek(0)
     writer = begin(file, began_ns)
     writer.add_metadata(CUT, {})
-    writer.finish()  # type: ignore[no-untyped-call]  # the library leaves it out
+    writer.finish()  # type: ignore[no-untyped-call]  # the library has no annotation
 
 
 class _Written:
-    """What a file has as whole records; `end` is where the last of them ends.
+    """Scans a file for complete records; `end` is where the last of them ends.
 
-    A chunk that is damaged stays where it is, and no index leads to it.
+    A damaged chunk stays in place, and no index refers to it.
     """
 
     def __init__(self, file: BinaryIO, size: int) -> None:
@@ -134,31 +134,31 @@ class _Written:
             file.seek(self.end)
             head = file.read(_HEAD_BYTES)
             kind, length = head[0], int.from_bytes(head[1:], "little")
-            if kind == 0:  # a power cut may leave room that nothing was written into
+            if kind == 0:  # after a power cut a file may end in zeros
                 self.is_only_cut = not head.strip(b"\0") and not file.read().strip(b"\0")
                 return
             if length > size - self.end - _HEAD_BYTES:
                 self.is_only_cut = length <= _LONGEST_BYTES
                 return
-            if kind not in _OF_DATA:  # an end that was not finished
+            if kind not in _DATA_KINDS:  # the beginning of an end that was not finished
                 return
             self._check_index(kind)
-            with suppress(Exception):  # of damaged bytes the library raises all kinds
-                self._take(kind, file.read(length))
+            with suppress(Exception):  # damaged bytes make the library raise anything
+                self._add_record(kind, file.read(length))
             self.end += _HEAD_BYTES + length
 
-    def _take(self, kind: int, body: bytes) -> None:
+    def _add_record(self, kind: int, body: bytes) -> None:
         stream, length = ReadDataStream(io.BytesIO(body)), _HEAD_BYTES + len(body)
         if kind == Opcode.METADATA:
             self.metadata.append(MetadataIndex(self.end, length, Metadata.read(stream).name))
         elif kind == Opcode.CHUNK:
-            self._take_chunk(Chunk.read(stream), length)
+            self._add_chunk(Chunk.read(stream), length)
         elif kind == Opcode.MESSAGE_INDEX and self._chunk is not None:
             index, _ = self._chunk
             index.message_index_offsets[MessageIndex.read(stream).channel_id] = self.end
             index.message_index_length += length
 
-    def _take_chunk(self, chunk: Chunk, length: int) -> None:
+    def _add_chunk(self, chunk: Chunk, length: int) -> None:
         channels: set[int] = set()
         for record in unpack(chunk):
             if isinstance(record, Schema):
@@ -183,7 +183,7 @@ class _Written:
         self._chunk = index, channels
 
     def _check_index(self, next_kind: int = 0) -> None:
-        """Forget a chunk's index that is not whole: without one, readers look through the chunk."""
+        """Drop an incomplete index of a chunk: without one, readers scan the chunk itself."""
         if self._chunk is None or next_kind == Opcode.MESSAGE_INDEX:
             return
         index, channels = self._chunk
@@ -194,7 +194,7 @@ class _Written:
 
 
 def _added(written: _Written, size: int) -> bytes:
-    """Return the mark that the file was cut off, the end of its data, and the summary."""
+    """Return the bytes to append: the mark of a cut, the end of data, and the summary."""
     added = RecordBuilder()
     if not written.has(CUT):
         Metadata(CUT, {"bytes": str(size - written.end)}).write(added)
@@ -219,7 +219,7 @@ def _added(written: _Written, size: int) -> bytes:
     for offset in offsets:
         offset.write(added)
     Footer(begins_at, offsets_at, 0).write(added)
-    return bytes(added.end()) + MCAP0_MAGIC  # type: ignore[no-untyped-call]  # the same
+    return bytes(added.end()) + MCAP0_MAGIC  # type: ignore[no-untyped-call]  # as above
 
 
 def _statistics(written: _Written) -> Statistics:

@@ -1,12 +1,12 @@
 """The events of one part, as an MCAP file (https://mcap.dev/spec) that Foxglove and others open.
 
-Each topic has its JSON schema inside. Times are nanoseconds since 1970, made of the server's clock
-and one offset for as long as it runs: they are in step with the picture even while somebody sets
-the machine's clock.
+It contains a JSON schema for each topic. Times are nanoseconds since 1970: the server's monotonic
+clock plus an offset that is fixed while it runs, so that events stay in step with the picture even
+if the machine's clock is set.
 
-What is added is given to the system by `flush`, which a killed process cannot take back, and to the
-disk by `sync`, which a power cut cannot. A part that is being written is locked; one that is not
-and has no end was cut off (`event_ending.py`).
+`flush` passes events to the operating system, where they survive a killed process; `sync` writes
+them to disk, where they survive a power cut. A part that is being written is locked; an unlocked
+one without an end was cut off (`event_ending.py`).
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ if TYPE_CHECKING:
     from wax.protocol.tape_events import TapeEvent
 
 METADATA: Final = "wax.tape"
-"""The name of the metadata record at the beginning; its keys are below."""
+"""The name of the first metadata record, whose keys are below."""
 CUT: Final = "wax.tape.cut"
-"""The name of the metadata record at the end of a file that was cut off and got its end later."""
+"""The name of the last metadata record of a file that was cut off and repaired later."""
 VERSION: Final = "format"
 ORIGIN: Final = "origin_ns"
 
 
 def begin(file: IO[bytes], origin_ns: int) -> Writer:
-    """Begin a file of events whose time 0 is `origin_ns` since 1970; may raise `OSError`."""
+    """Start a file of events whose time 0 is `origin_ns` since 1970; may raise `OSError`."""
     writer = Writer(file, compression=CompressionType.ZSTD)
     writer.start(library=f"wax {__version__}")
     writer.add_metadata(METADATA, {VERSION: str(FORMAT), ORIGIN: str(origin_ns)})
@@ -45,7 +45,7 @@ def begin(file: IO[bytes], origin_ns: int) -> Writer:
 
 
 class EventFile:
-    """Begins at `origin_s` on the server's clock, which was 0 at `zero_ns` since 1970.
+    """A file that begins at `origin_s` on the server's clock, which was 0 at `zero_ns` since 1970.
 
     Not thread-safe. All methods may raise `OSError`.
     """
@@ -56,9 +56,9 @@ class EventFile:
         self._origin_ns = self._ns(origin_s)
         self._file = path.open("wb")
         try:
-            with suppress(OSError):  # not every file system has locks
+            with suppress(OSError):  # not every file system supports locks
                 state_dir.lock(self._file, waits=True)
-            self._file.truncate(0)  # whoever mends may have found it before the lock
+            self._file.truncate(0)  # a repair may have found it before the lock
             self._writer = begin(self._file, self._origin_ns)
             self._file.flush()
         except BaseException:
@@ -67,7 +67,7 @@ class EventFile:
         self._channels: dict[type[TapeEvent], int] = {}
 
     def write(self, event: TapeEvent, at_s: float) -> None:
-        """Add an event; one from before the beginning is part of it."""
+        """Add an event; one from before the beginning is dated at the beginning."""
         at_ns = max(self._ns(at_s), self._origin_ns)
         self._writer.add_message(
             self._channel(type(event)),
@@ -77,18 +77,18 @@ class EventFile:
         )
 
     def flush(self) -> None:
-        """Give what was added to the system, which keeps it even if this process is killed."""
-        self._writer.flush()  # type: ignore[no-untyped-call]  # the library leaves it out
+        """Pass events to the operating system, so that they survive if this process is killed."""
+        self._writer.flush()  # type: ignore[no-untyped-call]  # the library has no annotation
 
     def sync(self) -> None:
-        """Have what was added outlast a power cut."""
+        """Write events to disk, so that they survive a power cut."""
         self.flush()
         os.fsync(self._file.fileno())
 
     def close(self) -> None:
-        """Finish the file, with its index, for good; it is closed even if that fails."""
+        """Write the index and close the file; it is closed even if writing fails."""
         try:
-            self._writer.finish()  # type: ignore[no-untyped-call]  # the same
+            self._writer.finish()  # type: ignore[no-untyped-call]  # as above
             self._file.flush()
             os.fsync(self._file.fileno())
         finally:

@@ -1,7 +1,7 @@
-"""Picture and sound of one part, put into a file as they were encoded.
+"""Writes the picture and sound of one part to a file without re-encoding them.
 
-VP8 goes into WebM, H.264 into fragmented MP4. Both are written in pieces of half a second, each of
-which can be played without what would follow it: a server that is killed loses no more.
+VP8 goes into WebM, H.264 into fragmented MP4. Both are written in pieces of half a second that are
+playable without the following ones, so that a killed server loses no more than one.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ ENDINGS: Final[dict[Codec, str]] = {"vp8": ".webm", "h264": ".mp4"}
 _PIECE_MS: Final = 500
 _COMMON: Final = {
     "flush_packets": "1",
-    # A stream that has ended, as of an unplugged microphone, holds the other one up by this only.
+    # A stream that has ended, as when a microphone is unplugged, delays the other by this at most.
     "max_interleave_delta": "200000",
 }
 _OPTIONS: Final[dict[Codec, dict[str, str]]] = {
@@ -44,13 +44,14 @@ _OPTIONS: Final[dict[Codec, dict[str, str]]] = {
 _FORMATS: Final[dict[Codec, str]] = {"vp8": "webm", "h264": "mp4"}
 _SOUND_TIME_BASE: Final = Fraction(1, SAMPLE_RATE_HZ)
 _GAP_S: Final = 0.04
-"""Sound that is further from where counting its samples puts it has had a gap."""
+"""Sound whose capture time is further from its counted position follows a gap."""
 
 
 class TapeFile:
-    """Begins at `origin_s` on the server's clock; without a `size` it has no pictures.
+    """A file that begins at `origin_s` on the server's clock; without a `size` it has no pictures.
 
-    With two `sound_channels` packets may have one or two: players show both as two (RFC 7845, 5.1).
+    With two `sound_channels` packets may have one or two: players play both as stereo (RFC 7845,
+    5.1).
 
     Not thread-safe. All methods may raise `OSError` or `av.FFmpegError`.
     """
@@ -79,7 +80,7 @@ class TapeFile:
             )
         self._sound: Stream | None = None
         if has_sound:
-            # It encodes nothing: Opus's header, which the muxer needs, is the encoder's to make.
+            # The encoder encodes nothing: it only supplies the Opus header that the muxer needs.
             self._sound = self._container.add_stream(
                 "libopus",
                 rate=SAMPLE_RATE_HZ,
@@ -90,7 +91,7 @@ class TapeFile:
         self._sound_shift: int | None = None
 
     def picture(self, picture: EncodedPicture) -> None:
-        """Add a picture; the first is a keyframe."""
+        """Add a picture; the first must be a keyframe."""
         if self._picture is None:
             return
         pts = round((picture.captured_s - self._origin_s) * VIDEO_RATE_HZ)
@@ -104,10 +105,10 @@ class TapeFile:
         self._container.mux_one(packet)
 
     def sound(self, sound: EncodedSound) -> None:
-        """Add a packet of Opus, if it was captured since the beginning of the file.
+        """Add an Opus packet, if it was captured since the beginning of the file.
 
-        Its place is found by counting samples, which leaves no holes, and moved by one sample a
-        packet towards the capture time: the sound card's clock is not the picture's.
+        Its position is counted in samples, which leaves no gaps, and moves by one sample a packet
+        towards the capture time, because the sound card's clock drifts from the picture's.
         """
         if self._sound is None:
             return
@@ -129,17 +130,17 @@ class TapeFile:
         self._container.mux_one(packet)
 
     def sync(self) -> None:
-        """Have all but the newest piece outlast a power cut."""
-        with suppress(FileNotFoundError):  # deleted by somebody meanwhile
+        """Sync to disk, so that a power cut loses only the newest piece."""
+        with suppress(FileNotFoundError):  # deleted meanwhile
             state_dir.sync(self._path)
 
     def close(self) -> None:
-        """Finish the file for good, which makes it quick to seek in."""
+        """Finish the file, which makes it quick to seek in."""
         self._container.close()
         self.sync()
 
     def _is_next(self, stream: str, pts: int) -> bool:
-        """Whether this follows what was written; the muxers refuse what does not."""
+        """Return whether `pts` is later than the last one; the muxers reject others."""
         if pts <= self._newest[stream]:
             return False
         self._newest[stream] = pts

@@ -1,6 +1,6 @@
-"""Reads the events of one part, whole or cut: what is readable counts, the rest is said.
+"""Reads the events of one part, even if it was cut off, and reports what is unreadable.
 
-A tape may come from anybody, so nothing is unpacked before it is known how large that becomes.
+A tape may come from anybody, so nothing is decompressed before its size is known.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from mcap.records import McapRecord
 
 _MOST_BYTES: Final = 256_000_000
-"""Ten minutes with a hundred viewers take a tenth of it, unpacked."""
+"""Ten minutes with a hundred viewers take a tenth of this when decompressed."""
 _MOST_EVENTS: Final = 1_000_000
 _MOST_RECORD_BYTES: Final = 64_000_000
 _LATEST_NS: Final = 2**63 - 1
@@ -40,7 +40,7 @@ _TOPICS: Final = frozenset(map(topic, EVENTS))
 
 @dataclass(frozen=True, slots=True)
 class Events:
-    """The events of a part in their order; `problem` is a sentence, None if all were read."""
+    """The events of a part in order of time; `problem` is a sentence, None if all were read."""
 
     began_wall_ms: float
     events: list[Placed]
@@ -48,12 +48,12 @@ class Events:
 
     @property
     def length_ms(self) -> float:
-        """How long after the beginning the newest event was."""
+        """The time of the newest event after the beginning."""
         return self.events[-1].at_ms if self.events else 0.0
 
 
 def read_events(path: Path) -> Events:
-    """Read a file of events; raises `StateError` with one sentence for what is no tape of ours."""
+    """Read a file of events; raises `StateError` with a sentence if it is no tape of ours."""
     try:
         _check_size(path, path.stat().st_size)
         with path.open("rb") as file:
@@ -94,9 +94,9 @@ def _read(path: Path, records: _Records) -> Events:
 
 
 class _Records:
-    """The records up to the end, or to where they can be read no further.
+    """Iterates over the records up to the end or to the first unreadable one.
 
-    Raises `StateError` where they are too large to be ours.
+    Raises `StateError` for records that are too large to be ours.
     """
 
     def __init__(self, path: Path, file: IO[bytes]) -> None:
@@ -117,7 +117,7 @@ class _Records:
                     yield record
         except StateError:
             raise
-        except Exception:  # of damaged bytes the library and its codecs raise all kinds
+        except Exception:  # damaged bytes make the library and its codecs raise anything
             self.is_whole = False
 
     def _unpacked(self, chunk: Chunk) -> Sequence[McapRecord]:
@@ -127,7 +127,7 @@ class _Records:
 
 
 def unpack(chunk: Chunk) -> Sequence[McapRecord]:
-    """Unpack what this package has packed; raises anything for what it has not."""
+    """Decompress a chunk that this package wrote; raises any exception for another one."""
     if _packed_bytes(chunk) > _MOST_BYTES:
         raise ValueError
     return breakup_chunk(chunk, validate_crc=True)

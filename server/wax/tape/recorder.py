@@ -1,12 +1,12 @@
-"""Writes the tape in a thread of its own: whatever the disk does, nobody waits for it.
+"""Writes the tape in a thread of its own, so that nobody waits for the disk.
 
-What is to be written waits in a queue. When that is full, the disk is too slow: then all is left
-out until the queue is empty again, a new part begins, and what is missing is written down.
+Items to write are queued. A full queue means that the disk is too slow: then everything is dropped
+until the queue is empty, a new part begins, and the gap is recorded.
 
-A killed server loses what came after the last `FLUSH_S`, a power cut what came after the last sync,
-which follow each other by `SYNC_S`. Each costs the disk some writes beside what is recorded; how
-many depends on its file system. A memory card that needs long for one is asked less often, so that
-three quarters of the time are left for writing.
+A killed server loses what arrived after the last flush (every `FLUSH_S`), a power cut what arrived
+after the last sync (every `SYNC_S`). Each costs the disk some extra writes, whose number depends on
+its file system. A slow memory card is synced less often, so that three quarters of the time are
+left for writing.
 """
 
 from __future__ import annotations
@@ -59,15 +59,15 @@ TOO_SLOW: Final = Sentence("tape.too_slow")
 
 
 class TapeError(WaxError):
-    """Why nothing can be recorded now."""
+    """Nothing can be recorded now, for the reason given."""
 
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """What picture and sound are like; `size` is None without a camera.
+    """The format of picture and sound; `size` is None without a camera.
 
-    `sound_channels` is how many the sound may have: some packets may have fewer. `cameras` are
-    those beside the driving view.
+    `sound_channels` is the most that a packet of sound may have. `cameras` are all cameras but the
+    driving view.
     """
 
     codec: Codec
@@ -103,14 +103,14 @@ class _Keep:
 
 @dataclass(frozen=True, slots=True)
 class _Forget:
-    """What lasted so lasts no longer."""
+    """Stops repeating the event under this key."""
 
     lasts_as: Hashable
 
 
 @dataclass(frozen=True, slots=True)
 class _Resume:
-    """Here something is missing, since this time."""
+    """Marks the end of a gap that began at this time."""
 
     since_s: float
 
@@ -121,10 +121,10 @@ _Item = _Recorded | _Keep | _Forget | _Resume
 
 @dataclass(frozen=True, slots=True)
 class RecorderStatus:
-    """How recording goes; `parts` and their bytes are those of the last look into the folder.
+    """The state of recording; `parts` and `parts_bytes` are from the last scan of the folder.
 
-    `waiting` is what is not written yet, `left_out` what never will be, since the disk was too slow
-    or could not be written: pictures, packets of sound and events.
+    `waiting` counts the items that are not written yet, `left_out` those that were dropped because
+    the disk was too slow or failed: pictures, packets of sound and events.
     """
 
     problem: Sentence | None
@@ -135,30 +135,30 @@ class RecorderStatus:
 
 
 class Recorder:
-    """`start` it, then put from the event loop; nothing here waits or raises."""
+    """Call its methods from the event loop after `start`; none of them blocks or raises."""
 
     def __init__(
         self,
         shelf: Shelf,
         *,
         settings: RecordingSettings,
-        format: Format,  # noqa: A002  # what it is
+        format: Format,  # noqa: A002  # the plain word
         clock: Clock,
     ) -> None:
         self._shelf = shelf
         self._settings = settings
         self._format = format
         self._clock = clock
-        # One offset for good: times of events must not jump with the machine's clock.
+        # The offset never changes, so that times of events do not jump with the machine's clock.
         self._zero_ns = clock.wall_ms() * 1_000_000 - round(clock.now_s() * 1e9)
         self._queue: SimpleQueue[_Item | None] = SimpleQueue()
         self._behind_since_s: float | None = None
         self._gave_up: Sentence | None = None
-        self._not_put = 0
+        self._dropped = 0
         self._thread = threading.Thread(target=self._run, name="tape", daemon=True)
-        # All below is written by the thread only.
+        # Only the thread writes the attributes below.
         self._trouble: Sentence | None = None
-        self._not_written = 0
+        self._unwritten = 0
         self._shelved = (0, 0)
         self._is_over = False
         self._segment: Segment | None = None
@@ -179,54 +179,54 @@ class Recorder:
         self._queue.put(None)
 
     def stop(self, within_s: float = 1.0) -> None:
-        """Write what waits, and end; gives up after `within_s`."""
+        """Write what is queued and end; give up after `within_s`."""
         self.request_stop()
         if self._thread.is_alive():
             self._thread.join(within_s)
 
     def picture(self, picture: EncodedPicture) -> None:
-        self._put(picture)
+        self._enqueue(picture)
 
     def camera(self, camera: int, picture: EncodedPicture) -> None:
-        """Record a picture of a camera beside the driving view; they count from 1."""
-        self._put(_CameraPicture(camera, picture))
+        """Record a picture of a camera other than the driving view; these count from 1."""
+        self._enqueue(_CameraPicture(camera, picture))
 
-    def waits_for(self, camera: int) -> bool:
-        """Whether a part is being written in which this camera is missing until its keyframe."""
+    def needs_keyframe(self, camera: int) -> bool:
+        """Return whether the open part still lacks the keyframe that starts this camera's file."""
         segment = self._segment
         return segment is not None and not segment.has_camera(camera)
 
     def sound(self, sound: EncodedSound) -> None:
-        self._put(sound)
+        self._enqueue(sound)
 
     def event(self, event: TapeEvent, at_s: float, lasts_as: Hashable = None) -> None:
         """Record an event; the newest of each `lasts_as` is repeated in each new part.
 
-        So that a part can be read without those before it.
+        This way each part can be read without the earlier ones.
         """
-        self._put(_Event(event, at_s, lasts_as))
+        self._enqueue(_Event(event, at_s, lasts_as))
 
     def forget(self, lasts_as: Hashable) -> None:
-        """Repeat this no more."""
+        """Stop repeating the event under this key in new parts."""
         self._queue.put(_Forget(lasts_as))
 
     def give_up(self, why: Sentence) -> None:
-        """Record nothing more until the server starts again."""
+        """Stop recording until the server is restarted."""
         self._gave_up = why
 
     def keep(self, since_s: float, by: Keeper) -> None:
-        """Keep what was recorded since then."""
+        """Mark all parts since then as kept."""
         self._queue.put(_Keep(since_s, by))
 
     @property
     def problem(self) -> Sentence | None:
-        """Why nothing is recorded now; None while something is."""
+        """Why nothing is recorded now; None while recording works."""
         behind = None if self._behind_since_s is None else TOO_SLOW
         return self._gave_up or self._trouble or behind
 
     @property
     def waiting(self) -> int:
-        """How much is not written yet."""
+        """How many items are not written yet."""
         return self._queue.qsize()
 
     def status(self) -> RecorderStatus:
@@ -236,10 +236,10 @@ class Recorder:
             parts=parts,
             parts_bytes=parts_bytes,
             waiting=self.waiting,
-            left_out=self._not_put + self._not_written,
+            left_out=self._dropped + self._unwritten,
         )
 
-    def _put(self, item: _Item) -> None:
+    def _enqueue(self, item: _Item) -> None:
         if self._behind_since_s is None and self.waiting >= MOST_WAITING:
             self._behind_since_s = self._clock.now_s()
         elif self._behind_since_s is not None and self.waiting == 0:
@@ -248,7 +248,7 @@ class Recorder:
         if self._behind_since_s is None and self._gave_up is None:
             self._queue.put(item)
         else:
-            self._not_put += 1
+            self._dropped += 1
 
     # --- the thread --------------------------------------------------------------------------
 
@@ -257,28 +257,28 @@ class Recorder:
             try:
                 self._record()
             except (TapeError, StateError, *WRITE_ERRORS) as error:
-                self._fails(_why(error))
+                self._set_trouble(_why(error))
             except Exception:
                 _LOG.exception("the tape failed")
-                self._fails(Sentence("tape.failed"))
+                self._set_trouble(Sentence("tape.failed"))
             if not self._is_over:
-                self._leave_out(RETRY_S)
+                self._drop_items(RETRY_S)
 
     def _record(self) -> None:
-        """Write until the end; raises where nothing can be written."""
+        """Write items until stopped; raises when nothing can be written."""
         try:
             self._shelf.prepare()
             self._prune()
             self._check_room()
             self._trouble = None
             while not self._is_over:
-                self._take()
-                self._look_after()
+                self._write_next()
+                self._do_periodic_work()
         finally:
-            self._end()
+            self._end_part()
 
-    def _take(self) -> None:
-        """Write the next item, if one comes soon."""
+    def _write_next(self) -> None:
+        """Write the next item, if one arrives soon."""
         try:
             item = self._queue.get(timeout=_WAIT_S)
         except Empty:
@@ -287,7 +287,7 @@ class Recorder:
             case None:
                 self._is_over = True
             case _Keep():
-                self._mark(item)
+                self._mark_kept(item)
             case _Forget():
                 self._lasting.pop(item.lasts_as, None)
             case _Resume():
@@ -304,7 +304,7 @@ class Recorder:
     def _write(self, item: _Recorded, kind: Kind, at_s: float) -> None:
         step = self._plan.decide(kind, at_s)
         if step == "begin":
-            self._begin(at_s, has_picture=kind == "keyframe")
+            self._begin_part(at_s, has_picture=kind == "keyframe")
         if step == "skip" or self._segment is None:
             return
         match item:
@@ -317,7 +317,7 @@ class Recorder:
             case _Event():
                 self._segment.event(item.event, item.at_s)
 
-    def _begin(self, at_s: float, *, has_picture: bool) -> None:
+    def _begin_part(self, at_s: float, *, has_picture: bool) -> None:
         self._close()
         self._prune()
         self._check_room()
@@ -336,16 +336,16 @@ class Recorder:
         self._logged = None
 
     def _resume(self, resume: _Resume) -> None:
-        """Begin anew where something is missing: the pictures after it need a keyframe."""
+        """Record the gap and end the part: the pictures after a gap need a keyframe."""
         now_s = self._clock.now_s()
         missing = Missed(missed_s=round(now_s - resume.since_s, 3))
         _LOG.warning("the disk is too slow for the tape", missing_s=missing.missed_s)
         if self._segment is not None:
             self._segment.event(missing, now_s)
-        self._end()
+        self._end_part()
 
-    def _look_after(self) -> None:
-        """Do what is due now and then."""
+    def _do_periodic_work(self) -> None:
+        """Flush, sync, check the disk and prune, each when due."""
         now_s = self._clock.now_s()
         if self._segment is not None and now_s >= self._sync_due_s:
             self._flushed_s = now_s
@@ -361,14 +361,14 @@ class Recorder:
             self._prune()
 
     def _check_room(self) -> None:
-        """Raise `TapeError` when the disk is nearly full: others write there, too."""
+        """Raise `TapeError` when the disk, which other programs use, too, is nearly full."""
         self._measured_s = self._clock.now_s()
         free_bytes = shutil.disk_usage(self._shelf.folder).free
         if free_bytes < self._settings.min_free_gb * _GB:
             raise TapeError(DISK_FULL)
 
     def _prune(self) -> None:
-        """Delete what has had its time; raises `TapeError` if there is no room even so."""
+        """Delete expired parts; raises `TapeError` if the tape is still too large."""
         self._pruned_s = self._clock.now_s()
         open_name = None if self._segment is None else self._segment.name
         most_bytes = self._settings.max_gb * _GB
@@ -385,8 +385,8 @@ class Recorder:
         if verdict.left_bytes > most_bytes and open_name is None:
             raise TapeError(TAPE_FULL)
 
-    def _mark(self, keep: _Keep) -> None:
-        # Files have the machine's own time, which may have been set since the server began.
+    def _mark_kept(self, keep: _Keep) -> None:
+        # File times follow the machine's clock, which may have been set since the server started.
         since_wall_s = self._clock.wall_ms() / 1000 - (self._clock.now_s() - keep.since_s)
         for part in self._shelf.parts():
             if part.ended_s >= since_wall_s:
@@ -397,22 +397,22 @@ class Recorder:
         if segment is not None:
             segment.close()
 
-    def _end(self) -> None:
-        """Close the part, whatever happens; the next begins as soon as it can."""
+    def _end_part(self) -> None:
+        """Close the part, even if that fails; the next begins as soon as possible."""
         self._plan.ended()
         try:
             self._close()
         except WRITE_ERRORS as error:
-            self._fails(_why(error))
+            self._set_trouble(_why(error))
 
-    def _fails(self, why: Sentence) -> None:
+    def _set_trouble(self, why: Sentence) -> None:
         self._trouble = why
         if why != self._logged:
             self._logged = why
             _LOG.warning("nothing is recorded", folder=str(self._shelf.folder), why=str(why))
 
-    def _leave_out(self, for_s: float) -> None:
-        """Take what comes and leave it out, until the end or until it is time to try again."""
+    def _drop_items(self, for_s: float) -> None:
+        """Drop items for `for_s` or until stopped, but still apply marks and lasting events."""
         end_s = self._clock.now_s() + for_s
         while (left_s := end_s - self._clock.now_s()) > 0 and not self._is_over:
             try:
@@ -424,14 +424,14 @@ class Recorder:
                     self._is_over = True
                 case _Keep():
                     with suppress(OSError, StateError):
-                        self._mark(item)
+                        self._mark_kept(item)
                 case _Forget():
                     self._lasting.pop(item.lasts_as, None)
                 case _Event() if item.lasts_as is not None:
                     self._lasting[item.lasts_as] = item.event
-                    self._not_written += 1
+                    self._unwritten += 1
                 case EncodedPicture() | _CameraPicture() | EncodedSound() | _Event():
-                    self._not_written += 1
+                    self._unwritten += 1
 
 
 def _why(error: Exception) -> Sentence:

@@ -1,8 +1,8 @@
-"""Mends the parts that a killed server or a power cut has left without their end.
+"""Repairs the parts that a killed server or a power cut has left without their end.
 
-As a process of its own it does so beside a server that starts: `python -m wax.tape.repair` reads
-the folder from its input, and writes a sentence for each part. FFmpeg reads damaged files there,
-and Python computes, away from the process that drives.
+When a server starts, this runs in a separate process: `python -m wax.tape.repair` reads the folder
+from its standard input and writes a sentence for each part. So neither damaged files in FFmpeg nor
+the processor time can harm the process that drives.
 """
 
 from __future__ import annotations
@@ -37,23 +37,23 @@ _NICENESS: Final = 19
 
 @dataclass(slots=True)
 class Mended:
-    """The parts that have their end now, and a sentence for each file that could not be mended."""
+    """The repaired parts, and a sentence for each file that could not be repaired."""
 
     parts: list[str] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
 
 
 def repair(shelf: Shelf) -> Mended:
-    """Mend all parts that were cut off; raises `StateError` if the folder cannot be read.
+    """Repair all parts that were cut off; raises `StateError` if the folder cannot be read.
 
-    What is being written, by whichever server, is locked and stays untouched.
+    A part that any server is writing is locked and stays untouched.
     """
     mended = Mended()
     for part in shelf.parts():
         if part.events is None:
             continue
         try:
-            if ending_of(part.events) == "cut" and _mend(part, part.events, mended.problems):
+            if ending_of(part.events) == "cut" and _repair_part(part, part.events, mended.problems):
                 mended.parts.append(part.name)
         except FileNotFoundError:  # deleted meanwhile
             continue
@@ -62,8 +62,8 @@ def repair(shelf: Shelf) -> Mended:
     return mended
 
 
-def _mend(part: Shelved, events: Path, problems: list[str]) -> bool:
-    """Finish the files of a part, its events last; whether it was still to be done."""
+def _repair_part(part: Shelved, events: Path, problems: list[str]) -> bool:
+    """Finish the files of a part, its events last; return False if there was nothing to do."""
     with events.open("r+b") as file:
         try:
             lock(file)
@@ -81,17 +81,17 @@ def _mend(part: Shelved, events: Path, problems: list[str]) -> bool:
         finish(file, round(part.began_s * 1e9))
         file.flush()
         os.fsync(file.fileno())
-        # By its time one sees when the part ended, and how long it is kept.
+        # The file's time says when the part ended, and so when it expires.
         os.utime(file.fileno(), ns=(status.st_atime_ns, status.st_mtime_ns))
     return True
 
 
 def repair_beside(folder: Path) -> None:
-    """Mend in another process if there is something to mend; returns at once."""
-    threading.Thread(target=_ask, args=(folder,), name="tape repair", daemon=True).start()
+    """Start a process that repairs the folder if any part was cut off; return at once."""
+    threading.Thread(target=_run_repair, args=(folder,), name="tape repair", daemon=True).start()
 
 
-def _ask(folder: Path) -> None:
+def _run_repair(folder: Path) -> None:
     try:
         if not any(_is_cut(one) for one in Shelf(folder).parts()):
             return
@@ -112,7 +112,7 @@ def _is_cut(part: Shelved) -> bool:
 
 
 def main() -> int:
-    """Mend the folder that is read, at the lowest priority."""
+    """Repair the folder named on standard input, at the lowest priority."""
     os.nice(_NICENESS)
     mended = repair(Shelf(Path(os.fsdecode(sys.stdin.buffer.read()))))
     lines = [*(f"{name}: is mended" for name in mended.parts), *mended.problems]

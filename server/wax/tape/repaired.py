@@ -1,6 +1,6 @@
-"""Picture and sound whose writing was cut off, copied so that a browser can seek in them.
+"""Copies media files that were cut off into finished ones, in which a browser can seek.
 
-Nothing is decoded or encoded: the same packets go into a file that is finished.
+Nothing is decoded or encoded: the same packets are written to the new file.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import av
 from wax import state_dir
 from wax.errors import StateError, reason_of
 from wax.tape.boxes import is_believable
-from wax.tape.shelf import unready
+from wax.tape.shelf import unfinished_path
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,9 +29,9 @@ _MOST_BYTES: Final = 4_000_000_000
 """More than ten minutes of the best rendition that can be configured."""
 _END_US: Final = 1_000_000
 _LAST_US: Final = 200_000
-"""The last packet of a finished file is not further from its end."""
+"""The last packet of a finished file is at most this far from its end."""
 _MOST_TORN_BYTES: Final = 1_000_000
-"""A second of 8 Mbit/s. A file that cannot be read so near to its end is damaged, not cut off."""
+"""A second of 8 Mbit/s. A file whose unreadable end is longer is damaged, not cut off."""
 _FULL: Final = (errno.ENOSPC, errno.EDQUOT)
 _UNREADABLE: Final = "Picture and sound are damaged: {why}."
 _NO_ROOM: Final = (
@@ -42,7 +42,7 @@ _NO_ROOM: Final = (
 
 @dataclass(frozen=True, slots=True)
 class MediaFacts:
-    """What is in a media file; `length_ms` is 0 and `problem` a sentence where it is unknown."""
+    """A media file's contents; if unknown, `length_ms` is 0 and `problem` a sentence."""
 
     length_ms: float
     has_picture: bool
@@ -51,9 +51,9 @@ class MediaFacts:
 
 
 def facts_of(path: Path) -> MediaFacts:
-    """Return what is in a file, as far as its beginning and its end say it.
+    """Return a file's contents, as declared at its beginning and end.
 
-    Raises `StateError` for one that is too large to be a part of a tape.
+    Raises `StateError` for a file that is too large to be a part of a tape.
     """
     try:
         _check(path)
@@ -68,7 +68,7 @@ def facts_of(path: Path) -> MediaFacts:
 
 
 def repaired(path: Path, folder: Path) -> Path:
-    """Return the file itself if it is finished, else a copy in `folder`, made once.
+    """Return the file itself if it is finished, else a repaired copy in `folder`, made once.
 
     Raises `StateError`.
     """
@@ -79,7 +79,7 @@ def repaired(path: Path, folder: Path) -> Path:
         _check(path)
         if _is_finished(path):
             return path
-        new = unready(copy)
+        new = unfinished_path(copy)
         _finish(path, new)
         new.rename(copy)
     except (av.FFmpegError, OSError, ValueError) as error:
@@ -90,12 +90,12 @@ def repaired(path: Path, folder: Path) -> Path:
 
 
 def finish_media(path: Path, is_there: Callable[[], bool]) -> None:
-    """Put a finished copy in the place of a file whose writing was cut off.
+    """Replace a file that was cut off by a finished copy.
 
-    `is_there` says whether its part was not deleted meanwhile. Raises `StateError`, and `OSError`
-    where the disk cannot take the copy; the file is as it was then.
+    `is_there` returns whether its part still exists. Raises `StateError`, or `OSError` if the disk
+    has no room for the copy; in both cases the file stays as it was.
     """
-    new = unready(path)
+    new = unfinished_path(path)
     try:
         _check(path)
         if _is_finished(path):
@@ -118,7 +118,7 @@ def finish_media(path: Path, is_there: Callable[[], bool]) -> None:
 
 
 def _finish(path: Path, new: Path) -> int:
-    """Copy a file and finish the copy; return up to which byte the file could be read."""
+    """Copy a file and finish the copy; return the end of the readable bytes."""
     with (
         av.open(str(path), "r") as media,
         av.open(str(new), "w", format=_format(media)) as output,
@@ -127,7 +127,7 @@ def _finish(path: Path, new: Path) -> int:
 
 
 def _check(path: Path) -> None:
-    """Refuse at once what would take minutes to look through; raises what its callers handle."""
+    """Refuse a file that would take minutes to scan; raises what its callers handle."""
     size = path.stat().st_size
     if size > _MOST_BYTES:
         raise StateError(
@@ -139,9 +139,9 @@ def _check(path: Path) -> None:
 
 
 def _is_finished(path: Path) -> bool:
-    """Whether the file says how long it is, which is written last, and is so long.
+    """Return whether the file is as long as its header, which is completed last, declares.
 
-    Fragments of MP4 never say it.
+    Fragmented MP4 never declares its length.
     """
     with av.open(str(path), "r") as media:
         if media.duration is None or "matroska" not in media.format.name:
@@ -159,7 +159,7 @@ def _format(media: InputContainer) -> str:
 
 
 def _copy(media: InputContainer, output: OutputContainer) -> int:
-    """Copy all packets up to the end, or to where the file is cut; return where that is."""
+    """Copy all readable packets; return the byte at which the last of them ends."""
     end = 0
     copies: dict[int, Stream] = {
         stream.index: output.add_stream_from_template(stream, opaque=True)
@@ -167,7 +167,7 @@ def _copy(media: InputContainer, output: OutputContainer) -> int:
     }
     try:
         for packet in media.demux():
-            # An empty one marks the end of its stream.
+            # An empty packet marks the end of its stream.
             if packet.dts is not None and packet.size and packet.stream_index in copies:
                 end = max(end, (packet.pos or 0) + packet.size)
                 packet.stream = copies[packet.stream_index]

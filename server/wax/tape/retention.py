@@ -1,4 +1,4 @@
-"""What of the tape goes, to stay within its size and days; `recorder` sees a full disk. Pure."""
+"""Decides which parts to delete for the tape's size and age; `recorder` watches the disk. Pure."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 Keeper = Literal["host", "operator", "fault"]
-"""By whom, or by what, a part is kept. What the host keeps only a person deletes; the others' is
-kept longer than the rest as long as there is room, so that nobody can fill the tape for good."""
+"""Who or what keeps a part. Only a person deletes what the host keeps. What others keep outlasts
+unkept parts only while there is room, so that nobody can fill the tape permanently."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,17 +27,17 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Retention:
-    """The names of what goes, and how much is left after that."""
+    """The names of the parts to delete, and the size of the rest."""
 
     gone: tuple[str, ...]
     left_bytes: int
 
 
 def retain(parts: Sequence[Part], *, now_s: float, max_bytes: float, keep_days: float) -> Retention:
-    """Choose what goes of `parts`, of which the oldest is first.
+    """Choose which of `parts`, the oldest first, to delete.
 
-    Whatever is older than its days goes; beyond the size the oldest that nobody keeps, and then the
-    oldest that is kept, but never what the host keeps or what is being written.
+    Parts older than `keep_days` go. If the rest is too large, the oldest unkept parts go, then the
+    oldest kept ones; but never one that the host keeps or that is being written.
     """
     free = [one for one in parts if one.kept != "host" and not one.is_open]
     left_bytes = sum(one.size_bytes for one in parts)

@@ -1,6 +1,6 @@
-"""One part of the tape while it is written: its files, which end together.
+"""One part of the tape while it is written: a group of files that end together.
 
-The cameras' begin when these have their first keyframe, the other two with the part.
+A camera's file begins with its first keyframe, the other two with the part.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from wax.tape.shelf import Shelf
 
 WRITE_ERRORS: Final = (OSError, av.FFmpegError)
-"""What a file that cannot be written raises."""
+"""The errors of a file that cannot be written."""
 
 
 class Segment:
-    """Not thread-safe but for `has_camera`.
+    """The open files of a part; only `has_camera` is thread-safe.
 
     The constructor and all other methods may raise one of `WRITE_ERRORS`.
     """
@@ -78,34 +78,34 @@ class Segment:
             self._media.sound(sound)
 
     def camera(self, camera: int, picture: EncodedPicture) -> None:
-        """Add a picture of a camera beside the driving view; they count from 1."""
+        """Add a picture of a camera other than the driving view; these count from 1."""
         if self._cameras.picture(camera, picture):
             filmed = Filmed(camera=camera, name=self._formats[camera - 1].name)
             self._events.write(filmed, picture.captured_s)
 
     def has_camera(self, camera: int) -> bool:
-        """Whether the pictures of this camera have begun, from any thread."""
+        """Return whether this camera's file has been started; thread-safe."""
         return self._cameras.has(camera)
 
     def event(self, event: TapeEvent, at_s: float) -> None:
         self._events.write(event, at_s)
 
     def flush(self) -> None:
-        """See that no more than the newest half a second is lost if this process is killed."""
+        """Flush, so that a kill of this process loses only the newest half a second."""
         self._events.flush()
 
     def sync(self) -> None:
-        """See that no more than the newest half a second is lost if the power is cut now."""
+        """Sync to disk, so that a power cut now loses only the newest half a second."""
         self._events.sync()
         if self._media is not None:
             self._media.sync()
         self._cameras.sync()
-        state_dir.sync(self._folder)  # where a camera's file may be new
+        state_dir.sync(self._folder)  # a camera's file may be new in it
 
     def close(self) -> None:
-        """Finish all files, also where one of them fails.
+        """Finish all files, even if one of them fails.
 
-        The events come last: where they have an end, the rest of the part was closed, too.
+        The events are finished last, so that their end proves that the other files were closed.
         """
         with ExitStack() as closing:
             closing.callback(self._events.close)

@@ -1,7 +1,7 @@
-"""Where one part of the tape ends and the next begins. Pure.
+"""Decides where one part of the tape ends and the next begins. Pure.
 
-Pictures can only be decoded from a keyframe on, so a part that has pictures begins with one; it
-asks for none, since a keyframe costs every viewer. Without pictures parts begin by the clock.
+Decoding starts at a keyframe, so a part with pictures begins with one. None is requested for it,
+because a keyframe costs every viewer. Without pictures parts begin by the clock.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ Kind = Literal["keyframe", "picture", "other"]
 Step = Literal["begin", "write", "skip"]
 
 _PATIENCE_S: Final = 2.0
-"""So long the first part waits for its first keyframe."""
+"""The first part waits at most this long for its first keyframe."""
 _SLACK_S: Final = 1.0
-"""A keyframe may be so late before the part ends without."""
+"""A keyframe may be this late before the part ends without one."""
 
 
 class SegmentPlan:
-    """Decides for each item, in the order of arrival, what becomes of it.
+    """Decides for each item, in order of arrival, whether to write or skip it or begin a part.
 
-    A part lasts `segment_s` and until the next keyframe, which come every `keyframe_interval_s`.
-    Without a camera nothing waits for one.
+    A part lasts for `segment_s` and then until the next keyframe, one of which comes every
+    `keyframe_interval_s`. Without a camera no part waits for a keyframe.
     """
 
     def __init__(self, *, segment_s: float, keyframe_interval_s: float, has_camera: bool) -> None:
@@ -34,7 +34,7 @@ class SegmentPlan:
         self._has_picture = False
 
     def decide(self, kind: Kind, at_s: float) -> Step:
-        """Return "begin" where a new part begins with this item, and ends the one before."""
+        """Return the step for an item; "begin" starts a new part with it and ends the last one."""
         if self._is_due(kind, at_s):
             self._began_s, self._has_picture = at_s, kind == "keyframe"
             self._waits_since_s = math.inf
@@ -44,7 +44,7 @@ class SegmentPlan:
         return "write"
 
     def ended(self) -> None:
-        """Note that the part has ended, so that the next begins as soon as it can."""
+        """Record that the part has ended, so that the next begins as soon as possible."""
         self._began_s = None
         self._waits_since_s = math.inf
 

@@ -1,9 +1,9 @@
-"""The folder with the parts of the tape: files of media and events, and perhaps a mark.
+"""The folder of the tape: each part is a media file, an events file and perhaps a mark.
 
-Cameras beside the driving view have media files of their own: ``NAME.camera-1.webm`` and so on.
+Cameras other than the driving view have media files of their own: ``NAME.camera-1.webm`` etc.
 
-The mark says that the part is kept, and by whom. The files' names say when the part began, so that
-sorting them is enough to know their order.
+The mark says that the part is kept, and by whom. File names contain the time at which the part
+began, so that they sort by it.
 """
 
 from __future__ import annotations
@@ -33,35 +33,37 @@ _MARK: Final = ".kept"
 _CAMERA: Final = ".camera-"
 
 
-def beside(camera: int, ending: str) -> str:
-    """Return the ending of a camera's media file; they count from 1."""
+def camera_ending(camera: int, ending: str) -> str:
+    """Return the ending of a camera's media file; cameras count from 1."""
     return f"{_CAMERA}{camera}{ending}"
 
 
 CAMERAS: Final = {
-    beside(camera, ending): camera for camera in range(1, MAX_CAMERAS + 1) for ending in MEDIA
+    camera_ending(camera, ending): camera
+    for camera in range(1, MAX_CAMERAS + 1)
+    for ending in MEDIA
 }
-"""The endings of the cameras' media files, and whose they are."""
+"""The camera of each ending of a camera's media file."""
 _ENDINGS: Final = (*CAMERAS, *MEDIA, EVENTS, _MARK)
-"""The longer ones before those in which they end."""
+"""Longer endings precede their own suffixes."""
 _NAME: Final = re.compile(r"wax-(\d{8}T\d{6})Z(-\d{1,3})?")
 _TIME: Final = "%Y%m%dT%H%M%S"
 _MOST_IN_A_SECOND: Final = 1000
 
 
-def unready(path: Path) -> Path:
-    """Return where what will replace a file of a part is written; it is no part's itself."""
+def unfinished_path(path: Path) -> Path:
+    """Return the path at which a file's replacement is written; it belongs to no part."""
     return path.with_name(f"{path.name}.unready")
 
 
 def ending_of(file: str) -> str:
-    """Return the ending by which a file's name says what it is to its part; "" for none of ours."""
+    """Return the ending that says which of a part's files this is; "" if it is not ours."""
     return next((one for one in _ENDINGS if file.endswith(one)), "")
 
 
 @dataclass(frozen=True, slots=True)
 class Shelved:
-    """One part as it lies in the folder; times are in seconds since 1970."""
+    """One part in the folder; times are in seconds since 1970."""
 
     name: str
     began_s: float
@@ -71,16 +73,17 @@ class Shelved:
     media: Path | None
     events: Path | None
     cameras: dict[int, Path] = field(default_factory=dict)
-    """The pictures of the cameras beside the driving view, which count from 1."""
+    """The files of the cameras other than the driving view, which count from 1."""
 
     def as_part(self, open_name: str | None = None) -> Part:
-        """Return what retention needs to know; `open_name` is the one that is being written."""
+        """Return the part for retention; `open_name` is the part that is being written."""
         return Part(self.name, self.ended_s, self.size_bytes, self.kept, self.name == open_name)
 
 
 def where(settings: RecordingSettings, state: str) -> Path:
-    """Return the folder, which need not exist; `state` is the configured one for what outlives
-    the server. Raises `StateError`.
+    """Return the tape's folder, which need not exist; `state` is the configured state folder.
+
+    Raises `StateError`.
     """
     if settings.folder:
         return state_dir.find(settings.folder)
@@ -88,13 +91,13 @@ def where(settings: RecordingSettings, state: str) -> Path:
 
 
 class Shelf:
-    """Several processes may use one folder at once: the server, and `wax tape`."""
+    """The tape's folder, which the server and `wax tape` may use at the same time."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
     def prepare(self) -> None:
-        """Make the folder, for its owner only; raises `StateError` with what to do."""
+        """Create the folder for its owner only; raises `StateError` with what to do."""
         try:
             self.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         except OSError as error:
@@ -103,7 +106,7 @@ class Shelf:
             raise self._unusable("this user may not write there")
 
     def parts(self) -> list[Shelved]:
-        """Return what is there, the oldest first; raises `StateError`."""
+        """Return all parts, the oldest first; raises `StateError`."""
         found: dict[str, list[str]] = {}
         try:
             with os.scandir(self.folder) as entries:
@@ -120,14 +123,14 @@ class Shelf:
         return [one for one in parts if one is not None]
 
     def part(self, name: str) -> Shelved | None:
-        """Return one part, without a look at the others; None if there is none of that name."""
+        """Return one part without reading the others; None if there is none of that name."""
         if not _NAME.fullmatch(name):
             return None
         endings = [ending for ending in _ENDINGS if (self.folder / (name + ending)).exists()]
         return self._part(name, endings) if endings else None
 
     def new_name(self, wall_ms: float) -> str:
-        """Return the name of a part that begins then, which no other has."""
+        """Return an unused name for a part that begins at this time."""
         began = datetime.fromtimestamp(wall_ms / 1000, UTC)
         base = f"wax-{began:{_TIME}}Z"
         for number in range(_MOST_IN_A_SECOND):
@@ -154,11 +157,11 @@ class Shelf:
 
     def delete(self, name: str) -> None:
         """Delete a part with all its files; safe to call twice. Raises `OSError`."""
-        # The events before picture and sound: whoever mends these looks whether those are there.
+        # The events go before the media: a repair of the media checks whether the events exist.
         for ending in reversed(_ENDINGS):
             path = self.path(name, ending)
             path.unlink(missing_ok=True)
-            unready(path).unlink(missing_ok=True)
+            unfinished_path(path).unlink(missing_ok=True)
 
     def _part(self, name: str, endings: Sequence[str]) -> Shelved | None:
         files = {ending: self.folder / (name + ending) for ending in endings}
@@ -172,7 +175,7 @@ class Shelf:
                 if ending != _MARK:
                     ended_s = max(ended_s, status.st_mtime)
         except (OSError, ValueError):
-            return None  # deleted just now, or a name with a month 13: none of ours
+            return None  # deleted meanwhile, or not our name: it has a month 13
         return Shelved(
             name=name,
             began_s=began,
@@ -185,7 +188,7 @@ class Shelf:
         )
 
     def _kept(self, mark: Path) -> Keeper | None:
-        """Return by whom a part is kept; a mark that cannot be read counts as the host's."""
+        """Return who keeps a part; an unreadable mark counts as the host's."""
         with suppress(FileNotFoundError):
             try:
                 text = mark.read_text(encoding="ascii").strip()

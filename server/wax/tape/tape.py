@@ -1,4 +1,4 @@
-"""The tape as the server has it: its lanes in the fan-out, and the recorder that they feed."""
+"""Connects the tape to the server: its lanes in the fan-out and the recorder that they feed."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ _LOG = structlog.get_logger(__name__)
 
 _FAILED: Final = Sentence("tape.given_up")
 _SOUND_MS: Final = 20
-"""The packets that observers on good links get; the encoding next to it is recorded."""
+"""The packet length of observers on good links; the nearest encoding is recorded."""
 
 
 class TapeFeed:
-    """Takes the best rendition and one length of packets of sound, as one more viewer would.
+    """Records the best rendition and one encoding of the sound, subscribed like another viewer.
 
-    `video` is None for a robot without a camera, `audio` without a microphone; `cameras` are those
-    beside the driving view. Raises `StateError` if nothing says where the folder is.
+    `video` is None for a robot without a camera, `audio` without a microphone; `cameras` are all
+    others than the driving view. Raises `StateError` if no folder is configured.
     """
 
     def __init__(
@@ -81,25 +81,25 @@ class TapeFeed:
 
     @property
     def has_sound(self) -> bool:
-        """Whether the sound is recorded, too."""
+        """Whether the sound is recorded."""
         return self._audio is not None
 
     @property
     def has_cameras(self) -> bool:
-        """Whether there are cameras beside the driving view that are recorded, too."""
+        """Whether cameras other than the driving view are recorded."""
         return bool(self._tracks)
 
     def start(self) -> None:
-        """Begin, on the event loop."""
+        """Start recording; call it on the event loop."""
         repair_beside(self._folder)
         self.recorder.start()
         if self._video is not None:
             self._picture_lane = self._video.add(self._boundary)
-            self._picture_lane.listen(self._take_pictures)
+            self._picture_lane.listen(self._forward_pictures)
             self._video.choose(self._picture_lane, self._rendition)
         if self._audio is not None:
             self._sound_lane = self._audio.add(self._boundary)
-            self._sound_lane.listen(self._take_sounds)
+            self._sound_lane.listen(self._forward_sounds)
             self._choose_encoding(self._audio, self._sound_lane)
         for track in self._tracks:
             track.start()
@@ -108,26 +108,26 @@ class TapeFeed:
         self.recorder.request_stop()
 
     def stop(self) -> None:
-        """End the part that is being written; takes at most a second, safe to call twice."""
+        """Finish the open part, in at most a second; safe to call twice."""
         self.recorder.stop()
 
-    def _take_pictures(self) -> None:
+    def _forward_pictures(self) -> None:
         while self._picture_lane is not None and (picture := self._picture_lane.take()):
             self.recorder.picture(picture)
 
-    def _take_sounds(self) -> None:
+    def _forward_sounds(self) -> None:
         while self._sound_lane is not None and (sound := self._sound_lane.take()):
             self.recorder.sound(sound)
         if self._audio is not None and self._sound_lane is not None:
             self._choose_encoding(self._audio, self._sound_lane)
 
     def _choose_encoding(self, audio: SoundHub, lane: BoundedSoundLane) -> None:
-        """Take stereo while the microphone has two channels that are good, else mono."""
+        """Choose stereo while the microphone has two working channels, else mono."""
         fitting = (encoding for encoding in self._encodings if encoding.channels <= audio.channels)
         audio.choose(lane, next(fitting, self._encodings[-1]), 0)
 
     def _detach(self) -> None:
-        """Leave the fan-out after an error in it: a tape without it must not harm anybody."""
+        """Leave the fan-out after an error, so that the tape harms nobody else."""
         _LOG.error("the tape has failed; restart the server to record again")
         self.recorder.give_up(_FAILED)
         if self._video is not None and self._picture_lane is not None:
