@@ -228,7 +228,9 @@ async def test_a_camera_is_asked_for_the_keyframe_with_which_it_begins(
     """One keyframe is requested for each part, since its viewers pay for it."""
     asked: list[float] = []
     rendition = tape_rig.camera.hub._renditions[tape_rig.best]
-    monkeypatch.setattr(rendition, "request_keyframe", lambda: asked.append(tape_rig.clock.time_s))
+    monkeypatch.setattr(
+        rendition, "request_keyframe", lambda **_: asked.append(tape_rig.clock.time_s)
+    )
     recorder = tape_rig.tape.recorder
     film = pictures("vp8", begin_s=BEGIN_S, seconds=2.0)
     tape_rig.show(film[0])
