@@ -1,4 +1,4 @@
-"""`wax records`: the same rows for people and for programs, and a sentence for every bad file."""
+"""`wax records`: the same rows for people and programs, and a sentence for every bad file."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def shown(capsys: pytest.CaptureFixture[str], path: Path, *arguments: str) -> st
 
 
 def test_everything_without_options(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Each table with its rows in columns, and what there is nothing of."""
+    """Every table is printed in columns, and an empty one is named."""
     text = shown(capsys, path)
     assert "1 turn:" in text
     assert "2026-11-01T00:00:00.000Z" in text
@@ -70,7 +70,7 @@ def test_everything_without_options(path: Path, capsys: pytest.CaptureFixture[st
 
 
 def test_json_and_csv_have_every_column(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Programs get the same values by both; no spreadsheet calculates a stranger's name."""
+    """Programs get all values in both, and a spreadsheet does not run a name as a formula."""
     (turn,) = json.loads(shown(capsys, path, "turns", "--json"))
     assert turn == {
         "began": "2026-11-01T00:00:00.000Z",
@@ -94,12 +94,12 @@ def test_json_and_csv_have_every_column(path: Path, capsys: pytest.CaptureFixtur
     [("2026-11-01", 1), ("2026-11-01T00:00:01", 0), ("2026-11-01T00:30+01:00", 1)],
 )
 def test_since(path: Path, capsys: pytest.CaptureFixture[str], since: str, count: int) -> None:
-    """A date, or a date with a time, in UTC unless it says otherwise."""
+    """A date with or without a time is UTC unless it has an offset."""
     assert len(json.loads(shown(capsys, path, "turns", "--json", "--since", since))) == count
 
 
 def test_the_newest_are_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A season's rows do not scroll by; programs get all of them."""
+    """People see the newest rows, programs get all of them."""
     fill(tmp_path / "records.db", turns=60)
     text = shown(capsys, tmp_path / "records.db", "turns")
     assert text.count("expired") == 50
@@ -112,7 +112,7 @@ def test_the_newest_are_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]
 def test_it_is_found_as_configured(
     path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Without a file it is the one that the server writes."""
+    """Without a file name it reads the configured server's file."""
     (path.parent / "wax").mkdir()
     path.rename(path.parent / "wax" / "records.db")
     monkeypatch.delenv("STATE_DIRECTORY", raising=False)
@@ -150,7 +150,7 @@ BAD: dict[str, tuple[Callable[[Path], object], str]] = {
 def test_a_bad_file_is_a_sentence(
     bad: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """It names the file and what is wrong with it, and the status is 1."""
+    """The sentence names the file and its fault, and the status is 1."""
     path = tmp_path / "records.db"
     make, says = BAD[bad]
     make(path)
@@ -164,7 +164,7 @@ def test_a_bad_file_is_a_sentence(
 def test_a_locked_file_is_a_sentence(
     path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It says so after a moment, and does not wait for ever."""
+    """A locked file is an error after a moment, not an endless wait."""
     monkeypatch.setattr(record_file, "BUSY_S", 0.05)
     with closing(sqlite3.connect(path, isolation_level=None)) as other:
         other.execute("PRAGMA locking_mode=EXCLUSIVE")
@@ -177,7 +177,7 @@ def test_a_locked_file_is_a_sentence(
 def test_a_file_of_another_user_is_a_sentence(
     path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """It says as whom to run it."""
+    """The sentence says which user to run it as."""
     path.chmod(0)
     assert main(["records", "turns", "--file", str(path)]) == 1
     assert "run this as the server's user" in capsys.readouterr().err
@@ -190,13 +190,13 @@ def test_a_file_of_another_user_is_a_sentence(
 def test_wrong_use_is_a_sentence(
     path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], says: str
 ) -> None:
-    """What cannot be used is named with what can, and the status is 2."""
+    """A wrong argument is answered with the right ones, and the status is 2."""
     assert main(["records", "--file", str(path), *arguments]) == 2
     assert says in capsys.readouterr().err
 
 
 def test_it_is_read_while_it_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """What was told a second ago is there, and the writer is not disturbed."""
+    """Rows recorded a second ago are there, and the writer is not disturbed."""
     path = tmp_path / "records.db"
     clock = TurnedClock()
     clock.wall = NOV_1_MS

@@ -1,4 +1,4 @@
-"""What is told is in the file within a second; what happens to the file reaches nobody."""
+"""Records are in the file within a second, and trouble with the file reaches nobody."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def opened(path: Path, **settings: Any) -> Records:
 
 @contextmanager
 def writing(path: Path, **settings: Any) -> Iterator[Records]:
-    """Open records, and have all written or given up after the block."""
+    """Open records, and wait after the block until all are written or dropped."""
     records = opened(path, **settings)
     records.start()
     yield records
@@ -76,7 +76,7 @@ def acts(path: Path) -> list[str]:
 
 
 def test_a_night_is_remembered(path: Path) -> None:
-    """A visit with its link, a turn, a stop, an act and what was refused are each a row."""
+    """A visit with its link, a turn, a stop, an act and a refusal are a row each."""
     with writing(path) as records:
         visit = records.session_began(ADA, address="192.0.2.7", role="guest")
         turn = records.turn_began(3, ADA)
@@ -115,7 +115,7 @@ def test_a_night_is_remembered(path: Path) -> None:
 
 
 def test_identities_are_not_in_the_file(path: Path) -> None:
-    """Who reads the records cannot come back as somebody in them; the same person is the same."""
+    """The file admits nobody as somebody else, and still shows which visits are one person's."""
     with writing(path) as records:
         records.session_began(ADA, address="192.0.2.7", role="guest")
         records.turn_began(1, ADA)
@@ -124,7 +124,7 @@ def test_identities_are_not_in_the_file(path: Path) -> None:
 
 
 def test_only_its_user_reads_it(tmp_path: Path) -> None:
-    """The folder and each file in it are closed to others."""
+    """The folder and each file in it are private."""
     path = tmp_path / "state" / "records.db"
     with writing(path):
         beside = [path.with_name(f"records.db-{name}") for name in ("wal", "shm")]
@@ -137,7 +137,7 @@ def test_only_its_user_reads_it(tmp_path: Path) -> None:
 
 
 def test_what_was_open_at_a_crash_is_closed(path: Path) -> None:
-    """The next server ends visits when they were last seen, and says that a turn was cut off."""
+    """The next server ends open visits when last seen, and marks open turns as killed."""
     with writing(path) as records:
         records.session_began(ADA, address="", role="guest")
         records.turn_began(1, ADA)
@@ -149,7 +149,7 @@ def test_what_was_open_at_a_crash_is_closed(path: Path) -> None:
 
 
 def test_what_lasts_is_known_again(path: Path) -> None:
-    """Bans, used invitations and hosts' cookies in force are loaded by the next server."""
+    """The next server loads bans, used invitations and hosts' cookies in force."""
     until_s = time.time_ns() // 1_000_000_000 + 3600.0
     bans = (Ban("other", "", until_s), Ban("troll", "192.0.2.7", until_s))
     with writing(path) as records:
@@ -174,7 +174,7 @@ def test_what_lasts_is_known_again(path: Path) -> None:
 def test_bans_hold_where_nothing_can_be_written(
     path: Path, monkeypatch: pytest.MonkeyPatch, *, is_folder_ours: bool, was_killed: bool
 ) -> None:
-    """In a file that belongs to another user, and on a disk that has become read-only."""
+    """Bans hold if the file is another user's, or the disk read-only."""
     ban = Ban("troll", "192.0.2.7", time.time_ns() // 1_000_000_000 + 3600.0)
     with writing(path) as records:
         records.keep_ban(ban)
@@ -193,7 +193,7 @@ def test_bans_hold_where_nothing_can_be_written(
 
 
 def test_what_is_old_is_dropped(path: Path) -> None:
-    """After the configured days, and the oldest of too many."""
+    """Rows are deleted after the configured days, and the oldest if there are too many."""
     clock = TurnedClock()
     clock.wall = 40 * DAY_MS
     records = Records(clock, writer=RecordWriter(path, keep_days=30.0, clock=clock))
@@ -218,7 +218,7 @@ def test_what_is_old_is_dropped(path: Path) -> None:
 
 
 def test_strange_text_costs_nothing_else(path: Path) -> None:
-    """Surrogates, controls and novels are recorded, visible and bounded."""
+    """Surrogates, control characters and long text are stored visibly and shortened."""
     with writing(path) as records:
         records.host_act(HOST, "announce", detail="\ud800\x1b[31m\u202eevil")
         records.host_act(HOST, "announce", detail="x" * 10_000)
@@ -231,7 +231,7 @@ def test_strange_text_costs_nothing_else(path: Path) -> None:
 
 
 def test_a_damaged_file_is_set_aside(path: Path) -> None:
-    """A new one begins, nothing that was told is lost, and the log says where the old one is."""
+    """A damaged file is replaced without losing new records, and the log names the old one."""
     path.write_bytes(b"no database" * 1000)
     with structlog.testing.capture_logs() as logs, writing(path) as records:
         records.host_act(HOST, "announce", detail="kept")
@@ -248,7 +248,7 @@ def test_a_pipe_keeps_no_server_from_starting(path: Path) -> None:
 
 @pytest.mark.parametrize("table", ["acts", "host_cookies"])
 def test_damage_to_a_table_keeps_the_bans(path: Path, table: str) -> None:
-    """What must last goes over into the new file, as far as it can be read."""
+    """The readable rows of the lasting tables are copied to the new file."""
     until_s = time.time_ns() // 1_000_000_000 + 3600.0
     ban = Ban("troll", "192.0.2.7", until_s)
     with writing(path) as records:
@@ -271,7 +271,7 @@ def test_damage_to_a_table_keeps_the_bans(path: Path, table: str) -> None:
 
 @pytest.mark.parametrize("damage", ["folder", "newer", "foreign"])
 def test_a_file_that_is_not_ours_is_left_alone(path: Path, damage: str) -> None:
-    """It costs records only: one line in the log says so, and the server ends in time."""
+    """Another program's file costs only the records: the log says so, and the server can end."""
     if damage == "folder":
         path.mkdir()
     else:
@@ -293,7 +293,7 @@ def test_a_file_that_is_not_ours_is_left_alone(path: Path, damage: str) -> None:
 
 
 def test_a_folder_that_cannot_be_written_turns_records_off(tmp_path: Path) -> None:
-    """The server runs, with a warning that says what to do."""
+    """The server runs with a warning that says what to do."""
     (tmp_path / "file").write_text("")
     with structlog.testing.capture_logs() as logs:
         records = opened(tmp_path / "file" / "records.db")
@@ -307,22 +307,22 @@ def test_a_folder_that_cannot_be_written_turns_records_off(tmp_path: Path) -> No
 
 @pytest.mark.system
 def test_a_locked_file_is_waited_for(path: Path) -> None:
-    """Somebody looks at it with another program; nothing is lost, and no call waits."""
+    """While another program locks the file nothing is lost, and no call blocks."""
     with writing(path) as records:
         records.host_act(HOST, "announce", detail="before")
     records = opened(path)
     with closing(sqlite3.connect(path, isolation_level=None)) as other:
         other.execute("BEGIN EXCLUSIVE")
         records.start()
-        records.host_act(HOST, "announce", detail="meanwhile")  # or it would never return
-        time.sleep(2.5)  # longer than the writer waits at once
+        records.host_act(HOST, "announce", detail="meanwhile")  # otherwise it would never return
+        time.sleep(2.5)  # longer than the writer waits in one step
         other.execute("ROLLBACK")
     records.stop(10.0)
     assert acts(path) == ["before", "meanwhile"]
 
 
 def test_what_does_not_fit_is_counted(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """While the file cannot be written the queue has an end; what must last has a longer one."""
+    """While the file cannot be written the queue is bounded, and longer for lasting statements."""
     path.mkdir()
     monkeypatch.setattr(writer, "MAX_WAITING", 10)
     with writing(path) as records:
@@ -335,7 +335,7 @@ def test_what_does_not_fit_is_counted(path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_what_is_on_its_way_is_counted(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What the writer was just told of, and has not written, still waits."""
+    """A statement counts as waiting until it is committed."""
     path.mkdir()
     told, goes_on = threading.Event(), threading.Event()
 
@@ -351,7 +351,7 @@ def test_what_is_on_its_way_is_counted(path: Path, monkeypatch: pytest.MonkeyPat
         assert told.wait(5.0)
         waiting = records.waiting
         goes_on.set()
-    assert waiting == 2  # what each start closes: visits, and turns
+    assert waiting == 2  # closed at each start: visits and turns
 
 
 _FULL = """
@@ -383,9 +383,9 @@ print(waiting, records.dropped)
 
 @pytest.mark.system
 def test_a_full_disk_costs_nothing_that_fits_in_memory(path: Path) -> None:
-    """No call waits for the writer, and all is there when there is room again.
+    """No call blocks while the disk is full, and everything is written afterwards.
 
-    The writer waits for longer than the calls may take, so one that waited for it never returned.
+    The writer waits longer than the calls may take, so a call that waited for it never returned.
     """
     said = subprocess.run(
         [sys.executable, "-c", _FULL, str(path)],
@@ -452,7 +452,7 @@ def _kill_while_it_writes(path: Path, after_s: float) -> None:
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("times", [2, pytest.param(100, marks=pytest.mark.full)])
 def test_killed_while_it_writes(tmp_path: Path, times: int) -> None:
-    """The file opens, and at most the last second is missing, whenever SIGKILL comes."""
+    """After SIGKILL at any time the file opens and lacks at most the last second."""
     after_s = [1.1 + 0.7 * number / times for number in range(times)]
     paths = [tmp_path / f"{number}.db" for number in range(times)]
     with ThreadPoolExecutor(5) as at_once:
@@ -460,7 +460,7 @@ def test_killed_while_it_writes(tmp_path: Path, times: int) -> None:
 
 
 def test_rows_are_plain_values(path: Path) -> None:
-    """What is written can be exported as it is."""
+    """Stored values can be exported unchanged."""
     with writing(path) as records:
         records.session_began(ADA, address="2001:db8:1:2::/64", role="guest")
     json.dumps(rows(path, "sessions"))
@@ -468,6 +468,6 @@ def test_rows_are_plain_values(path: Path) -> None:
 
 
 def test_a_power_cut_takes_no_commit(path: Path) -> None:
-    """Each is on the disk when it is done (SQLite, PRAGMA synchronous: 2 is FULL)."""
+    """Each commit is on disk when it returns (SQLite, PRAGMA synchronous: 2 is FULL)."""
     with closing(open_for_writing(path)) as file:
         assert file.execute("PRAGMA synchronous").fetchone() == (2,)

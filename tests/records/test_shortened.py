@@ -1,4 +1,4 @@
-"""Addresses without the person."""
+"""Addresses are recorded without the person."""
 
 from __future__ import annotations
 
@@ -20,5 +20,5 @@ from wax.records.shortened import shortened
     ],
 )
 def test_an_address_becomes_its_network(address: str, network: str) -> None:
-    """Nobody's household is recorded, by whichever protocol they come."""
+    """IPv4 and IPv6 addresses become a network that is larger than a household."""
     assert shortened(address) == network

@@ -1,5 +1,5 @@
-"""What is remembered: who came, who drove, who stopped the robot, and what the host did.
+"""A history of who came, who drove, who stopped the robot, and what the host did.
 
 One thread writes it to one SQLite file; nothing here delays or stops driving. The server itself
-reads only what must outlive it: bans, invitations used and hosts' cookies, once at the start.
+reads back only what must survive a restart: bans, used invitations and hosts' cookies.
 """

@@ -1,4 +1,4 @@
-"""What is told to the records, and what they tell a server at its start."""
+"""The values that are recorded, and those that a server loads when it starts."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 
 
 class Ban(NamedTuple):
-    """An identity and an address that stay out until a time in seconds since 1970."""
+    """A banned identity and address, until a time in seconds since 1970."""
 
     identity: str
     address: str
@@ -15,7 +15,7 @@ class Ban(NamedTuple):
 
 
 class Invited(NamedTuple):
-    """One use of an invitation, in force until a time in seconds since 1970."""
+    """One use of an invitation, valid until a time in seconds since 1970."""
 
     invitation: str
     identity: str
@@ -24,7 +24,7 @@ class Invited(NamedTuple):
 
 
 class HostCookie(NamedTuple):
-    """The hash of a host's cookie, in force until a time in seconds since 1970."""
+    """The hash of a host's cookie, valid until a time in seconds since 1970."""
 
     hash: str
     until_s: float
@@ -32,7 +32,7 @@ class HostCookie(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Lasting:
-    """What an earlier server has left in force."""
+    """The entries of earlier servers that are still in force."""
 
     bans: tuple[Ban, ...] = ()
     invited: tuple[Invited, ...] = ()
@@ -41,7 +41,7 @@ class Lasting:
 
 @dataclass(frozen=True, slots=True)
 class LinkSummary:
-    """How a viewer's link was: medians and the worst, None where nothing was measured."""
+    """The quality of a viewer's link: medians and worst values, None if not measured."""
 
     round_trip_ms: float | None = None
     round_trip_worst_ms: float | None = None
@@ -56,7 +56,7 @@ class LinkSummary:
 
 @dataclass(frozen=True, slots=True)
 class RecordedPerson:
-    """Somebody as the records name them: `identity` is hashed before it is written."""
+    """A person as recorded: `identity` is hashed before it is written."""
 
     identity: str
     name: str

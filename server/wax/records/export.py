@@ -31,15 +31,15 @@ _SHOWN: Final = {
     "acts": ("began", "name", "act", "about", "detail"),
     "refusals": ("began", "reason", "count"),
 }
-"""The columns of the table; CSV and JSON have all."""
+"""The columns of the printed table; CSV and JSON have all columns."""
 _NEWEST: Final = 50
-"""The table has so many rows, unless it is said since when."""
+"""The most rows of a printed table without `--since`."""
 _MAX_WIDTH: Final = 60
 _FORMULA: Final = ("=", "+", "-", "@", "\t", "\r")
 
 
 def export(path: Path, table: str | None, since: str | None, format_: Format) -> str:
-    """Return what is recorded as text, None being all tables; times are ISO 8601 in UTC.
+    """Return a table, or all of them for None, as text; times are ISO 8601 in UTC.
 
     Raises `ConfigError` for wrong usage, `StateError` if the file cannot be read.
     """
@@ -57,7 +57,7 @@ def export(path: Path, table: str | None, since: str | None, format_: Format) ->
 
 
 def moment(text: str, option: str) -> datetime:
-    """Read a date, or a date with a time; it is UTC unless it says otherwise."""
+    """Parse a date with or without a time, in UTC unless it has an offset."""
     try:
         found = datetime.fromisoformat(text)
     except ValueError as error:
@@ -77,7 +77,7 @@ def _csv(table: Table) -> str:
 
 
 def _safe(value: Value) -> Value:
-    """Keep a spreadsheet from calculating a stranger's name (OWASP, CSV injection)."""
+    """Escape text that a spreadsheet would run as a formula (OWASP, CSV injection)."""
     return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value
 
 

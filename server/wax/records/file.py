@@ -1,4 +1,4 @@
-"""Opens the file, for writing, for reading, and after damage."""
+"""Opens the records' file for writing or reading, and replaces a damaged one."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ _MAX_WAL_BYTES: Final = 4_000_000
 _DAMAGED: Final = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
 
 Rows = dict[str, list[tuple[Any, ...]]]
-"""The rows of some tables."""
+"""Rows by table."""
 
 
 def open_for_writing(path: Path) -> sqlite3.Connection:
-    """Open the file, made or upgraded if need be.
+    """Open the file; create or upgrade it if necessary.
 
     Raises `sqlite3.Error`, `OSError` or `schema.NotOursError`.
     """
@@ -37,8 +37,8 @@ def open_for_writing(path: Path) -> sqlite3.Connection:
         schema.check(file)  # before anything is changed
         file.execute("PRAGMA auto_vacuum=INCREMENTAL")
         file.execute("PRAGMA journal_mode=WAL")
-        # Each commit outlasts a power cut; the writer makes at most four a second, and none while
-        # nothing happens.
+        # Each commit survives a power cut; the writer commits at most four times a second, and not
+        # while nothing happens.
         file.execute("PRAGMA synchronous=FULL")
         file.execute(f"PRAGMA journal_size_limit={_MAX_WAL_BYTES}")
         schema.upgrade(file)
@@ -49,10 +49,10 @@ def open_for_writing(path: Path) -> sqlite3.Connection:
 
 
 def open_for_reading(path: Path, *, is_ours: bool = True) -> sqlite3.Connection:
-    """Open a file that may be written meanwhile; raises `sqlite3.Error`.
+    """Open a file that a server may be writing; raises `sqlite3.Error`.
 
-    One that is not ours to write is read with its log where all of that is there, since otherwise
-    files of ours would appear beside it.
+    A file that we may not write is opened as immutable unless its whole log exists, because SQLite
+    would otherwise create the log's files next to it.
     """
     has_log = all(path.with_name(path.name + ending).exists() for ending in ("-wal", "-shm"))
     how = "mode=ro" if is_ours or has_log else "mode=ro&immutable=1"
@@ -60,12 +60,12 @@ def open_for_reading(path: Path, *, is_ours: bool = True) -> sqlite3.Connection:
 
 
 def is_damage(error: Exception) -> bool:
-    """Whether this says that the file is no sound database, so that trying again cannot help."""
+    """Return whether the error means a damaged database, so that a retry cannot help."""
     return isinstance(error, sqlite3.Error) and getattr(error, "sqlite_errorcode", 0) in _DAMAGED
 
 
 def move_aside(path: Path, now_ms: int) -> None:
-    """Set a damaged file aside and begin a new one with what must last, as far as it is readable.
+    """Rename a damaged file and start a new one with the readable rows of the lasting tables.
 
     Raises `sqlite3.Error` or `OSError`.
     """
@@ -86,7 +86,7 @@ def move_aside(path: Path, now_ms: int) -> None:
 
 
 def read_lasting(path: Path, *, is_ours: bool = True) -> Rows:
-    """Return the rows that must last; raises `sqlite3.Error` or `schema.NotOursError`."""
+    """Return the lasting tables' rows; raises `sqlite3.Error` or `schema.NotOursError`."""
     with closing(open_for_reading(path, is_ours=is_ours)) as file:
         schema.check(file)
         return {
@@ -99,7 +99,7 @@ def _salvaged(path: Path) -> Rows:
     with suppress(sqlite3.Error), closing(open_for_reading(path)) as file:
         for table in schema.LASTING:
             with suppress(sqlite3.Error):
-                # One by one: those before the damage are readable.
+                # Read one by one: rows before the damage are readable.
                 for row in file.execute(f"SELECT * FROM {table}"):
                     found.setdefault(table, []).append(row)
     return found

@@ -1,4 +1,4 @@
-"""Opens the records, before the event loop runs."""
+"""Opens the records before the event loop starts."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ FILE: Final = "records.db"
 
 
 def open_records(settings: RecordSettings, state: str, clock: Clock) -> Records:
-    """Open the records; where they cannot be kept, with a warning, with what is in force alone.
+    """Open the records; if they cannot be written, warn and only load what is in force.
 
-    `state` is the configured folder for what outlives the server.
+    `state` is the configured state folder.
     """
     if not settings.enabled:
         return Records(clock)
@@ -54,7 +54,7 @@ def where(settings: RecordSettings, state: str) -> Path:
 
 
 def load_lasting(path: Path, clock: Clock) -> Lasting:
-    """Return what an earlier server has left in force; nothing, with a warning, if unreadable."""
+    """Return the entries still in force; warn and return none if the file is unreadable."""
     try:
         return _load(path, clock)
     except (sqlite3.Error, OSError, schema.NotOursError) as error:

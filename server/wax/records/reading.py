@@ -28,7 +28,7 @@ Row = dict[str, "Value"]
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Rows, the oldest first, that have all of these columns."""
+    """The rows of a table, the oldest first, each with all columns."""
 
     columns: Sequence[str]
     rows: Sequence[Row]
@@ -40,7 +40,7 @@ def read(path: Path, table: str, since: datetime | None) -> Table:
     Raises `StateError` with what to do.
     """
     try:
-        check(path)  # SQLite would wait for a pipe
+        check(path)  # SQLite would block on a pipe
         with closing(record_file.open_for_reading(path)) as file:
             if not schema.check(file):
                 raise StateError(f"{path}: there are no records in it")
@@ -75,7 +75,7 @@ def _rows(file: sqlite3.Connection, table: str, since: datetime | None) -> Table
 
 
 def _readable(row: dict[str, Any]) -> Row:
-    """Return a row without its id, and its times as people and programs read them."""
+    """Return a row without its id, with its times in ISO 8601."""
     return {
         name.removesuffix("_ms") if name in _TIMES else name: _iso(value)
         if name in _TIMES
@@ -90,7 +90,7 @@ def _iso(time_ms: int | None) -> str | None:
         return None
     try:
         time = datetime.fromtimestamp(time_ms / 1000, UTC)
-    except (ValueError, OverflowError, OSError):  # the file says a year that there is not
+    except (ValueError, OverflowError, OSError):  # the file has an impossible year
         return None
     return time.isoformat(timespec="milliseconds").replace("+00:00", "Z")
 

@@ -1,4 +1,4 @@
-"""What the server tells about itself for later; every call returns at once and never fails."""
+"""Records what happens at the server; every call returns at once and never fails."""
 
 from __future__ import annotations
 
@@ -27,29 +27,29 @@ _LAST_S: Final = 253_402_300_799.0
 
 @dataclass
 class Records:
-    """Call it from the event loop. Without a writer it keeps nothing, and the rest is the same."""
+    """Call it from the event loop; without a writer every call works but stores nothing."""
 
     clock: Clock
     lasting: Lasting = field(default_factory=Lasting)
     writer: RecordWriter | None = None
 
     def __post_init__(self) -> None:
-        # Unique over all runs that share the file, without asking it. Not the time: a Raspberry Pi
-        # starts at the same one each time.
+        # Ids are unique over all runs that share the file, without reading it. The time would not
+        # do: a Raspberry Pi without a clock starts at the same time each time.
         self._ids = itertools.count(secrets.randbits(52))
 
     def start(self) -> None:
         if self.writer is not None:
             self.writer.start()
-            self._put("UPDATE sessions SET ended_ms = seen_ms WHERE ended_ms IS NULL")
-            self._put("UPDATE turns SET why = 'server killed' WHERE ended_ms IS NULL")
+            self._enqueue("UPDATE sessions SET ended_ms = seen_ms WHERE ended_ms IS NULL")
+            self._enqueue("UPDATE turns SET why = 'server killed' WHERE ended_ms IS NULL")
 
     def request_stop(self) -> None:
         if self.writer is not None:
             self.writer.request_stop()
 
     def stop(self, within_s: float = 1.0) -> None:
-        """Write what waits; gives up after `within_s`."""
+        """Write what is queued and end; give up after `within_s`."""
         if self.writer is not None:
             self.writer.stop(within_s)
 
@@ -66,9 +66,9 @@ class Records:
     # --- visits and turns --------------------------------------------------------------------
 
     def session_began(self, person: RecordedPerson, *, address: str, role: str) -> int:
-        """Begin a visit; returns its id. The address is shortened."""
+        """Record the start of a visit with a shortened address; return its id."""
         now_ms, number = self.clock.wall_ms(), next(self._ids)
-        self._put(
+        self._enqueue(
             "INSERT INTO sessions (id, began_ms, seen_ms, person, name, address, role)"
             " VALUES (?, ?, ?, ?, ?, ?, ?)",
             *(number, now_ms, now_ms, _hashed(person.identity), person.name),
@@ -85,9 +85,9 @@ class Records:
         *,
         is_over: bool = False,
     ) -> None:
-        """Update a visit, or end it."""
+        """Update a visit, or record its end."""
         now_ms = self.clock.wall_ms()
-        self._put(
+        self._enqueue(
             "UPDATE sessions SET seen_ms = ?, ended_ms = ?, name = ?, role = ?,"
             " round_trip_ms = ?, round_trip_worst_ms = ?,"
             " picture_age_ms = ?, picture_age_worst_ms = ?,"
@@ -101,16 +101,16 @@ class Records:
         )
 
     def turn_began(self, turn: int, person: RecordedPerson) -> int:
-        """Begin a turn; returns its id."""
+        """Record the start of a turn; return its id."""
         number = next(self._ids)
-        self._put(
+        self._enqueue(
             "INSERT INTO turns (id, began_ms, number, person, name) VALUES (?, ?, ?, ?, ?)",
             *(number, self.clock.wall_ms(), turn, _hashed(person.identity), person.name),
         )
         return number
 
     def turn_ended(self, number: int, why: str) -> None:
-        self._put(
+        self._enqueue(
             "UPDATE turns SET ended_ms = ?, why = ? WHERE id = ?",
             *(self.clock.wall_ms(), why, number),
         )
@@ -118,9 +118,9 @@ class Records:
     # --- stops, acts, refusals ---------------------------------------------------------------
 
     def stop_pressed(self, stop: int | None, person: RecordedPerson, reason: str) -> int:
-        """Record a stop, `stop` None if nobody pressed it; returns its id for the release."""
+        """Record a stop, `stop` None if nobody pressed it; return its id for the release."""
         number = next(self._ids)
-        self._put(
+        self._enqueue(
             "INSERT INTO stops (id, began_ms, number, person, name, reason)"
             " VALUES (?, ?, ?, ?, ?, ?)",
             *(number, self.clock.wall_ms(), stop, _hashed(person.identity), person.name, reason),
@@ -128,7 +128,7 @@ class Records:
         return number
 
     def stop_released(self, number: int, by: str) -> None:
-        self._put(
+        self._enqueue(
             "UPDATE stops SET ended_ms = ?, released_by = ? WHERE id = ?",
             *(self.clock.wall_ms(), by, number),
         )
@@ -136,8 +136,8 @@ class Records:
     def host_act(
         self, host: RecordedPerson, act: str, *, about: str = "", detail: str = ""
     ) -> None:
-        """Record what a host did, to whom or what."""
-        self._put(
+        """Record a host's act, and to whom or what."""
+        self._enqueue(
             "INSERT INTO acts (id, began_ms, person, name, act, about, detail)"
             " VALUES (?, ?, ?, ?, ?, ?, ?)",
             *(next(self._ids), self.clock.wall_ms(), _hashed(host.identity), host.name),
@@ -145,10 +145,10 @@ class Records:
         )
 
     def refused(self, counts: Mapping[str, int]) -> None:
-        """Add to this hour's counts of what was refused, by reason."""
+        """Add to this hour's counts of refusals, by reason."""
         hour_ms = self.clock.wall_ms() // _HOUR_MS * _HOUR_MS
         for reason, count in counts.items():
-            self._put(
+            self._enqueue(
                 "INSERT INTO refusals (began_ms, reason, count) VALUES (?, ?, ?)"
                 " ON CONFLICT DO UPDATE SET count = count + excluded.count",
                 *(hour_ms, reason, count),
@@ -157,33 +157,33 @@ class Records:
     # --- what must last ----------------------------------------------------------------------
 
     def keep_ban(self, ban: Ban) -> None:
-        """Keep a ban, or change its end."""
-        self._keep(
+        """Store a ban, or change its end."""
+        self._enqueue_lasting(
             "INSERT OR REPLACE INTO bans (identity, address, until_ms) VALUES (?, ?, ?)",
             *(ban.identity, ban.address, _ms(ban.until_s)),
         )
 
     def keep_invited(self, invited: Invited) -> None:
-        """Keep that an invitation was used; the same person's second use changes nothing."""
-        self._keep(
+        """Store the use of an invitation; a second use by the same person changes nothing."""
+        self._enqueue_lasting(
             "INSERT OR REPLACE INTO invited (invitation, identity, purpose, until_ms)"
             " VALUES (?, ?, ?, ?)",
             *(invited.invitation, invited.identity, invited.purpose, _ms(invited.until_s)),
         )
 
     def keep_host_cookie(self, hashed: str, until_s: float) -> None:
-        """Keep a cookie's hash, or change its end."""
-        self._keep(
+        """Store a cookie's hash, or change its end."""
+        self._enqueue_lasting(
             "INSERT OR REPLACE INTO host_cookies (hash, until_ms) VALUES (?, ?)",
             *(hashed, _ms(until_s)),
         )
 
-    def _put(self, sql: str, *values: Value) -> None:
+    def _enqueue(self, sql: str, *values: Value) -> None:
         if self.writer is not None:
             self.writer.put(sql, *map(_bounded, values))
 
-    def _keep(self, sql: str, *values: Value) -> None:
-        # Not bounded: they are compared later, and were checked by whoever gives them.
+    def _enqueue_lasting(self, sql: str, *values: Value) -> None:
+        # Values are not shortened, because they are compared later; callers have checked them.
         if self.writer is not None:
             self.writer.put(sql, *values, lasting=True)
 
@@ -193,7 +193,7 @@ def _bounded(value: Value) -> Value:
 
 
 def _hashed(identity: str) -> str:
-    """Return what tells people apart in the records, but admits nobody."""
+    """Return a hash that identifies a person in the records, but cannot be used to log in."""
     return identity and hashlib.sha256(identity.encode(errors="replace")).hexdigest()[:12]
 
 

@@ -1,4 +1,4 @@
-"""The tables. Times are milliseconds since 1970 (UTC), NULL where they have not come yet.
+"""The tables. Times are milliseconds since 1970 (UTC), NULL if still in the future.
 
 A change adds an entry to `STEPS`, which upgrades older files; entries are never edited.
 """
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 APPLICATION: Final = 0x5741_5801
-"""Marks the file as ours (SQLite, PRAGMA application_id)."""
+"""Identifies the file as ours (SQLite, PRAGMA application_id)."""
 
 _FIRST: Final = """
 CREATE TABLE sessions (
@@ -93,28 +93,28 @@ CREATE TABLE host_cookies (
 """
 
 STEPS: Final = (_FIRST,)
-"""The statements that lead from each version, the first being 0, to the next."""
+"""The statements that upgrade each version, starting at 0, to the next."""
 VERSION: Final = len(STEPS)
 
 EXPORTED: Final = ("sessions", "turns", "stops", "acts", "refusals")
-"""What `wax records` shows; kept for the configured days."""
+"""The tables that `wax records` shows; rows are kept for the configured days."""
 LASTING: Final = ("bans", "invited", "host_cookies")
-"""What the server reads at its start; kept as long as each is in force."""
+"""The tables that the server reads when it starts; rows are kept while in force."""
 
 MAX_ROWS: Final = 500_000
-"""The most rows of one table, a hundred megabytes: strangers decide how many there are."""
+"""The most rows of one table, a hundred megabytes, because strangers can cause new rows."""
 
 
 class NotOursError(Exception):
-    """A sound file that another program made, or a newer WAX: it is left alone."""
+    """An intact file of another program or of a newer WAX, which must not be changed."""
 
 
 def upgrade(file: sqlite3.Connection) -> None:
-    """Make or upgrade the tables; raises `NotOursError` or `sqlite3.Error`."""
+    """Create or upgrade the tables; raises `NotOursError` or `sqlite3.Error`."""
     if check(file) == VERSION:
         return
     with transaction(file):
-        for number in range(check(file), VERSION):  # again: another server may have been first
+        for number in range(check(file), VERSION):  # again: another server may be first
             for statement in STEPS[number].split(";"):
                 file.execute(statement)
             file.execute(f"PRAGMA user_version={number + 1}")
@@ -140,12 +140,12 @@ def check(file: sqlite3.Connection) -> int:
 def transaction(file: sqlite3.Connection) -> Iterator[None]:
     """Write all of the block or nothing; raises `sqlite3.Error`."""
     file.execute("BEGIN IMMEDIATE")
-    with file:  # which ends what was begun
+    with file:  # commits or rolls back
         yield
 
 
 def prune(file: sqlite3.Connection, *, now_ms: int, keep_ms: int, max_rows: int = MAX_ROWS) -> None:
-    """Drop what is over or too old, and the oldest of too many; raises `sqlite3.Error`."""
+    """Delete expired and old rows, and the oldest beyond `max_rows`; raises `sqlite3.Error`."""
     with transaction(file):
         for table in EXPORTED:
             file.execute(f"DELETE FROM {table} WHERE began_ms < ?", (now_ms - keep_ms,))

@@ -1,4 +1,4 @@
-"""Addresses as the records and the host's console have them: a network, not a household. Pure."""
+"""Shortens addresses for records and console to a network, not a household. Pure."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Final
 
 _V4_BITS: Final = 24
 _V6_BITS: Final = 48
-"""A neighbourhood of 250 households, and what one site gets (RFC 6177)."""
+"""The prefix lengths of about 250 IPv4 households, and of one IPv6 site (RFC 6177)."""
 
 
 @lru_cache(maxsize=1024)  # the host's console asks for everybody's each second

@@ -1,7 +1,7 @@
-"""Writes from a thread of its own: nothing that happens to the file reaches the event loop.
+"""Writes in a thread of its own, so that trouble with the file never reaches the event loop.
 
-The standard library's sqlite3 in one thread: aiosqlite is the same thread behind a queue without
-bounds, and its caller waits for each answer, which nobody here needs.
+It uses the standard library's sqlite3: aiosqlite is also a thread, but behind an unbounded queue,
+and its callers wait for each result, which nobody here needs.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 GATHER_S: Final = 0.25
-"""What comes within this time is written together."""
+"""Statements that arrive within this time are committed together."""
 RETRY_S: Final = 5.0
 MAX_WAITING: Final = 10_000
-"""As much waits while the file cannot be written; the rest is dropped."""
+"""The most statements that wait while the file cannot be written; the rest is dropped."""
 _PRUNE_S: Final = 3600.0
 _LOG_S: Final = 60.0
 _DAY_MS: Final = 86_400_000
@@ -41,13 +41,13 @@ Statement = tuple[str, tuple[Value, ...]]
 
 
 class RecordWriter:
-    """Executes statements on the file at `path`; what is in it is kept for `keep_days`."""
+    """Executes statements on the file at `path`, whose rows are kept for `keep_days`."""
 
     def __init__(self, path: Path, *, keep_days: float, clock: Clock) -> None:
         self._path = path
         self._keep_ms = int(keep_days * _DAY_MS)
         self._clock = clock
-        # It leaves here when it is in the file: on its way it is counted, too.
+        # A statement stays here until it is committed, so that it counts as waiting.
         self._statements: deque[Statement] = deque()
         # Unlike `Queue`, `put` is reentrant: a garbage-collected object may end a session.
         self._news: SimpleQueue[bool] = SimpleQueue()
@@ -61,16 +61,16 @@ class RecordWriter:
 
     @property
     def waiting(self) -> int:
-        """How much is not written yet."""
+        """How many statements are not committed yet."""
         return len(self._statements)
 
     def start(self) -> None:
         self._thread.start()
 
     def put(self, sql: str, *values: Value, lasting: bool = False) -> None:
-        """Have a statement executed within a second; never waits and never raises.
+        """Enqueue a statement to be executed within a second; never blocks or raises.
 
-        While the file cannot be written, twice as many that are `lasting` may wait.
+        The queue holds twice as many statements if they are `lasting`.
         """
         if self.waiting < MAX_WAITING * (2 if lasting else 1):
             self._statements.append((sql, values))
@@ -82,7 +82,7 @@ class RecordWriter:
         self._news.put(False)
 
     def stop(self, within_s: float = 1.0) -> None:
-        """Write what waits, and end; gives up after `within_s`."""
+        """Write what is queued and end; give up after `within_s`."""
         self.request_stop()
         if self._thread.is_alive():
             self._thread.join(within_s)
@@ -91,17 +91,17 @@ class RecordWriter:
         while True:
             try:
                 with closing(record_file.open_for_writing(self._path)) as file:
-                    return self._serve(file)
+                    return self._write_until_stopped(file)
             except (sqlite3.Error, OSError, schema.NotOursError) as error:
-                if self._begins_anew(error):
+                if self._replace_damaged(error):
                     continue
                 self._failed(error)
             if self._is_over:
                 self.dropped += self.waiting
                 return None
-            self._gather(RETRY_S, RETRY_S)
+            self._wait_for_batch(RETRY_S, RETRY_S)
 
-    def _serve(self, file: sqlite3.Connection) -> None:
+    def _write_until_stopped(self, file: sqlite3.Connection) -> None:
         while True:
             if self._clock.now_s() - self._pruned_s >= _PRUNE_S:
                 schema.prune(file, now_ms=self._clock.wall_ms(), keep_ms=self._keep_ms)
@@ -109,7 +109,7 @@ class RecordWriter:
             self._write(file)
             if self._is_over:
                 return
-            self._gather(_PRUNE_S, GATHER_S)
+            self._wait_for_batch(_PRUNE_S, GATHER_S)
 
     def _write(self, file: sqlite3.Connection) -> None:
         batch = list(self._statements)
@@ -127,8 +127,8 @@ class RecordWriter:
             self._is_failing = False
             _LOG.info("records are written again", dropped=self.dropped)
 
-    def _gather(self, first_s: float, more_s: float) -> None:
-        """Wait for a statement, and then for others."""
+    def _wait_for_batch(self, first_s: float, more_s: float) -> None:
+        """Wait up to `first_s` for a statement, and then up to `more_s` for others."""
         deadline_s = self._clock.now_s() + first_s
         has_first = False
         while not self._is_over:
@@ -143,8 +143,8 @@ class RecordWriter:
                 has_first = True
                 deadline_s = min(deadline_s, self._clock.now_s() + more_s)
 
-    def _begins_anew(self, error: Exception) -> bool:
-        """Set a damaged file aside, once: a disk that damages the next one, too, is broken."""
+    def _replace_damaged(self, error: Exception) -> bool:
+        """Replace a damaged file, but only once: a disk that damages its successor is broken."""
         if self._was_moved or not record_file.is_damage(error):
             return False
         self._was_moved = True
@@ -157,14 +157,14 @@ class RecordWriter:
 
     def _failed(self, error: Exception) -> None:
         self._is_failing = True
-        self._tell("records cannot be written", error)
+        self._log_rarely("records cannot be written", error)
 
     def _refused(self, error: Exception) -> None:
         self.dropped += 1
-        self._tell("a record cannot be written", error)
+        self._log_rarely("a record cannot be written", error)
 
-    def _tell(self, what: str, error: Exception) -> None:
-        """Log one line a minute."""
+    def _log_rarely(self, what: str, error: Exception) -> None:
+        """Log at most one line a minute."""
         if self._clock.now_s() - self._logged_s >= _LOG_S:
             self._logged_s = self._clock.now_s()
             why = reason_of(error)
