@@ -1,9 +1,8 @@
-"""A browser's playout without a clock: NetEq and the video jitter buffer, as far as they matter.
+"""A model of a browser's playout without a clock: NetEq and the video jitter buffer.
 
-The sound's buffer follows what 95 of 100 packets of the last 2 s need, or the minimum that it was
-given, and is stretched by 75 ms a second to get there; a unit that has not come when it is due is
-concealed. A picture is shown when it and what it depends on are complete, and not before its
-hold-back.
+The sound's buffer targets what 95 of 100 packets of the last 2 s need, or the given minimum, and is
+stretched by 75 ms a second to get there; a unit that has not arrived when it is due is concealed. A
+picture is shown when it and its references are complete, and not before its hold-back.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ class _Unit:
 
 
 class _Floor:
-    """The least delay of the last seconds."""
+    """The minimum delay of the last seconds."""
 
     def __init__(self) -> None:
         self._rising: deque[tuple[float, float]] = deque()
@@ -48,7 +47,7 @@ class _Floor:
 
 
 class SoundBuffer:
-    """Told of every packet that comes; `play` is called as time passes."""
+    """Receives every packet; call `play` as time passes."""
 
     def __init__(self) -> None:
         self.delay_s = 0.04
@@ -61,7 +60,7 @@ class SoundBuffer:
         self._now_s: float | None = None
 
     def sent(self, number: int, sent_s: float, mu_s: float) -> None:
-        """Expect a unit: what the gap in the numbers would tell a browser later."""
+        """Expect a unit, as a gap in the sequence numbers would make a browser do later."""
         unit = _Unit(sent_s, mu_s)
         self._units.append(unit)
         self._by_number[number] = unit
@@ -78,7 +77,7 @@ class SoundBuffer:
 
     @property
     def age_s(self) -> float:
-        """From capture to ear, without the device."""
+        """The delay from capture to ear, without the device."""
         return (self._floor.delay_s or 0.0) + self.delay_s
 
     def play(self, now_s: float) -> None:
@@ -120,7 +119,7 @@ class _Frame:
 
 
 class PictureBuffer:
-    """Told of every packet that comes; a picture is shown with what it depends on."""
+    """Receives every packet; a picture is shown once its references are complete."""
 
     def __init__(self) -> None:
         self.hold_s = 0.0
@@ -135,7 +134,7 @@ class PictureBuffer:
             del self._frames[next(iter(self._frames))]
 
     def came(self, number: int, now_s: float) -> list[tuple[float, float]]:
-        """Return when pictures were captured and are shown because of this packet."""
+        """Return the capture times of the pictures that are shown because of this packet."""
         frame = self._frames.get(number)
         if frame is None:
             return []
@@ -166,7 +165,7 @@ class PictureBuffer:
 
 
 class Browser:
-    """Both buffers, and the report that a page sends of them."""
+    """Both buffers, and the page's report of them."""
 
     def __init__(self) -> None:
         self.sound = SoundBuffer()

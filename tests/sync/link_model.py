@@ -1,9 +1,9 @@
-"""A viewer's link without a clock: the model of a network between a sender and a browser.
+"""A model of a viewer's link without a clock: a network between a sender and a browser.
 
-The sender's congestion control, allocator and playout policy are those of the product; around them
-is what a test needs: sound at once, pictures in temporal layers that wait for the pacer, trains at
-their pace, retransmissions. The browser's clock has an origin and a drift of its own, and tells of
-every marked packet as transport-wide feedback does, over the way back.
+The sender's congestion control, allocator and playout policy are the product's. The model adds
+sound that leaves at once, pictures in temporal layers that wait for the pacer, paced probe trains
+and retransmissions. The browser's clock has its own origin and drift, and it reports every marked
+packet as transport-wide feedback does, over the return path.
 """
 
 from __future__ import annotations
@@ -36,24 +36,24 @@ if TYPE_CHECKING:
 
 HEADERS_BYTES = 60
 _TICK_S = 0.00025
-"""What transport-wide feedback tells arrivals in."""
+"""The unit of arrival times in transport-wide feedback."""
 _LAYERS = (0, 2, 1, 2)
 _WEIGHTS = (1.6, 0.8, 0.8)
 _KEYFRAME = 3.0
 _BASE_PICTURES = 4
-"""When more of layer 0 wait, the lane drops all, until a keyframe fits (`fanout.video_lane`)."""
+"""With more pictures of layer 0 queued the lane drops all to a keyframe (`fanout.video_lane`)."""
 _RESUME_S = 0.5
-"""The least time between two requests for one (`streams.live`)."""
+"""The least time between two keyframe requests (`streams.live`)."""
 _REPORT_S = 0.25
-"""How often a page tells how it plays."""
+"""How often a page reports its playout."""
 _RECEIVER_REPORT_S = 1.0
 """How often a browser sends receiver reports of the picture."""
 _ASK_AGAIN_S = 0.05
-"""A browser sends a NACK again after a round trip; this is that of most links here."""
+"""A browser repeats a NACK after a round trip, which is this on most links here."""
 _GIVE_UP_S = 0.5
-"""Then it asks for a keyframe (PLI)."""
+"""After this many NACKs the browser requests a keyframe (PLI)."""
 _CHROMIUM_S = 0.05
-"""How often Chromium sends feedback where there is room for it."""
+"""How often Chromium sends feedback when the link has room for it."""
 
 
 def default_steps() -> list[Step]:
@@ -64,7 +64,7 @@ def default_steps() -> list[Step]:
 
 
 def default_sounds() -> list[SoundEncoding]:
-    """Return the encodings of the default configuration that an observer's link chooses of."""
+    """Return the encodings of the default configuration that suit an observer's link."""
     settings = Settings()
     fitting = (
         one
@@ -75,7 +75,7 @@ def default_sounds() -> list[SoundEncoding]:
 
 
 def profile(name: str, **down: Any) -> Profile:
-    """Return a profile, where asked with another way to the browser."""
+    """Return a profile, if requested with another path to the browser."""
     found = load(name)
     return found.model_copy(update={"down": found.down.model_copy(update=down)}) if down else found
 
@@ -102,7 +102,7 @@ class Picture:
 
 @dataclass(slots=True)
 class Record:
-    """What happened, by the time at the server."""
+    """What happened, by the server's time."""
 
     estimates: list[tuple[float, LinkEstimate]] = field(default_factory=list)
     allocations: list[tuple[float, Allocation]] = field(default_factory=list)
@@ -118,7 +118,7 @@ class Record:
     """At each report how much of the sound was concealed so far, and played, in s."""
 
     def changes(self, from_s: float = 0.0) -> list[tuple[float, Step | None]]:
-        """Return when which step was chosen, the one at `from_s` first."""
+        """Return the times and steps of each change, beginning with the step at `from_s`."""
         out: list[tuple[float, Step | None]] = []
         for now_s, allocation in self.allocations:
             if now_s < from_s and out:
@@ -145,7 +145,7 @@ def _quantile(values: list[float], share: float) -> float:
 
 
 class Link(Protocol):
-    """One direction, as `Direction` is; or a port of one that is shared."""
+    """One direction, like `Direction`; or one port of a shared one."""
 
     def arrive(self, packet: bytes, now_s: float) -> None: ...
 
@@ -155,7 +155,7 @@ class Link(Protocol):
 
 
 class Loop:
-    """One viewer, from encoders to playout and back; `run` may be called again to go on."""
+    """One viewer, from encoders to playout and back; `run` may be called repeatedly."""
 
     def __init__(
         self,
@@ -195,7 +195,7 @@ class Loop:
         self._clock: Callable[[float], float] = lambda at_s: (
             round((origin_s + at_s * (1 + drift)) / _TICK_S) * _TICK_S
         )
-        self._random = Random(f"{seed} pictures")  # a Random of its own, so that runs repeat
+        self._random = Random(f"{seed} pictures")  # a separate Random, so that runs are repeatable
         self._events: list[tuple[float, int, Callable[[], None]]] = []
         self._count = 0
         self._down_sent: dict[int, Packet] = {}
@@ -236,11 +236,11 @@ class Loop:
         return self.record
 
     def next_s(self) -> float:
-        """Return when something happens next."""
+        """Return the time of the next event."""
         return min(self._down.next_s(), self._up.next_s(), self._events[0][0])
 
     def step(self) -> None:
-        """Do what happens next."""
+        """Process the next event."""
         wire_s = min(self._down.next_s(), self._up.next_s())
         self.now_s = max(self.now_s, min(wire_s, self._events[0][0]))
         if wire_s <= self.now_s:
@@ -327,7 +327,7 @@ class Loop:
             self._sending = False
             return
         unreported_s = None
-        if self._unreported and self._feedback_s <= _CHROMIUM_S:  # what is overdue counts on it
+        if self._unreported and self._feedback_s <= _CHROMIUM_S:  # overdue items depend on it
             unreported_s = self.now_s - next(iter(self._unreported.values())).sent_s
         wait_s = self.control.free_in_s(unreported_s, self.now_s)
         if wait_s > 0:
@@ -411,7 +411,7 @@ class Loop:
         self._reply(70, lambda: self._retransmit(number))
 
     def _ask_again(self) -> None:
-        """Send NACKs again, and a PLI where they were of no use."""
+        """Repeat NACKs, and send a PLI once they have failed."""
         self._at(self.now_s + _ASK_AGAIN_S, self._ask_again)
         for number, first_s in list(self._asked.items()):
             if self.now_s - first_s < _GIVE_UP_S:
@@ -423,7 +423,7 @@ class Loop:
                 self._reply(60, self._lose_thread)
 
     def _lose_thread(self) -> None:
-        """Begin again with a keyframe."""
+        """Restart with a keyframe."""
         self._encoded = None
 
     def _retransmit(self, number: int) -> None:
@@ -468,7 +468,7 @@ class Loop:
         self._reply(60 + 3 * len(arrived), lambda: self._told(arrived, after, until))
 
     def _receiver_report(self) -> None:
-        """Tell the share of all packets that were lost since the last report (RFC 3550, 6.4)."""
+        """Report the share of packets lost since the last report (RFC 3550, 6.4)."""
         self._at(self.now_s + _RECEIVER_REPORT_S, self._receiver_report)
         expected, came = self._count_sent - self._reported_sent, self._came - self._reported_came
         self._reported_sent, self._reported_came = self._count_sent, self._came
@@ -477,7 +477,7 @@ class Loop:
             self._reply(60, lambda: self.control.lost(lost, self.now_s))
 
     def _told(self, arrived: dict[int, float], after: int, until: int) -> None:
-        """Match a feedback with what was sent; what a lost one told is never told."""
+        """Match feedback with what was sent; lost feedback is never repeated."""
         told = []
         for number in [number for number in self._unreported if number <= until]:
             packet = self._unreported.pop(number)

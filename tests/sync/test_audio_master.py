@@ -1,4 +1,4 @@
-"""The audio-master policy: the picture meets the sound, within its bound, whatever comes."""
+"""The audio-master policy: the picture meets the sound, within its bound, whatever happens."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ allocations = st.none() | st.builds(
 
 
 class Browser:
-    """A model of a page: reports of the last 250 ms, which travel; a picture buffer that obeys.
+    """A model of a page: delayed reports of the last 250 ms, and an obedient picture buffer.
 
-    The picture's buffer keeps `least_ms` by itself. Each report is off by up to `noise_ms`.
+    The picture's buffer keeps `least_ms` on its own. Each report is off by up to `noise_ms`.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class Browser:
         self._reports: list[tuple[float, PlayoutReport]] = []
 
     def play(self, seconds: float) -> None:
-        """Let time pass in steps of 10 ms."""
+        """Advance time in steps of 10 ms."""
         for _ in range(int(seconds * 100)):
             self._tick += 1
             now_s = self._tick / 100
@@ -118,7 +118,7 @@ def _told(sound_ms: float | None, picture_ms: float | None) -> PlayoutReport:
 def test_an_observers_picture_meets_the_sound_and_stays_there(
     early_ms: float, least_ms: float, round_trip_s: float, noise_ms: float, seed: int
 ) -> None:
-    """Three seconds after joining sound and picture are within 14 ms, also over a satellite."""
+    """Three seconds after joining, sound and picture are within 14 ms, even over a satellite."""
     browser = Browser(
         AudioMaster(OBSERVER),
         sound_ms=early_ms + least_ms,
@@ -139,7 +139,7 @@ def test_an_observers_picture_meets_the_sound_and_stays_there(
 @examples(30)
 @given(slope=st.floats(-75, 75), round_trip_s=st.floats(0, 0.1))
 def test_the_picture_follows_a_sound_that_drifts(slope: float, round_trip_s: float) -> None:
-    """While a browser stretches its sound by 75 ms a second the picture stays beside it."""
+    """While a browser stretches its sound by 75 ms a second the picture stays in step."""
     browser = Browser(
         AudioMaster(OBSERVER), sound_ms=250.0, picture_ms=20.0, round_trip_s=round_trip_s
     )
@@ -156,7 +156,7 @@ def test_the_picture_follows_a_sound_that_drifts(slope: float, round_trip_s: flo
 def test_an_operator_with_nothing_to_wait_for_waits_for_nothing(
     early_ms: float, noise_ms: float, seed: int
 ) -> None:
-    """Sound that is late by up to 80 ms, or early, holds the picture back by exactly 0, always."""
+    """Sound that is up to 80 ms late, or early, always gives a hold-back of exactly 0."""
     browser = Browser(
         AudioMaster(OPERATOR),
         sound_ms=early_ms + 8,
@@ -172,14 +172,14 @@ def test_an_operator_with_nothing_to_wait_for_waits_for_nothing(
 def test_an_operators_picture_is_held_back_just_as_much_as_brings_the_skew_inside(
     early_ms: float,
 ) -> None:
-    """Sound that is later than 100 ms is brought to less, and to no less than 60."""
+    """A skew beyond 100 ms is reduced below that, but not below 60 ms."""
     browser = Browser(AudioMaster(OPERATOR), sound_ms=early_ms + 8, picture_ms=0.0)
     browser.play(10.0)
     assert 60 <= browser.skews_ms[-1] <= 100
 
 
 def test_the_operators_picture_waits_at_most_its_bound() -> None:
-    """More than 50 ms are not held back, and the reason says so."""
+    """The hold-back never exceeds 50 ms, and the reason says so."""
     policy = AudioMaster(OPERATOR)
     browser = Browser(policy, sound_ms=180, picture_ms=20)
     browser.play(3.0)
@@ -189,7 +189,7 @@ def test_the_operators_picture_waits_at_most_its_bound() -> None:
 
 
 def test_a_picture_does_not_wait_in_vain() -> None:
-    """Where the longest hold-back would leave sound noticeably late, none is held."""
+    """Nothing is held back if the longest hold-back would leave the sound noticeably late."""
     policy = AudioMaster(OPERATOR)
     browser = Browser(policy, sound_ms=260, picture_ms=20)
     browser.play(3.0)
@@ -200,7 +200,7 @@ def test_a_picture_does_not_wait_in_vain() -> None:
 
 @given(st.floats(-500, 500), st.floats(-500, 500), st.sampled_from([OBSERVER, OPERATOR]))
 def test_later_sound_never_means_less_hold_back(a: float, b: float, sync: SyncSettings) -> None:
-    """What the first report leads to grows with how late the sound is, until it is in vain."""
+    """After the first report the hold-back grows with the sound's lateness, until it is no use."""
     in_vain_ms = sync.max_holdback_ms + 125.0
     a, b = min(a, in_vain_ms), min(b, in_vain_ms)
     low, high = sorted((a, b))
@@ -211,7 +211,7 @@ def test_later_sound_never_means_less_hold_back(a: float, b: float, sync: SyncSe
 
 
 def test_a_headset_rolls_the_picture_back_and_a_speaker_brings_it_forward() -> None:
-    """200 ms of a wireless headset are met by the picture, and given back when it is put away."""
+    """The picture follows a wireless headset's 200 ms, and returns when it is removed."""
     browser = Browser(AudioMaster(OBSERVER), sound_ms=90, picture_ms=20)
     browser.play(3.0)
     browser.sound_ms += 200
@@ -223,7 +223,7 @@ def test_a_headset_rolls_the_picture_back_and_a_speaker_brings_it_forward() -> N
 
 
 def test_after_an_outage_pictures_are_shown_at_once_and_then_held_again() -> None:
-    """A picture that stood for a second ends the hold-back in that report, and for 6 s."""
+    """A picture that froze for a second ends the hold-back at once, for 6 s."""
     policy = AudioMaster(OBSERVER)
     for tick in range(8):
         held_ms = policy.decide(_told(160, 60), tick / 4).picture_ms
@@ -237,14 +237,14 @@ def test_after_an_outage_pictures_are_shown_at_once_and_then_held_again() -> Non
 
 
 def test_an_old_picture_that_moves_is_held_back_on() -> None:
-    """Over a satellite with a queue pictures may be older than a second, and still be in step."""
+    """Moving pictures older than a second, as over a queued satellite link, stay in step."""
     policy = AudioMaster(OBSERVER)
     told = PlayoutReport(StreamPlayout(1400, 160), StreamPlayout(1200, 40))
     assert policy.decide(told, 1.0).picture_ms
 
 
 def test_one_report_that_is_far_off_moves_nothing() -> None:
-    """A picture that was late once, as after a keyframe, changes no hold-back."""
+    """One outlier, as after a keyframe, changes no hold-back."""
     policy = AudioMaster(OBSERVER)
     for tick in range(12):
         held_ms = policy.decide(_told(160, 100 if tick == 0 else 160), tick / 4).picture_ms
@@ -262,7 +262,7 @@ def test_the_bounds_hold_whatever_is_reported(
     ceiling: int,
     delay: float | str,
 ) -> None:
-    """No report, estimate or clock, however wrong, leads beyond the bounds of either stream."""
+    """No report, estimate or clock, however wrong, exceeds either stream's bounds."""
     sync = {"max_holdback_ms": float(ceiling), "audio_delay_ms": delay}
     policy = AudioMaster(SyncSettings.model_validate(sync))
     for report, now_s, estimate, allocation in trace:
@@ -276,7 +276,7 @@ def test_the_bounds_hold_whatever_is_reported(
 def test_the_sound_never_waits_for_the_picture(
     trace: list[tuple[float | None, float | None]], delay: float | str
 ) -> None:
-    """However late the picture is, the sound's target stays what the sound alone needs."""
+    """However late the picture is, the sound's target is what the sound alone needs."""
     policy = AudioMaster(SyncSettings.model_validate({"audio_delay_ms": delay}))
     expected = None if delay == "auto" else delay
     assert policy.start().sound_ms == expected
@@ -285,7 +285,7 @@ def test_the_sound_never_waits_for_the_picture(
 
 
 def test_a_set_delay_holds_both_streams_from_the_first_moment() -> None:
-    """With a set delay the picture does not wait for a measurement to be held back."""
+    """With a configured delay the picture is held back before any measurement."""
     policy = AudioMaster(SyncSettings(audio_delay_ms=400.0))
     targets = policy.start()
     assert (targets.sound_ms, targets.picture_ms) == (400.0, 400.0)
@@ -293,14 +293,14 @@ def test_a_set_delay_holds_both_streams_from_the_first_moment() -> None:
 
 
 def test_without_sound_the_picture_waits_for_nothing() -> None:
-    """Only video asked for: as soon as possible (thesis 3.3)."""
+    """With only video wanted, the picture is shown as soon as possible (thesis 3.3)."""
     policy = AudioMaster(SyncSettings(audio_delay_ms=300.0))
     targets = policy.decide(PlayoutReport(sound=None, picture=StreamPlayout(40, 8)), 1.0)
     assert targets.picture_ms == 0.0
 
 
 def test_a_browser_that_tells_no_ages_is_followed_by_its_buffers() -> None:
-    """Where RTP times are not told, the picture follows the sound's measured buffer delay."""
+    """Without RTP times the picture follows the sound's measured buffer delay."""
     policy = AudioMaster(OBSERVER)
     delay_ms = 8.0
     for tick in range(12):
@@ -310,7 +310,7 @@ def test_a_browser_that_tells_no_ages_is_followed_by_its_buffers() -> None:
 
 
 def test_the_built_in_player_sets_its_delay_by_itself() -> None:
-    """Whatever jitter and concealment tell, it is asked for nothing but a delay that is set."""
+    """Whatever it reports, the built-in player gets no target but a configured delay."""
     estimate = LinkEstimate("steady", 1e6, 1e5, 0.0, 150.0, 0.0, 0, 50.0)
     for delay, asked in (("auto", None), (300.0, 300.0)):
         policy = AudioMaster(SyncSettings.model_validate({"audio_delay_ms": delay}))
@@ -323,7 +323,7 @@ def test_the_built_in_player_sets_its_delay_by_itself() -> None:
 
 
 def test_what_was_learned_of_the_link_outlives_a_change_of_role() -> None:
-    """A delay of the sound that was found stays when the policy changes, one that is set rules."""
+    """A delay that was found survives a change of policy; a configured one overrides it."""
     policy = AudioMaster(OBSERVER)
     estimate = LinkEstimate("steady", 1e6, 1e5, 0.0, 150.0, 0.0, 0, 50.0)
     assert policy.decide(_told(150, 90), 1.0, estimate).sound_ms == 100.0

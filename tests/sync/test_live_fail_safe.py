@@ -27,7 +27,7 @@ def _allocation(step: Step | None) -> Allocation:
 
 
 class Viewer:
-    """Reports four times a second how both streams play."""
+    """Reports the playout of both streams four times a second."""
 
     def __init__(self, settings: SyncSettings | None = None) -> None:
         self.policy: PlayoutPolicy = make_policy(settings or SyncSettings())
@@ -60,7 +60,7 @@ class Viewer:
 
 
 def test_a_congested_link_plays_both_as_soon_as_possible() -> None:
-    """After a second of congestion nothing is held back, and it is told; later step is kept."""
+    """After a second of congestion nothing is held back, the page says why, and it recovers."""
     viewer = Viewer()
     assert (viewer.watch(2.0).picture_ms or 0) > 0
     assert viewer.watch(1.0, state="congested").in_step
@@ -73,14 +73,14 @@ def test_a_congested_link_plays_both_as_soon_as_possible() -> None:
 
 
 def test_a_link_that_no_picture_fits_is_fail_safe() -> None:
-    """While the ladder has no picture for a viewer who wants one, nothing is in step."""
+    """While no step of the ladder fits, a viewer who wants a picture is in fail-safe mode."""
     viewer = Viewer()
     assert not viewer.watch(2.0, step=None).in_step
     assert "no picture fits" in str(viewer.watch(1.0, step=None).reason)
 
 
 def test_sound_that_breaks_however_long_it_waits_is_fail_safe() -> None:
-    """When the largest delay is no help it is given up, until the sound is whole for a while."""
+    """A longest delay that is no use is dropped until the sound is whole for a while."""
     viewer = Viewer()
     targets = viewer.watch(30.0, conceals_ms=200.0)
     assert (targets.in_step, targets.sound_ms, targets.picture_ms) == (False, None, 0.0)
@@ -89,14 +89,14 @@ def test_sound_that_breaks_however_long_it_waits_is_fail_safe() -> None:
 
 
 def test_who_wants_one_stream_has_nothing_to_synchronise() -> None:
-    """With the picture switched off there is no fail-safe mode (thesis 3.3)."""
+    """With the picture off there is no fail-safe mode (thesis 3.3)."""
     viewer = Viewer()
     viewer.watch(2.0, state="congested")
     assert viewer.watch(0.25, state="congested", picture=False).in_step
 
 
 def test_video_first_holds_nothing_back_but_finds_the_sounds_delay() -> None:
-    """`video-first`: neither waits for the other, and the sound still does not break."""
+    """With `video-first` neither stream waits, and the sound still does not break."""
     viewer = Viewer(SyncSettings(policy="video-first"))
     targets = viewer.watch(5.0, conceals_ms=30.0)
     assert targets.picture_ms == 0.0
@@ -105,7 +105,7 @@ def test_video_first_holds_nothing_back_but_finds_the_sounds_delay() -> None:
 
 @given(st.lists(st.booleans(), max_size=200))
 def test_it_is_entered_and_left_with_hysteresis(troubles: list[bool]) -> None:
-    """Entered only after a second of nothing but trouble, left after four of nothing but peace."""
+    """It is entered only after a second with a constant reason, and left after four without one."""
     mode = FailSafe()
     active = []
     for tick, trouble in enumerate(troubles):

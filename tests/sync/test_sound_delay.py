@@ -1,4 +1,4 @@
-"""The sound's delay: enough on this link, no more than needed, and quiet."""
+"""The sound's delay: enough for this link, no more than needed, and steady."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ anything = st.floats(allow_nan=True, allow_infinity=True)
 
 @dataclass
 class Ear:
-    """A model of a browser's buffer: 30 ms by itself, stretched to the target by 75 ms a second.
+    """A model of a browser's buffer: 30 ms on its own, stretched to the target by 75 ms a second.
 
-    Sound is made up while the buffer is shorter than what the link needs, a packet at least.
+    Sound is concealed, at least a packet, while the buffer is shorter than the link needs.
     """
 
     needs_ms: float
@@ -71,7 +71,7 @@ def _decide(delay: SoundDelay, now_s: float, **changed: Any) -> float | None:
 
 
 def test_a_perfect_link_is_left_to_the_browser() -> None:
-    """Nothing is asked of a browser whose sound does not break, so that it buffers its least."""
+    """A browser whose sound does not break gets no target, so that it buffers its least."""
     ear = Ear(needs_ms=10.0)
     ear.listen(600)
     assert set(ear.targets) == {None}
@@ -80,7 +80,7 @@ def test_a_perfect_link_is_left_to_the_browser() -> None:
 @examples(20)
 @given(needs_ms=st.floats(0, 450), seed=st.integers(0, 100))
 def test_on_a_steady_link_breaks_end_and_become_rare(needs_ms: float, seed: int) -> None:
-    """Within 10 s the delay is there; then what is tried costs six short breaks in half an hour."""
+    """The delay is found within 10 s; later trials cost six short breaks in half an hour."""
     ear = Ear(needs_ms)
     ear.listen(10, seed)
     assert max(target_ms or 30.0 for target_ms in ear.targets) >= needs_ms
@@ -95,10 +95,10 @@ def test_on_a_steady_link_breaks_end_and_become_rare(needs_ms: float, seed: int)
 
 
 @examples(30)
-@example(jitter_ms=64.0, seed=0)  # about what a decoder bridges and the least that is asked for
+@example(jitter_ms=64.0, seed=0)  # around what a decoder conceals and the least target
 @given(jitter_ms=st.floats(0, 300), seed=st.integers(0, 100))
 def test_measured_jitter_is_met_before_anything_breaks(jitter_ms: float, seed: int) -> None:
-    """What packets show beyond what a decoder bridges is asked for, and hardly ever changed."""
+    """Jitter beyond what a decoder conceals raises the target, which then hardly changes."""
 
     def late_ms(share: float) -> float:
         return max(share * jitter_ms - 60, 0.0)
@@ -107,12 +107,12 @@ def test_measured_jitter_is_met_before_anything_breaks(jitter_ms: float, seed: i
     ear.listen(600, seed)
     target_ms = ear.targets[-1] or 20.0
     assert late_ms(0.9) + 10 <= target_ms <= late_ms(1.1) + 20
-    assert ear.changes <= 30  # one in 20 s; of thousands of histories the worst had 24
+    assert ear.changes <= 30  # one in 20 s; the worst of thousands of histories had 24
 
 
 @given(a=st.floats(0, 600), b=st.floats(0, 600), redundancy=st.integers(0, 4))
 def test_more_jitter_never_means_less_delay(a: float, b: float, redundancy: int) -> None:
-    """The first decision grows with the jitter and with what comes again later."""
+    """The first target grows with the jitter and with the redundancy."""
 
     def first(jitter_ms: float, redundancy: int) -> float:
         target_ms = SoundDelay(None).decide(
@@ -133,7 +133,7 @@ def test_more_jitter_never_means_less_delay(a: float, b: float, redundancy: int)
 
 @pytest.mark.parametrize("needs_ms", [150.0, 450.0])
 def test_within_15_s_of_the_last_stall_the_delay_is_down_again(needs_ms: float) -> None:
-    """Nobody behind a link that stalled once hears later than with the browser's own delay."""
+    """After a single stall nobody hears later than with the browser's own delay."""
     ear = Ear(needs_ms=needs_ms)
     ear.listen(8)
     assert (ear.targets[-1] or 0) >= needs_ms
@@ -144,7 +144,7 @@ def test_within_15_s_of_the_last_stall_the_delay_is_down_again(needs_ms: float) 
 
 
 def test_stalls_that_keep_coming_do_not_keep_the_delay_up() -> None:
-    """A fall is blamed for the break that follows at once, not for the link's next stall."""
+    """Only a break right after a fall counts against falling, not the link's next stall."""
     ear = Ear(needs_ms=300.0)
     for _ in range(20):
         ear.needs_ms = 300.0
@@ -155,7 +155,7 @@ def test_stalls_that_keep_coming_do_not_keep_the_delay_up() -> None:
 
 
 def test_the_sound_that_breaks_at_the_bound_is_told() -> None:
-    """Where no allowed delay helps, the bound is reached within 15 s and that it is useless."""
+    """When no delay helps, within 15 s the bound is reached and reported as useless."""
     ear = Ear(needs_ms=2000.0)
     ear.listen(15)
     assert ear.targets[-1] == BOUND_MS
@@ -166,7 +166,7 @@ def test_the_sound_that_breaks_at_the_bound_is_told() -> None:
 
 
 def test_an_encoding_change_a_new_peer_and_the_first_second_count_for_nothing() -> None:
-    """What is made up while sound begins or changes its encoding raises no delay."""
+    """Concealment while the sound or its encoding starts raises no delay."""
     delay = SoundDelay(None)
     assert _decide(delay, 0.25, concealed_ms=250.0) is None
     assert _decide(delay, 0.75, concealed_ms=500.0) is None
@@ -179,7 +179,7 @@ def test_an_encoding_change_a_new_peer_and_the_first_second_count_for_nothing() 
 
 
 def test_a_break_raises_the_delay_at_once() -> None:
-    """The very report that tells of a break raises the target by what was missing."""
+    """The report of a break raises the target at once by what was missing."""
     delay = SoundDelay(None)
     for tick in range(8):
         _decide(delay, tick / 4)
@@ -187,16 +187,16 @@ def test_a_break_raises_the_delay_at_once() -> None:
 
 
 def test_what_a_decoder_bridges_is_no_break() -> None:
-    """Up to 60 ms made up within two seconds raises nothing, however long it goes on."""
+    """Up to 60 ms of concealment in two seconds raises nothing, however often."""
     delay = SoundDelay(None)
     for tick in range(400):
-        made_up_ms = 60.0 * (tick // 9)  # each two and a quarter seconds
+        made_up_ms = 60.0 * (tick // 9)  # every two and a quarter seconds
         assert _decide(delay, tick / 4, concealed_ms=made_up_ms) is None
         assert not delay.is_breaking
 
 
 def test_what_was_lost_raises_no_delay() -> None:
-    """Sound that is made up because packets never come is not waited for."""
+    """Concealment of lost packets raises no delay."""
     delay = SoundDelay(None)
     for tick in range(240):
         target_ms = _decide(delay, tick / 4, concealed_ms=tick * 12.5, lost=0.05)
@@ -204,7 +204,7 @@ def test_what_was_lost_raises_no_delay() -> None:
 
 
 def test_a_queue_is_no_jitter() -> None:
-    """While a link is congested nothing rises, nor by what was made up until then."""
+    """On a congested link nothing rises, not even for earlier concealment."""
     delay = SoundDelay(None)
     for tick in range(8):
         _decide(delay, tick / 4)
@@ -217,7 +217,7 @@ def test_a_queue_is_no_jitter() -> None:
 
 @pytest.mark.parametrize("fixed_ms", [20.0, 400.0])
 def test_a_set_delay_stays(fixed_ms: float) -> None:
-    """A delay that is configured is what is asked for, whatever happens."""
+    """A configured delay stays the target, whatever happens."""
     ear = Ear(needs_ms=2000.0, jitter_ms=300.0, delay=SoundDelay(fixed_ms))
     ear.listen(60)
     assert set(ear.targets) == {fixed_ms}
@@ -231,14 +231,14 @@ def test_a_set_delay_stays(fixed_ms: float) -> None:
 def test_what_waits_in_the_device_is_part_of_a_set_delay(
     fixed_ms: float, output_ms: float, buffer_ms: float
 ) -> None:
-    """The sound is heard after the delay that is set, through a headset too."""
+    """A configured delay includes the device's delay, such as a headset's."""
     delay = SoundDelay(fixed_ms)
     for tick in range(8):
         assert _decide(delay, tick / 4, output_ms=output_ms) == buffer_ms
 
 
 def test_a_devices_blocks_are_not_followed_but_another_device_is() -> None:
-    """Measurements that differ by a block change nothing; a headset put on is known in 4 s."""
+    """Measurements that vary by a block change nothing; a new headset is noticed within 4 s."""
     delay = SoundDelay(300.0)
     blocks = [_decide(delay, tick / 4, output_ms=30.0 + tick % 2 * 10) for tick in range(40)]
     assert len(set(blocks)) == 1
@@ -273,7 +273,7 @@ def test_whatever_is_reported_the_delay_is_bounded(
     reports: list[tuple[float, int, int, float | None, float | None, float, float, int, bool]],
     bound_ms: float,
 ) -> None:
-    """Not-a-number, infinity, counters and clocks that run back: the target stays in its range."""
+    """NaN, infinity, and counters and clocks that go back leave the target in its range."""
     delay = SoundDelay(None, bound_ms=bound_ms)
     for jitter_ms, mu_ms, redundancy, concealed_ms, played_ms, now_s, lost, burst, full in reports:
         target_ms = delay.decide(

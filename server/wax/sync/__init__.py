@@ -1,4 +1,4 @@
 """Synchronisation: the sound is the master (thesis 3.3), or neither waits (`video_first`).
 
-Pure: takes `now_s`, returns targets for the page's jitter buffers. No input or output.
+Pure: it takes `now_s` and returns targets for the page's jitter buffers, without input or output.
 """

@@ -1,8 +1,8 @@
-"""`audio-master`, "Smooth" on the page: the sound has its own delay, the picture is held to it.
+"""`audio-master`, "Smooth" on the page: the sound sets its own delay, and the picture follows.
 
 Thesis 3.3: people notice gaps in sound, so it is the master and never waits for a late picture; the
-picture is held back to match it, by `max_holdback_ms` at most. Where that leaves the sound so late
-that people notice (`hold_back`), delivery comes before synchronisation: neither waits.
+picture is held back to match it, by at most `max_holdback_ms`. If the sound would still be
+noticeably late (`hold_back`), delivery comes before synchronisation: neither waits.
 """
 
 from __future__ import annotations
@@ -25,23 +25,23 @@ _AUTO_PREROLL_MS: Final = 40.0
 """A browser's buffer settles at this on a good link."""
 
 _SPREAD_MS: Final = 20.0
-"""How much single measurements differ: the screen shows a picture each 17 ms, and it is held back
-in steps of 10. The skew stays this far inside the tolerance."""
+"""The spread of single measurements: a screen refreshes every 17 ms, and pictures are held back in
+steps of 10 ms. The skew stays this far inside the tolerance."""
 
 _USUAL_ROUND_TRIP_S: Final = 0.1
-"""Taken for the round trip before one was measured. Ours."""
+"""The assumed round trip before one is measured. Ours."""
 
 
 class AudioMaster:
     """Holds the picture back by the *measured* ages of both streams, not by the browser's lip sync.
 
-    Ages are up to the screen and the ear, so that a headset's delay holds the picture back too
-    (thesis 5.3.1). If a browser cannot report them, the buffers' delays are compared.
+    Ages count up to the screen and the ear, so that a headset's delay holds the picture back, too
+    (thesis 5.3.1). If a browser cannot report them, the buffers' delays are compared instead.
     """
 
     def __init__(self, settings: SyncSettings, state: PlayoutState | None = None) -> None:
         self.state = state or PlayoutState()
-        self.state.follow(settings)
+        self.state.configure(settings)
         late_ms = max(settings.max_skew_ms - _SPREAD_MS, 0.0)
         fixed_ms = self.state.sound.fixed_ms
         self._hold = HoldBack(
@@ -71,7 +71,7 @@ class AudioMaster:
         self.state.update(report, now_s, estimate, allocation)
         now_s = self.state.now_s
         if self.state.fail_safe.reason is not None:
-            self._hold.forget(0.0, now_s)
+            self._hold.restart(0.0, now_s)
             return PlayoutTargets(
                 sound_ms=self.state.sound.target_ms,
                 picture_ms=0.0,
@@ -79,17 +79,21 @@ class AudioMaster:
                 in_step=False,
             )
         if report.picture is not None:
-            self._hold.shown(report.picture.age_ms, report.picture.delay_ms, now_s)
+            self._hold.observe_picture(report.picture.age_ms, report.picture.delay_ms, now_s)
         if report.sound is None:
-            self._hold.forget(0.0, now_s)
+            self._hold.restart(0.0, now_s)
             return self._targets(Sentence("sync.no_sound"))
         if report.picture is None:
-            self._hold.forget(self._hold.held_ms, now_s)
+            self._hold.restart(self._hold.held_ms, now_s)
             return self._targets(Sentence("sync.no_picture"))
-        return self._targets(self._meet(report.sound, report.picture, _round_trip_s(estimate)))
+        return self._targets(
+            self._update_hold_back(report.sound, report.picture, _round_trip_s(estimate))
+        )
 
-    def _meet(self, sound: StreamPlayout, picture: StreamPlayout, round_trip_s: float) -> Sentence:
-        """Update the hold-back from the measurement; return the reason."""
+    def _update_hold_back(
+        self, sound: StreamPlayout, picture: StreamPlayout, round_trip_s: float
+    ) -> Sentence:
+        """Update the hold-back from the measurements; return the reason."""
         early_ms = _early_ms(sound, picture)
         if early_ms is None:
             return Sentence("sync.first")
@@ -111,7 +115,7 @@ class AudioMaster:
 
 
 def _early_ms(sound: StreamPlayout, picture: StreamPlayout) -> float | None:
-    """Return how much younger the picture is than the sound, None if unknown."""
+    """Return how much younger the picture is than the sound; None if unknown."""
     ages = _difference(sound.age_ms, picture.age_ms)
     return _difference(sound.delay_ms, picture.delay_ms) if ages is None else ages
 

@@ -23,7 +23,7 @@ _LEAVE_S: Final = 4.0
 def insufficient(
     estimate: LinkEstimate | None, allocation: Allocation | None, sound: SoundDelay
 ) -> Sentence | None:
-    """Return why a link cannot carry both sound and picture; None if it can."""
+    """Return why the link cannot carry both sound and picture; None if it can."""
     if sound.is_useless:
         return Sentence("sync.sound_breaks")
     if allocation is not None and allocation.step is None:
@@ -34,7 +34,7 @@ def insufficient(
 
 
 class FailSafe:
-    """Begins after 1 s with a reason, ends after 4 s without one."""
+    """Enters fail-safe mode after 1 s with a reason, and leaves it after 4 s without one."""
 
     def __init__(self) -> None:
         self._trouble_since_s: float | None = None
@@ -61,5 +61,5 @@ class FailSafe:
             self.reason = trouble
 
     def leave(self) -> None:
-        """End it regardless of the link, as when only one stream is wanted."""
+        """Leave fail-safe mode regardless of the link, as when only one stream is wanted."""
         self.reason = self._trouble_since_s = self._peace_since_s = None

@@ -1,4 +1,4 @@
-"""How long to hold the picture back until its sound is heard, and from what skew not to wait."""
+"""Decides how long to hold the picture back for its sound, and when that is no use."""
 
 from __future__ import annotations
 
@@ -8,51 +8,50 @@ from math import sqrt
 from typing import Final
 
 STEP_MS: Final = 10.0
-"""What RTP's playout-delay can tell apart."""
+"""The resolution of RTP's playout-delay extension."""
 
 _REPORT_S: Final = 0.25
-"""How much time a report looks back on: the page sends one so often."""
+"""The time that a report covers, which is also the interval between reports."""
 
 _NEXT_PICTURE_S: Final = 0.02
-"""A new hold-back has its effect from the next picture on: half of their distance."""
+"""A new hold-back takes effect with the next picture, on average half an interval later."""
 
 _SAMPLES: Final = 16
-"""So many reports count at most, 4 s of them. Ours."""
+"""The most reports in the mean, which cover 4 s. Ours."""
 
 _SURE_MS: Final = 8.0
-"""A smaller error is what steps of 10 ms and the measurement leave. Ours."""
+"""A smaller error is due to rounding to 10 ms and to the measurement. Ours."""
 
 _UNSURE_MS: Final = 24.0
-"""An error of so much is corrected after one report; it takes several to believe a smaller one.
-Ours."""
+"""An error this large is corrected after one report; a smaller one takes several. Ours."""
 
 _NOTICED_MS: Final = 125.0
-"""Sound so late is noticed (ITU-R BT.1359): where even the longest hold-back would leave more, it
-buys nothing, and the picture is shown at once. Thesis 3.3: delivery before synchronisation."""
+"""Sound that is this late is noticed (ITU-R BT.1359). If even the longest hold-back leaves more, it
+is no use, and the picture is shown at once. Thesis 3.3: delivery before synchronisation."""
 
 _MET_AGAIN_MS: Final = 105.0
-"""Below this it is held back again: hysteresis. Ours."""
+"""Below this the picture is held back again: hysteresis. Ours."""
 
 _JUMP_MS: Final = 40.0
-"""A report that differs by more must be confirmed by the next. Ours."""
+"""A report that differs by more must be confirmed by the next one. Ours."""
 
 _STOOD_MS: Final = 1000.0
-"""A picture of which none younger was shown, and that is so old, stood: nothing came. Ours."""
+"""A picture that is older than this, and after which none was shown, has frozen. Ours."""
 
 _AT_ONCE_S: Final = 6.0
-"""Thereafter pictures are shown at once for so long: Chromium's clock for them (its extrapolation
-of time stamps, which an outage confuses) is right again after 150 pictures."""
+"""After a freeze pictures are shown at once for this long: Chromium's extrapolation of time stamps,
+which an outage confuses, recovers after 150 pictures."""
 
 _FARTHEST_MS: Final = 10_000.0
-"""Nothing is farther from the sound; a bound against what cannot be."""
+"""The bound for a skew, against impossible reports."""
 
 
 class HoldBack:
-    """Tracks the skew without hold-back: the measured skew plus the hold-back at that time.
+    """Estimates the skew without hold-back: the measured skew plus the hold-back at that time.
 
-    So its own changes do not affect it, although reports show them only partly and a round trip
-    later. The first report counts at once, a jump only after a second one confirms it. The mean
-    covers as many reports as agree: browsers stretch sound by up to 75 ms a second.
+    So its own changes do not affect the estimate, although reports show them only partly and a
+    round trip later. The first report counts at once, a jump only when a second one confirms it.
+    The mean covers the reports that agree: browsers stretch sound by up to 75 ms a second.
     """
 
     def __init__(self, *, late_ms: float, max_ms: float, held_ms: float) -> None:
@@ -76,29 +75,29 @@ class HoldBack:
         return self.held_ms >= self._max_ms and self._wanted_ms - self._max_ms >= _SURE_MS
 
     def is_at_once(self, now_s: float) -> bool:
-        """Whether pictures are shown at once, because they stood until a moment ago."""
+        """Return whether pictures are shown at once after a recent freeze."""
         return now_s < self._at_once_until_s
 
     @property
     def is_in_vain(self) -> bool:
-        """Whether there is no hold-back because even the largest allowed would not be enough."""
+        """Whether nothing is held back because even the longest hold-back is no use."""
         return self._in_vain
 
-    def forget(self, held_ms: float, now_s: float) -> None:
-        """Hold back by this from now on, and restart the measurement."""
+    def restart(self, held_ms: float, now_s: float) -> None:
+        """Hold back by `held_ms` from now on, and restart the measurement."""
         self._hold(held_ms, now_s)
         self._free.clear()
         self._doubted_ms = None
 
-    def shown(self, age_ms: float | None, kept_ms: float | None, now_s: float) -> None:
-        """Learn how old the picture on the screen is, and how long those since the last report
-        were kept; None where there was none.
+    def observe_picture(self, age_ms: float | None, kept_ms: float | None, now_s: float) -> None:
+        """Show pictures at once for a while if the one on the screen, `age_ms` old, has frozen.
 
-        After an outage a browser that is asked to keep pictures keeps them by a clock that is
-        wrong by up to a second (thesis 3.3: delivery before synchronisation).
+        `kept_ms` is how long pictures since the last report were buffered; None if there were none.
+        After an outage a browser's buffer uses a clock that is wrong by up to a second (thesis 3.3:
+        delivery before synchronisation).
         """
         if kept_ms is None and age_ms is not None and age_ms > _STOOD_MS:
-            self.forget(0.0, now_s)
+            self.restart(0.0, now_s)
             self._at_once_until_s = now_s + _AT_ONCE_S
 
     def update(self, early_ms: float, round_trip_s: float, now_s: float) -> None:
@@ -112,8 +111,7 @@ class HoldBack:
             was_ms = self.held_ms
             self._hold(self._wanted_ms, now_s)
             if was_ms == 0 != self.held_ms:
-                # Without hold-back a buffer keeps a few ms of its own, which count as part of a
-                # hold-back.
+                # Without hold-back a buffer still keeps a few ms, which count as part of one.
                 self._free.clear()
 
     @property
@@ -126,7 +124,7 @@ class HoldBack:
             self._history.append((now_s, held_ms))
 
     def _held_between(self, begin_s: float, end_s: float) -> float:
-        """Return the mean hold-back; forget what was before."""
+        """Return the mean hold-back between two times; drop older history."""
         while len(self._history) > 1 and self._history[1][0] <= begin_s:
             self._history.popleft()
         total = 0.0
@@ -135,7 +133,7 @@ class HoldBack:
         return total / (end_s - begin_s) if end_s > begin_s else self.held_ms
 
     def _is_confirmed(self, free_ms: float) -> bool:
-        """Add a measurement, unless it is the first one far from the others."""
+        """Add a measurement, unless it is an unconfirmed outlier; return whether it was added."""
         doubted_ms, self._doubted_ms = self._doubted_ms, None
         free = self._free
         if free and abs(free_ms - free[-1]) > _JUMP_MS:
@@ -157,7 +155,7 @@ class HoldBack:
 
 
 def _drifts(samples: list[float]) -> bool:
-    """Whether the newer half of the samples differs from the older half."""
+    """Return whether the newer half of the samples differs from the older half."""
     half = len(samples) // 2
     if half == 0:
         return False

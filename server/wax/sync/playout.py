@@ -1,4 +1,4 @@
-"""The input and output of a policy: playout reports and buffer targets."""
+"""A policy's input and output: playout reports and buffer targets."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class StreamPlayout:
-    """How one stream plays on a viewer's page; None where the browser does not report it.
+    """How one stream plays on a viewer's page; None for what the browser does not report.
 
-    `age_ms` is from capture to screen or ear, `delay_ms` the part of it in the jitter buffer and
-    `output_ms` that in the device. `concealed_ms` and `played_ms` are totals of the sound since the
-    peer began. `is_built_in` is sound of the page's built-in player, which chooses its delay.
+    `age_ms` is the delay from capture to screen or ear, `delay_ms` the part of it in the jitter
+    buffer and `output_ms` the part in the device. `concealed_ms` and `played_ms` are totals of the
+    sound since the peer connection began. `is_built_in` means that the page's built-in player
+    plays the sound and chooses its delay.
     """
 
     age_ms: float | None = None
@@ -38,8 +39,8 @@ class PlayoutReport:
 class PlayoutTargets:
     """The minimum delay of each jitter buffer, in ms; None leaves it to the browser.
 
-    `reason` says why, for people. `in_step` False is fail-safe mode: the link cannot carry both,
-    and each plays as soon as it can.
+    `reason` explains them to people. `in_step` is False in fail-safe mode: the link cannot carry
+    both streams, and each plays as soon as it can.
     """
 
     sound_ms: float | None

@@ -1,4 +1,4 @@
-"""What the live policies know about one viewer's link, kept when the policy changes."""
+"""What the live policies know about one viewer's link; it survives a change of policy."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ class PlayoutState:
         self.fail_safe = FailSafe()
         self.now_s = float("-inf")
 
-    def follow(self, settings: SyncSettings) -> None:
-        """Adopt a configured delay; keep an adapted one."""
+    def configure(self, settings: SyncSettings) -> None:
+        """Apply the configured delay; keep an adapted delay if it is unchanged."""
         delay = settings.audio_delay_ms
         fixed_ms = None if delay == "auto" else float(delay)
         if fixed_ms != self.sound.fixed_ms:
@@ -59,7 +59,7 @@ class PlayoutState:
             learns=not self.fail_safe.is_active and not heard.is_built_in,
         )
         if heard.is_built_in:
-            self.sound.restart()  # that player sets its delay by itself
+            self.sound.restart()  # that player sets its own delay
         if report.sound is None or report.picture is None:
             self.fail_safe.leave()
             return

@@ -1,4 +1,4 @@
-"""The interface of a synchronisation policy, and the one that the configuration names."""
+"""The interface of a synchronisation policy, and its construction from the configuration."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ if TYPE_CHECKING:
 
 
 class PlayoutPolicy(Protocol):
-    """Decides for one viewer; holds no clock and does no input or output."""
+    """Decides for one viewer, without a clock and without input or output."""
 
     @property
     def name(self) -> str: ...
 
     @property
     def state(self) -> PlayoutState:
-        """What is known about the viewer's link, for the next policy."""
+        """The knowledge about the viewer's link, to pass to the next policy."""
         ...
 
     @property
     def preroll_ms(self) -> float:
-        """The pre-roll of the sound in ms, which fills its buffer at once."""
+        """The pre-roll of the sound, in ms, that fills its buffer at once."""
         ...
 
     def start(self) -> PlayoutTargets:
@@ -42,7 +42,7 @@ class PlayoutPolicy(Protocol):
         estimate: LinkEstimate | None = None,
         allocation: Allocation | None = None,
     ) -> PlayoutTargets:
-        """Return the targets after a report, with the newest estimate of the link and what is sent.
+        """Return the targets after a report, given the newest link estimate and allocation.
 
         A falling `now_s` counts as unchanged.
         """

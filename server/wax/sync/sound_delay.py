@@ -1,8 +1,8 @@
 """The smallest delay at which the sound plays without gaps on one viewer's link.
 
-A browser adapts its own delay (NetEq: about what 97 of 100 packets need, and it stretches the sound
-by 75 ms a second to get there). That is left alone until this viewer's packets, or concealed sound,
-show that it is too short; then it gets a minimum.
+A browser adapts its own delay (NetEq: about what 97 of 100 packets need, reached by stretching the
+sound by 75 ms a second). It is left alone until this viewer's packets, or concealed sound, show
+that it is too short; then it gets a minimum.
 """
 
 from __future__ import annotations
@@ -12,62 +12,61 @@ from math import ceil, isfinite
 from typing import Final
 
 BOUND_MS: Final = 500.0
-"""No sound waits longer: the thesis's audio media unit."""
+"""The longest delay: the thesis's audio media unit."""
 
 _STEP_MS: Final = 10.0
-"""Delays differ by so much at least; the video's playout-delay has the same steps."""
+"""The step between delays, the same as that of the video's playout-delay."""
 
 _LEAST_MS: Final = 20.0
-"""What a browser keeps anyway; to ask for no more is to ask for nothing."""
+"""A browser buffers this much anyway, so that a smaller target asks for nothing."""
 
 _WINDOW_S: Final = 2.0
-"""Over which concealment is summed. Ours."""
+"""The window in which concealment is summed. Ours."""
 
 _BRIDGED_MS: Final = 60.0
-"""What a decoder conceals so that it is hardly heard: it goes on with the wave (NetEq: 100 ms, then
-it fades). More than this within the window is a break, and packets that come this much late are."""
+"""Concealment that is hardly heard, because a decoder continues the wave (NetEq: for 100 ms, then
+it fades). More than this within the window is a break, as is a packet that is later than this."""
 
 _USELESS_MS: Final = 100.0
-"""More than this at the longest delay: waiting is of no use. Ours."""
+"""With more concealment than this at the longest delay, waiting is no use. Ours."""
 
 _GRACE_S: Final = 1.0
-"""So long after the sound or its encoding began, what is concealed says nothing of the link.
+"""For this long after the sound or its encoding begins, concealment says nothing about the link.
 Ours."""
 
 _NEW_SHARE: Final = 0.25
-"""Of a measurement of the device in the mean. Ours."""
+"""The weight of a new measurement of the device in the mean. Ours."""
 
 _RISE_MS: Final = (20.0, 120.0)
-"""A break makes the delay so much longer, at least and at most. Ours."""
+"""The least and the most by which a break raises the delay. Ours."""
 
 _STRETCH_MS_PER_S: Final = 75.0
-"""So fast browsers stretch the sound, as measured in Chromium."""
+"""The rate at which browsers stretch the sound, as measured in Chromium."""
 
 _SHOWN_S: Final = 0.5
-"""A rise has its effect once the sound is stretched and the page has reported it. Ours: two
-reports."""
+"""How long the page takes to report a rise once the sound is stretched: two reports. Ours."""
 
 _PATIENCE_S: Final = (7.0, 600.0)
-"""Without a break for so long the delay becomes shorter; after one that this caused, for four times
-as long, up to the second. Ours."""
+"""The delay falls after this long without a break. A break that a fall caused makes this four times
+as long, up to the second value. Ours."""
 
 _TRIAL_S: Final = 3.0
-"""A break so soon after a fall was caused by it; a later one is the link's next stall. It never
-falls below what packets needed in as much time. Ours."""
+"""A break this soon after a fall was caused by it; a later one is the link's next stall. The delay
+never falls below what packets needed within this time. Ours."""
 
 _FALL_EVERY_S: Final = 1.0
-"""Then it falls once in so long. Ours."""
+"""The interval between further falls. Ours."""
 
 _FALL_SHARE: Final = 0.3
-"""By so much of what the packets do not need, until a fall causes a break; then by a step. Ours."""
+"""The share of unneeded delay that a fall removes, until one causes a break; then a step. Ours."""
 
 
 class SoundDelay:
-    """Rises at once; within 15 s of the last gap it is down again to what the packets need.
+    """Raises the delay at once, and within 15 s of the last gap lowers it to what packets need.
 
-    A fall that ends in a gap at once makes the next one wait four times as long and be a step, so
-    that on a steady link such gaps become rare. A configured delay (`fixed_ms`) stays: it is the
-    total until the sound is heard, so the device's delay is subtracted from the buffer's.
+    After a fall that causes a gap at once, the next one waits four times as long and is one step,
+    so that such gaps become rare on a steady link. A configured delay (`fixed_ms`) is fixed: it is
+    the total until the sound is heard, so the device's delay is subtracted from the buffer's.
     """
 
     def __init__(self, fixed_ms: float | None, *, bound_ms: float = BOUND_MS) -> None:
@@ -85,7 +84,7 @@ class SoundDelay:
 
     @property
     def target_ms(self) -> float | None:
-        """The minimum for the browser's buffer, None to leave it to the browser."""
+        """The minimum for the browser's buffer; None leaves it to the browser."""
         if self.fixed_ms is not None:
             return max(self.fixed_ms - self._device.output_ms, _LEAST_MS)
         return self._level_ms if self._level_ms > _LEAST_MS else None
@@ -93,13 +92,13 @@ class SoundDelay:
     @property
     def is_breaking(self) -> bool:
         """Whether the sound had gaps within the last two seconds."""
-        return self._heard.made_up_ms > _BRIDGED_MS
+        return self._heard.concealed_ms > _BRIDGED_MS
 
     @property
     def is_useless(self) -> bool:
         """Whether the sound has gaps even at the longest delay allowed."""
         at_bound = self.fixed_ms is None and self._level_ms >= self._bound_ms
-        return at_bound and self._heard.made_up_ms > _USELESS_MS
+        return at_bound and self._heard.concealed_ms > _USELESS_MS
 
     def restart(self) -> None:
         """Leave the delay to the browser, and start over."""
@@ -108,23 +107,23 @@ class SoundDelay:
     def decide(
         self,
         *,
-        # 99.x % of the packets of sound arrive within this of the fastest.
+        # 99.x % of the sound packets arrive within this time after the fastest.
         jitter_ms: float,
         mu_ms: int,
-        # A lost unit is repeated in so many of the next; helps only if the buffer waits for them.
+        # The number of later packets that repeat a lost unit, if the buffer waits for them.
         redundancy: int,
-        # The page's counters; they may restart, and None is unknown.
+        # The page's counters, which may restart; None if unknown.
         concealed_ms: float | None,
         played_ms: float | None,
         now_s: float,
-        # The fraction of concealed sound that no delay can restore, and how many packets in a row.
+        # The share of packets lost, which no delay restores, and how many are lost in a row.
         lost: float = 0.0,
         burst: int = 0,
-        # The link's queue does not count as jitter, for congestion control drains it: no rise.
+        # Congestion control drains the link's queue, so its jitter does not raise the delay.
         is_congested: bool = False,
-        # Without it the delay does not rise either.
+        # If False, the delay does not change.
         learns: bool = True,
-        # How much of the delay is in the device.
+        # The part of the delay in the device.
         output_ms: float | None = None,
     ) -> float | None:
         """Return the target after a report."""
@@ -143,19 +142,19 @@ class SoundDelay:
         while now_s - self._needs[0][0] > _TRIAL_S:
             self._needs.popleft()
         allowed_ms = 1.5 * lost * _WINDOW_S * 1000 + (burst * mu_ms if lost > 0 else 0)
-        broken_ms = self._heard.made_up_ms - (allowed_ms if isfinite(allowed_ms) else 0.0)
+        broken_ms = self._heard.concealed_ms - (allowed_ms if isfinite(allowed_ms) else 0.0)
         if broken_ms > _BRIDGED_MS:
             self._rise(broken_ms, now_s)
         if need_ms > self._level_ms:
             rise_ms = need_ms - self._level_ms
             self._level_ms = min(_steps(need_ms), self._bound_ms)
-            self._disturbed(rise_ms, now_s)
+            self._note_disturbance(rise_ms, now_s)
         elif now_s - self._calm_since_s >= self._patience_s:
             self._fall(max(need for _, need in self._needs), now_s)
         return self.target_ms
 
     def _rise(self, broken_ms: float, now_s: float) -> None:
-        self._disturbed(broken_ms, now_s)
+        self._note_disturbance(broken_ms, now_s)
         if self._level_ms >= self._bound_ms:
             return
         rise_ms = min(max(broken_ms, _RISE_MS[0]), _RISE_MS[1])
@@ -163,7 +162,7 @@ class SoundDelay:
         self._level_ms = min(level_ms, self._bound_ms)
         self._heard.ignore(now_s + rise_ms / _STRETCH_MS_PER_S + _SHOWN_S)
 
-    def _disturbed(self, short_ms: float, now_s: float) -> None:
+    def _note_disturbance(self, short_ms: float, now_s: float) -> None:
         was_s, self._disturbed_s = self._disturbed_s, now_s
         self._calm_since_s = now_s
         if now_s - self._fell_s <= _TRIAL_S:
@@ -178,8 +177,8 @@ class SoundDelay:
             return
         above_ms = self._level_ms - need_ms
         if need_ms > _LEAST_MS and above_ms < 2.5 * _STEP_MS:
-            return  # the packets' need varies, too
-        # Likewise at the least: while any packet is late, one step more than it stays.
+            return  # within the variation of what packets need
+        # While any packet is late, one step more than the least stays, for the same reason.
         least_ms = _LEAST_MS + _STEP_MS if need_ms > _STEP_MS else _LEAST_MS
         if self._level_ms <= least_ms:
             return
@@ -191,14 +190,14 @@ class SoundDelay:
 
 
 class _Device:
-    """The delay in the viewer's audio device, in steps that a buffer can follow."""
+    """The delay of the viewer's audio device, smoothed and in steps that a buffer can follow."""
 
     def __init__(self) -> None:
         self.output_ms = 0.0
         self._mean_ms: float | None = None
 
     def update(self, output_ms: float | None) -> None:
-        """Add a measurement; they vary by about 10 ms, because the device reads in blocks."""
+        """Add a measurement, which varies by about 10 ms, because the device reads in blocks."""
         if output_ms is None or not isfinite(output_ms):
             return
         output_ms = min(max(output_ms, 0.0), BOUND_MS)
@@ -209,7 +208,7 @@ class _Device:
 
 
 class _Heard:
-    """How much of the sound was concealed within the window."""
+    """The amount of sound concealed within the window."""
 
     def __init__(self) -> None:
         self._last: tuple[float, float] | None = None
@@ -217,7 +216,7 @@ class _Heard:
         self._made_up: deque[tuple[float, float]] = deque()
 
     @property
-    def made_up_ms(self) -> float:
+    def concealed_ms(self) -> float:
         return sum(ms for _, ms in self._made_up)
 
     def ignore(self, until_s: float) -> None:
@@ -235,7 +234,7 @@ class _Heard:
         if last is None or concealed_ms < last[0] or played_ms < last[1]:
             self.ignore(now_s + _GRACE_S)
         elif now_s >= self._ignored_until_s:
-            # No more can be concealed than was played.
+            # Concealment cannot exceed what was played.
             made_up_ms = min(concealed_ms - last[0], played_ms - last[1])
             if made_up_ms > 0:
                 self._made_up.append((now_s, made_up_ms))

@@ -1,4 +1,4 @@
-"""`video-first`, "Immediate" on the page: neither waits; the skew is shown, not corrected."""
+"""`video-first`, "Immediate" on the page: neither stream waits; the skew is only displayed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class VideoFirst:
 
     def __init__(self, settings: SyncSettings, state: PlayoutState | None = None) -> None:
         self.state = state or PlayoutState()
-        self.state.follow(settings)
+        self.state.configure(settings)
 
     @property
     def name(self) -> str:
