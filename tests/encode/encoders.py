@@ -1,4 +1,4 @@
-"""libx264 in the place of hardware: a real encoder that keeps what it must, or does not."""
+"""libx264 instead of hardware: a real encoder that meets the requirements or violates one."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ GOOD: Final = Hardware(
     },
 )
 LATE: Final = replace(GOOD, options={"preset": "ultrafast", "profile": "baseline"})
-"""It looks ahead."""
+"""An encoder that looks ahead."""
 HIGH: Final = replace(GOOD, options={"preset": "veryfast", "tune": "zerolatency"})
-"""A profile that was not agreed on."""
+"""An encoder with a profile that was not negotiated."""
 ODD: Final = replace(GOOD, pixels="nv12")
-"""It takes its pictures in another form."""
+"""An encoder with another pixel format."""
 
 
 def picture(number: int, size: tuple[int, int] = (160, 120)) -> Picture:
-    """Return a picture that moves, at 30 a second."""
+    """Return a moving picture, at 30 a second."""
     width, height = size
     i420 = np.full((height * 3 // 2, width), 128, np.uint8)
     i420[:height] = (np.arange(width) + 3 * number) % 200

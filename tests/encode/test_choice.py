@@ -1,4 +1,4 @@
-"""Which encoder makes what: hardware that passed, and the processor from the picture it fails."""
+"""The choice of encoders: hardware that passed, then the processor once it fails."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def passed(name: str, *renditions: RenditionSettings, problem: str | None = None
 
 
 class Tried:
-    """Remembers what it was asked to try."""
+    """Records what it was asked to try."""
 
     def __init__(self, *trials: Trial) -> None:
         self.trials = trials
@@ -53,12 +53,12 @@ class Tried:
 
 @pytest.fixture
 def x264(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the hardware be a real encoder of this machine."""
+    """Replace the hardware by a real software encoder."""
     monkeypatch.setattr(choice, "known", lambda _: GOOD)
 
 
 def test_what_passed_encodes(x264: None) -> None:
-    """Of those that passed, the first that encodes most renditions is taken for these."""
+    """Among the passed encoders the first with the most renditions is chosen for these."""
     tried = Tried(passed("h264_qsv", LARGE), passed("h264_amf", LARGE, SMALL))
     (found,) = choose([settings()], tried)
     assert tried.names == ["h264_nvenc", "h264_qsv", "h264_amf", "h264_v4l2m2m"]
@@ -70,7 +70,7 @@ def test_what_passed_encodes(x264: None) -> None:
 
 
 def test_without_any_the_processor_encodes() -> None:
-    """Where nothing passed, "auto" is no problem, and the reasons are told."""
+    """If none passed, "auto" is no problem, and the status has the reasons."""
     with capture_logs() as logs:
         (found,) = choose([settings()], Tried())
     status: dict[str, Any] = found.status()
@@ -90,7 +90,7 @@ def test_without_any_the_processor_encodes() -> None:
     ],
 )
 def test_only_what_may_be_used_is_tried(keys: dict[str, Any], names: list[str]) -> None:
-    """VP8 and "software" try nothing, a name tries that one."""
+    """VP8 and "software" try nothing, a name tries only that encoder."""
     tried = Tried()
     (found,) = choose([settings(**keys)], tried)
     assert tried.names == names
@@ -102,13 +102,13 @@ def test_only_what_may_be_used_is_tried(keys: dict[str, Any], names: list[str]) 
 
 
 def test_one_that_fails_at_the_best_size_is_not_taken() -> None:
-    """The largest picture is what hardware is for."""
+    """An encoder that fails at the largest picture is not chosen: that is what hardware is for."""
     (found,) = choose([settings()], Tried(passed("h264_qsv", SMALL)))
     assert found.status()["chosen"] == "libx264"
 
 
 def test_each_rendition_has_its_own(x264: None) -> None:
-    """A size that did not pass is the processor's; one that an operator adds is as its size."""
+    """The processor encodes sizes that failed; an added rendition uses its size's encoder."""
     (found,) = choose([settings()], Tried(passed("h264_nvenc", LARGE)))
     own = RenditionSettings(width=320, height=240, fps=25, bitrate_bps=300_000)
     faster = RenditionSettings(width=320, height=240, fps=60, bitrate_bps=300_000)
@@ -119,7 +119,7 @@ def test_each_rendition_has_its_own(x264: None) -> None:
 
 
 class Flaky:
-    """Hardware that fails at its third picture, as it is told to."""
+    """Hardware that fails at its third picture as instructed."""
 
     def __init__(self, how: str, inner: Any) -> None:
         self.how, self.inner, self.count = how, inner, 0
@@ -141,7 +141,7 @@ class Flaky:
 def test_no_picture_is_lost_when_it_fails(
     monkeypatch: pytest.MonkeyPatch, x264: None, how: str, why: str
 ) -> None:
-    """The picture at which it fails or hangs is the processor's first keyframe, and it is told."""
+    """The picture at which hardware fails or hangs becomes the processor's first keyframe."""
     real = HardwareEncoder
     made: list[Flaky] = []
 
@@ -165,7 +165,7 @@ def test_no_picture_is_lost_when_it_fails(
     status: dict[str, Any] = found.status()
     assert status["failed"] == {SMALL.name: why}
     assert found.problem is not None
-    # The next one of this rendition, after nobody watched, tries no hardware again.
+    # After a pause this rendition's next encoder does not try the hardware again.
     assert type(found.make(SMALL)).__name__ == "VideoEncoder"
     assert type(found.make(LARGE)).__name__ == "_WithFallback"
 
@@ -173,7 +173,7 @@ def test_no_picture_is_lost_when_it_fails(
 def test_one_that_does_not_open_is_a_failure_like_another(
     monkeypatch: pytest.MonkeyPatch, x264: None
 ) -> None:
-    """A session too many, as with cheap graphics cards, costs nothing but the processor's time."""
+    """Hardware that does not open, as with too many sessions, falls back to the processor."""
 
     def none(hardware: Hardware, rendition: RenditionSettings) -> None:
         raise HardwareError("OpenEncodeSessionEx failed: out of memory")
@@ -186,7 +186,7 @@ def test_one_that_does_not_open_is_a_failure_like_another(
 
 
 def test_its_thread_ends_with_it(x264: None) -> None:
-    """An encoder that nobody needs any more leaves no thread."""
+    """An encoder that is no longer used leaves no thread."""
     (found,) = choose([settings()], Tried(passed("h264_nvenc", LARGE)))
     encoder = found.make(LARGE)
     assert encoder.encode(picture(0, (320, 240)), keyframe=False) is not None
@@ -197,7 +197,7 @@ def test_its_thread_ends_with_it(x264: None) -> None:
 
 
 def test_several_cameras_are_tried_together() -> None:
-    """They share the hardware, so all their renditions are encoded in one trial."""
+    """All cameras share the hardware, so one trial encodes all their renditions."""
     asked: list[list[str]] = []
 
     def tried(
@@ -212,13 +212,13 @@ def test_several_cameras_are_tried_together() -> None:
 
 
 def test_hardware_for_vp8_is_a_contradiction() -> None:
-    """The configuration is refused with what to write."""
+    """Hardware for VP8 is refused with what to write."""
     with pytest.raises(ConfigError, match=r'encoder h264_qsv makes H\.264; set codec = "h264"'):
         config.parse({"video": {"encoder": "h264_qsv"}}, "robot.toml")
 
 
 def test_they_are_listed() -> None:
-    """`wax devices` has a line for each, with its time or its reason."""
+    """`wax devices` lists each encoder with its time or its reason."""
     lines = list_encoders(lambda _, renditions: [passed("h264_nvenc", *renditions)])
     assert lines[1] == (
         "  h264_nvenc    works: 1280x720 at 2500 kbit/s in 2.0 ms, 640x480 at 1000 kbit/s in 2.0 ms"

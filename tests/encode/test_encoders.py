@@ -1,4 +1,4 @@
-"""The video encoders: layers that can be dropped, keyframes when asked."""
+"""The video encoders: droppable layers, and keyframes on request."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 SMALL = RenditionSettings(width=160, height=120, fps=30, bitrate_bps=200_000)
 THIN = RenditionSettings(width=160, height=120, fps=10, bitrate_bps=16_000)
-"""So small that it is searched with care."""
+"""A rendition so small that its motion search is thorough."""
 RENDITIONS = {"small": SMALL, "thin": THIN}
 CODECS: list[Literal["vp8", "h264"]] = ["vp8", "h264"]
 
@@ -58,7 +58,7 @@ def _layered(rendition: str) -> list[EncodedPicture]:
 
 
 def decoded(pictures: list[EncodedPicture]) -> dict[float, bytes]:
-    """Return what a VP8 decoder makes of these pictures, by their capture time."""
+    """Return a VP8 decoder's output for these pictures, by capture time."""
     decoder = av.CodecContext.create("vp8", "r")
     assert isinstance(decoder, av.VideoCodecContext)
     return {
@@ -75,7 +75,7 @@ def _is_keyframe(codec: str, data: bytes) -> bool:
 
 
 def test_a_browser_is_told_the_colours() -> None:
-    """Each stream says that it is BT.601 in limited range: H.264 is else taken for BT.709."""
+    """Each stream declares BT.601 in limited range, or browsers would assume BT.709 for H.264."""
     grey = Picture(np.full((180, 160), 128, np.uint8), 5000.0)
     makers: dict[str, PictureEncoder] = {
         "vp8": VideoEncoder(codec="vp8", rendition=SMALL),
@@ -97,7 +97,7 @@ def test_a_browser_is_told_the_colours() -> None:
 
 @pytest.mark.parametrize("codec", CODECS)
 def test_keyframes_come_when_asked_and_at_no_other_time(codec: Literal["vp8", "h264"]) -> None:
-    """The wire has a keyframe first and where one was asked for, and the label says so."""
+    """The stream has a keyframe first and on request only, and the label says so."""
     found = _encode(codec, 60, {13, 40})
     assert len(found) == 60
     real = [i for i, one in enumerate(found) if _is_keyframe(codec, one.data)]
@@ -108,7 +108,7 @@ def test_keyframes_come_when_asked_and_at_no_other_time(codec: Literal["vp8", "h
 @pytest.mark.parametrize("rendition", RENDITIONS)
 @pytest.mark.parametrize("top", [0, 1])
 def test_upper_layers_can_be_dropped(top: int, rendition: str) -> None:
-    """Without its upper layers a VP8 stream decodes to the very same pictures."""
+    """Without its upper layers a VP8 stream decodes to identical pictures."""
     found = _layered(rendition)
     whole = decoded(found)
     lower = decoded([one for one in found if one.layer <= top])
@@ -119,7 +119,7 @@ def test_upper_layers_can_be_dropped(top: int, rendition: str) -> None:
 @pytest.mark.parametrize("rendition", RENDITIONS)
 @pytest.mark.parametrize("seed", [1, *at_length(2, 3)])
 def test_what_is_droppable_is_missed_by_none(seed: int, rendition: str) -> None:
-    """Whichever droppable pictures do not arrive, all others decode to the very same."""
+    """Whichever droppable pictures are lost, all others decode identically."""
     found = _layered(rendition)
     luck = np.random.default_rng(seed).random(len(found))
     lost = [one for one, dice in zip(found, luck, strict=True) if one.droppable and dice < 0.5]
@@ -132,7 +132,7 @@ def test_what_is_droppable_is_missed_by_none(seed: int, rendition: str) -> None:
 
 @pytest.mark.parametrize("rendition", RENDITIONS)
 def test_sync_pictures_need_layer_0_alone(rendition: str) -> None:
-    """Without layer 1 those marked as sync decode to the very same, and the others do not."""
+    """Without layer 1 the sync pictures decode identically, and the others do not."""
     found = _layered(rendition)
     whole = decoded(found)
     base = [one for one in found if one.layer != 1]
@@ -146,12 +146,12 @@ def test_sync_pictures_need_layer_0_alone(rendition: str) -> None:
 
 
 def test_the_layers_start_anew_at_a_keyframe() -> None:
-    """A forced keyframe restarts the pattern of layers, as libvpx does."""
+    """A forced keyframe restarts the layer pattern, as in libvpx."""
     assert [one.layer for one in _encode("vp8", 10, {6})] == [0, 2, 1, 2, 0, 2, 0, 2, 1, 2]
 
 
 def test_a_picture_that_is_not_newer_is_left_out() -> None:
-    """Time never stands still on the wire."""
+    """A picture that is not newer than the last is skipped."""
     encoder = VideoEncoder(codec="vp8", rendition=SMALL)
     picture = Picture(np.zeros((180, 160), np.uint8), 7.0)
     assert encoder.encode(picture, keyframe=False) is not None
@@ -178,7 +178,7 @@ def test_the_rate_is_kept(codec: Literal["vp8", "h264"]) -> None:
     [(1.0, 3), *at_length((2.0, 3), (4.0, 12), (8.0, 3))],
 )
 def test_a_thin_rate_is_kept(grain: float, step: int) -> None:
-    """15 s of a moving picture for a modem line, fine or coarse, stay within 15 % of the target."""
+    """15 s of moving pictures at a modem's rate, fine or coarse, stay within 15 % of the target."""
     encoder = VideoEncoder(codec="vp8", rendition=THIN)
     noise = np.random.default_rng(3).normal(size=(320, 2000)).astype(np.float32)
     texture = np.asarray(cv2.GaussianBlur(noise, (0, 0), grain))
@@ -207,7 +207,7 @@ def test_a_thin_rate_is_kept(grain: float, step: int) -> None:
 def test_h264_is_constrained_baseline_at_a_true_level(
     width: int, height: int, fps: float, bitrate_bps: int, level: int
 ) -> None:
-    """The parameter set says profile 66, constraint 1, and 3.1 or what the size really needs."""
+    """The parameter set has profile 66, constraint 1, and level 3.1 or what the size needs."""
     rendition = RenditionSettings(width=width, height=height, fps=fps, bitrate_bps=bitrate_bps)
     grey = Picture(np.full((height * 3 // 2, width), 128, np.uint8), 1.0)
     found = VideoEncoder(codec="h264", rendition=rendition).encode(grey, keyframe=True)
@@ -220,7 +220,7 @@ def test_h264_is_constrained_baseline_at_a_true_level(
 
 
 def test_resize_keeps_each_plane() -> None:
-    """Scaling mixes no plane with another."""
+    """Scaling keeps the planes apart."""
     i420 = np.concatenate(
         [np.full((120, 160), 200), np.full((30, 160), 90), np.full((30, 160), 30)]
     ).astype(np.uint8)
@@ -246,7 +246,7 @@ PLANES = (200, 90, 40)
 @example(taken=(480, 270), sent=(270, 480))
 @example(taken=(3840, 32), sent=(32, 2160))
 def test_every_even_size_is_sent(kind: str, taken: tuple[int, int], sent: tuple[int, int]) -> None:
-    """A picture of any even size is decoded in that of its rendition, with its colours."""
+    """A picture of any even size decodes to its rendition's size with its colours."""
     rendition = SMALL.model_copy(update={"width": sent[0], "height": sent[1]})
     i420 = black(*taken)
     for plane, value in zip(planes(i420), PLANES, strict=True):

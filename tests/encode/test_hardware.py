@@ -1,4 +1,4 @@
-"""An encoder in hardware at work, and the options by which each kind is opened."""
+"""A hardware encoder in use, and the options for opening each kind."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from wax.encode.hardware import HARDWARE, Hardware, HardwareEncoder, HardwareErr
 
 @pytest.mark.parametrize("hardware", [GOOD, ODD])
 def test_each_picture_comes_out_at_once(hardware: Hardware) -> None:
-    """One in, one out, with its own time, keyframes as requested, and a decoder understands it."""
+    """Each picture yields one decodable packet with its own time, keyframes on request."""
     encoder = HardwareEncoder(hardware, SMALL)
     decoder = av.CodecContext.create("h264", "r")
     assert isinstance(decoder, av.VideoCodecContext)
@@ -30,7 +30,7 @@ def test_each_picture_comes_out_at_once(hardware: Hardware) -> None:
 
 
 def test_an_old_picture_is_left_out() -> None:
-    """One that is not newer than the one before is none."""
+    """A picture that is not newer than the last is skipped."""
     encoder = HardwareEncoder(GOOD, SMALL)
     assert encoder.encode(picture(1), keyframe=False) is not None
     assert encoder.encode(picture(1), keyframe=False) is None
@@ -38,19 +38,19 @@ def test_an_old_picture_is_left_out() -> None:
 
 
 def test_one_that_keeps_pictures_is_found_out() -> None:
-    """An encoder that looks ahead gives nothing for its first picture, and says so."""
+    """An encoder that looks ahead returns nothing for its first picture, which is an error."""
     with pytest.raises(HardwareError, match="0 packets for one picture"):
         HardwareEncoder(LATE, SMALL).encode(picture(0), keyframe=True)
 
 
 def test_a_picture_of_another_size_is_scaled() -> None:
-    """As the processor's encoder does it."""
+    """Hardware scales pictures as the software encoder does."""
     encoded = HardwareEncoder(HIGH, SMALL).encode(picture(0, (320, 240)), keyframe=True)
     assert encoded is not None
 
 
 def refusal(hardware: Hardware) -> str:
-    """Return why it does not open here, empty if it does."""
+    """Return why the encoder does not open here; empty if it does."""
     av.logging.set_level(av.logging.ERROR)
     av.logging.set_skip_repeated(False)
     try:
@@ -69,18 +69,17 @@ def refusal(hardware: Hardware) -> str:
     ids=lambda one: one.name if isinstance(one, Hardware) else one,
 )
 def test_each_option_is_known(hardware: Hardware, option: str) -> None:
-    """FFmpeg ignores an option that it does not know: each is known here, and so is its value.
+    """FFmpeg ignores unknown options, so each option and its value are checked to be known.
 
-    A value that cannot be is refused, by an encoder that knows the option, before it looks for its
-    device.
+    An encoder that knows an option rejects an impossible value before it looks for its device.
     """
     odd = replace(hardware, options={**hardware.options, option: "nonsense"})
     assert "nonsense" in refusal(odd)
     unknown = replace(hardware, options={**hardware.options, f"{option}-not": "nonsense"})
     assert "nonsense" not in refusal(unknown)
-    assert "nstant" not in refusal(hardware)  # Undefined constant, as FFmpeg says
+    assert "nstant" not in refusal(hardware)  # "Undefined constant" in FFmpeg's words
 
 
 def test_what_pyav_lacks_is_known() -> None:
-    """A name that is no encoder is none."""
+    """An unknown name is reported as not built in."""
     assert not is_built_in("h264_nonsense")

@@ -1,4 +1,4 @@
-"""The thesis's pictures: each on its own and of about one size."""
+"""The thesis's pictures: each independent and of about one size."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def _pictures(count: int) -> list[EncodedPicture]:
 
 
 def test_each_picture_can_be_seen_alone() -> None:
-    """Any one of them decodes without the others, in the thesis's size to the nearest even."""
+    """Each picture decodes alone, in the thesis's size to the nearest even number."""
     for picture in _pictures(5):
         assert picture.keyframe
         decoder = av.CodecContext.create("vp8", "r")
@@ -41,7 +41,7 @@ def test_each_picture_can_be_seen_alone() -> None:
 
 
 def test_a_picture_is_of_about_eight_kilobytes() -> None:
-    """As the thesis's JPEGs: none takes twice the time of another."""
+    """Like the thesis's JPEGs, no picture takes twice as long as another."""
     sizes = [len(picture.data) for picture in _pictures(20)]
     assert 6400 < np.mean(sizes) < 9600
     assert max(sizes) < 1.3 * min(sizes)

@@ -1,4 +1,4 @@
-"""One rendition: it encodes while it is wanted, and tells what that costs."""
+"""One rendition encodes while it is wanted, and reports its load."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 SETTINGS = RenditionSettings(width=64, height=48, fps=30, bitrate_bps=100_000)
 TAKES_S = 0.01
-"""By each picture, so that 30 a second are 0.3 of a core."""
+"""The time that each picture takes, so that 30 a second are 0.3 of a core."""
 
 
 class Watched(NewestSlot[Picture]):
-    """Tells after which picture a newer one was asked for last."""
+    """Records the number of the picture after which a newer one was last requested."""
 
     asked = -1
 
@@ -35,7 +35,7 @@ class Watched(NewestSlot[Picture]):
 
 
 class Studio:
-    """A rendition whose encoder takes a known time, and a camera before it."""
+    """A rendition with an encoder of known speed, and a camera."""
 
     def __init__(self) -> None:
         self.clock = TurnedClock()
@@ -55,11 +55,11 @@ class Studio:
         return EncodedPicture(b"x", 1, SETTINGS.name, keyframe, 0, picture.captured_s)
 
     def film(self, pictures: int) -> list[EncodedPicture]:
-        """Take pictures until so many are encoded, each when the one before is."""
+        """Deliver pictures until this many are encoded, each once the last one is."""
         return [self._next() for _ in range(pictures)]
 
     def keyframes(self, pictures: int) -> list[int]:
-        """Film so many, twice as long as requests are coalesced; returns which are keyframes."""
+        """Film this many, at twice the coalescing interval; return which are keyframes."""
         return [at for at, one in enumerate(self.film(pictures)) if one.keyframe]
 
     def _next(self) -> EncodedPicture:
@@ -70,7 +70,7 @@ class Studio:
                 wants_the_next = self.slot.asked == self.slot.count
                 with suppress(Empty):
                     return self.made.get(timeout=0.001)
-                if wants_the_next:  # what was taken before it began is not encoded
+                if wants_the_next:  # pictures taken before it started are not encoded
                     break
         raise AssertionError("nothing is encoded")
 
@@ -84,7 +84,7 @@ def studio() -> Iterator[Studio]:
 
 
 def test_the_load_is_what_encoding_takes(studio: Studio) -> None:
-    """Once it runs, a rendition tells which share of a core it takes; while it rests, none."""
+    """The load is the share of a core while encoding, and 0 while paused."""
     assert studio.rendition.load == 0.0
     studio.rendition.want(True)
     studio.film(20)
@@ -96,7 +96,7 @@ def test_the_load_is_what_encoding_takes(studio: Studio) -> None:
 
 
 def test_after_a_rest_comes_a_keyframe(studio: Studio) -> None:
-    """The first picture after an idle time is a keyframe, and no other until one is asked for."""
+    """The first picture after a pause is a keyframe; later ones are on request."""
     studio.rendition.want(True)
     assert studio.keyframes(60) == [0]
     studio.rendition.want(False)
@@ -106,7 +106,7 @@ def test_after_a_rest_comes_a_keyframe(studio: Studio) -> None:
 
 
 def test_one_keyframe_serves_the_interval_and_who_asks(studio: Studio) -> None:
-    """Each request has its keyframe, as one that is due at the same moment; none comes twice."""
+    """One keyframe serves a request and an interval that are due together."""
     studio.rendition.want(True)
     assert studio.keyframes(60) == [0]
     studio.rendition.request_keyframe()
@@ -120,7 +120,7 @@ def test_one_keyframe_serves_the_interval_and_who_asks(studio: Studio) -> None:
 
 
 def test_whoever_asks_all_the_time_gets_a_keyframe_a_second(studio: Studio) -> None:
-    """After the first few, as all are sent each; only an operator's request never waits."""
+    """After a burst requests get one keyframe a second, but an operator's never waits."""
     studio.rendition.want(True)
 
     def asked(times: int, *, is_urgent: bool) -> int:

@@ -1,4 +1,4 @@
-"""The sound's encoder and its clock: whole units on a grid, the level and the rate kept."""
+"""The sound encoder and its clock: whole units on a grid, with level and rate kept."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ ENCODINGS = [
 
 @cache
 def _voice() -> NDArray[np.float64]:
-    """Make pulses of 120 Hz with formants, louder and softer as syllables are, over some hiss."""
+    """Generate pulses of 120 Hz with formants and syllables, over some hiss."""
     frequency_hz = np.fft.rfftfreq(len(TIME_S), 1 / SAMPLE_RATE_HZ)
     pulses = np.diff(np.floor(np.cumsum(120 + 15 * np.sin(4 * TIME_S)) / SAMPLE_RATE_HZ), prepend=0)
     mouth = sum(
@@ -95,7 +95,7 @@ def _heard(encoding: SoundEncoding, both: NDArray[np.int16]) -> tuple[NDArray[np
 
 @pytest.mark.parametrize("encoding", STEREO)
 def test_two_channels_stay_apart(encoding: SoundEncoding) -> None:
-    """A tone on the left and another on the right come back on their sides, 20 dB apart."""
+    """Different tones left and right come back on their sides, 20 dB apart."""
     left, right = (
         np.round(4000 * np.sin(2 * np.pi * hertz * TIME_S)).astype(np.int16) for hertz in (500, 700)
     )
@@ -109,7 +109,7 @@ def test_two_channels_stay_apart(encoding: SoundEncoding) -> None:
 @pytest.mark.parametrize("encoding", STEREO)
 @pytest.mark.parametrize("later", [-24, 8])
 def test_a_sound_is_heard_where_it_is(encoding: SoundEncoding, later: int) -> None:
-    """The ear that is away from a radio hears it as much later as it did: to 60 µs, or 7°."""
+    """The delay between the ears is kept to 60 µs, or 7°."""
     both = np.column_stack((RADIO, 0.6 * np.roll(RADIO, later))).astype(np.int16)
     near, far = _heard(encoding, both)[0].T
     alike = [np.dot(near[40:-40], np.roll(far, -n)[40:-40]) for n in range(-40, 41)]
@@ -118,7 +118,7 @@ def test_a_sound_is_heard_where_it_is(encoding: SoundEncoding, later: int) -> No
 
 @pytest.mark.parametrize("channels", [1, 2])
 def test_any_sound_fits_any_form(channels: int) -> None:
-    """Mono in a stereo encoding is in both ears, stereo in a mono one is mixed: equally loud."""
+    """Mono plays in both ears of a stereo encoding, and stereo is mixed to mono, equally loud."""
     mono = np.round(TONE[:SAMPLE_RATE_HZ]).astype(np.int16)
     encoder, sounds = SoundEncoder(SoundEncoding(20, 56_000, channels)), []
     for begin in range(0, len(mono), BLOCK_SAMPLES):
@@ -145,7 +145,7 @@ def _bands(samples: NDArray[np.float64]) -> list[float]:
 
 @pytest.mark.parametrize("encoding", ENCODINGS, ids=str)
 def test_one_packet_holds_one_media_unit(encoding: SoundEncoding) -> None:
-    """The media unit is the length of a packet, each follows the last, and none is lost."""
+    """Each packet holds one media unit, follows the last, and none is lost."""
     found = _encoded(encoding, "tone")
     assert [one.pts for one in found] == [
         n * encoding.mu_ms * 48 for n in range(3000 // encoding.mu_ms)
@@ -156,7 +156,7 @@ def test_one_packet_holds_one_media_unit(encoding: SoundEncoding) -> None:
 
 @pytest.mark.parametrize("encoding", ENCODINGS, ids=str)
 def test_a_tone_comes_out_as_loud_and_clean(encoding: SoundEncoding) -> None:
-    """A quiet tone of 300 Hz keeps its level within 0.5 dB, 24 dB over what is added to it."""
+    """A quiet tone of 300 Hz keeps its level within 0.5 dB, with 24 dB of signal to noise."""
     heard = decoded(_encoded(encoding, "tone"))[SAMPLE_RATE_HZ:]
     assert _level_db(heard) == pytest.approx(_level_db(TONE), abs=0.5)
     power = np.abs(np.fft.rfft(heard * np.hanning(len(heard)))) ** 2
@@ -166,7 +166,7 @@ def test_a_tone_comes_out_as_loud_and_clean(encoding: SoundEncoding) -> None:
 
 @pytest.mark.parametrize("encoding", ENCODINGS, ids=str)
 def test_a_voice_keeps_its_colour(encoding: SoundEncoding) -> None:
-    """The bands that make speech intelligible come out within 1.5 dB."""
+    """The bands that make speech intelligible keep their level within 1.5 dB."""
     voice = _voice()
     heard = decoded(_encoded(encoding, "voice"))
     expected = _bands(voice[SAMPLE_RATE_HZ:])
@@ -176,7 +176,7 @@ def test_a_voice_keeps_its_colour(encoding: SoundEncoding) -> None:
 @pytest.mark.parametrize("encoding", ENCODINGS, ids=str)
 @pytest.mark.parametrize("what", ["tone", "voice"])
 def test_the_rate_is_kept(encoding: SoundEncoding, what: str) -> None:
-    """Nothing costs more than what the ladder counts with; on a thin line no packet does."""
+    """No encoding exceeds the ladder's rate, and on a slow link no packet does."""
     sizes = [len(one.data) for one in _encoded(encoding, what)]
     whole = encoding.bitrate_bps * encoding.mu_ms // 8000
     assert np.mean(sizes) <= whole * 1.05
@@ -186,7 +186,7 @@ def test_the_rate_is_kept(encoding: SoundEncoding, what: str) -> None:
 
 @pytest.mark.parametrize("encoding", ENCODINGS, ids=str)
 def test_what_is_heard_was_captured_when_it_says(encoding: SoundEncoding) -> None:
-    """A click comes out at the capture time that its packet tells, within half a millisecond."""
+    """A click is heard at its packet's capture time within half a millisecond."""
     samples = np.zeros(len(TIME_S))
     click = round(1.2345 * SAMPLE_RATE_HZ)
     samples[click : click + 24] = 20_000
@@ -199,7 +199,7 @@ def test_what_is_heard_was_captured_when_it_says(encoding: SoundEncoding) -> Non
 
 @given(first=st.integers(0, 10**9), lost=st.lists(st.integers(0, 59), max_size=5))
 def test_units_stay_on_the_grid_whatever_is_missing(first: int, lost: list[int]) -> None:
-    """Every unit begins at a whole multiple of its length and holds sound without a gap."""
+    """Every unit begins at a whole multiple of its length and has no gap inside."""
     encoder = SoundEncoder(SoundEncoding(40, 24_000))
     silence = np.zeros(BLOCK_SAMPLES, np.int16)
     numbers = [first + n for n in range(60) if n not in lost]
@@ -220,7 +220,7 @@ def test_units_stay_on_the_grid_whatever_is_missing(first: int, lost: list[int])
 def test_jitter_and_drift_of_the_capture_leave_no_seam(
     start_s: float, jitter_s: list[float], slope: float
 ) -> None:
-    """Neither jitter of capture times nor a crystal that drifts reaches the RTP clock."""
+    """Neither jitter of capture times nor drift of a sound card reaches the RTP clock."""
     clock = SampleClock()
     pts = [clock.stamp(start_s + n * 0.01 * slope + late) for n, late in enumerate(jitter_s)]
     assert {b - a for a, b in itertools.pairwise(pts)} == {BLOCK_SAMPLES}
@@ -228,7 +228,7 @@ def test_jitter_and_drift_of_the_capture_leave_no_seam(
 
 
 def test_six_minutes_of_drift_are_no_gap() -> None:
-    """A sound card that is 300 ppm slow is 0.1 s off after six minutes, and nothing jumps."""
+    """A sound card that is 300 ppm slow is 0.1 s off after six minutes, without a jump."""
     clock = SampleClock()
     first = clock.stamp(0.0)
     for number in range(1, 36_000):
@@ -245,7 +245,7 @@ def test_time_never_goes_back(captured_s: list[float]) -> None:
 
 
 def test_a_real_gap_moves_the_clock() -> None:
-    """When the microphone was away for a second, so is the RTP time."""
+    """A microphone's gap of a second moves the RTP time by a second."""
     clock = SampleClock()
     first, second = clock.stamp(10.0), clock.stamp(11.01)
     assert second - first == BLOCK_SAMPLES + 48_000

@@ -1,4 +1,4 @@
-"""Trials of encoders: what must be kept is looked at, and no trial hangs or ends the server."""
+"""Trials of encoders: requirements are checked, and no trial hangs or ends the server."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def patient(renditions: Iterable[RenditionSettings]) -> list[RenditionSettings]:
-    """Have so few pictures a second that no machine is too slow for them."""
+    """Use so low a frame rate that no machine is too slow."""
     return [one.model_copy(update={"fps": 1.0}) for one in renditions]
 
 
@@ -45,7 +45,7 @@ def test_a_good_one_passes_in_a_process_of_its_own() -> None:
     [(LATE, "0 packets for one picture"), (HIGH, "profile 100 instead of baseline")],
 )
 def test_one_that_does_not_keep_it_is_refused(hardware: Hardware, why: str) -> None:
-    """One that delays pictures, and one of another profile, fail with a reason."""
+    """An encoder that delays pictures or has another profile fails with a reason."""
     trial = run(hardware, BOTH)
     assert trial.problem is not None
     assert why in trial.problem
@@ -53,7 +53,7 @@ def test_one_that_does_not_keep_it_is_refused(hardware: Hardware, why: str) -> N
 
 
 def test_a_slow_one_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One that takes longer than a picture lasts is none, though it does everything else right."""
+    """An encoder that takes longer than a picture lasts fails."""
     ticks = iter(range(10_000))
     monkeypatch.setattr("wax.encode.trial.time.perf_counter", lambda: next(ticks) / 10)
     trial = run(GOOD, [SMALL])
@@ -61,7 +61,7 @@ def test_a_slow_one_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_wrong_picture_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What does not show what was put in is found out, though it decodes."""
+    """An encoder whose decoded picture differs from its input fails."""
     size = (SMALL.width, SMALL.height)
     green = np.zeros((size[1] * 3 // 2, size[0]), np.uint8)
     encode = HardwareEncoder.encode
@@ -76,7 +76,7 @@ def test_a_wrong_picture_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_likeness_sees_what_is_wrong() -> None:
-    """Alike is 1; grey, upside down, and colours exchanged are not alike."""
+    """Equal pictures have likeness 1; grey, inverted and colour-swapped ones are not alike."""
     shown = waves(160, 120, 3)
     assert likeness(shown, shown) == pytest.approx(1.0)
     assert likeness(shown, np.full_like(shown, 128)) == 0.0
@@ -87,14 +87,14 @@ def test_likeness_sees_what_is_wrong() -> None:
 
 @pytest.mark.parametrize("pixels", ["yuv420p", "nv12"])
 def test_a_size_with_odd_rows_of_chroma_passes(pixels: str) -> None:
-    """480×270 has 135 rows of chroma; such a size is tried like any other."""
+    """A size with odd rows of chroma, such as 480×270, is tried like any other."""
     low = SMALL.model_copy(update={"width": 96, "height": 54})
     trial = run(replace(GOOD, pixels=pixels), patient([low]))
     assert trial.problem is None
 
 
 def test_one_rendition_may_fail_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What fails in one size works in the others, with the reason for that one."""
+    """An encoder that fails in one size works in others, with a reason for that one."""
     encode = HardwareEncoder.encode
 
     def too_small(self: HardwareEncoder, picture: Picture, *, keyframe: bool) -> object:
@@ -111,14 +111,14 @@ def test_one_rendition_may_fail_alone(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.system
 def test_what_is_not_here_says_why() -> None:
-    """The real candidates of a machine without them fail with their own words."""
+    """The real candidates of a machine without them fail with their own error texts."""
     found = try_all(HARDWARE, BOTH, limit_s=30)
     assert [one.encoder for one in found] == [one.name for one in HARDWARE]
     assert all(one.problem or one.ms for one in found)
 
 
 def test_what_pyav_lacks_is_not_started() -> None:
-    """A name that is no encoder here is said, without a process."""
+    """An encoder that PyAV lacks is reported without a process."""
     (trial,) = try_all([Hardware("h264_nonsense", "yuv420p")], BOTH, command=["-c", "1/0"])
     assert trial.problem == "PyAV is built without it here"
 
@@ -145,14 +145,14 @@ if len(names) == 2:
     ],
 )
 def test_a_driver_that_hangs_or_crashes_is_a_reason(program: str, limit_s: float, why: str) -> None:
-    """Whatever becomes of the process, the server gets an answer, long before a minute is over."""
+    """Whatever happens to the process, the server gets a result well within a minute."""
     (trial,) = try_all([GOOD], BOTH, limit_s=limit_s, command=["-c", program])
     assert trial.problem == why
 
 
 @pytest.mark.system
 def test_what_was_tried_before_a_crash_counts() -> None:
-    """The one before the crash has its result, and the crash belongs to the one that did it."""
+    """A trial before a crash counts, and the crash is attributed to its own encoder."""
     other = Hardware("mpeg4", "yuv420p")
     first, second = try_all([GOOD, other], BOTH, command=["-c", FIRST_THEN_CRASHES])
     assert first.ms == {"a": 1.0}
@@ -161,14 +161,14 @@ def test_what_was_tried_before_a_crash_counts() -> None:
 
 @pytest.mark.system
 def test_all_that_hang_take_no_longer_together() -> None:
-    """Two limits are the most that a start waits, however many there are."""
+    """However many hang, a start waits for at most two limits."""
     many = [Hardware(name, "yuv420p") for name in ("libx264", "mpeg4", "mjpeg", "ffv1")]
     found = try_all(many, BOTH, limit_s=0.5, command=["-c", HANGS])
     assert [one.problem for one in found][-1] == "it was not tried in time"
 
 
 def test_a_process_that_cannot_be_started_is_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without Python to run, there is no hardware, and a sentence."""
+    """If Python cannot be started, there is no hardware, and a reason."""
     monkeypatch.setattr("sys.executable", "/nowhere/python")
     (trial,) = try_all([GOOD], BOTH)
     assert trial.problem is not None

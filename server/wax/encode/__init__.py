@@ -1,4 +1,4 @@
-"""Encoders: each rendition of the picture and each encoding of the sound is made once.
+"""Encoders: each rendition and each encoding of the sound is encoded once for all viewers.
 
-Encoders run in threads. `wax.fanout` and `wax.streams` decide who gets what.
+Encoders run in threads. `wax.fanout` and `wax.streams` decide who receives what.
 """

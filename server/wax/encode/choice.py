@@ -1,4 +1,4 @@
-"""Which encoder makes which rendition: hardware that has passed its trial, else the processor."""
+"""Chooses each rendition's encoder: hardware that has passed its trial, else the processor."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _HANGS_S: Final = 1.0
-"""A picture that takes longer never comes."""
+"""An encoder that takes longer for a picture is hung."""
 SOFTWARE: Final = {"vp8": "libvpx", "h264": "libx264"}
 
 
 class Encoders:
-    """Makes the encoders of one camera, each in its rendition's thread.
+    """Builds the encoders of one camera, each in its rendition's thread.
 
-    `trials` tell what works here. A rendition whose hardware fails later is encoded by the
-    processor from that very picture on, until the server is started again.
+    `trials` say what works on this machine. If a rendition's hardware fails later, the processor
+    encodes it, beginning with that very picture, until the server is restarted.
     """
 
     def __init__(self, settings: VideoSettings, trials: Sequence[Trial] = ()) -> None:
@@ -50,7 +50,7 @@ class Encoders:
         self._failed: dict[str, str] = {}
 
     def make(self, rendition: RenditionSettings) -> PictureEncoder:
-        """Make an encoder; raises what the processor's encoder raises."""
+        """Build an encoder; raises what the processor's encoder raises."""
 
         def by_processor() -> PictureEncoder:
             return VideoEncoder(codec=self._codec, rendition=rendition)
@@ -61,17 +61,17 @@ class Encoders:
         return _WithFallback(
             lambda: HardwareEncoder(hardware, rendition),
             by_processor,
-            lambda why: self._note(rendition, why),
+            lambda why: self._record_failure(rendition, why),
         )
 
     def name_of(self, rendition: RenditionSettings) -> str:
-        """Return FFmpeg's name of what encodes this rendition."""
+        """Return FFmpeg's name of this rendition's encoder."""
         hardware = self._hardware_for(rendition)
         return SOFTWARE[self._codec] if hardware is None else hardware.name
 
     @property
     def problem(self) -> str | None:
-        """A sentence when what is configured by name does not encode, else None."""
+        """A sentence if the configured encoder does not work or has failed, else None."""
         if self._failed:
             size, why = next(iter(self._failed.items()))
             return f"{self._wanted_name()} has failed at {size} ({why}); the processor encodes it."
@@ -81,7 +81,7 @@ class Encoders:
         return f"{self._wanted} does not work here ({why}); the processor encodes."
 
     def status(self) -> dict[str, object]:
-        """Return what encodes and why, for `GET /api/status`."""
+        """Return the chosen encoder and the reasons, for `GET /api/status`."""
         return {
             "chosen": SOFTWARE[self._codec] if self._best is None else self._best.encoder,
             "ms": {} if self._best is None else self._best.ms,
@@ -100,7 +100,7 @@ class Encoders:
     def _wanted_name(self) -> str:
         return self._wanted if self._best is None else self._best.encoder
 
-    def _note(self, rendition: RenditionSettings, why: str) -> None:
+    def _record_failure(self, rendition: RenditionSettings, why: str) -> None:
         with self._lock:
             self._failed[rendition.name] = why
         _LOG.warning(
@@ -112,7 +112,7 @@ class Encoders:
 
 
 class _WithFallback:
-    """Hardware until it fails or hangs, then the processor, which begins with a keyframe."""
+    """Uses hardware until it fails or hangs, then the processor, which starts with a keyframe."""
 
     def __init__(
         self,
@@ -131,7 +131,7 @@ class _WithFallback:
         if self._software is None:
             try:
                 return self._thread.call(lambda: self._encode(picture, keyframe), _HANGS_S)
-            except Exception as error:  # a driver of the system, behind FFmpeg, behind PyAV
+            except Exception as error:  # any failure of a system driver, through FFmpeg and PyAV
                 self._thread.end()
                 self._note(reason_of(error))
                 self._software = self._make_software()
@@ -150,7 +150,7 @@ def choose(
     cameras: Sequence[VideoSettings],
     try_all: Callable[[Sequence[Hardware], Sequence[RenditionSettings]], list[Trial]] = try_all,
 ) -> list[Encoders]:
-    """Try what is configured, with all cameras at once, and choose for each; it is logged."""
+    """Try the configured encoders with all cameras at once, choose for each, and log it."""
     wanted = [one for one in cameras if one.codec == "h264" and one.encoder != "software"]
     names = {one.encoder for one in wanted}
     tried = [one for one in HARDWARE if "auto" in names or one.name in names]
@@ -174,7 +174,7 @@ def _of(settings: VideoSettings, trials: dict[str, Trial]) -> list[Trial]:
 
 
 def best(trials: Sequence[Trial], renditions: Sequence[RenditionSettings]) -> Trial | None:
-    """Return the first of those that encode most renditions, if they encode the best one."""
+    """Return the first trial with the most renditions among those that encode the best one."""
     fit = [one for one in trials if renditions[0].name in one.ms]
     return max(fit, key=lambda one: sum(r.name in one.ms for r in renditions), default=None)
 

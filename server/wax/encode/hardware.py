@@ -1,4 +1,4 @@
-"""H.264 encoders in hardware, as PyAV has them: which there are, and one at work."""
+"""Hardware H.264 encoders through PyAV: the candidates, and an encoder for one rendition."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from av.video.frame import PictureType, VideoFrame
 
 from wax.encode.encoded import VIDEO_RATE_HZ, VIDEO_TIME_BASE, EncodedPicture
 from wax.encode.parameter_sets import ParameterSets
-from wax.encode.video_encoder import resize_i420, say_colours
+from wax.encode.video_encoder import declare_colours, resize_i420
 from wax.errors import reason_of
 
 if TYPE_CHECKING:
@@ -22,19 +22,19 @@ if TYPE_CHECKING:
 
 _ERROR: Final = av.logging.ERROR
 _GOP: Final = 30_000
-"""As good as no automatic keyframes; Intel's encoders keep it in 16 bits."""
+"""Practically no automatic keyframes; Intel's encoders store it in 16 bits."""
 
 
 class HardwareError(Exception):
-    """It does not encode as it must; the text says what is wrong."""
+    """The encoder violates a requirement, which the text names."""
 
 
 @dataclass(frozen=True, slots=True)
 class Hardware:
-    """An encoder by FFmpeg's name, the form of pictures that it takes, and its options.
+    """An encoder by FFmpeg's name, with its pixel format and options.
 
-    The options make it give each picture out before it takes the next, in constrained baseline,
-    and make a requested keyframe one at which a decoder can begin.
+    The options make it return each picture before it accepts the next, in constrained baseline, and
+    make a requested keyframe an IDR picture, with which a decoder can start.
     """
 
     name: str
@@ -86,11 +86,11 @@ HARDWARE: Final = (
         {"num_output_buffers": "4", "num_capture_buffers": "4"},
     ),
 )
-"""All that may be tried, the fastest first; the last one is that of a Raspberry Pi up to the 4."""
+"""All candidates, the fastest first; the last is that of a Raspberry Pi up to the 4."""
 
 
 def is_built_in(name: str) -> bool:
-    """Whether PyAV's FFmpeg has it; whether this machine has, only a trial tells."""
+    """Return whether PyAV's FFmpeg includes it; only a trial shows whether this machine has it."""
     try:
         av.codec.Codec(name, "w")
     except UnknownCodecError:
@@ -99,9 +99,9 @@ def is_built_in(name: str) -> bool:
 
 
 class HardwareEncoder:
-    """Encodes one rendition; raises `HardwareError` where it does not keep what it must.
+    """Encodes one rendition; raises `HardwareError` if the encoder violates a requirement.
 
-    Not thread-safe. Keyframes may come without being requested: only what FFmpeg calls one is one.
+    Not thread-safe. The encoder may also produce keyframes without a request; FFmpeg's flag counts.
     """
 
     def __init__(self, hardware: Hardware, rendition: RenditionSettings) -> None:
@@ -137,7 +137,7 @@ class HardwareEncoder:
         if self._is_fresh and not packet.is_keyframe:
             raise HardwareError("its first picture is no keyframe")
         self._is_fresh = False
-        data = self._sets.before(bytes(packet)) if packet.is_keyframe else bytes(packet)
+        data = self._sets.prepend_to(bytes(packet)) if packet.is_keyframe else bytes(packet)
         return EncodedPicture(
             data=data,
             pts=pts,
@@ -149,14 +149,14 @@ class HardwareEncoder:
 
 
 def why(error: Exception) -> str:
-    """Return what FFmpeg's encoder itself says, if it says anything, without its code."""
+    """Return the error text of FFmpeg's encoder, or the error's own if there is none."""
     log = getattr(error, "log", None)
     told = log[2].strip().rstrip(".") if log else ""
     return told or reason_of(error)
 
 
 def _open(hardware: Hardware, rendition: RenditionSettings) -> av.VideoCodecContext:
-    """Open it; the first thing that FFmpeg says, where it says anything, is why it cannot."""
+    """Open the encoder; if that fails, the reason is the first error that FFmpeg logs, if any."""
     with av.logging.Capture() as said:
         try:
             return _opened(hardware, rendition)
@@ -171,7 +171,7 @@ def _opened(hardware: Hardware, rendition: RenditionSettings) -> av.VideoCodecCo
     context.width = rendition.width
     context.height = rendition.height
     context.pix_fmt = hardware.pixels
-    say_colours(context)
+    declare_colours(context)
     context.time_base = VIDEO_TIME_BASE
     context.framerate = Fraction(rendition.fps).limit_denominator(1001)
     context.bit_rate = rendition.bitrate_bps
@@ -179,7 +179,7 @@ def _opened(hardware: Hardware, rendition: RenditionSettings) -> av.VideoCodecCo
     context.max_b_frames = 0
     context.profile = "Constrained Baseline"
     rate = str(rendition.bitrate_bps)
-    # A buffer of half a second: bursts are delay on a slow link.
+    # The rate buffer is half a second: on a slow link bursts are delay.
     steady = {"maxrate": rate, "bufsize": str(rendition.bitrate_bps // 2)}
     context.options = steady | hardware.options
     context.open()

@@ -1,4 +1,4 @@
-"""Calls that may hang, in a thread of their own, which is left behind when one does."""
+"""Runs calls that may hang in a separate thread, which is abandoned when one does."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ResultT = TypeVar("ResultT")
 
 
 class OneThread:
-    """Runs one call after the other; the thread starts with the first."""
+    """Runs one call after another; the thread starts with the first."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -21,12 +21,12 @@ class OneThread:
         self._thread: threading.Thread | None = None
 
     def call(self, function: Callable[[], ResultT], timeout_s: float) -> ResultT:
-        """Return what it returns, or raise what it raises; `TimeoutError` when it hangs.
+        """Return what `function` returns, or raise what it raises; `TimeoutError` if it hangs.
 
-        After that, and after `end`, do not call again.
+        Do not call this again after a timeout or after `end`.
         """
         if self._thread is None:
-            # A daemon: what hangs in the system must not keep the process alive.
+            # A daemon, because a hung call must not keep the process alive.
             self._thread = threading.Thread(
                 target=_run, args=(self._calls,), name=self._name, daemon=True
             )
@@ -50,7 +50,7 @@ class _Call(Generic[ResultT]):
     def run(self) -> None:
         try:
             self._result.append(self._function())
-        except BaseException as error:  # raised where it was called
+        except BaseException as error:  # raised again in `wait`
             self._error = error
         self._done.set()
 
@@ -68,4 +68,4 @@ def _run(calls: queue.SimpleQueue[_Call[object] | None]) -> None:
         if call is None:
             return
         call.run()
-        del call  # which knows who called: nothing here may keep them alive
+        del call  # it refers to the caller, which must not be kept alive here

@@ -1,4 +1,4 @@
-"""H.264's parameter sets, without which nobody can begin at a keyframe. Pure."""
+"""H.264's parameter sets, without which a decoder cannot start at a keyframe. Pure."""
 
 from __future__ import annotations
 
@@ -15,43 +15,43 @@ _PPS: Final = 8
 
 
 class ParameterSets:
-    """Keeps the newest parameter sets, and puts them before keyframes that come without them.
+    """Stores the newest parameter sets and prepends them to keyframes that lack them.
 
-    Some hardware gives them once, with its first picture; who comes later needs them, too. They
-    are looked for in `extradata`, and in each keyframe.
+    Some hardware outputs them once, with its first picture, but later viewers need them, too. They
+    are read from `extradata` and from each keyframe.
     """
 
     def __init__(self, extradata: bytes = b"") -> None:
         self._kept: dict[int, bytes] = {}
-        self._keep(extradata)
+        self._store(extradata)
 
-    def before(self, keyframe: bytes) -> bytes:
-        """Return the keyframe with its parameter sets; as it is where none have ever come."""
-        if {_SPS, _PPS} <= self._keep(keyframe) or not {_SPS, _PPS} <= self._kept.keys():
+    def prepend_to(self, keyframe: bytes) -> bytes:
+        """Return the keyframe with parameter sets; unchanged if none are known."""
+        if {_SPS, _PPS} <= self._store(keyframe) or not {_SPS, _PPS} <= self._kept.keys():
             return keyframe
         kept = (b"\x00" + _START + self._kept[kind] for kind in (_SPS, _PPS))
         return b"".join(kept) + keyframe
 
-    def _keep(self, data: bytes) -> set[int]:
+    def _store(self, data: bytes) -> set[int]:
         found = {unit[0] & _TYPE: unit for unit in units(data) if unit[0] & _TYPE in (_SPS, _PPS)}
         self._kept |= found
         return set(found)
 
 
-def can_begin(data: bytes) -> bool:
-    """Whether a decoder can begin with this picture."""
+def can_start_decoder(data: bytes) -> bool:
+    """Return whether a decoder can start with this picture."""
     return {_SPS, _PPS, _IDR} <= {unit[0] & _TYPE for unit in units(data)}
 
 
 def profile(data: bytes) -> int | None:
-    """Return the profile that the stream says it has (66 is baseline), None if it does not say."""
+    """Return the profile that the stream declares (66 is baseline), None if it declares none."""
     sets = (unit for unit in units(data) if unit[0] & _TYPE == _SPS and len(unit) > 1)
     first = next(sets, None)
     return None if first is None else first[1]
 
 
 def units(data: bytes) -> Iterator[bytes]:
-    """Cut at the start codes (H.264, annex B), without zeros that follow or what comes before."""
+    """Split at the start codes (H.264, annex B), without trailing zeros or leading bytes."""
     at = data.find(_START)
     while at >= 0:
         following = data.find(_START, at + 3)

@@ -1,4 +1,4 @@
-"""One rendition: a thread that encodes the newest picture while anybody watches."""
+"""Encodes one rendition in a thread, always the newest picture, while anybody watches."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _KEYFRAME_SPACING_S: Final = 0.3
-"""Keyframe requests are coalesced to this, in case many viewers lose packets."""
+"""Keyframe requests are coalesced to this interval, in case many viewers lose packets."""
 _KEYFRAMES_HZ: Final = 1.0
 _KEYFRAMES_BURST: Final = 6.0
-"""Beyond these so many: each is sent to all who see it, and some viewer always asks. An operator's
-request is never put off, who cannot drive without a picture."""
+"""Token bucket of requested keyframes, because all viewers receive each one and some viewer always
+asks. An operator's request is never delayed: nobody can drive without a picture."""
 
 _POLL_S: Final = 0.5
 
@@ -62,7 +62,7 @@ class Rendition:
 
     @property
     def load(self) -> float:
-        """The fraction of a core that it uses while encoding, 0 before the first picture."""
+        """The fraction of a core that encoding takes; 0 while paused or before a first picture."""
         return self._encode_s * self.settings.fps if self.wanted else 0.0
 
     @property
@@ -150,5 +150,5 @@ class Rendition:
             return False
         self._spare = max(spare - 1.0, 0.0)
         self._is_urgent = False
-        self._keyframe.clear()  # one serves whoever asked and the interval, too
+        self._keyframe.clear()  # one keyframe serves all requests and the interval
         return True

@@ -1,4 +1,4 @@
-"""The media time of the sound: it counts samples and jumps only with the sound itself."""
+"""The media time of the sound, which counts samples and jumps only at gaps in the sound."""
 
 from __future__ import annotations
 
@@ -15,10 +15,9 @@ _BLOCKS_PER_S: Final = 1000 // BLOCK_MS
 class SampleClock:
     """Gives every block its `pts` in samples, always a whole multiple of a block.
 
-    An RTP time that is off by one sample makes a browser conceal, so samples are counted; drift of
-    the sound card does not matter, since the capture time, which
-    `capture/audio_blocks.py` evens, is sent separately. After a gap counting
-    continues at the capture time. It always rises.
+    An RTP time that is off by one sample makes a browser conceal, so samples are counted. Drift of
+    the sound card does no harm, because the capture time, which `capture/audio_blocks.py` smooths,
+    is sent separately. After a gap counting continues at the capture time. The time always rises.
     """
 
     def __init__(self) -> None:

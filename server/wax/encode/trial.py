@@ -1,7 +1,7 @@
-"""Trials of hardware encoders, in a process of their own: a driver may hang, or end its process.
+"""Trials of hardware encoders, in a separate process, because a driver may hang or crash.
 
-All renditions are encoded at once, as the server does it, decoded again and compared. The process
-reads what to try as JSON, and writes a line of it for each encoder once it has been tried.
+All renditions are encoded at once, as in the server, decoded again and compared. The process reads
+the candidates as JSON, and writes a line of JSON for each encoder after its trial.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from wax.capture.letterbox import planes
 from wax.capture.source import Picture
 from wax.config.settings import RenditionSettings
 from wax.encode.hardware import Hardware, HardwareEncoder, HardwareError
-from wax.encode.parameter_sets import can_begin, profile
+from wax.encode.parameter_sets import can_start_decoder, profile
 from wax.errors import reason_of
 
 if TYPE_CHECKING:
@@ -36,16 +36,16 @@ _KEYFRAMES: Final = frozenset({0, 20})
 _BASELINE: Final = 66
 _ALIKE: Final = 0.8
 _SETTLED: Final = 10
-"""Any encoder keeps more of such soft pictures, even at 16 kbit/s, once its rate has settled."""
+"""Once the rate has settled, any encoder, even at 16 kbit/s, exceeds `_ALIKE`."""
 _LATEST_PICTURES: Final = 3
-"""So many of all may take longer than a picture lasts: the first ones, and a busy machine."""
+"""How many may take longer than a picture lasts: the first ones, or on a busy machine."""
 
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """What came of it: milliseconds a picture of each rendition that works, by its name.
+    """The result of a trial: for each working rendition the milliseconds that a picture takes.
 
-    `refused` says of each other why not; `problem` is a sentence when all was in vain.
+    `refused` gives the reason for each other rendition; `problem` is set if none works.
     """
 
     encoder: str
@@ -55,7 +55,7 @@ class Trial:
 
 
 class _Subject:
-    """One rendition on trial; `refused` says why it failed, None so far."""
+    """One rendition on trial; `refused` is the reason for its failure, None until then."""
 
     def __init__(self, hardware: Hardware, rendition: RenditionSettings) -> None:
         self.rendition = rendition
@@ -71,19 +71,19 @@ class _Subject:
         except HardwareError as error:
             self.refused = str(error)
 
-    def show(self, number: int, i420: NDArray[np.uint8]) -> None:
-        """Encode the picture of this number, and look whether it comes back."""
+    def check(self, number: int, i420: NDArray[np.uint8]) -> None:
+        """Encode the picture of this number, and check the decoded result."""
         if self._encoder is None or self.refused is not None:
             return
         try:
-            self._show(self._encoder, number, i420)
+            self._encode_and_compare(self._encoder, number, i420)
         except HardwareError as error:
             self.refused = str(error)
         except FFmpegError as error:
             self.refused = f"what it gives cannot be decoded ({reason_of(error)})"
 
     def judge(self) -> None:
-        """Refuse it where it is too slow."""
+        """Refuse the rendition if it is too slow."""
         if self.refused is not None:
             return
         late = sum(one > 1 / self.rendition.fps for one in self.took_s)
@@ -94,13 +94,15 @@ class _Subject:
     def ms(self) -> float:
         return statistics.median(self.took_s) * 1000 if self.took_s else 0.0
 
-    def _show(self, encoder: HardwareEncoder, number: int, i420: NDArray[np.uint8]) -> None:
+    def _encode_and_compare(
+        self, encoder: HardwareEncoder, number: int, i420: NDArray[np.uint8]
+    ) -> None:
         wanted = number in _KEYFRAMES
         began_s = time.perf_counter()
         encoded = encoder.encode(Picture(i420, 1000 + number / self.rendition.fps), keyframe=wanted)
         self.took_s.append(time.perf_counter() - began_s)
         assert encoded is not None, "each picture is newer than the one before"
-        if wanted and not (encoded.keyframe and can_begin(encoded.data)):
+        if wanted and not (encoded.keyframe and can_start_decoder(encoded.data)):
             raise HardwareError("nobody could begin at a keyframe that was requested")
         if wanted and profile(encoded.data) != _BASELINE:
             raise HardwareError(f"it makes profile {profile(encoded.data)} instead of baseline")
@@ -115,7 +117,7 @@ class _Subject:
 
 
 def run(hardware: Hardware, renditions: Sequence[RenditionSettings]) -> Trial:
-    """Try it with these renditions together, in this process."""
+    """Try the encoder with all renditions at once, in this process."""
     subjects = [_Subject(hardware, one) for one in renditions]
     for number in range(PICTURES):
         pictures: dict[tuple[int, int], NDArray[np.uint8]] = {}
@@ -123,7 +125,7 @@ def run(hardware: Hardware, renditions: Sequence[RenditionSettings]) -> Trial:
             size = (subject.rendition.width, subject.rendition.height)
             if size not in pictures:
                 pictures[size] = waves(*size, number)
-            subject.show(number, pictures[size])
+            subject.check(number, pictures[size])
     for subject in subjects:
         subject.judge()
     refused = {one.rendition.name: one.refused for one in subjects if one.refused is not None}
@@ -136,7 +138,7 @@ def run(hardware: Hardware, renditions: Sequence[RenditionSettings]) -> Trial:
 
 
 def waves(width: int, height: int, number: int) -> NDArray[np.uint8]:
-    """Return soft waves of full contrast that move: every encoder keeps them, at any rate."""
+    """Return soft, moving waves of full contrast, which every encoder preserves at any rate."""
     across = np.arange(width) / width + number / 300
     down = np.arange(height)[:, None] / height
     i420 = np.empty((height * 3 // 2, width), np.uint8)
@@ -161,7 +163,7 @@ def _correlation(one: NDArray[Any], other: NDArray[Any]) -> float:
 
 
 def main() -> None:
-    av.logging.set_level(av.logging.ERROR)  # what an encoder says is why it does not work
+    av.logging.set_level(av.logging.ERROR)  # an encoder's errors are the reason for its failure
     av.logging.set_skip_repeated(False)
     asked = json.load(sys.stdin)
     renditions = [RenditionSettings.model_validate(one) for one in asked["renditions"]]

@@ -1,4 +1,4 @@
-"""Ask another process to try hardware encoders, one after the other, for a limited time."""
+"""Runs the trials of hardware encoders in another process for a limited time."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from wax.config.settings import RenditionSettings
 
 LIMIT_S: Final = 8.0
-"""Less than a second on most machines, a few on a small one that has just started."""
+"""Trials take less than a second on most machines, a few on a small one that has just booted."""
 _DIES_WITHIN_S: Final = 1.0
-_COMMAND: Final = ("-P", "-m", "wax.encode.trial")  # -P: not what lies in the working directory
+_COMMAND: Final = ("-P", "-m", "wax.encode.trial")  # -P: import nothing from the working directory
 
 
 def try_all(
@@ -31,9 +31,9 @@ def try_all(
     limit_s: float = LIMIT_S,
     command: Sequence[str] = _COMMAND,
 ) -> list[Trial]:
-    """Try each candidate, in the order given; one that hangs or crashes has a problem.
+    """Try each candidate in order; one that hangs or crashes gets a `problem`.
 
-    It ends its process, and the others go on in a new one, for at most twice `limit_s` in all.
+    Then its process ends and the others continue in a new one, for at most twice `limit_s` in all.
     """
     there = [one for one in candidates if is_built_in(one.name)]
     end_s = time.monotonic() + 2 * limit_s
@@ -45,7 +45,7 @@ def try_all(
             break
         trials, end = _run(left, renditions, within_s, command)
         found |= {one.encoder: one for one in trials}
-        if len(trials) < len(left):  # the next one is what ended it
+        if len(trials) < len(left):  # the next candidate ended the process
             guilty = left[len(trials)].name
             found[guilty] = Trial(guilty, problem=end)
     absent = "PyAV is built without it here"
@@ -58,7 +58,7 @@ def _run(
     within_s: float,
     command: Sequence[str],
 ) -> tuple[list[Trial], str]:
-    """Return the trials that ended, in order, and how the process did."""
+    """Return the completed trials in order, and how the process ended."""
     asked = {
         "candidates": [asdict(one) for one in candidates],
         "renditions": [one.model_dump() for one in renditions],
@@ -87,7 +87,7 @@ def _run(
 
 
 def _rest(process: subprocess.Popen[bytes], late: subprocess.TimeoutExpired) -> bytes:
-    """Return what a killed process has said; one that hangs in a device's driver outlives that."""
+    """Return a killed process's output; one that hangs in a driver may survive the kill."""
     try:
         return process.communicate(timeout=_DIES_WITHIN_S)[0]
     except subprocess.TimeoutExpired:
@@ -101,5 +101,5 @@ def _how(code: int) -> str:
 def _trial(line: bytes) -> Trial | None:
     try:
         return Trial(**json.loads(line))
-    except (ValueError, TypeError):  # something else that was printed, or half a line
+    except (ValueError, TypeError):  # other output, or an incomplete line
         return None

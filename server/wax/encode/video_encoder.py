@@ -27,7 +27,7 @@ _VP8_SYNC: Final = (False, True, True, False)
 """Which of them depend only on layer 0: the last one also uses layer 1."""
 
 _NEVER: Final = 100_000
-"""No automatic keyframes: they would restart the layers without our knowledge."""
+"""No automatic keyframes: they would restart the layers unnoticed."""
 
 _VP8_REALTIME: Final = {
     "deadline": "realtime",
@@ -118,7 +118,7 @@ class IntraEncoder:
         self,
         picture: Picture,
         *,
-        keyframe: bool,  # noqa: ARG002  # each is one
+        keyframe: bool,  # noqa: ARG002  # every picture is one
     ) -> EncodedPicture | None:
         """Encode one picture; None if its capture time is not newer than the previous one's."""
         pts = round(picture.captured_s * VIDEO_RATE_HZ)
@@ -207,7 +207,7 @@ def _h264(rendition: RenditionSettings) -> av.VideoCodecContext:
 
 
 def _fits_level_31(rendition: RenditionSettings) -> bool:
-    """Whether level 3.1 suffices; above it x264 chooses the level."""
+    """Return whether level 3.1 suffices; above it x264 chooses the level."""
     columns, rows = (rendition.width + 15) // 16, (rendition.height + 15) // 16
     return (
         columns * rows <= _LEVEL_31_MACROBLOCKS
@@ -223,10 +223,10 @@ def _steady(rendition: RenditionSettings) -> dict[str, str]:
     return {"maxrate": rate, "minrate": rate, "bufsize": str(rendition.bitrate_bps // 2)}
 
 
-def say_colours(context: av.VideoCodecContext) -> None:
-    """Have the stream say what a `Picture` is: BT.601 in limited range.
+def declare_colours(context: av.VideoCodecContext) -> None:
+    """Declare a `Picture`'s colour space in the stream: BT.601 in limited range.
 
-    VP8 is nothing else (RFC 6386, 9.2). H.264 that does not say it is shown as BT.709 by browsers.
+    VP8 has no other (RFC 6386, 9.2). Browsers show undeclared H.264 as BT.709.
     """
     context.color_range = ColorRange.MPEG
     context.colorspace = Colorspace.ITU601
@@ -238,7 +238,7 @@ def _context(name: str, rendition: RenditionSettings) -> av.VideoCodecContext:
     context.width = rendition.width
     context.height = rendition.height
     context.pix_fmt = "yuv420p"
-    say_colours(context)
+    declare_colours(context)
     context.time_base = VIDEO_TIME_BASE
     context.framerate = Fraction(rendition.fps).limit_denominator(1001)
     context.bit_rate = rendition.bitrate_bps
