@@ -1,4 +1,4 @@
-"""The cameras beside one viewer's driving view: when they are sent, and what that costs it."""
+"""A viewer's other cameras: when they are sent, and what that costs the driving view."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _wanted(rig: Rig) -> list[list[str]]:
 
 
 async def test_nothing_is_encoded_before_a_page_shows_it() -> None:
-    """A page that never says what it shows is sent the driving view alone."""
+    """A page that never says what it shows is sent the driving view only."""
     rig = _rig()
     rig.begin()
     await rig.run(2.0)
@@ -41,7 +41,7 @@ async def test_nothing_is_encoded_before_a_page_shows_it() -> None:
 
 
 async def test_one_is_large_and_the_rest_small_and_the_page_is_told() -> None:
-    """Each is encoded as it is looked at, and no longer than that."""
+    """Each camera is encoded in the size shown, and only while shown."""
     rig = _rig()
     rig.begin()
     rig.streams.look(large=1, small=True)
@@ -73,7 +73,7 @@ async def test_who_wants_no_picture_is_sent_none() -> None:
 
 @pytest.mark.parametrize("rate_bps", [1e6, *at_length(50e3, 100e3, 250e3, 5e5, 2e6, 5e6)])
 async def test_the_driving_view_is_what_it_is_without_them(rate_bps: float) -> None:
-    """Whatever the link carries, a large camera beside it takes no rendition from it."""
+    """At any link rate a large camera costs the driving view no rendition."""
     seen: list[list[str]] = []
     for cameras in (0, 2):
         rig = _rig(rate_bps, cameras)
@@ -97,7 +97,7 @@ async def test_a_modem_carries_no_other_camera() -> None:
 
 
 async def test_a_link_that_narrows_loses_them_first() -> None:
-    """When it comes to that the cameras go at once, and the driving view keeps what it can."""
+    """On a shrinking link the cameras go first, and the driving view keeps what fits."""
     rig = _rig(8e6)
     rig.begin()
     rig.streams.look(large=0, small=True)
@@ -110,7 +110,7 @@ async def test_a_link_that_narrows_loses_them_first() -> None:
 
 
 async def test_a_short_upload_goes_to_driving_views() -> None:
-    """Of what the robot can send, another viewer's driving view comes before one's cameras."""
+    """The robot's upload serves other viewers' driving views before anybody's cameras."""
     rig = _rig(upload_bps=2_000_000)
     rig.begin()
     rig.streams.look(large=0, small=True)
@@ -120,7 +120,7 @@ async def test_a_short_upload_goes_to_driving_views() -> None:
 
 
 async def test_a_lane_that_lost_its_thread_is_helped() -> None:
-    """A camera whose pictures were dropped gets one keyframe, not one at every decision."""
+    """A camera's lane that dropped pictures requests one keyframe, not one per decision."""
     rig = _rig()
     rig.begin()
     rig.streams.look(large=0, small=True)

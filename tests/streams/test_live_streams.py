@@ -1,4 +1,4 @@
-"""One viewer under the live policies: what they are sent, and when it plays."""
+"""One viewer under the live policies: what is sent, and when it plays."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ OPERATOR = SyncSettings(max_holdback_ms=50.0, max_skew_ms=100.0, least_audio_mu_
 
 @dataclass
 class Rig:
-    """A viewer behind a link of `rate_bps`, everything real but time, encoders and the wire."""
+    """A viewer behind a link of `rate_bps`; only time, encoders and the wire are simulated."""
 
     rate_bps: float = 20e6
     takes_hold_back: bool = True
@@ -75,7 +75,7 @@ class Rig:
         self._feedback: list[tuple[float, Delivery]] = []
         self._silent = False
 
-    # As a page.
+    # The methods of a page.
 
     def send(self, message: BaseModel) -> None:
         self.told.append(message)
@@ -87,7 +87,7 @@ class Rig:
     def all(self, kind: type[BaseModel]) -> list[Any]:
         return [message for message in self.told if isinstance(message, kind)]
 
-    # As encoders and wire.
+    # The roles of encoders and wire.
 
     def begin(self, *, sound: bool = True) -> None:
         self.streams.connected()
@@ -95,7 +95,7 @@ class Rig:
         self.streams.want(sound=sound, picture=True, size="640x480", policy=None)
 
     async def run(self, seconds: float) -> None:
-        """Film, encode, send what congestion control lets go, and report what arrived."""
+        """Film, encode, send what congestion control permits, and report arrivals."""
         for tick in range(round(seconds * 100)):
             self.clock.time_s += 0.01
             now_s = self.clock.now_s()
@@ -120,7 +120,7 @@ class Rig:
                 self.congestion.delivered(due, now_s)
 
     def _film(self, number: int, now_s: float) -> None:
-        """Film with the cameras, each at the rate of its rendition."""
+        """Film with the cameras, each at its rendition's rate."""
         for camera in self.cameras:
             for name in camera.hub.wanted:
                 every = round(25 / camera.hub._renditions[name].settings.fps)
@@ -128,7 +128,7 @@ class Rig:
                     camera.hub._fan_out(self._picture(name, now_s, camera.hub))
 
     def _send_cameras(self, now_s: float) -> None:
-        """Let them give way as their senders do."""
+        """Send cameras at a lower priority, as their senders do."""
         for lane in self.camera_lanes:
             is_free = self.lane.is_empty and self.congestion.free_in_s(None, now_s) <= 0.001
             if is_free and (one := lane.take()) is not None:
@@ -177,7 +177,7 @@ TOP, *_, BOTTOM = (one.name for one in SIZES.renditions)
 
 
 async def test_a_picture_starts_small_and_grows_at_once() -> None:
-    """Before anything is known the smallest rendition goes; a fast link has the largest soon."""
+    """The first picture has the smallest rendition; a fast link soon has the largest."""
     rig = Rig()
     rig.begin()
     assert rig.video.wanted == [BOTTOM]
@@ -188,7 +188,7 @@ async def test_a_picture_starts_small_and_grows_at_once() -> None:
 
 
 async def test_two_channels_are_sent_while_there_are_two() -> None:
-    """One of the microphone's fails, and comes back: mono at once, stereo after some seconds."""
+    """When a channel fails mono is sent at once, and stereo seconds after it recovers."""
     rig = Rig(channels=2)
     rig.begin()
     await rig.run(4.0)
@@ -204,7 +204,7 @@ async def test_two_channels_are_sent_while_there_are_two() -> None:
 
 
 async def test_a_thin_link_has_one_channel() -> None:
-    """Where two do not fit into the sound's third, the same packets go in mono."""
+    """If stereo does not fit into the sound's third, packets of the same length are mono."""
     rig = Rig(rate_bps=110e3, channels=2)
     rig.begin()
     await rig.run(4.0)
@@ -212,7 +212,7 @@ async def test_a_thin_link_has_one_channel() -> None:
 
 
 async def test_another_network_gets_a_fresh_start() -> None:
-    """What waits is given up; the smallest rendition goes at once, and grows again."""
+    """On a new network the queue is dropped and the smallest rendition starts to grow again."""
     rig = Rig()
     rig.begin()
     await rig.run(2.0)
@@ -229,7 +229,7 @@ async def test_another_network_gets_a_fresh_start() -> None:
 
 
 async def test_after_a_thin_link_another_network_grows_as_usual() -> None:
-    """The keyframe that it begins with is of the same rendition."""
+    """The first keyframe after a slow link is of the same rendition."""
     rig = Rig(rate_bps=50e3)
     rig.begin()
     await rig.run(4.0)
@@ -245,7 +245,7 @@ async def test_after_a_thin_link_another_network_grows_as_usual() -> None:
 
 
 async def test_a_thin_link_stays_with_what_it_carries() -> None:
-    """A modem line gets the smallest rendition and long units of sound, without a queue."""
+    """A modem gets the smallest rendition and long units of sound, without a queue."""
     rig = Rig(rate_bps=50e3)
     rig.begin()
     await rig.run(6.0)
@@ -256,7 +256,7 @@ async def test_a_thin_link_stays_with_what_it_carries() -> None:
 
 
 async def test_files_wait_on_a_thin_link_alone() -> None:
-    """How long, the congestion control says; on any other link they come whole."""
+    """On a slow link congestion control paces files; on others they are sent whole."""
     for rate_bps, waits in ((50e3, True), (5e6, False)):
         rig = Rig(rate_bps=rate_bps)
         rig.begin()
@@ -265,7 +265,7 @@ async def test_files_wait_on_a_thin_link_alone() -> None:
 
 
 async def test_a_link_that_narrows_gets_a_fresh_start_with_less() -> None:
-    """What the old link carried is given up at once; the new rendition begins by a keyframe."""
+    """On a shrinking link the queue is dropped and a smaller rendition starts with a keyframe."""
     rig = Rig(rate_bps=8e6)
     rig.begin()
     await rig.run(4.0)
@@ -280,7 +280,7 @@ async def test_a_link_that_narrows_gets_a_fresh_start_with_less() -> None:
 
 
 async def test_a_short_upload_is_shared_whatever_the_links_carry() -> None:
-    """Alone a viewer is sent what the robot can, beside another half of it, and is told why."""
+    """A viewer gets the whole upload alone, half of it beside another, and the reason."""
     rig = Rig(upload_bps=640_000)
     rig.begin()
     await rig.run(8.0)
@@ -299,7 +299,7 @@ async def test_a_short_upload_is_shared_whatever_the_links_carry() -> None:
 
 
 async def test_messages_are_part_of_a_share_of_the_upload() -> None:
-    """What somebody draws by a data channel is not promised to anybody else as well."""
+    """Rate that a viewer uses for data channels is not promised to others."""
     rig = Rig(upload_bps=1_400_000)
     rig.begin()
     other = rig.service.streams(rig, SyncSettings())
@@ -316,7 +316,7 @@ async def test_messages_are_part_of_a_share_of_the_upload() -> None:
 
 
 async def test_a_full_upload_has_no_room() -> None:
-    """Nobody is let in who could be sent no picture; room is there again when somebody leaves."""
+    """Nobody is admitted without rate for a picture; a viewer who leaves makes room."""
     rig = Rig(upload_bps=60_000)
     assert rig.service.has_room
     rig.begin()
@@ -328,7 +328,7 @@ async def test_a_full_upload_has_no_room() -> None:
 async def test_what_a_decision_sends_does_not_decide_again(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A pre-roll leaves while it is decided on; counting it must not change what is half done."""
+    """A pre-roll that a decision sends does not start another decision."""
     rig = Rig()
     rig.begin()
     await rig.run(2.0)
@@ -361,7 +361,7 @@ async def test_what_a_decision_sends_does_not_decide_again(
 
 
 async def test_room_is_made_once_for_each_try(monkeypatch: pytest.MonkeyPatch) -> None:
-    """When a picture that was given up is tried, and not again while that lasts."""
+    """Each trial of a dropped picture probes once, not repeatedly while it lasts."""
     rig = Rig()
     rig.begin()
     await rig.run(1.0)
@@ -379,7 +379,7 @@ async def test_room_is_made_once_for_each_try(monkeypatch: pytest.MonkeyPatch) -
 
 
 async def test_a_picture_that_lost_its_thread_is_helped_when_there_is_room() -> None:
-    """After the link was closed for long, one keyframe is requested, not one a picture."""
+    """After a long closure one keyframe is requested, not one for each picture."""
     rig = Rig()
     rig.begin()
     await rig.run(3.0)
@@ -392,7 +392,7 @@ async def test_a_picture_that_lost_its_thread_is_helped_when_there_is_room() -> 
 
 
 async def test_the_page_is_told_what_it_gets_when_that_changes() -> None:
-    """Nothing is told before anything is known, news at once, and figures once a second at most."""
+    """The page learns of changes at once and of figures once a second, but of no assumption."""
     rig = Rig()
     rig.begin()
     assert not rig.all(messages.Served)
@@ -406,7 +406,7 @@ async def test_the_page_is_told_what_it_gets_when_that_changes() -> None:
 
 
 async def test_the_picture_is_held_back_by_the_server_where_the_browser_takes_it() -> None:
-    """The hold-back goes with the packets; the page's own buffer is then left alone."""
+    """If the browser supports it the packets carry the hold-back, and its buffer has no target."""
     rig = Rig()
     rig.begin()
     for _ in range(8):
@@ -417,7 +417,7 @@ async def test_the_picture_is_held_back_by_the_server_where_the_browser_takes_it
 
 
 async def test_the_page_holds_the_picture_back_where_its_browser_does_not() -> None:
-    """A browser without the header extension gets the hold-back as its buffer's target."""
+    """Without the header extension the hold-back is the target of the browser's buffer."""
     rig = Rig(takes_hold_back=False)
     rig.begin()
     for _ in range(8):
@@ -426,7 +426,7 @@ async def test_the_page_holds_the_picture_back_where_its_browser_does_not() -> N
 
 
 async def test_nothing_to_hold_back_is_zero() -> None:
-    """The operator sees the picture at once while the sound is at most 80 ms behind it."""
+    """While the sound is at most 80 ms late the operator's picture is shown at once."""
     rig = Rig()
     rig.begin()
     rig.streams.follow(OPERATOR, drives=True)
@@ -437,7 +437,7 @@ async def test_nothing_to_hold_back_is_zero() -> None:
 
 @pytest.mark.parametrize("how", ["asked", "role"])
 async def test_the_policy_changes_without_a_black_picture(how: str) -> None:
-    """Asked for or with the role, a change of policy touches neither lanes nor renditions."""
+    """A change of policy, wished or by role, keeps lanes and renditions."""
     rig = Rig()
     rig.begin()
     await rig.run(2.0)
@@ -458,7 +458,7 @@ async def test_the_policy_changes_without_a_black_picture(how: str) -> None:
 
 
 async def test_the_operator_may_have_a_rendition_of_their_own() -> None:
-    """In their turn an operator gets an own step between two others; after it nothing is left."""
+    """During their turn an operator may have a step between two others, which then disappears."""
     rig = Rig(rate_bps=0.75e6)
     shared = rig.video.names
     rig.video.start()
@@ -477,7 +477,7 @@ async def test_the_operator_may_have_a_rendition_of_their_own() -> None:
 
 
 async def test_a_wish_outlives_a_change_of_role() -> None:
-    """A viewer who chose a policy keeps it in their turn, with the role's limits."""
+    """A viewer's chosen policy stays during their turn, with the role's limits."""
     rig = Rig()
     rig.begin()
     rig.streams.want(sound=True, picture=True, size="640x480", policy="video-first")
@@ -488,7 +488,7 @@ async def test_a_wish_outlives_a_change_of_role() -> None:
 
 
 async def test_a_fixed_media_unit_is_kept() -> None:
-    """A unit that the configuration fixes is not the link's to choose."""
+    """A configured media unit is not changed by the link."""
     rig = Rig()
     rig.begin()
     rig.streams.follow(SyncSettings(audio_mu_ms=120), drives=False)
@@ -497,7 +497,7 @@ async def test_a_fixed_media_unit_is_kept() -> None:
 
 
 async def test_what_is_not_wanted_is_not_sent() -> None:
-    """Without picture and sound the encoders rest; a smaller size is the largest that is sent."""
+    """Without wanted streams the encoders pause; a chosen size limits what is sent."""
     rig = Rig()
     rig.begin()
     await rig.run(2.0)

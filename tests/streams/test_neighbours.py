@@ -1,4 +1,4 @@
-"""What one viewer's browser tells of its link is no business of anybody else's."""
+"""A browser's reports about its link affect no other viewer."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
 PACKETS: Final = 8
-"""Sent to the liar between two of their reports."""
+"""The packets that are sent to the liar between two reports."""
 STEP_S: Final = 0.05
 LIES_S: Final = 5
 
 
 class Liar:
-    """A second viewer of the same pictures, who reports whatever they like."""
+    """A second viewer of the same pictures, who reports anything."""
 
     def __init__(self, rig: Rig, seed: int) -> None:
         self.boundary = OpenFence()
@@ -61,7 +61,7 @@ class Liar:
         return True
 
     def lie(self) -> None:
-        """Take some packets and report on them; for half a second in the same manner."""
+        """Receive some packets and report about them, in the same way for half a second."""
         now_s = self._rig.clock.now_s()
         for _ in range(PACKETS):
             self._tap.mark(1200, now_s, kind="video", train=None)
@@ -87,7 +87,7 @@ class Liar:
 
 @pytest.mark.parametrize("seed", [0, *at_length(1)])
 async def test_lies_about_one_link_move_nobody_elses_rendition(seed: int) -> None:
-    """Another viewer keeps the best picture, and a keyframe a second at most is forced on them."""
+    """Others keep the best picture, and are forced to at most a keyframe a second."""
     rig = Rig()
     rig.begin()
     await rig.run(3.0)

@@ -1,4 +1,4 @@
-"""What there is to choose from."""
+"""The ladders of renditions and encodings."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LADDER = RenditionLadder(VideoSettings(), AudioSettings())
 
 
 def test_the_shared_ladder_is_the_configurations() -> None:
-    """What everybody may get is what is written, in its order, with the layers of VP8."""
+    """The shared ladder is the configured one, in its order, with VP8's layers."""
     steps = LADDER.steps(is_finer=False)
     assert [step.name for step in steps] == [one.name for one in VideoSettings().renditions]
     assert {step.layers for step in steps} == {2}
@@ -32,7 +32,7 @@ def test_the_shared_ladder_is_the_configurations() -> None:
 
 
 def test_the_finer_ladder_can_be_encoded() -> None:
-    """A finer ladder has all of the shared one, and every step can be made."""
+    """The finer ladder contains the shared one, and every step has settings."""
     finer = LADDER.steps(is_finer=True)
     assert set(LADDER.steps(is_finer=False)) < set(finer)
     assert [LADDER.settings(step.name).bitrate_bps for step in finer] == [
@@ -42,7 +42,7 @@ def test_the_finer_ladder_can_be_encoded() -> None:
 
 @given(st.lists(st.integers(10_000, 20_000_000), min_size=1, max_size=8, unique=True))
 def test_a_refined_ladder_falls_and_keeps_its_steps(rates: list[int]) -> None:
-    """Rates fall from step to step, nothing is lost, and no gap is left that was wide."""
+    """A refined ladder's rates fall, keep all steps, and have no wide gap."""
     ladder = [
         RenditionSettings(width=64, height=48, fps=10, bitrate_bps=rate)
         for rate in sorted(rates, reverse=True)
@@ -59,7 +59,7 @@ def test_a_refined_ladder_falls_and_keeps_its_steps(rates: list[int]) -> None:
     [(10, [10, 10, 20, 20, 40, 40, 60, 120]), (40, [40, 40, 60, 120]), (120, [120])],
 )
 def test_a_role_may_have_only_longer_units(least: int, expected: list[int]) -> None:
-    """Forms with shorter units are left out; where all would be, the longest stays."""
+    """Encodings with shorter units are left out, but the longest always stays."""
     assert [encoding.mu_ms for encoding in LADDER.encodings(least)] == expected
     short = AudioSettings(encodings=[SoundEncodingSettings(mu_ms=20, bitrate_bps=32_000)])
     ladder = RenditionLadder(VideoSettings(), short)
@@ -67,13 +67,13 @@ def test_a_role_may_have_only_longer_units(least: int, expected: list[int]) -> N
 
 
 def test_a_fixed_unit_has_the_rate_of_its_neighbour() -> None:
-    """A media unit that the configuration fixes is encoded like the nearest on offer."""
+    """A configured media unit has the rate of the nearest encoding."""
     assert LADDER.encodings_of(40) == [SoundEncoding(40, 40_000, 2), SoundEncoding(40, 24_000)]
     assert LADDER.encodings_of(120) == [SoundEncoding(120, 8_000)]
 
 
 def test_one_channel_has_no_encoding_in_stereo() -> None:
-    """With `channels = 1`, or without a rate for two, all is mono."""
+    """With `channels = 1` or without a stereo rate all encodings are mono."""
     mono = RenditionLadder(VideoSettings(), AudioSettings(channels=1))
     assert {encoding.channels for encoding in mono.encodings(10)} == {1}
     own = [SoundEncodingSettings(mu_ms=20, bitrate_bps=32_000)]

@@ -1,4 +1,4 @@
-"""What one viewer is sent: connects lanes, congestion control, ladder and playout policy.
+"""Serves one viewer: connects lanes, congestion control, ladder and playout policy.
 
-The session uses `interface`; `live` is the default service, `wax.baseline` that of 2004.
+The session uses `interface`; `live` is the default service, `wax.baseline` the one of 2004.
 """

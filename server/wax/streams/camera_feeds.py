@@ -1,4 +1,4 @@
-"""One viewer's lanes of the cameras beside the driving view, and what is sent on them."""
+"""One viewer's lanes for all cameras but the driving view, and what is sent on them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _ASK_AGAIN_S: Final = 1.0
 
 
 class CameraFeeds:
-    """Lives as long as the viewer; `lanes` makes them for a fresh peer."""
+    """Lives as long as the viewer; `lanes` makes new lanes for a new peer."""
 
     def __init__(self, cameras: Sequence[Camera]) -> None:
         self._cameras = cameras
@@ -32,10 +32,10 @@ class CameraFeeds:
             [step_of(one, one_camera.settings.codec) for one in one_camera.settings.renditions]
             for one_camera in cameras
         ]
-        self._begin()
+        self._reset()
 
-    def _begin(self) -> None:
-        """Start without knowledge of the link; a page says first what it shows."""
+    def _reset(self) -> None:
+        """Reset all knowledge; the page must first report which cameras it shows."""
         self._large: int | None = None
         self._is_on = False
         self._choice = CameraChoice()
@@ -44,8 +44,8 @@ class CameraFeeds:
         self._asked_s = [float("-inf")] * len(self._cameras)
 
     def lanes(self, boundary: ErrorBoundary) -> list[CameraLane]:
-        """Make lanes for a fresh peer, after `release`."""
-        self._begin()
+        """Make lanes for a new peer, after `release`."""
+        self._reset()
         self._lanes = [one.hub.add(boundary) for one in self._cameras]
         return [
             CameraLane(lane, one.settings.codec)
@@ -59,18 +59,18 @@ class CameraFeeds:
         self._lanes = []
 
     def look(self, *, large: int | None, small: bool) -> None:
-        """Show this camera large, None for the driving view, and the others small or not at all."""
+        """Select the camera shown large, None for the driving view, and whether others show."""
         self._large, self._is_on = large, small
 
     def most_bps(self, rate_bps: float) -> float:
-        """Return what the cameras take at most on a link of this rate."""
+        """Return the most that the cameras take on a link of this rate."""
         best = (wish[0] for wish in self._wishes() if wish)
         return sum(picture_bps(step, 0, rate_bps) for step in best)
 
     def send(
         self, allocation: Allocation, estimate: LinkEstimate, now_s: float
     ) -> list[str | None]:
-        """Send what the driving view leaves; return the rendition of each, None for none."""
+        """Send in the rate that the driving view leaves; return each camera's rendition or None."""
         wishes = self._wishes() if allocation.step is not None and self._lanes else []
         chosen = self._choice.decide(
             wishes or [[] for _ in self._cameras],
@@ -89,7 +89,7 @@ class CameraFeeds:
             self._cameras[camera].hub.request_keyframe(self._lanes[camera])
 
     def _wishes(self) -> list[Sequence[Step]]:
-        """Return the steps that are welcome: all of them large, the last one small."""
+        """Return the wanted steps: all for the large camera, only the last for small ones."""
         return [
             ladder if at == self._large else ladder[-1:] if self._is_on else []
             for at, ladder in enumerate(self._ladders)

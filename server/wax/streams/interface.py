@@ -22,16 +22,16 @@ Policy = Literal["audio-master", "video-first"]
 
 @dataclass(frozen=True, slots=True)
 class Codecs:
-    """What is on the wire, the same for everybody as long as the server runs."""
+    """The codecs on the wire, the same for everybody while the server runs."""
 
     audio: Literal["opus", "pcmu"]
     video: Literal["vp8", "h264"]
     cameras: frozenset[str] = frozenset()
-    """Of the cameras beside the driving view."""
+    """The codecs of the cameras other than the driving view."""
 
     @property
     def names(self) -> frozenset[str]:
-        """All of them."""
+        """All codecs."""
         return self.cameras | {self.audio, self.video}
 
     @property
@@ -61,7 +61,7 @@ class MessageRate:
 
 @dataclass(frozen=True, slots=True)
 class CameraLane:
-    """What a peer sends of a camera beside the driving view, and how it is encoded."""
+    """The lane of a camera other than the driving view, and its codec."""
 
     lane: PictureLane
     codec: Literal["vp8", "h264"]
@@ -69,7 +69,7 @@ class CameraLane:
 
 @dataclass(frozen=True, slots=True)
 class Lanes:
-    """What a peer sends, and its congestion control; `picture` is the driving view's."""
+    """A peer's lanes and its congestion control; `picture` is the driving view's lane."""
 
     picture: PictureLane
     sound: SoundLane
@@ -78,7 +78,7 @@ class Lanes:
 
 
 class Page(Protocol):
-    """A viewer's page, as their streams see it."""
+    """A viewer's page, as its streams use it."""
 
     @property
     def boundary(self) -> ErrorBoundary:
@@ -95,13 +95,13 @@ class Page(Protocol):
 
 
 class Streams(Protocol):
-    """Lives as long as the viewer, and starts over with fresh lanes for each peer.
+    """Lives as long as the viewer, and starts over with new lanes for each peer.
 
-    Nothing here raises for what a page does or omits.
+    No method raises for anything that a page does or omits.
     """
 
     def lanes(self) -> Lanes:
-        """Make lanes for a fresh peer, and release those of the peer before."""
+        """Make lanes for a new peer, and release those of the last one."""
         ...
 
     def release(self) -> None:
@@ -117,20 +117,20 @@ class Streams(Protocol):
         ...
 
     def moved(self) -> None:
-        """Begin anew: the browser has another link, of which nothing is known."""
+        """Start over, because the browser has changed to an unknown link."""
         ...
 
     def want(self, *, sound: bool, picture: bool, size: str, policy: Policy | None) -> None:
-        """Send these from now on, with pictures of at most `size`, which is one of `sizes`.
+        """Change what is sent, with pictures of at most `size`, which is one of `sizes`.
 
-        `policy` None is the role's.
+        With `policy` None the role's policy applies.
         """
         ...
 
     def look(self, *, large: int | None, small: bool) -> None:
-        """Send this camera as large as its ladder goes, None for none; the others `small` or not.
+        """Select a camera to send with its whole ladder, None for none, and the others if `small`.
 
-        `large` is one of the cameras' numbers from 0; the driving view is sent in any case.
+        `large` is a camera's number from 0; the driving view is always sent.
         """
         ...
 
@@ -152,9 +152,9 @@ class Streams(Protocol):
         ...
 
     def file_sent(self, size_bytes: int) -> float | None:
-        """Count a piece of a file that leaves now over a thin link.
+        """Count a piece of a file that is sent now on a slow link.
 
-        Returns how long the next has to wait, in s; None on a link that carries files whole.
+        Return the pause before the next in s; None on a link that carries files without pauses.
         """
         ...
 
@@ -163,12 +163,12 @@ class Streams(Protocol):
         ...
 
     def keyframe_wanted(self, camera: int | None = None) -> None:
-        """Handle a browser that cannot decode this camera's pictures, None: the driving view's."""
+        """Handle a browser that cannot decode this camera's pictures; None is the driving view."""
         ...
 
     @property
     def units(self) -> UnitPattern | None:
-        """What the page needs to acknowledge units, None if it should not, or not yet."""
+        """The pattern by which the page acknowledges units; None if it should not, or not yet."""
         ...
 
     def status(self) -> dict[str, object]:
@@ -181,14 +181,14 @@ class Service(Protocol):
 
     codecs: Codecs
     acknowledged: bool
-    """Whether pages report what they have received. The HTML says so, since a page must know before
-    it connects; `Hello` repeats it for a page that was loaded from another server."""
+    """Whether pages acknowledge what they receive. The HTML says so, as a page must know before it
+    connects; `Hello` repeats it for a page that was loaded from another server."""
     state_messages: MessageRate
     """How often a page may write on the state channel."""
 
     @property
     def has_room(self) -> bool:
-        """Whether the robot's upload carries one more observer, with picture and sound."""
+        """Whether the robot's upload carries another observer with picture and sound."""
         ...
 
     @property
@@ -198,7 +198,7 @@ class Service(Protocol):
 
     @property
     def cameras(self) -> Sequence[str]:
-        """The names of the cameras beside the driving view."""
+        """The names of the cameras other than the driving view."""
         ...
 
     def streams(self, page: Page, sync: SyncSettings) -> Streams:

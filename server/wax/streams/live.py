@@ -74,10 +74,10 @@ class LiveStreams:
         self._drives = False
         self._picture_lane: VideoLane | None = None
         self._sound_lane: BoundedSoundLane | None = None
-        self._begin()
+        self._reset()
 
-    def _begin(self) -> None:
-        """Start without knowledge of the link."""
+    def _reset(self) -> None:
+        """Reset all knowledge of the link."""
         self._playout = PlayoutController(self._page, self._sync)
         self._notifier = ServedNotifier(self._page)
         self._congestion = SenderSideControl(weak_callback(self._decide), self._budget)
@@ -89,7 +89,7 @@ class LiveStreams:
 
     @property
     def _sync(self) -> SyncSettings:
-        """The role's settings, with the policy that this viewer has asked for."""
+        """The role's settings, with the policy that the viewer has chosen."""
         if self._wanted_policy in (None, self._role_sync.policy):
             return self._role_sync
         return self._role_sync.model_copy(update={"policy": self._wanted_policy})
@@ -105,7 +105,7 @@ class LiveStreams:
 
     def lanes(self) -> Lanes:
         self.release()
-        self._begin()
+        self._reset()
         self._picture_lane = self._video.add(self._page.boundary)
         self._sound_lane = self._audio.add(self._page.boundary)
         self._prioritise()
@@ -146,7 +146,7 @@ class LiveStreams:
         self._size = size if picture else None
         if policy != self._wanted_policy:
             self._wanted_policy = policy
-            self._follow()
+            self._restart_policy()
         self._decide_now()
 
     def look(self, *, large: int | None, small: bool) -> None:
@@ -159,7 +159,7 @@ class LiveStreams:
         if sync is self._role_sync:
             return
         self._role_sync = sync
-        self._follow()
+        self._restart_policy()
         self._decide_now()
 
     def reported(self, report: PlayoutReport) -> None:
@@ -198,7 +198,7 @@ class LiveStreams:
             known |= {"reason": str(now.reason), "lost": round(estimate.lost, 4)}
         return known
 
-    def _follow(self) -> None:
+    def _restart_policy(self) -> None:
         """Start another policy, without interrupting the streams."""
         self._allocator = self._make_allocator()
         self._playout.follow(self._sync)
@@ -210,16 +210,16 @@ class LiveStreams:
         self._decide(self._congestion.estimate(now_s), now_s)
 
     def _decide(self, estimate: LinkEstimate, now_s: float) -> None:
-        """Decide anew. What is sent while that is carried out, as a pre-roll, is for the next."""
+        """Decide and apply the decision; a pre-roll sent meanwhile must not start another one."""
         if self._is_deciding:
             return
         self._is_deciding = True
         try:
-            self._carry_out(estimate, now_s)
+            self._apply(estimate, now_s)
         finally:
             self._is_deciding = False
 
-    def _carry_out(self, estimate: LinkEstimate, now_s: float) -> None:
+    def _apply(self, estimate: LinkEstimate, now_s: float) -> None:
         if self._picture_lane is None or self._sound_lane is None:
             return
         allowed = self._within_budget(estimate, now_s)
@@ -240,7 +240,7 @@ class LiveStreams:
         self._send_sound(self._sound_lane, allocation)
         self._seen = self._cameras.send(allocation, allowed, now_s)
         if self._is_ready:
-            self._notifier.tell(
+            self._notifier.notify(
                 estimate,
                 allocation,
                 in_step=self._playout.is_in_step,
@@ -253,7 +253,7 @@ class LiveStreams:
         most_bps = self._ladder.most_bps(self._size)
         if self._size is not None:
             most_bps += self._cameras.most_bps(estimate.rate_bps) / FIT_SHARE
-        # Data channels are part of what they are sent, whatever draws it.
+        # The share includes data channels, whatever they carry.
         wants_bps = min(estimate.rate_bps, most_bps + self._congestion.other_bps)
         share_bps = self._budget.share_bps(self, wants_bps, drives=self._drives, now_s=now_s)
         if share_bps >= wants_bps:
@@ -277,7 +277,7 @@ class LiveStreams:
             self._video.choose(lane, name)
             self._asked_s = now_s
             if old is not None and allocation.step is not None and _falls(old, allocation.step):
-                # The link is full of the old rendition: any more pictures of it would be late.
+                # The link is full of the old rendition, and more pictures of it would be late.
                 lane.give_up()
         elif (lane.is_cut or lane.is_waiting) and self._may_resume(estimate, now_s):
             # The old rendition was given up while the link was full, and now a keyframe fits; or
@@ -318,7 +318,7 @@ class LiveService:
         upload_bps: float = 0,
         cameras: Sequence[Camera] = (),
     ) -> None:
-        """`upload_bps` is what all viewers together may be sent, 0 for no limit."""
+        """`upload_bps` limits what all viewers together are sent; 0 is no limit."""
         self._cameras = cameras
         self.codecs = Codecs(
             audio="opus",

@@ -1,4 +1,4 @@
-"""When one viewer's sound and picture play: runs the policy and applies its targets."""
+"""Runs one viewer's playout policy and applies its targets."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _RETARGET_MS: Final = 4.0
 
 
 class PlayoutController:
-    """Holds the picture back by RTP's playout delay if the browser supports it, else by buffer."""
+    """Holds the picture back by RTP's playout delay if supported, else by the browser's buffer."""
 
     def __init__(self, page: Page, sync: SyncSettings) -> None:
         self._page = page
@@ -63,7 +63,7 @@ class PlayoutController:
         estimate: LinkEstimate,
         allocation: Allocation | None,
     ) -> None:
-        """Learn how both play over what is known of the link."""
+        """Decide again after a report, given the estimate of the link."""
         self._retarget(self._policy.decide(report, now_s, estimate, allocation))
 
     def status(self) -> dict[str, object]:

@@ -1,4 +1,4 @@
-"""`[video] renditions` and `[audio] encodings` as steps to choose from; a finer ladder. Pure."""
+"""Turns `[video] renditions` and `[audio] encodings` into ladders of steps. Pure."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     )
 
 _WIDE: Final = 1.7
-"""A viewer with an encoder of their own gets a step between two whose rates differ by more."""
+"""The finer ladder has a step between two whose rates differ by more than this factor."""
 _LAYERS: Final = 2
-"""Temporal layers of VP8 that can be left out; H.264 has none here."""
+"""The temporal layers of VP8 that can be dropped; our H.264 has none."""
 
 
 class RenditionLadder:
-    """The configuration as the ladder and the hubs want it."""
+    """The configured ladder, in the forms that allocator and hubs use."""
 
     def __init__(self, video: VideoSettings, audio: AudioSettings) -> None:
         finer = refined(video.renditions)
@@ -39,9 +39,9 @@ class RenditionLadder:
         self._encodings = [one for encodings in found for one in encodings]
 
     def most_bps(self, size: str | None) -> float:
-        """Return the rate of a link on which pictures of at most `size` could not be better.
+        """Return the link rate above which pictures of at most `size` do not improve.
 
-        It is more than they take, since a part of it is kept free. None is for sound alone.
+        It exceeds their own rate, because part of the link stays free. None is sound alone.
         """
         fitting = (one for one in self._shared if size is not None and area(one.size) <= area(size))
         picture = max((picture_bps(one, 0, one.bitrate_bps) for one in fitting), default=0.0)
@@ -49,34 +49,34 @@ class RenditionLadder:
 
     @property
     def least_bps(self) -> float:
-        """The rate on the wire of the smallest picture with the sound that goes with it."""
+        """The rate on the wire of the smallest picture and the cheapest sound."""
         step, encoding = self._shared[-1], self._encodings[-1]
         return picture_bps(step, 0, step.bitrate_bps) + sound_bps(encoding, 0)
 
     def steps(self, *, is_finer: bool) -> Sequence[Step]:
-        """Return the shared renditions, or the finer ladder of a viewer with their own encoder.
+        """Return the shared renditions, or the finer ladder of a viewer with a separate encoder.
 
-        A running VP8 encoder does not change its rate, so their own follows the link in steps.
+        A running VP8 encoder cannot change its rate, so a separate one also uses steps.
         """
         return self._finer if is_finer else self._shared
 
     def settings(self, name: str) -> RenditionSettings:
-        """Return what a step's rendition is made of."""
+        """Return the settings of a step's rendition."""
         return self._settings[name]
 
     def encodings(self, least_mu_ms: int) -> Sequence[SoundEncoding]:
-        """Return the encodings whose media units are no shorter; the longest where all are."""
+        """Return the encodings with media units of at least this length, or else the longest."""
         found = [one for one in self._encodings if one.mu_ms >= least_mu_ms]
         return found or self._encodings[-1:]
 
     def encodings_of(self, mu_ms: int) -> Sequence[SoundEncoding]:
-        """Return the encodings of this media unit, at the rates of the nearest on offer."""
+        """Return encodings with this media unit, at the rates of the nearest configured one."""
         nearest_ms = min((one.mu_ms for one in self._encodings), key=lambda ms: abs(ms - mu_ms))
         return [replace(one, mu_ms=mu_ms) for one in self._encodings if one.mu_ms == nearest_ms]
 
 
 def sound_encodings(settings: SoundEncodingSettings, channels: int) -> list[SoundEncoding]:
-    """Return one of `[audio] encodings`: in stereo, where that is configured, and in mono."""
+    """Return a configured encoding in stereo, if configured, and in mono."""
     mono = SoundEncoding(settings.mu_ms, settings.bitrate_bps)
     if channels == 1 or not settings.stereo_bitrate_bps:
         return [mono]
@@ -84,7 +84,7 @@ def sound_encodings(settings: SoundEncodingSettings, channels: int) -> list[Soun
 
 
 def refined(renditions: Iterable[RenditionSettings]) -> list[RenditionSettings]:
-    """Put between two renditions far apart one of the larger size at the rate in the middle."""
+    """Insert between distant renditions one of the larger size at their geometric mean rate."""
     ladder = list(renditions)
     found = ladder[:1]
     for above, below in pairwise(ladder):
@@ -96,7 +96,7 @@ def refined(renditions: Iterable[RenditionSettings]) -> list[RenditionSettings]:
 
 
 def step_of(one: RenditionSettings, codec: Literal["vp8", "h264"]) -> Step:
-    """Return a rendition as the step that the allocator knows."""
+    """Return a rendition as a step for the allocator."""
     layers = _LAYERS if codec == "vp8" else 0
     return Step(
         name=one.name, size=one.size, fps=one.fps, bitrate_bps=one.bitrate_bps, layers=layers

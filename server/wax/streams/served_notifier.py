@@ -1,4 +1,4 @@
-"""Notifies a page of what it is sent: changes at once, figures now and then."""
+"""Notifies a page of what it is sent: of changes at once, of figures periodically."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _THIN_BPS: Final = 150_000
 
 
 class ServedNotifier:
-    """Sends nothing while the link's rate is only a guess."""
+    """Notifies one page, but not while the link's rate is only assumed."""
 
     def __init__(self, page: Page) -> None:
         self._page = page
         self._told: messages.Served | None = None
         self._told_s = float("-inf")
 
-    def tell(
+    def notify(
         self,
         estimate: LinkEstimate,
         allocation: Allocation,
@@ -36,7 +36,7 @@ class ServedNotifier:
         cameras: Sequence[str | None],
         now_s: float,
     ) -> None:
-        """Notify the page of changes, or of new figures after some time."""
+        """Notify the page of a change at once, or of new figures after an interval."""
         if estimate.assumed:
             return
         told = self._told
