@@ -65,6 +65,23 @@ def test_a_long_step_is_counted_for_what_it_belongs_to(
     }
 
 
+def test_a_step_that_ends_itself_keeps_its_name(
+    clock: TurnedClock, watch: StepWatch, loop: asyncio.AbstractEventLoop
+) -> None:
+    """A socket's read that stops reading and a timer that is set anew cancel their own handles."""
+    watch.begin()
+
+    def work() -> None:
+        own.cancel()
+        clock.time_s += LONGER_S
+        loop.call_soon(loop.stop)
+
+    own = loop.call_soon(work)
+    loop.run_forever()
+    (part,) = watch.status()
+    assert part.endswith("work")
+
+
 def test_what_is_short_or_waits_is_not_counted(
     clock: TurnedClock, watch: StepWatch, loop: asyncio.AbstractEventLoop
 ) -> None:
@@ -119,15 +136,11 @@ async def test_a_part_says_whose_step_it_is() -> None:
     task = loop.create_task(_task())
     own = loop._ready[-1]  # type: ignore[attr-defined]
     transport, _ = await loop.create_datagram_endpoint(asyncio.DatagramProtocol, ("127.0.0.1", 0))
-    read = asyncio.Handle(transport._read_ready, (), loop)  # type: ignore[attr-defined]
-    ended = asyncio.Handle(partial(partial(task.cancel)), (), loop)
-    cancelled = asyncio.Handle(print, (), loop)
-    cancelled.cancel()
-    found = [part_of(one) for one in (own, read, ended, cancelled)]
+    read = transport._read_ready  # type: ignore[attr-defined]
+    found = [part_of(one) for one in (own._callback, read, partial(partial(task.cancel)))]
     transport.close()
     assert found == [
         "edge.test_step_watch._task",
         "asyncio.protocols.DatagramProtocol",
         "edge.test_step_watch._task",
-        ".NoneType",
     ]

@@ -5,9 +5,11 @@ from __future__ import annotations
 import asyncio
 import ctypes
 import gc
+import ssl
 import subprocess
 import sys
 import threading
+from asyncio import selector_events, sslproto
 from collections import deque
 
 import pytest
@@ -59,6 +61,22 @@ def test_blocks_that_came_and_went_are_given_back(size: int, does: str, kept_mib
         [sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=20
     )
     assert int(told.stdout) in kept_mib
+
+
+async def test_no_connection_keeps_more_than_comes_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """By TLS each has a buffer as large as asyncio's largest read: 640 of them had 160 MiB."""
+    transport: type = selector_events._SelectorSocketTransport  # type: ignore[attr-defined]
+    for kind in (transport, sslproto.SSLProtocol):
+        monkeypatch.setattr(kind, "max_size", 262_144)
+    memory.read_in_small_pieces()
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    loop, inner = asyncio.get_running_loop(), asyncio.Protocol()
+    kept = sslproto.SSLProtocol(loop, inner, context, None, server_side=True)  # type: ignore[arg-type]
+    assert len(kept.get_buffer(-1)) == 32_768
+    kept._get_app_transport().abort()  # type: ignore[attr-defined]
+    assert transport.max_size == 32_768  # type: ignore[attr-defined]
 
 
 async def test_what_is_free_is_given_back_beside_the_event_loop(

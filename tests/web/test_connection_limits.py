@@ -116,6 +116,25 @@ def test_whoever_has_fewer_waits_for_no_answer() -> None:
     assert bed.enter("third", "guest") is None, "now nobody has more"
 
 
+def test_who_holds_most_of_requests_makes_room() -> None:
+    """The address that holds most loses its largest; what is answered or gone is held no longer."""
+    bed = Bed()
+    guest, answered = bed.comes("guest", "g"), bed.comes("answered", "w")
+    few, many = bed.comes("few", "x"), bed.comes("many", "x")
+    bed.limits.holds(answered, 4 * 12_288)
+    bed.limits.holds(answered, 0)
+    bed.limits.holds(few, 10_000)
+    bed.limits.holds(many, 30_000)
+    bed.limits.is_for(many, "y", 0.0, limited=True)
+    bed.limits.is_for(many, "x", 0.0, limited=True)
+    assert bed.closed == []
+    bed.limits.holds(guest, 12_288)
+    assert bed.closed == ["many"]
+    bed.limits.holds(many, 30_000)
+    bed.limits.holds(few, 4 * 12_288 - 12_288)
+    assert bed.closed == ["many"]
+
+
 def test_a_proxys_connections_count_for_those_who_ask() -> None:
     """One client behind it has a share, others have their own, and waiting ones are the proxy's."""
     bed = Bed(most=9)

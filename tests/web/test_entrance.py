@@ -472,6 +472,27 @@ async def test_a_body_without_an_end_is_the_last() -> None:
         assert said.count(b"HTTP/1.") == 1
 
 
+async def test_half_bodies_make_room() -> None:
+    """Whatever their form, all together hold so much; what is answered is held no longer."""
+    async with open_entrance(max_connections=16, max_connections_per_address=16) as entrance:
+        port, connections = entrance.port, entrance.limits.connections
+        large = POST.replace(b": 20", b": 50000") + b"y" * 50_000
+        whole = asyncio.create_task(_until_closed(port, large * 5 + GET * 4 + POST + b"y" * 20))
+        one = await _only_one(entrance)
+        await _all_answered(entrance, 10)
+        await async_until(lambda: one._tracked.state == "idle")
+        assert (one._tracked.held_bytes, connections.displaced) == (0, 0)
+        chunked = POST.replace(b"Content-Length: 20", b"Transfer-Encoding: chunked")
+        halves = (large[:-1], chunked + b"c350\r\n" + b"y" * 49_999)
+        greedy = [asyncio.create_task(_until_closed(port, half)) for half in halves * 2]
+        first, rest = await asyncio.wait(greedy, return_when=asyncio.FIRST_COMPLETED)
+        assert [task.result() for task in first] == [b""]
+        assert (len(rest), connections.displaced) == (3, 1)
+        for task in (*rest, whole):
+            task.cancel()
+        await asyncio.wait([*rest, whole])
+
+
 async def test_a_body_in_crumbs_is_refused(caplog: pytest.LogCaptureFixture) -> None:
     """Thousands of chunks of a byte are thousands of lines to parse; a proxy's are longer."""
     async with open_entrance() as entrance:

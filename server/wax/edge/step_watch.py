@@ -63,13 +63,13 @@ class StepWatch:
         ready = self.ready
         lasted_s = self.now_s() - ready.began_s
         if lasted_s > LONG_S:
-            self.was_long(ready.handle, lasted_s)
+            self.was_long(ready.callback, lasted_s)
         ready.began_s = _NEVER_S
 
-    def was_long(self, handle: asyncio.Handle | None, lasted_s: float) -> None:
-        if not self._has_begun or handle is None:
+    def was_long(self, callback: object, lasted_s: float) -> None:
+        if not self._has_begun or callback is None:
             return
-        part = part_of(handle)
+        part = part_of(callback)
         if part not in self.counts and len(self.counts) >= _MOST_PARTS:
             part = "others"
         self.counts[part] += 1
@@ -86,26 +86,28 @@ class StepWatch:
 class _Ready(deque[asyncio.Handle]):
     """asyncio's queue of steps: each begins when it is taken out, and ends with the next."""
 
-    __slots__ = ("_now_s", "_watch", "began_s", "handle", "is_sampled", "used_s")
+    __slots__ = ("_now_s", "_watch", "began_s", "callback", "is_sampled", "used_s")
 
     def __init__(self, watch: StepWatch, now_s: Callable[[], float]) -> None:
         super().__init__()
         self._watch = watch
         self._now_s = now_s
         self.began_s = _NEVER_S
-        self.handle: asyncio.Handle | None = None
+        self.callback: object = None
+        """Of the step that runs, whose handle forgets it where it ends itself, as a read does."""
         self.is_sampled = False
         self.used_s = 0.0
 
     def popleft(self, _take: Callable[[Any], asyncio.Handle] = deque.popleft) -> asyncio.Handle:
         now_s = self._now_s()
         if now_s - self.began_s > LONG_S:
-            self._watch.was_long(self.handle, now_s - self.began_s)
+            self._watch.was_long(self.callback, now_s - self.began_s)
             now_s = self._now_s()
         self.began_s = now_s
         if self.is_sampled:  # it takes longer than all the rest here
             self.used_s = time.thread_time()
-        self.handle = handle = _take(self)
+        handle = _take(self)
+        self.callback = handle._callback  # type: ignore[attr-defined]
         return handle
 
 
@@ -166,12 +168,11 @@ class StackSampler:
         )
 
 
-def part_of(handle: asyncio.Handle) -> str:
+def part_of(callback: Any) -> str:
     """Return the coroutine, the protocol or the callback of a step, in its module; no content.
 
     Never raises, which would end the event loop.
     """
-    callback: Any = getattr(handle, "_callback", None)
     while isinstance(callback, partial):
         callback = callback.func
     owner = getattr(callback, "__self__", None)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import ctypes
 import gc
+from asyncio import selector_events, sslproto
 from typing import Final
 
 _GC_THRESHOLDS: Final = (700, 10, 20_000)
@@ -19,6 +20,8 @@ _M_MMAP_THRESHOLD: Final = -3
 _LARGE_OCTETS: Final = 512 * 1024
 """Above a raw picture of 640×480, which comes and goes with each frame and is kept; below what an
 encoder holds."""
+_READ_OCTETS: Final = 32 * 1024
+"""By itself asyncio takes 256 KiB for each read, and keeps as much for each connection by TLS."""
 
 
 def settle() -> None:
@@ -29,6 +32,7 @@ def settle() -> None:
     gc.freeze()
     gc.set_threshold(*_GC_THRESHOLDS)
     return_large_blocks()
+    read_in_small_pieces()
 
 
 async def run() -> None:
@@ -71,6 +75,13 @@ def return_large_blocks() -> None:
     if mallopt is not None:
         mallopt(_M_MMAP_THRESHOLD, _LARGE_OCTETS)
         mallopt(_M_TRIM_THRESHOLD, _LARGE_OCTETS)  # has grown with the largest block so far
+
+
+def read_in_small_pieces() -> None:
+    """Have asyncio take no more memory for each connection than what comes at once."""
+    transport = selector_events._SelectorSocketTransport  # type: ignore[attr-defined]
+    for kind in (transport, sslproto.SSLProtocol):
+        kind.max_size = _READ_OCTETS
 
 
 def break_circle(transport: asyncio.BaseTransport) -> None:

@@ -53,6 +53,7 @@ class Connection(web.RequestHandler):
         "_aiohttp_reads",
         "_body_left",
         "_drained",
+        "_given_bytes",
         "_is_answering",
         "_limits",
         "_lines_left",
@@ -90,6 +91,7 @@ class Connection(web.RequestHandler):
         self._watch: ConnectionWatch | None = None
         self._requests = Requests()
         self._body_left: int | None = 0
+        self._given_bytes = 0
         self._lines_left: float = _FIRST_LINES
         self._is_answering = False
         self._aiohttp_reads = True
@@ -121,7 +123,12 @@ class Connection(web.RequestHandler):
         self._watch.received()
         self._requests.add(data)
         self._go_on()
+        self._note_held()
         self._charge(began_s)
+
+    def _note_held(self) -> None:
+        held_bytes = self._given_bytes + len(self._requests)
+        self._limits.connections.holds(self._tracked, held_bytes)
 
     def _go_on(self) -> None:
         """Get in line with what aiohttp may have next."""
@@ -182,6 +189,7 @@ class Connection(web.RequestHandler):
             self._waiting = None
             began_s = time.thread_time() - (_REQUEST_S if self._is_answering else 0.0)
             run()
+            self._note_held()
             self._charge(began_s)
 
         self._waiting = self._limits.queue.enter(payer, begin, ahead=ahead)
@@ -201,6 +209,7 @@ class Connection(web.RequestHandler):
             self._refuse(400, Sentence("request.crumbs"))
             return
         if data:
+            self._given_bytes += len(data)
             self._give(data)
         self._read_or_not()
 
@@ -291,6 +300,8 @@ class Connection(web.RequestHandler):
             return await self.timed(super().finish_response(request, resp, start_time))
         finally:
             self._is_answering = False
+            self._given_bytes = 0
+            self._note_held()
             if self._watch is not None:
                 self._watch.answered(more=bool(self._requests))
                 if not self._requests:

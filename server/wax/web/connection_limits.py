@@ -4,6 +4,7 @@ A connection waits for a request (idle), reads one, or answers one. One address 
 than its share. Where no more may be open, the address that has most loses one: an idle one, or
 that which has been reading for longest, since an honest browser sends a request in one piece, or
 else the one whose answer takes longest. So whoever has few keeps them, however slow their link is.
+What they hold of requests that are not answered yet is limited in the same way.
 """
 
 from __future__ import annotations
@@ -17,18 +18,22 @@ if TYPE_CHECKING:
 
 _ANSWERS_S: Final = 1.0
 """An answer under way is broken off earlier only for an address that has fewer connections."""
+_HELD_BYTES: Final = 12_288
+"""On the mean of as many connections as may be open: an offer has 8 KB, packed 2. Whoever holds no
+more than that, on one connection, keeps it whatever others hold."""
 
 
 class TrackedConnection:
     """An open connection; `close` is called when it has to make room."""
 
-    __slots__ = ("address", "close", "since_s", "state")
+    __slots__ = ("address", "close", "held_bytes", "since_s", "state")
 
     def __init__(self, address: str, close: Callable[[], None], now_s: float) -> None:
         self.address = address
         self.close = close
         self.since_s = now_s
         self.state: State = "reading"
+        self.held_bytes = 0
 
 
 class ConnectionLimits:
@@ -38,6 +43,8 @@ class ConnectionLimits:
         self._most = most
         self._most_per_address = most_per_address
         self._number = 0
+        self._most_held_bytes = most * _HELD_BYTES
+        self._held_bytes = 0
         self._by_address: dict[str, dict[TrackedConnection, None]] = {}
         """Each in the order in which their requests began; dictionaries keep it."""
         self.refused = 0
@@ -89,6 +96,19 @@ class ConnectionLimits:
         """Note that it was answered, and the next request has not begun."""
         tracked.state = "idle"
 
+    def holds(self, tracked: TrackedConnection, held_bytes: int) -> None:
+        """Note how much it holds of requests that are not answered yet.
+
+        While all hold too much, the address that holds most loses the connection that holds most.
+        """
+        if tracked not in self:
+            return
+        self._held_bytes += held_bytes - tracked.held_bytes
+        tracked.held_bytes = held_bytes
+        while self._held_bytes > self._most_held_bytes:
+            own = max(self._by_address.values(), key=lambda own: sum(map(_held_bytes, own)))
+            self._close(max(own, key=_held_bytes))
+
     def is_for(
         self, tracked: TrackedConnection, address: str, now_s: float, *, limited: bool
     ) -> bool:
@@ -120,6 +140,7 @@ class ConnectionLimits:
         if not own:
             del self._by_address[tracked.address]
         self._number -= 1
+        self._held_bytes -= tracked.held_bytes
 
     def close_all(self) -> None:
         """Close whatever is still open."""
@@ -138,11 +159,19 @@ class ConnectionLimits:
             return False
         if longest.state == "answering" and now_s - longest.since_s < least_s:
             return False
-        self.displaced += 1
-        self.leave(longest)
-        longest.close()
+        self._close(longest)
         return True
+
+    def _close(self, tracked: TrackedConnection) -> None:
+        self.displaced += 1
+        self.leave(tracked)
+        tracked.close()
 
     def _add(self, tracked: TrackedConnection) -> None:
         self._by_address.setdefault(tracked.address, {})[tracked] = None
         self._number += 1
+        self._held_bytes += tracked.held_bytes
+
+
+def _held_bytes(tracked: TrackedConnection) -> int:
+    return tracked.held_bytes
