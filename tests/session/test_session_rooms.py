@@ -255,6 +255,20 @@ async def test_a_press_that_comes_again_from_a_room_is_the_same_press(rig: Rig) 
     assert rig.room.snapshot(rig.clock.time_s).stop is None
 
 
+async def test_without_a_cookie_a_page_in_a_room_is_known_by_its_tab(rig: Rig) -> None:
+    """By the newest of its seats, and by none that it has left; nobody is the host by that."""
+    seats, nobody = rig.room.rooms, visitor("")
+    seats.seat(EVE, "eve's secret")
+    assert rig.room.by_tab(nobody, "eve's secret") == EVE
+    seats.seat(guest(7), "eve's secret")  # renewed as somebody new
+    seats.leave(EVE, "eve's secret")
+    assert rig.room.by_tab(nobody, "eve's secret") == guest(7)
+    seats.leave(guest(7), "eve's secret")
+    assert rig.room.by_tab(nobody, "eve's secret") is nobody
+    seats.seat(replace(visitor("hedy-111"), sign_in=rig.sign_in()), "the host's")
+    assert rig.room.by_tab(nobody, "the host's") is nobody
+
+
 # --- the queue -------------------------------------------------------------------------------
 
 
@@ -414,5 +428,5 @@ def test_seats_are_counted_by_address_and_browser() -> None:
     assert not seats.has("eve-1111")
     assert (seats.at(EVE.address), vars(seats)) == (
         0,
-        {"_seats": {}, "_tabs": {}, "_addresses": {}},
+        {"_seats": {}, "_tabs": {}, "_newest": {}, "_addresses": {}},
     )

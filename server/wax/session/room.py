@@ -344,12 +344,13 @@ class Room:
         return self.viewer_role(viewer)
 
     def by_tab(self, visitor: Visitor, tab: str) -> Visitor:
-        """Return the guest whose tab has this secret; the visitor if there is none.
+        """Return the guest, here or in a room, whose tab has this secret; else the visitor.
 
         Embeds have no tab, and a host without their cookie is none.
         """
         viewer = self._viewers.of_secret(tab)
-        return visitor if viewer is None or viewer.visitor.is_host else viewer.visitor
+        found = self._rooms.of_tab(tab) if viewer is None else viewer.visitor
+        return visitor if found is None or found.is_host else found
 
     def has_people_at(self, address: str) -> bool:
         """Whether somebody at this address watches, here or elsewhere."""

@@ -44,6 +44,8 @@ class Seats:
     def __init__(self) -> None:
         self._seats: dict[str, Seated] = {}
         self._tabs: Counter[str] = Counter()
+        self._newest: dict[str, str] = {}
+        """By a tab's secret, who it is: without a cookie somebody new at each request."""
         self._addresses: defaultdict[str, set[str]] = defaultdict(set)
 
     def __len__(self) -> int:
@@ -79,6 +81,10 @@ class Seats:
         """Whether this browser has any."""
         return bool(identity) and self._tabs[identity] > 0
 
+    def of_tab(self, tab: str) -> Seated | None:
+        """Return the newest seat of this tab, of whichever browser; None if it has none."""
+        return self._seats.get(self._newest.get(tab, ""))
+
     def give(self, visitor: Visitor, tab: str, rooms: Sequence[str], now_s: float) -> None:
         """Give a seat, or renew it."""
         before = self.take(person(visitor.identity, tab))
@@ -86,6 +92,7 @@ class Seats:
         seated = Seated(visitor, tab, tuple(rooms), now_s + SEAT_S, since_s)
         self._seats[seated.person] = seated
         self._tabs[visitor.identity] += 1
+        self._newest[tab] = seated.person
         self._addresses[visitor.address].add(seated.person)
 
     def take(self, name: str) -> Seated | None:
@@ -93,6 +100,8 @@ class Seats:
         seated = self._seats.pop(name, None)
         if seated is not None:
             address = seated.visitor.address
+            if self._newest.get(seated.tab) == name:
+                del self._newest[seated.tab]
             self._tabs[seated.visitor.identity] -= 1
             if not self._tabs[seated.visitor.identity]:
                 del self._tabs[seated.visitor.identity]

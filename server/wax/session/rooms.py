@@ -96,6 +96,11 @@ class Rooms:
         """Whether this browser watches in a room."""
         return self._seats.has(visitor.identity)
 
+    def of_tab(self, tab: str) -> Visitor | None:
+        """Return who watches in a room in the tab with this secret; None if nobody does."""
+        seated = self._seats.of_tab(tab)
+        return None if seated is None else seated.visitor
+
     def since_s(self, address: str) -> dict[str, float]:
         """Return since when each browser of an address watches in a room."""
         return self._seats.since_s(address)
