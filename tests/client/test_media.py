@@ -50,7 +50,7 @@ class Wire:
         monkeypatch.setattr(receiver.transport, "_send_rtp", self._feedback)
 
     async def brings(self, sequence: int, *, pause_s: float = 0.01, size: int = 1000) -> None:
-        """Let a packet of the picture arrive, and what is due because of it leave."""
+        """Let a picture's packet arrive, and let the resulting answers be sent."""
         self.at_s += pause_s
         self._sequence += 1
         packet = RtpPacket(payload_type=97, sequence_number=sequence, ssrc=7, payload=bytes(size))
@@ -86,7 +86,7 @@ async def wire(monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Wire]:
 
 
 async def test_feedback_goes_back_each_50_to_100_ms(wire: Wire) -> None:
-    """At any rate of a picture, the server hears every 50 to 100 ms when each packet came."""
+    """At any rate, feedback is sent every 50 to 100 ms with each packet's arrival time."""
     for sequence in range(300):
         await wire.brings(sequence)
     gaps_s = [after - before for before, after in pairwise(wire.feedback_s)]
@@ -96,7 +96,7 @@ async def test_feedback_goes_back_each_50_to_100_ms(wire: Wire) -> None:
 
 
 async def test_the_last_packet_is_told_of_though_none_follows(wire: Wire) -> None:
-    """A sender that waits for feedback would else wait for one that waits for it."""
+    """The last packet is reported without another one: the sender may be waiting for that."""
     await wire.brings(1)
     assert wire.feedback_s == []
     wire.at_s += 0.1
@@ -104,7 +104,7 @@ async def test_the_last_packet_is_told_of_though_none_follows(wire: Wire) -> Non
 
 
 async def test_a_missing_packet_is_asked_for_at_once_and_again(wire: Wire) -> None:
-    """With the packet behind a gap it is asked for, each 100 ms again, at last as a keyframe."""
+    """A missing packet is requested at once, again every 100 ms, and finally as a keyframe."""
     for sequence in (1, 2, 4):
         await wire.brings(sequence)
     assert wire.asked == [(wire.at_s, [3])]
@@ -116,7 +116,7 @@ async def test_a_missing_packet_is_asked_for_at_once_and_again(wire: Wire) -> No
 
 
 async def test_only_media_are_taken_from_the_socket(wire: Wire) -> None:
-    """RTCP, DTLS and STUN go on to aiortc; sound and picture are counted and go nowhere."""
+    """RTCP, DTLS and STUN are passed to aiortc; sound and picture are only counted."""
     for first in (0, 22, 0x80):
         wire.sockets[0].datagram_received(bytes([first, 200, *range(20)]), None)
     assert len(wire.onwards) == 3

@@ -1,4 +1,4 @@
-"""What the client's clock, reports and commands say is what the server's codec reads."""
+"""The client's clock, reports and commands, as decoded by the server's codec."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ async def operator() -> AsyncIterator[Operator]:
 
 
 async def test_a_command_is_what_the_hands_hold(operator: Operator) -> None:
-    """Each column of a command stands where the server reads it, and `other` replaces one."""
+    """Each field of a command is where the server reads it, and `other` replaces fields."""
     operator.steer(0.5, -0.25)
     operator.clock.add(1000.0, 1002.0, 6001.0)
     command = parse_drive(operator.row(operator.next_seq()))
@@ -42,7 +42,7 @@ async def test_a_command_is_what_the_hands_hold(operator: Operator) -> None:
 
 
 async def test_an_offer_is_a_browsers(operator: Operator) -> None:
-    """It offers transport-wide feedback for both streams, and the server can read it."""
+    """The offer has transport-wide feedback for both streams, and the server can parse it."""
     peer = operator.peer
     await peer.setLocalDescription(await peer.createOffer())
     offer = clean_offer(as_browser(peer.localDescription.sdp))
@@ -54,7 +54,7 @@ async def test_an_offer_is_a_browsers(operator: Operator) -> None:
 
 
 async def test_waiting_ends_with_the_news_or_in_time(operator: Operator) -> None:
-    """What a message brings about is noticed at once, and what never comes is False."""
+    """`until` returns as soon as a message makes its condition true, and False after a timeout."""
     waiting = asyncio.create_task(operator.until(lambda: operator.stopped == 3))
     await asyncio.sleep(0)
     operator.state.emit("message", '{"type": "room", "stop": {"number": 3, "by": "Guest 1"}}')
@@ -63,7 +63,7 @@ async def test_waiting_ends_with_the_news_or_in_time(operator: Operator) -> None
 
 
 def test_the_quickest_round_trip_aligns_the_clock() -> None:
-    """A spike in one direction does not move it, and one that is long ago is forgotten."""
+    """The clock ignores a delay spike in one direction, and forgets old round trips."""
     clock = ServerClock()
     assert (clock.ahead_ms, clock.error_ms) == (0.0, None)
     clock.add(1000.0, 1002.0, 6001.0)
@@ -75,7 +75,7 @@ def test_the_quickest_round_trip_aligns_the_clock() -> None:
 
 
 def test_a_report_says_what_arrived_and_what_was_lost() -> None:
-    """The sound is as old as it was at arrival and its target; what was lost was concealed."""
+    """The sound's reported age is that on arrival plus the target; lost sound is concealed."""
     reporter = Reporter()
     clock = {"type": "rtp_clock", "kind": "audio", "rtp_origin": 2**32 - 480, "rate_hz": 48000}
     reporter.handle(clock | {"origin_server_ms": 50_000.0})
@@ -97,7 +97,7 @@ def test_a_report_says_what_arrived_and_what_was_lost() -> None:
 
 
 def test_reports_are_as_frequent_as_a_pages() -> None:
-    """All of the first ten seconds, then one a second, but for whoever drives."""
+    """Every report is sent for ten seconds, then one a second, except while driving."""
     reporter = Reporter()
     assert all(reporter.is_due(eager=False) for _ in range(40))
     assert [reporter.is_due(eager=False) for _ in range(40)].count(True) == 10

@@ -1,4 +1,4 @@
-"""Viewers without a screen say what they have received as the page does."""
+"""Clients without a screen acknowledge media units as the page does."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def packet(rtp: int, *, marker: bool = False) -> RtpHeader:
 
 @pytest.mark.parametrize("rtp", [NEWEST, 3000, 7000, NEWEST - 4000])
 def test_the_end_of_a_unit_is_known_across_the_wrap(rtp: int) -> None:
-    """From one unit's last packet follow all, later and earlier, and beyond 2³²."""
+    """One unit's last packet determines all others, later and earlier, across the wrap at 2³²."""
     receipts = Receipts()
     receipts.learn(NEWEST, 4000)
     assert receipts.ends_unit("audio", packet(rtp))
@@ -24,7 +24,7 @@ def test_the_end_of_a_unit_is_known_across_the_wrap(rtp: int) -> None:
 
 
 def test_what_came_early_is_told_once() -> None:
-    """Packets from before it was known which are last ones are told when it is, and not again."""
+    """Early packets are acknowledged once it is known which ones end a unit, and only once."""
     receipts = Receipts()
     for rtp in (3840, 4000, 4160):
         assert not receipts.ends_unit("audio", packet(rtp))

@@ -62,13 +62,13 @@ def test_a_header_is_read_as_it_was_written(sequence: int | None) -> None:
 
 @given(data=st.binary(max_size=60), extension_id=st.none() | st.integers(1, 14))
 def test_no_bytes_are_too_strange(data: bytes, extension_id: int | None) -> None:
-    """Whatever comes is read, refused, or not RTP; nothing is raised."""
+    """Any bytes are parsed, refused, or recognised as not RTP; nothing is raised."""
     if header.is_rtp(data):
         header.read(data, extension_id)
 
 
 def test_what_is_not_media_goes_its_way() -> None:
-    """RTCP, DTLS and STUN are none of the crowd's."""
+    """RTCP, DTLS and STUN are not taken for RTP."""
     for first, second in ((0x80, 200), (0x8F, 205), (22, 254), (0, 1)):
         assert not header.is_rtp(bytes([first, second, *range(20)]))
 
@@ -109,9 +109,9 @@ def read_feedback(data: bytes) -> tuple[int, dict[int, float]]:
     ),
 )
 def test_feedback_says_when_each_packet_came(first: int, arrivals: list[tuple[int, int]]) -> None:
-    """Lost, late and out of order: who reads it has each arrival to the tick, and none besides.
+    """Feedback has each arrival exact to the tick, for lost, late and reordered packets.
 
-    The server's own reader finds as many.
+    The server's own parser finds the same number.
     """
     feedback = TransportFeedback()
     at_s, sequence, expected = 1000.0, first, {}
@@ -142,14 +142,14 @@ def test_what_was_lost_between_two_is_told() -> None:
 
 
 def test_feedback_takes_a_twentieth() -> None:
-    """The wait is Chromium's: short when much comes, bounded both ways."""
+    """The interval is Chromium's: shorter at a higher rate, and bounded both ways."""
     assert interval_s(10e6) == MIN_INTERVAL_S
     assert interval_s(0) == MAX_INTERVAL_S
     assert 8 * 68 / interval_s(100_000) == pytest.approx(0.05 * 100_000)
 
 
 def test_what_is_missing_is_asked_for_until_it_comes() -> None:
-    """A gap is asked for at once and again; what came is not, and in the end a keyframe is."""
+    """A gap is requested at once and again until it arrives or a keyframe is requested."""
     missing = RetransmissionRequests()
     for sequence in (65534, 2):
         missing.arrived(sequence)

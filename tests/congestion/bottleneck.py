@@ -23,7 +23,7 @@ _INITIAL_SEGMENTS = 10
 
 
 class Flow(Protocol):
-    """What shares a bottleneck."""
+    """A flow that shares a bottleneck."""
 
     now_s: float
 
@@ -33,7 +33,7 @@ class Flow(Protocol):
 
 
 def run(flows: Sequence[Flow], until_s: float) -> None:
-    """Let all flows go on, in the order of what happens."""
+    """Run all flows, in the order of their events."""
     while True:
         first = min(flows, key=lambda flow: flow.next_s())
         if first.next_s() > until_s:
@@ -44,7 +44,7 @@ def run(flows: Sequence[Flow], until_s: float) -> None:
 
 
 class Port:
-    """One flow's way into the bottleneck; what goes in by it comes out by it."""
+    """One flow's port of the bottleneck: its packets enter and leave here."""
 
     def __init__(self, shared: Direction) -> None:
         self._shared = shared

@@ -1,4 +1,4 @@
-"""The allocator alone: the best that fits, changed seldom, never less on a faster link."""
+"""The allocator alone: it picks the best that fits, rarely changes, and never less if faster."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def _worth(allocation: Allocation) -> tuple[int, int, int]:
 
 
 def test_it_begins_small_while_nothing_is_known() -> None:
-    """What is merely assumed is not spent: the smallest step, until a picture has come."""
+    """While the rate is only assumed, the smallest step is sent."""
     viewer = Viewer()
     allocation = viewer.run(0.3, 300_000, state="starting", assumed=True)[-1]
     assert allocation.step == STEPS[-1]
@@ -142,7 +142,7 @@ def test_more_never_gives_less(
 @given(st.floats(20e3, 3e6), st.lists(st.floats(0.93, 1.07), min_size=50, max_size=50))
 @example(29_237.0, [*[1.0] * 43, 0.9375, *[1.0] * 6])
 def test_a_steady_link_changes_no_step_twice_in_5_s(rate_bps: float, noise: list[float]) -> None:
-    """An estimate that trembles by 7 % never makes two changes of step within 5 s."""
+    """An estimate that varies by 7 % never causes two changes of step within 5 s."""
     viewer = Viewer()
     viewer.run(3.5, rate_bps)
     changes, step = [], viewer.run(0.1, rate_bps)[-1].step
@@ -168,7 +168,7 @@ def test_less_is_sent_in_the_same_decision() -> None:
 
 
 def test_a_step_of_which_nothing_fits_is_left_at_once() -> None:
-    """When not even its lowest layer fits, the next decision is another step."""
+    """If not even a step's lowest layer fits, the next decision changes the step."""
     viewer = Viewer()
     viewer.run(10, 2e6)
     assert viewer.run(0.1, 270e3)[-1].step == STEPS[3]
@@ -185,7 +185,7 @@ def test_no_keyframe_is_asked_for_into_a_full_queue() -> None:
 
 
 def test_it_goes_up_after_a_while_and_skips_steps() -> None:
-    """A rate that has risen is believed after a second, and the best that fits is next."""
+    """A higher rate counts after a second, and then the best step that fits is chosen."""
     viewer = Viewer()
     viewer.run(10, 270e3)
     assert viewer.run(0.9, 2e6)[-1].step == STEPS[3]
@@ -195,7 +195,7 @@ def test_it_goes_up_after_a_while_and_skips_steps() -> None:
 
 
 def test_a_rise_that_failed_is_tried_later_each_time() -> None:
-    """Going up again takes longer after each time that it led to less within seconds."""
+    """Each failed upgrade makes the next one wait longer."""
     viewer = Viewer()
     viewer.run(10, 270e3)
     waits = []
@@ -211,7 +211,7 @@ def test_a_rise_that_failed_is_tried_later_each_time() -> None:
 
 
 def test_nothing_goes_up_while_the_link_is_not_calm() -> None:
-    """Congested or blind, a viewer is sent no more than before."""
+    """On a congested or blind link nothing is upgraded."""
     for state in ("congested", "blind"):
         viewer = Viewer()
         viewer.run(10, 270e3)
@@ -220,7 +220,7 @@ def test_nothing_goes_up_while_the_link_is_not_calm() -> None:
 
 
 def test_sound_outlives_the_picture() -> None:
-    """Where only sound fits the picture goes; it is tried, and comes back when it fits."""
+    """If only sound fits the picture is dropped; it is tried again, and returns when it fits."""
     viewer = Viewer()
     viewer.run(5, 60e3)
     waits = viewer.run(4, 15e3)
@@ -238,7 +238,7 @@ def test_sound_outlives_the_picture() -> None:
 
 
 def test_a_picture_now_and_then_is_kept() -> None:
-    """Where the lowest layer nearly fits, the pacer leaves out single pictures."""
+    """If the lowest layer nearly fits it is kept, and the pacer drops single pictures."""
     viewer = Viewer()
     viewer.run(5, 60e3)
     sound, least = SOUNDS[-1], STEPS[-1]
@@ -248,7 +248,7 @@ def test_a_picture_now_and_then_is_kept() -> None:
 
 
 def test_a_try_asks_for_no_more_than_the_lowest_layer() -> None:
-    """However much is assumed for it, nobody knows yet what the link carries."""
+    """A trial sends only the lowest layer, whatever rate is assumed for it."""
     viewer = Viewer()
     viewer.run(5, 60e3)
     while not viewer.run(0.1, 15e3)[0].tries:
@@ -270,7 +270,7 @@ def test_the_sound_leaves_two_thirds_to_the_picture(rate_bps: float, mu_ms: int)
 
 @pytest.mark.parametrize(("rate_bps", "mu_ms"), [(60e3, 60), (250e3, 20), (5e6, 10)])
 def test_shorter_units_are_sent_where_they_may_be(rate_bps: float, mu_ms: int) -> None:
-    """Whose role allows units of 10 ms has them over a link with room for twice the headers."""
+    """A role that allows units of 10 ms gets them on a link with room for twice the headers."""
     allocator = Allocator(STEPS, [SoundEncoding(10, 32_000), *SOUNDS])
     allocation = Viewer(allocator).run(10, rate_bps)[-1]
     assert allocation.sound is not None
@@ -326,7 +326,7 @@ def test_without_sound_the_picture_has_it_all() -> None:
     ("lost", "burst", "redundancy"), [(0.004, 2, 0), (0.01, 1, 1), (0.05, 2, 2), (0.2, 9, 3)]
 )
 def test_loss_is_answered_by_sending_sound_again(lost: float, burst: int, redundancy: int) -> None:
-    """From half a percent on, as many earlier units go along as are lost in a row."""
+    """From 0.5 % loss, each packet repeats as many earlier units as are lost in a row."""
     assert Viewer().run(1, 5e6, lost=lost, burst=burst)[-1].redundancy == redundancy
 
 
@@ -338,7 +338,7 @@ def test_sound_is_not_sent_again_where_that_costs_the_picture() -> None:
 
 
 def test_a_browser_without_redundancy_gets_none() -> None:
-    """However much is lost, what the browser does not take is not sent, nor waited for."""
+    """A browser without support for redundancy gets none, whatever the loss."""
     viewer = Viewer()
     viewer.takes_redundancy = False
     assert viewer.run(1, 5e6, lost=0.2, burst=3)[-1].redundancy == 0

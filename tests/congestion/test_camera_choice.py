@@ -1,4 +1,4 @@
-"""What is sent of the cameras beside the driving view: the rest, the large one first."""
+"""The choice for additional cameras: they share what is left, the large one first."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _names(chosen: list[Step | None]) -> list[str | None]:
 
 
 class Viewer:
-    """A viewer's cameras over time, of which `wishes` are looked at."""
+    """A viewer's cameras over time; `wishes` are the ones that are watched."""
 
     def __init__(self, *wishes: list[Step]) -> None:
         self.wishes = list(wishes)
@@ -47,7 +47,7 @@ class Viewer:
 
 
 def test_the_large_one_gets_the_best_and_others_stay_small() -> None:
-    """On a link that carries everything, each gets what it is looked at for."""
+    """On a fast link each camera gets its best step."""
     assert Viewer(SMALL, LADDER, SMALL).after(2, PLENTY_BPS) == ["small", "large", "small"]
 
 
@@ -57,14 +57,14 @@ def test_nothing_is_sent_that_nobody_looks_at() -> None:
 
 
 def test_all_are_seen_before_one_is_large() -> None:
-    """What is left goes to a small picture of each first, and then to the large one."""
+    """The rest of the rate goes to a small picture of each camera first, then to the large one."""
     assert Viewer(SMALL, LADDER).after(2, 300_000) == ["small", "middle"]
     assert Viewer(SMALL, LADDER).after(2, 80_000) == ["small", "small"]
     assert Viewer(SMALL, LADDER).after(2, 50_000) == [None, "small"]
 
 
 def test_nothing_left_is_nothing_sent() -> None:
-    """Where the driving view takes everything, the others wait; and go when it comes to that."""
+    """If the driving view takes everything, the other cameras are dropped."""
     viewer = Viewer(SMALL, LADDER)
     assert viewer.after(2, 0) == [None, None]
     assert viewer.after(2, PLENTY_BPS) == ["small", "large"]
@@ -72,7 +72,7 @@ def test_nothing_left_is_nothing_sent() -> None:
 
 
 def test_they_stay_while_they_are_kept() -> None:
-    """What is sent goes on for as long as it fits, even where it could not begin."""
+    """Cameras already sent continue while they fit, even if they could not start now."""
     viewer = Viewer(SMALL)
     assert viewer.after(2, PLENTY_BPS) == ["small"]
     assert viewer.after(5, 0, 60_000) == ["small"]
@@ -80,7 +80,7 @@ def test_they_stay_while_they_are_kept() -> None:
 
 
 def test_a_swap_does_not_wait() -> None:
-    """Who makes another one large has it at the next decision."""
+    """A viewer who enlarges another camera gets it at the next decision."""
     viewer = Viewer(SMALL, LADDER)
     viewer.after(2, PLENTY_BPS)
     viewer.wishes = [LADDER, SMALL]
@@ -88,7 +88,7 @@ def test_a_swap_does_not_wait() -> None:
 
 
 def test_too_much_too_often_waits_longer() -> None:
-    """On a link where they fit only until they are sent, they come ever more rarely."""
+    """On a link where they fit only until they are sent, trials become ever rarer."""
     viewer = Viewer(SMALL)
     begun = 0
     was_sent = False

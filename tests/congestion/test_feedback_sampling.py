@@ -1,4 +1,4 @@
-"""Of which packets a browser shall tell: all while it matters, samples otherwise."""
+"""Which packets request feedback: all while it matters, samples otherwise."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _marked(
     ],
 )
 def test_all_is_marked_while_it_matters(estimate: LinkEstimate, full_feedback: bool) -> None:
-    """While a link is found out, full, or used by who drives, each packet is told of."""
+    """Every packet requests feedback at startup, under congestion, and for the operator."""
     sampling = FeedbackSampling()
     sampling.follow(estimate, full_feedback=full_feedback)
     assert not sampling.is_sparse
@@ -69,7 +69,7 @@ def test_all_is_marked_while_it_matters(estimate: LinkEstimate, full_feedback: b
 
 
 def test_who_only_watches_tells_of_samples() -> None:
-    """Over a settled link an observer's browser has two or three answers a second to give."""
+    """On a settled link an observer's browser sends two or three feedback packets a second."""
     sampling = FeedbackSampling()
     sampling.follow(_estimate(), full_feedback=False)
     assert sampling.is_sparse
@@ -78,7 +78,7 @@ def test_who_only_watches_tells_of_samples() -> None:
 
 @pytest.mark.parametrize("full_feedback", [True, False])
 def test_a_thin_uplink_is_spared(full_feedback: bool) -> None:
-    """A modem line gives two answers a second, whoever is behind it."""
+    """On a modem line feedback comes twice a second, for everybody."""
     sampling = FeedbackSampling()
     sampling.follow(_estimate(rate_bps=48_000.0, used_bps=46_000.0), full_feedback=full_feedback)
     marked = _marked(sampling, 10.0, pictures_hz=10.0)
@@ -87,7 +87,7 @@ def test_a_thin_uplink_is_spared(full_feedback: bool) -> None:
 
 
 def test_sound_alone_is_heard_of_too() -> None:
-    """Without a picture the sound's packets tell how the link is."""
+    """Without a picture the sound's packets are sampled."""
     sampling = FeedbackSampling()
     sampling.follow(_estimate(rate_bps=48_000.0), full_feedback=False)
     assert 8 <= _marked(sampling, 10.0, pictures_hz=None).count("sound") <= 25

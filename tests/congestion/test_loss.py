@@ -20,7 +20,7 @@ def test_it_rises_slowly_and_falls_with_what_is_lost() -> None:
 
 
 def test_a_little_loss_is_let_be() -> None:
-    """Between 2 and 10 % it stays: that much is the air's, not a queue's."""
+    """Loss between 2 and 10 % leaves the rate: it comes from radio, not from a queue."""
     rate = LossBasedControl()
     for second in range(20):
         rate.reported(0.05, float(second))

@@ -1,4 +1,4 @@
-"""The pacer: what was sent is waited for, no more and no less."""
+"""The pacer: a picture waits until everything sent before it has drained."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ steps = st.lists(st.tuples(st.floats(0, 0.1), st.integers(0, 1500)), max_size=50
 
 
 def test_a_picture_may_go_at_once_where_nothing_was_sent() -> None:
-    """An untouched way is free."""
+    """A link on which nothing was sent is free."""
     assert Pacer(100_000).free_in_s(5.0) == 0.0
 
 
 def test_a_datagram_takes_its_time() -> None:
-    """1000 bytes at 100 kbit/s keep the way busy for 80 ms."""
+    """1000 bytes at 100 kbit/s keep the link busy for 80 ms."""
     pacer = Pacer(100_000)
     pacer.spend(1000, 1.0)
     assert pacer.free_in_s(1.0) == pytest.approx(0.080)
@@ -36,7 +36,7 @@ def test_sound_goes_on_the_debt() -> None:
 
 
 def test_what_is_measured_in_the_way_is_not_counted_twice() -> None:
-    """A measured queue counts as far as it is longer than what is owed already."""
+    """A measured queue counts only as far as it exceeds the debt."""
     pacer = Pacer(100_000)
     pacer.spend(1000, 1.0)
     pacer.drain(50, 1.0)
@@ -46,7 +46,7 @@ def test_what_is_measured_in_the_way_is_not_counted_twice() -> None:
 
 
 def test_a_newer_measurement_replaces_an_older() -> None:
-    """A queue that turns out shorter is waited for no longer than what was sent takes."""
+    """If a newer measurement is shorter, the wait falls back to the debt."""
     pacer = Pacer(100_000)
     pacer.spend(1000, 1.0)
     pacer.drain(400, 1.0)
@@ -57,7 +57,7 @@ def test_a_newer_measurement_replaces_an_older() -> None:
 
 
 def test_a_debt_takes_longer_on_a_slower_link() -> None:
-    """What is owed is bits, so half the rate takes twice the time."""
+    """The debt is in bits, so at half the rate it takes twice as long."""
     pacer = Pacer(100_000)
     pacer.spend(1000, 1.0)
     pacer.rate_bps = 50_000
@@ -65,7 +65,7 @@ def test_a_debt_takes_longer_on_a_slower_link() -> None:
 
 
 def test_a_debt_that_no_queue_confirms_is_forgiven() -> None:
-    """What was sent beyond the rate has come: only what is measured is waited for."""
+    """After `forgive` only the measured queue counts."""
     pacer = Pacer(100_000)
     pacer.spend(5000, 1.0)
     pacer.drain(30.0, 1.0)
@@ -82,7 +82,7 @@ def test_a_debt_is_bounded() -> None:
 
 
 def test_time_that_runs_back_frees_nothing() -> None:
-    """An earlier time, or none, is taken for the latest that was told."""
+    """A time that falls, or NaN, counts as the latest time so far."""
     pacer = Pacer(100_000)
     pacer.spend(1000, 10.0)
     for now_s in (9.0, -math.inf, math.nan):
@@ -92,7 +92,7 @@ def test_time_that_runs_back_frees_nothing() -> None:
 
 @given(steps, st.floats(8e3, 5e7))
 def test_no_more_leaves_than_the_rate(trace: list[tuple[float, int]], rate_bps: float) -> None:
-    """Who waits as long as told never sends more than the rate and one datagram."""
+    """A sender that waits as told never exceeds the rate by more than one datagram."""
     pacer, now_s, sent_bits, last_bits = Pacer(rate_bps), 0.0, 0, 0
     for pause_s, size_bytes in trace:
         now_s += pause_s

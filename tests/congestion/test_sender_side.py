@@ -77,7 +77,7 @@ def test_a_fast_link_lets_every_picture_go() -> None:
 
 
 def test_a_slow_link_lets_as_many_go_as_it_carries() -> None:
-    """Over a thin link pictures wait for what was sent, and the queue stays short."""
+    """Over a thin link pictures wait for the pacer, and the queue stays short."""
     line = Line(200e3)
     line.run(8.0, 1000)
     carried = line.run(8.0, 1000)
@@ -87,7 +87,7 @@ def test_a_slow_link_lets_as_many_go_as_it_carries() -> None:
 
 
 def test_what_is_stuck_stops_pictures_but_for_a_try() -> None:
-    """While nothing is heard of what was sent a picture goes three times a second, not thirty."""
+    """While feedback is missing, three pictures a second are sent instead of thirty."""
     line = Line(20e6)
     line.control.full_feedback = True
     line.run(3.0, 4000)
@@ -102,7 +102,7 @@ def test_what_is_stuck_stops_pictures_but_for_a_try() -> None:
 
 
 def test_another_link_is_found_out_anew() -> None:
-    """What the one before carried, or that nothing came of it, says nothing of the next."""
+    """After a change of link nothing known of the old one counts."""
     line = Line(200e3)
     line.control.negotiated(has_feedback=True)
     line.run(4.0, 1000)
@@ -120,7 +120,7 @@ def test_another_link_is_found_out_anew() -> None:
 
 
 def test_another_link_has_the_feedback_that_was_agreed() -> None:
-    """A browser without any is not waited for on the next one either."""
+    """A browser without feedback is not waited for on the new link either."""
     control = SenderSideControl(lambda _estimate, _now_s: None)
     control.negotiated(has_feedback=False, kind="audio")
     control.negotiated(has_feedback=False)
@@ -141,7 +141,7 @@ def _without_feedback() -> SenderSideControl:
 
 
 def test_what_others_take_is_counted() -> None:
-    """Data channels and their acknowledgements are told apart from sound and picture."""
+    """Data channels and their acknowledgements are counted apart from sound and picture."""
     control = SenderSideControl(lambda _estimate, _now_s: None)
     for tick in range(400):
         control.sent(100, 100 + tick / 20, is_media=False)
@@ -162,7 +162,7 @@ def _repeated(line: Line, first_bytes: int) -> int:
 
 
 def test_repeats_are_a_share_of_the_rate_and_have_a_deadline() -> None:
-    """Lost packets take a quarter of the rate, and none that would come too late."""
+    """Retransmissions take at most a quarter of the rate, and none is sent that would be late."""
     line = Line(1e6)
     line.run(3.0, 3000)
     rate_bps = line.control.estimate(line.now_s).rate_bps
@@ -171,7 +171,7 @@ def test_repeats_are_a_share_of_the_rate_and_have_a_deadline() -> None:
 
 
 def test_repeats_are_a_share_of_what_was_sent_first() -> None:
-    """On a link with room, too, whoever asks for everything again is sent a quarter more."""
+    """Even on a fast link, requesting everything again costs only a quarter more."""
     line = Line(20e6)
     line.run(3.0, 1000)
     at_once = _repeated(line, 100)
@@ -182,7 +182,7 @@ def test_repeats_are_a_share_of_what_was_sent_first() -> None:
 
 
 def test_repeats_need_room_in_the_upload_of_all() -> None:
-    """What everybody is sent again is a twentieth of the upload; whoever drives does not wait."""
+    """All retransmissions together take a twentieth of the upload; the operator's are exempt."""
     budget = UploadBudget(1e6)
     line = Line(20e6)
     line.control = SenderSideControl(lambda _estimate, _now_s: None, budget)
@@ -194,7 +194,7 @@ def test_repeats_need_room_in_the_upload_of_all() -> None:
 
 
 def test_a_full_link_gets_no_retransmissions() -> None:
-    """While a queue stands what was lost is not sent again: it would only be longer."""
+    """Behind a standing queue nothing is retransmitted, because that would lengthen it."""
     line = Line(5e6)
     line.run(3.0, 4000)
     assert line.control.may_retransmit(100, 0.05, line.now_s)

@@ -1,4 +1,4 @@
-"""Many deliveries leave room for what has a deadline."""
+"""Many deliveries do not delay timers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ WORK_S = 0.002
 
 
 async def test_each_call_is_made_once_and_in_order() -> None:
-    """The first at once; also where there are none, and where the last portion is not full."""
+    """Every call is made once and in order, the first batch at once."""
     for count in (0, 1, PORTION, 2 * PORTION + 1):
         made: list[int] = []
         in_batches([partial(made.append, number) for number in range(count)])
@@ -23,7 +23,7 @@ async def test_each_call_is_made_once_and_in_order() -> None:
 
 
 async def test_what_is_spread_first_comes_to_each_first() -> None:
-    """Nobody gets a later one before an earlier one."""
+    """No lane gets a later item before an earlier one."""
     places = range(3 * PORTION)
     got: dict[int, list[str]] = {place: [] for place in places}
     for what in ("first", "second"):
@@ -34,7 +34,7 @@ async def test_what_is_spread_first_comes_to_each_first() -> None:
 
 
 async def test_a_timer_is_served_between_the_batches() -> None:
-    """What is due meanwhile does not wait for the last call."""
+    """A timer that is due does not wait for the last call."""
     made: list[int] = []
     served_after: list[int] = []
     ended = asyncio.Event()

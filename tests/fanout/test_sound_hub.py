@@ -1,4 +1,4 @@
-"""The fan-out of the sound: encoded once an encoding, only while wanted, the past for who joins."""
+"""The fan-out of the sound: encoded once per encoding, only while wanted, with a pre-roll."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ async def _heard(hub: SoundHub, encoding: SoundEncoding, preroll_ms: float) -> l
 
 
 async def test_as_many_channels_as_are_captured() -> None:
-    """A microphone that comes back with one has one."""
+    """The channel count follows the newest block."""
     hub = _hub()
     hub.push(Sound(np.zeros((BLOCK_SAMPLES, 2), np.int16), 12.0))
     assert hub.channels == 2
@@ -75,7 +75,7 @@ async def test_as_many_channels_as_are_captured() -> None:
 @pytest.mark.parametrize("others", [0, 1])
 @pytest.mark.parametrize("preroll_ms", [0, 100, 500])
 async def test_who_joins_hears_the_past_at_once(others: int, preroll_ms: float) -> None:
-    """The pre-roll is exactly as long as asked, whether or not somebody listened before."""
+    """The pre-roll is exactly as long as requested, whether or not somebody listened before."""
     hub = _hub()
     for _ in range(others):
         hub.choose(hub.add(OpenFence()), ENCODINGS[20], 0)
@@ -86,7 +86,7 @@ async def test_who_joins_hears_the_past_at_once(others: int, preroll_ms: float) 
 
 
 async def test_a_second_joiner_hears_of_the_past_what_is_encoded() -> None:
-    """Nothing is encoded twice for whoever comes right after the first and asks for more."""
+    """A second listener who asks for more gets only what is already encoded."""
     hub = _hub()
     _speak(hub, 0, 60)
     assert await _heard(hub, ENCODINGS[20], 40) == [56, 57, 58, 59]
@@ -118,7 +118,7 @@ async def test_the_first_listener_costs_no_more_than_their_preroll(
 
 
 async def test_a_preroll_is_not_longer_than_what_was_captured() -> None:
-    """Right after the start the past is what there is of it, in whole media units."""
+    """Right after the start the pre-roll is shorter, in whole media units."""
     hub = _hub()
     _speak(hub, 0, 8)
     assert await _heard(hub, ENCODINGS[60], 500.0) == [0, 1, 2, 3, 4, 5]
@@ -159,7 +159,7 @@ async def test_encodings_are_encoded_while_wanted() -> None:
 
 
 async def test_what_was_dropped_of_the_sound_stays_counted() -> None:
-    """When a viewer without sound leaves, what their lane dropped is still in the sum."""
+    """When a viewer leaves, what their lane dropped still counts."""
     hub = _hub()
     lane = hub.add(OpenFence())
     hub.choose(lane, ENCODINGS[20], 0)

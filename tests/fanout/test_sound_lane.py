@@ -1,4 +1,4 @@
-"""The sound's lane: each sample once, bounded, and what may be sent once more."""
+"""The sound's lane: it sends each sample once, is bounded, and repeats packets on request."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def _numbers(sounds: list[EncodedSound] | tuple[EncodedSound, ...]) -> list[int]
 
 
 def test_sound_that_overlaps_is_sent_once() -> None:
-    """The past and the present may both bring a packet; it is sent once."""
+    """A packet in both the pre-roll and the stream is sent once."""
     lane = BoundedSoundLane()
     lane.choose(SHORT)
     for number in (1, 2, 3, 3, 2, 4):
@@ -43,7 +43,7 @@ def test_sound_that_overlaps_is_sent_once() -> None:
 
 
 def test_the_new_encoding_follows_where_the_old_one_ends() -> None:
-    """Until the moment of the change the old encoding is taken, from then on the new one alone."""
+    """Until the change the old encoding is sent, and then only the new one."""
     lane = BoundedSoundLane()
     lane.choose(SHORT)
     lane.put(SHORT, _sound(1))
@@ -95,7 +95,7 @@ def test_old_sound_goes_first() -> None:
 
 @given(st.sets(st.integers(0, 30)), st.integers(0, 9))
 def test_what_is_sent_again_ends_where_the_packet_begins(lost: set[int], count: int) -> None:
-    """The earlier packets are at most as many as asked, in order, without a gap."""
+    """Repeated packets are at most as many as requested, in order and contiguous."""
     lane = BoundedSoundLane()
     lane.choose(SHORT)
     numbers = [n for n in range(32) if n not in lost]
@@ -110,7 +110,7 @@ def test_what_is_sent_again_ends_where_the_packet_begins(lost: set[int], count: 
 
 
 def test_what_is_sent_again_is_of_the_same_encoding() -> None:
-    """A packet carries none of another encoding, nor what its 14 bits of time cannot reach."""
+    """A packet repeats none of another encoding, and none beyond the 14-bit time offset."""
     lane = BoundedSoundLane()
     lane.choose(SHORT)
     for number in (0, 1, 2):
@@ -131,7 +131,7 @@ def test_what_is_sent_again_is_of_the_same_encoding() -> None:
 
 
 def test_news_are_told_of() -> None:
-    """Whoever listens last is told when there is something to take; nothing is taken from empty."""
+    """The newest callback is called for new packets, and an empty lane gives None."""
     lane = BoundedSoundLane()
     told: list[str] = []
     lane.choose(SHORT)

@@ -84,7 +84,7 @@ async def test_two_viewers_share_one_encoder(hub: VideoHub) -> None:
 
 
 async def test_what_nobody_wants_is_not_encoded(hub: VideoHub) -> None:
-    """Without a viewer pictures pass by; when the last one leaves the encoder rests."""
+    """Without a viewer nothing is encoded, nor after the last one has left."""
     camera = Camera(hub)
     for _ in range(10):
         camera.picture()
@@ -149,7 +149,7 @@ async def test_a_change_of_size_has_no_gap(hub: VideoHub) -> None:
 
 
 async def test_what_was_dropped_stays_counted(hub: VideoHub) -> None:
-    """When a slow viewer is removed, even twice, what their lane dropped is still in the sum."""
+    """When a slow viewer is removed, even twice, what their lane dropped still counts."""
     camera, quick, slow = Camera(hub), hub.add(OpenFence()), hub.add(OpenFence())
     hub.choose(quick, BIG)
     hub.choose(slow, BIG)
@@ -167,7 +167,7 @@ def _encoding() -> set[threading.Thread]:
 
 
 async def test_a_rendition_of_ones_own_lives_while_it_is_wanted(hub: VideoHub) -> None:
-    """What is provided is encoded for whoever chooses it; after the last one its thread ends."""
+    """A provided rendition is encoded while somebody uses it; then its thread ends."""
     camera, a, b = Camera(hub), hub.add(OpenFence()), hub.add(OpenFence())
     shared = _encoding()
     hub.provide(OWN)
@@ -194,7 +194,7 @@ async def test_a_rendition_of_ones_own_lives_while_it_is_wanted(hub: VideoHub) -
 
 
 async def test_what_is_shared_is_not_provided_anew(hub: VideoHub) -> None:
-    """A rendition of the configuration stays what it is, and stays when nobody wants it."""
+    """A configured rendition is neither replaced nor removed when unused."""
     camera, lane, threads = Camera(hub), hub.add(OpenFence()), _encoding()
     hub.provide(SETTINGS.renditions[0])
     hub.choose(lane, BIG)
@@ -208,7 +208,7 @@ async def test_what_is_shared_is_not_provided_anew(hub: VideoHub) -> None:
 async def test_there_is_room_while_half_the_cores_suffice(
     monkeypatch: pytest.MonkeyPatch, cores: float, has_room: bool
 ) -> None:
-    """One more is encoded where it and all others take no more than half of the machine."""
+    """There is room for a rendition if all together use at most half of the machine."""
 
     class Slow:
         """Takes 10 ms for each picture, which at 30 a second are 0.3 of a core."""
@@ -269,7 +269,7 @@ async def test_encoders_that_hang_are_left_behind_together(*, asked: bool) -> No
 async def test_a_keyframe_for_whoever_drives_is_not_put_off(
     hub: VideoHub, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Others of the same rendition may have asked for as many as there are."""
+    """The operator's keyframe is not delayed by other viewers' requests."""
     asked: list[bool] = []
     rendition = hub._renditions[BIG]
     monkeypatch.setattr(rendition, "request_keyframe", lambda *, is_urgent: asked.append(is_urgent))

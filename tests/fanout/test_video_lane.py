@@ -104,7 +104,7 @@ def test_a_viewer_who_takes_nothing_holds_at_most_the_bound() -> None:
 
 
 def test_what_waits_for_half_a_second_is_not_sent() -> None:
-    """A way that was closed for long is not fed what is stale, but what comes after it."""
+    """After a long blockage stale pictures are dropped, and newer ones are sent."""
     lane = VideoLane()
     lane.choose(SMALL.name)
     for picture in STREAM[:45]:
@@ -117,7 +117,7 @@ def test_what_waits_for_half_a_second_is_not_sent() -> None:
 
 
 def test_upper_layers_go_first() -> None:
-    """A viewer who takes every second picture loses only pictures that nothing depends on."""
+    """A viewer who gets every second picture loses only pictures that nothing depends on."""
     lane = VideoLane()
     lane.choose(SMALL.name)
     out = _through(lane, [index % 2 for index in range(90)])
@@ -129,7 +129,7 @@ def test_upper_layers_go_first() -> None:
 
 @pytest.mark.parametrize(("top", "share"), [(2, 1.0), (1, 0.5), (0, 0.25)])
 def test_a_lane_is_cut_to_its_top_layer(top: int, share: float) -> None:
-    """Each layer that is left out halves the pictures; nothing else is lost."""
+    """Each dropped layer halves the picture rate; nothing else is lost."""
     lane = VideoLane()
     lane.choose(SMALL.name)
     out = _through(lane, [1] * 90, [top] * 90)
@@ -138,7 +138,7 @@ def test_a_lane_is_cut_to_its_top_layer(top: int, share: float) -> None:
 
 
 def test_the_newest_is_sent_when_the_way_is_free() -> None:
-    """What was captured last goes before droppable pictures that have waited."""
+    """The newest picture is sent before droppable pictures that are queued."""
     lane = VideoLane()
     lane.choose(SMALL.name)
     lane.put(STREAM[0])
@@ -177,7 +177,7 @@ OTHER_NEXT = EncodedPicture(b"next", STREAM[46].pts, "other", False, 2, 199.0)
 
 
 def test_a_change_of_rendition_keeps_the_old_one_until_the_new_ones_keyframe() -> None:
-    """There is no gap between two: the old one goes on until the new one can be decoded."""
+    """The old rendition continues until the new one can be decoded, without a gap."""
     lane = VideoLane()
     lane.choose(SMALL.name)
     lane.put(STREAM[0])
@@ -225,7 +225,7 @@ def test_the_same_moment_in_another_rendition_has_a_time_of_its_own() -> None:
 
 
 def test_what_is_given_up_is_not_sent() -> None:
-    """Once the old one is given up nothing of it leaves, and the new one begins by a keyframe."""
+    """After `give_up` the old rendition ends at once, and the new one starts by a keyframe."""
     lane = VideoLane()
     lane.choose(SMALL.name)
     lane.put(STREAM[0])

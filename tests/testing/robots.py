@@ -1,4 +1,4 @@
-"""A robot in memory, a driver that keeps every promise, and one that breaks each."""
+"""A robot in memory, a correct driver, and wrong drivers that break one promise each."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ LIMITS = Limits(0.6, 1.5, axes=("pan",))
 
 
 class Robot:
-    """The robot's end of a link that can be cut: it keeps what it is told."""
+    """The robot's end of a link that can be cut; it records set-points."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._told: list[Twist] = []
         self.is_cut = False
         self.over = threading.Event()
-        """The test is over: who still waits may go."""
+        """Set when the test is over, to release waiting threads."""
 
     def tell(self, twist: Twist) -> None:
         """Take a set-point; raises `OSError` while the link is cut."""
@@ -166,7 +166,7 @@ class ConnectsWhenBuilt(Right):
 
 
 class DisturbsTheOther(Right):
-    """Two cannot be built at once, as where a constructor claims its pins."""
+    """Two instances cannot exist at once, as if the constructor claimed pins."""
 
     first: ClassVar[dict[Robot, Right]] = {}
 
@@ -207,7 +207,7 @@ class StopsLate(Right):
 
 
 class StopsBySilence(Right):
-    """Says nothing more after a stop, and trusts in the robot's own watchdog."""
+    """Sends nothing after a stop, and relies on the robot's own watchdog."""
 
     def say(self) -> None:
         with self.lock:
@@ -236,7 +236,7 @@ class FollowsAnOldTurn(Right):
 
 
 class IsKeptGoingByAnOldTurn(_Remembers):
-    """Does not follow an old turn, but takes it as a sign that somebody is there."""
+    """Does not follow an old turn, but lets it reset the silence timeout."""
 
     def apply(self, twist: Twist, turn: int) -> None:
         newest = turn >= self.turn
@@ -325,7 +325,7 @@ class OpensAgainByItself(Right):
 
 
 class GoesOnWhereItWas(_Remembers):
-    """Sends what was wanted before as soon as it is connected again."""
+    """Sends the last set-point again as soon as it has reconnected."""
 
     def connect(self, *, to: bool, problem: str | None = None) -> None:
         again = to and not self.answer.connected and self.answer.epoch > 0
@@ -355,7 +355,7 @@ class ForgetsWhoseTurnItIs(FollowsAnOldTurn):
 
 
 class HasNoStateForAnother(Right):
-    """Breaks where another thread asks than the one that opened it."""
+    """Raises if another thread than the one that opened it asks for the state."""
 
     def state(self) -> RobotState:
         if threading.current_thread().name == "asks for the state":

@@ -1,4 +1,4 @@
-"""The suite for drivers passes one that is right, and for each promise catches one that is not."""
+"""The driver suite passes a correct driver, and catches a wrong one for each promise."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class Suite(DriverSafety):
 
 @pytest.mark.full
 class TestRight(Suite):
-    """The driver that the wrong ones are made of is right."""
+    """The base of the wrong drivers passes the suite."""
 
 
 class Short(Suite):
@@ -117,7 +117,7 @@ class Short(Suite):
 def test_a_wrong_driver_is_caught(
     wrong: type[Right], promise: str, words: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A driver that breaks a promise fails that promise's test, and is told what is wrong."""
+    """A driver that breaks a promise fails that promise's test, with a message that says how."""
     suite = Short(wrong, monkeypatch)
     try:
         with pytest.raises(Exception, match=words):
@@ -133,7 +133,7 @@ def test_every_promise_can_fail() -> None:
 
 
 def test_without_pytest_one_line_says_what_to_install() -> None:
-    """Who imports it without pytest is told the line to type."""
+    """Importing it without pytest raises a message with the line that installs it."""
     program = "import sys; sys.modules['pytest'] = None; import wax.testing"
     command = [sys.executable, "-c", program]
     run = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -1,4 +1,4 @@
-"""A robot's process with a robot that writes down what it was told and when."""
+"""A driver process with a robot that logs its calls and their times."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Entry:
 
 
 class Log:
-    """What the recorder has written so far."""
+    """The recorder's log so far."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -49,12 +49,12 @@ class Log:
         return any(entry.is_motion for entry in self.entries(since_s))
 
     def stopped_s(self, since_s: float) -> float:
-        """Wait for the first stop since then, and say when it was."""
+        """Wait for the first stop since then, and return its time."""
         until(lambda: any(entry.word == "stop" for entry in self.entries(since_s)))
         return next(entry.at_s for entry in self.entries(since_s) if entry.word == "stop")
 
     def pid(self) -> int:
-        """Say in which process the robot was opened last."""
+        """Return the PID of the process that last opened the robot."""
         return int([entry.values[0] for entry in self.entries() if entry.word == "open"][-1])
 
 
@@ -90,7 +90,7 @@ class Server:
         self.log = log
 
     def tell(self, word: str) -> float:
-        """Tell it what to do; say when."""
+        """Send it an order; return when."""
         assert self.process.stdin is not None
         now_s = time.monotonic()
         self.process.stdin.write(word.encode() + b"\n")
@@ -98,12 +98,12 @@ class Server:
         return now_s
 
     def drive(self) -> None:
-        """Let it drive, with the standstill first that is needed."""
+        """Let it drive, starting with the required standstill."""
         until(lambda: any(entry.word == "apply" for entry in self.log.entries()))
         until(self._drives_off)
 
     def _drives_off(self) -> bool:
-        """Try; a busy machine may let the server be silent for too long once more."""
+        """Try once; on a busy machine the server may be silent for too long."""
         self.tell("stand")
         time.sleep(0.1)
         since_s = self.tell("drive")
@@ -111,7 +111,7 @@ class Server:
         return self.log.moves(since_s)
 
     def signal(self, number: signal.Signals) -> float:
-        """Send a signal; say when."""
+        """Send a signal; return when."""
         now_s = time.monotonic()
         os.kill(self.process.pid, number)
         return now_s
@@ -138,7 +138,7 @@ def settings_for(log: Log, name: str = "Recorder", silence_ms: int = 120) -> Rob
 
 @pytest.fixture
 def server(log: Log) -> Iterator[Server]:
-    """Start a server, which stands."""
+    """Start a server whose robot stands."""
     server = Server(settings_for(log), log)
     yield server
     server.end()

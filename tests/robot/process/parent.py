@@ -1,4 +1,4 @@
-"""A server in the small: it holds a robot and does what it is told on its standard input.
+"""A minimal server: it holds a robot and obeys orders on its standard input.
 
 Started as ``python -m tests.robot.process.parent SETTINGS LOCAL CLAIM``: the `RobotSettings` and
 `LocalSettings` as JSON, and the file by which a driver process takes over from another.
@@ -35,7 +35,7 @@ def process_driver(settings: RobotSettings, **more: Any) -> ProcessDriver:
 
 
 def main() -> None:
-    # A job in the background inherits that Ctrl-C is ignored.
+    # A background job inherits an ignored SIGINT.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     robot = process_driver(
         RobotSettings.model_validate_json(sys.argv[1]),

@@ -1,4 +1,4 @@
-"""A robot that writes down what it is told, as somebody's own driver: it lives in any process."""
+"""A third-party driver that logs its calls; it can run in any process."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Recorder:
-    """Appends a line for each call to the file that the configuration calls its port."""
+    """Appends a line for each call to the file that is configured as its port."""
 
     kind = "recorder"
     limits = Limits(0.6, 1.5, axes=("pan",), ttl_s=0.2)
@@ -53,7 +53,7 @@ class Recorder:
 
 
 class Seated(Recorder):
-    """Has a person aboard, who does what a file beside its own says: two numbers and a button."""
+    """Has a person aboard, who follows a second file with two numbers and a button."""
 
     def __init__(self, settings: RobotSettings, clock: Clock) -> None:
         super().__init__(settings, clock)
@@ -74,7 +74,7 @@ class Seated(Recorder):
 
 
 class Equipped(Recorder):
-    """Has a horn, and something that moves."""
+    """Has a horn, and a control that moves."""
 
     limits = Limits(0.6, 1.5, ttl_s=0.2, controls=("horn", "spin"))
 
@@ -83,7 +83,7 @@ class Equipped(Recorder):
 
 
 class Fragile(Recorder):
-    """Breaks when it shall turn."""
+    """Raises when asked to turn."""
 
     def apply(self, twist: Twist, turn: int) -> None:
         if twist.angular_rps != 0.0:
@@ -92,7 +92,7 @@ class Fragile(Recorder):
 
 
 class Liar(Recorder):
-    """Says what is no state."""
+    """Returns an invalid state."""
 
     def state(self) -> RobotState:
         extra: dict[str, float] = {"battery_v": None}  # type: ignore[dict-item]
@@ -100,7 +100,7 @@ class Liar(Recorder):
 
 
 class Stuck(Recorder):
-    """Cannot be closed."""
+    """Hangs in `close`."""
 
     def close(self) -> None:
         super().close()

@@ -29,12 +29,12 @@ if TYPE_CHECKING:
 SILENCE_S = 0.12
 LIMITS = Limits(0.6, 1.5, ttl_s=0.2)
 END_AT = 20
-"""At which look of the server's the pipe ends."""
+"""The server closes the pipe at this reading of the clock."""
 LOCAL = LocalSettings(source="robot", pause_s=0.5)
 
 
 class Time:
-    """Goes on each time that somebody looks, as far as `step_s`."""
+    """A clock that advances by `step_s` each time it is read."""
 
     def __init__(self) -> None:
         self.time_s = 100.0
@@ -53,7 +53,7 @@ class Time:
 
 
 class Robot:
-    """Notes what it is asked; its hand control is at rest."""
+    """Records its calls; its hand control is at rest."""
 
     kind = "noted"
     limits = LIMITS
@@ -101,7 +101,7 @@ class RestingHand:
 
 
 class Server:
-    """Writes set-points into the pipe, then dies or says goodbye."""
+    """Writes set-points into the pipe, then dies or sends `Bye`."""
 
     def __init__(self, time: Time) -> None:
         self._time = time
@@ -160,7 +160,7 @@ def server(time: Time, monkeypatch: pytest.MonkeyPatch) -> Iterator[Server]:
 
 
 def test_without_a_person_aboard_the_end_of_the_pipe_is_the_end(time: Time, server: Server) -> None:
-    """After it the robot is stopped and closed; no set-point is repeated first."""
+    """Without a person aboard, the pipe's end stops and closes the robot at once."""
     time.step_s = 0.02  # a beat is due in every round
     robot = Robot()
     watchdog = DriverWatchdog(LIMITS, 10.0)
@@ -181,7 +181,7 @@ def test_without_a_person_aboard_the_end_of_the_pipe_is_the_end(time: Time, serv
 def test_a_set_point_is_repeated_fifty_times_a_second(
     time: Time, server: Server, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """However seldom the server says one: by silence the robot would take it for gone."""
+    """Set-points are repeated fifty times a second, however seldom the server sends one."""
     time.step_s = 0.0
     at_once = select.select
 
@@ -212,16 +212,16 @@ def test_a_set_point_is_repeated_fifty_times_a_second(
 
 
 class Spinning(Robot):
-    """Has something that moves."""
+    """Has a control that moves."""
 
     def control(self, name: str, value: ControlValue, turn: int) -> None:
         self.told.append("drive" if value else "let go")
 
 
 def frozen(at_look: int) -> tuple[list[str], list[str]]:
-    """Drive, and freeze just before that look at the clock; return what was said before and after.
+    """Drive, and freeze just before that reading of the clock; return the calls before and after.
 
-    The server lives on, and what it says before, during and after the freeze is all fresh to it.
+    The server keeps running, and its messages before, during and after the freeze are all fresh.
     """
     time, robot = Time(), Spinning()
     time.step_s = 0.001
@@ -253,7 +253,7 @@ def frozen(at_look: int) -> tuple[list[str], list[str]]:
 
 
 def test_wherever_it_was_frozen_it_stops_before_it_moves(server: Server) -> None:
-    """The last look at the clock comes right before the driver: there is no other in between."""
+    """After a freeze at any point the robot is stopped before it moves."""
     del server  # only its quiet alarm is needed
     drove = 0
     for at_look in range(1, 200):
@@ -266,7 +266,7 @@ def test_wherever_it_was_frozen_it_stops_before_it_moves(server: Server) -> None
 
 
 class BrokenLamp(Robot):
-    """Its lamp is unplugged."""
+    """A robot whose lamp is unplugged."""
 
     def control(self, name: str, value: ControlValue, turn: int) -> None:
         self.told.append(name)
@@ -274,7 +274,7 @@ class BrokenLamp(Robot):
 
 
 def test_a_lamp_that_fails_does_not_hold_the_robot(time: Time, server: Server) -> None:
-    """Only what moves it is a reason to stop."""
+    """A failing lamp does not hold the robot."""
     robot = BrokenLamp()
     lamp = ControlSettings(name="lamp", kind="toggle")
     watchdog = DriverWatchdog(LIMITS, 10.0, [lamp])
@@ -300,7 +300,7 @@ def test_a_lamp_that_fails_does_not_hold_the_robot(time: Time, server: Server) -
 def test_with_a_person_aboard_a_dead_server_stops_the_robot_at_once(
     time: Time, server: Server, tmp_path: Path, goodbye: bool
 ) -> None:
-    """It is stopped without waiting for silence; the process stays until another claims it."""
+    """With a person aboard a dead server stops the robot at once, but the process keeps running."""
     robot = Robot()
     claim = Claim(tmp_path / "claim")
     watchdog = DriverWatchdog(LIMITS, 1000.0)  # that much silence never comes here

@@ -1,4 +1,4 @@
-"""What the driver's process lets through."""
+"""What the driver process lets through."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ SILENCE_S = 0.125  # a power of two, so that the edge is exact
 
 
 class Server:
-    """Says what a server would, with rising numbers, and judges what comes of it."""
+    """Sends what a server would, with rising sequence numbers, and returns the resulting calls."""
 
     def __init__(self) -> None:
         self.warden = DriverWatchdog(LIMITS, SILENCE_S, CONTROLS)
@@ -114,7 +114,7 @@ def server() -> Server:
 
 
 def test_before_anything_was_said_it_is_told_to_stand(server: Server) -> None:
-    """The beat begins with standstill, and silence cannot end what has not begun."""
+    """Before the first message the watchdog repeats standstill, and silence has no effect."""
     assert server.wait(0.02) == (apply(0.0, turn=0),)
     assert server.wait(1000.0) == (apply(0.0, turn=0),)
     assert server.warden.silent_at_s == math.inf
@@ -122,7 +122,7 @@ def test_before_anything_was_said_it_is_told_to_stand(server: Server) -> None:
 
 
 def test_a_turn_begins_with_a_stop_and_moves_after_standstill(server: Server) -> None:
-    """The first word of a turn stops the robot; motion is let through once it was told to stand."""
+    """A turn begins with a stop; motion passes only after a set-point of standstill."""
     assert server.drive(0.0) == (StopDriver(1), apply(0.0))
     assert server.drive(0.5, 0.25) == (apply(0.5, 0.25),)
     assert server.wait(0.02) == (apply(0.5, 0.25),)
@@ -130,7 +130,7 @@ def test_a_turn_begins_with_a_stop_and_moves_after_standstill(server: Server) ->
 
 
 def test_a_part_of_motion_is_no_standstill(server: Server) -> None:
-    """Turning on the spot does not arm, nor does going straight, nor what is no number."""
+    """Only complete standstill allows motion: neither turning, going straight nor NaN does."""
     for twist in ((0.0, 0.1), (0.1, 0.0), (math.nan, 0.0), (0.0, math.nan)):
         assert server.drive(*twist)[-1] == apply(0.0)
     assert server.drive(0.5) == (apply(0.0),)
@@ -149,7 +149,7 @@ def test_motion_without_standstill_says_so(server: Server) -> None:
 
 
 def test_silence_stops_at_its_moment(server: Server) -> None:
-    """Up to the last moment the set-point is repeated; then one stop, and standstill for ever."""
+    """The set-point is repeated until silence; then come one stop and standstill."""
     server.driving()
     assert server.warden.silent_at_s == server.now_s + SILENCE_S
     assert server.wait(SILENCE_S - 0.001) == (ahead(),)
@@ -162,7 +162,7 @@ def test_silence_stops_at_its_moment(server: Server) -> None:
 
 
 def test_a_command_ends_although_the_server_repeats_it(server: Server) -> None:
-    """A server that is late in stopping what is too old does not keep the robot going."""
+    """A command's expiry stops the robot even if the server keeps repeating it."""
     server.driving()
     assert server.drive(0.5, ends_in_s=0.05) == (ahead(),)
     server.now_s += 0.03
@@ -174,14 +174,14 @@ def test_a_command_ends_although_the_server_repeats_it(server: Server) -> None:
 
 
 def test_standstill_has_no_end(server: Server) -> None:
-    """Nor has a set-point whose command a newer one has followed."""
+    """Standstill does not expire, nor does a set-point whose command was superseded."""
     server.driving().drive(0.5, ends_in_s=0.05)
     assert server.drive(0.25) == (apply(0.25),)
     assert server.warden.silent_at_s == server.now_s + SILENCE_S
 
 
 def test_silence_is_reckoned_from_the_stamp(server: Server) -> None:
-    """A message that took its time does not prolong what it asks for."""
+    """Silence counts from the timestamp, so a delayed message prolongs nothing."""
     server.driving()
     server.now_s += 0.1
     assert server.drive(0.5, age_s=0.05) == (ahead(),)
@@ -191,7 +191,7 @@ def test_silence_is_reckoned_from_the_stamp(server: Server) -> None:
 
 
 def test_silence_comes_before_what_waited(server: Server) -> None:
-    """A process that slept finds fresh set-points in its pipe: it stops first, and none moves."""
+    """After a sleep the process stops the robot first, and queued set-points do not move it."""
     server.driving()
     server.now_s += 0.2
     assert server.drive(0.5, age_s=0.15) == (StopDriver(1),)
@@ -207,7 +207,7 @@ def test_silence_comes_before_what_waited(server: Server) -> None:
 
 
 def test_standstill_of_the_very_moment_of_the_stop_does_not_arm(server: Server) -> None:
-    """What is to arm must be stamped after the stop."""
+    """Standstill counts only with a timestamp later than the stop."""
     server.driving().warden.handle_invalid(server.now_s)
     server.drive(0.0)
     assert server.drive(0.5) == (apply(0.0),)
@@ -215,7 +215,7 @@ def test_standstill_of_the_very_moment_of_the_stop_does_not_arm(server: Server) 
 
 @pytest.mark.parametrize(("age_s", "passes"), [(0.124, True), (0.125, False), (-0.001, False)])
 def test_age_is_judged_by_the_stamp(server: Server, age_s: float, passes: bool) -> None:
-    """A set-point as old as the silence moves nothing, and neither does one from the future."""
+    """Neither a set-point as old as the silence limit nor one from the future moves the robot."""
     server.driving()
     server.now_s += 0.02
     assert server.drive(0.25, age_s=age_s) == ((apply(0.25),) if passes else ())
@@ -223,7 +223,7 @@ def test_age_is_judged_by_the_stamp(server: Server, age_s: float, passes: bool) 
 
 
 def test_what_is_refused_does_not_end_the_silence(server: Server) -> None:
-    """Old, repeated and past set-points, and axes, do not keep the robot going."""
+    """Refused set-points and axes do not end the silence."""
     server.driving()
     end_s = server.warden.silent_at_s
     server.now_s += 0.05
@@ -237,12 +237,12 @@ def test_what_is_refused_does_not_end_the_silence(server: Server) -> None:
 
 
 def test_the_first_number_may_be_zero(server: Server) -> None:
-    """Numbers are counted from zero on."""
+    """Sequence numbers start at zero."""
     assert server.drive(0.0, sequence=0) == (StopDriver(1), apply(0.0))
 
 
 def test_an_axis_counts_in_the_sequence(server: Server) -> None:
-    """A set-point that was overtaken by an axis is past."""
+    """Axes count in the sequence: a set-point overtaken by one is refused."""
     server.driving().pan(0.5)
     assert server.drive(0.25, sequence=server.sequence) == ()
 
@@ -253,7 +253,7 @@ def test_an_axis_that_is_not_there_is_not_moved(server: Server) -> None:
 
 
 def test_a_new_turn_needs_its_own_standstill(server: Server) -> None:
-    """Between two turns is a stop, and the old one's neutral is worth nothing in the new one."""
+    """Between two turns comes a stop, and the old turn's standstill does not count in the new."""
     server.driving()
     assert server.drive(0.5, turn=2) == (StopDriver(2), apply(0.0, turn=2))
     assert server.drive(0.5, turn=1) == ()
@@ -265,7 +265,7 @@ def test_a_new_turn_needs_its_own_standstill(server: Server) -> None:
 
 
 def test_a_stop_is_never_refused(server: Server) -> None:
-    """Old, repeated, of a past turn or of the future: it stops, and nothing before it counts."""
+    """A stop always works, even if old, repeated, of a past turn or from the future."""
     for halt in (
         {"age_s": 10.0},
         {"sequence": 1},
@@ -280,20 +280,20 @@ def test_a_stop_is_never_refused(server: Server) -> None:
 
 
 def test_after_a_stop_it_goes_on(server: Server) -> None:
-    """A stop is an order like another, not a fault: the server knows whether motion may follow."""
+    """A stop is not a fault: motion may follow without standstill, which the server decides."""
     server.driving().halt()
     assert server.drive(0.5, sequence=server.sequence) == ()
     assert server.drive(0.5) == (ahead(),)
 
 
 def test_a_past_stop_does_not_turn_the_numbers_back(server: Server) -> None:
-    """What was behind before a repeated stop is behind after it."""
+    """A repeated old stop does not lower the sequence number."""
     server.driving().halt(sequence=1)
     assert server.drive(0.25, sequence=2) == ()
 
 
 def test_a_stop_ends_the_silence(server: Server) -> None:
-    """A fresh one does; one that waited in the pipe does not."""
+    """A fresh stop ends the silence, a queued one does not."""
     server.driving()
     server.now_s += 0.05
     server.halt()
@@ -304,7 +304,7 @@ def test_a_stop_ends_the_silence(server: Server) -> None:
 
 
 def test_the_stop_of_a_new_turn_needs_standstill_after_it(server: Server) -> None:
-    """It raises the turn: the old one is past."""
+    """The stop of a new turn ends the old turn, and standstill must follow."""
     assert server.driving().halt(turn=2) == (StopDriver(2),)
     assert server.drive(0.5, turn=1) == ()
     assert server.drive(0.5, turn=2) == (apply(0.0, turn=2),)
@@ -322,7 +322,7 @@ def test_garbage_holds_the_robot(server: Server) -> None:
 
 
 def test_standstill_from_before_the_hold_is_no_offence(server: Server) -> None:
-    """It does not let drive again, but nobody asked for motion, so nothing is counted."""
+    """Standstill from before a hold does not end the hold, but is not counted as refused motion."""
     server.driving().warden.handle_invalid(server.now_s)
     assert server.drive(0.0, age_s=0.02) == (apply(0.0),)
     assert server.warden.counts["driver_unarmed"] == 0
@@ -331,7 +331,7 @@ def test_standstill_from_before_the_hold_is_no_offence(server: Server) -> None:
 
 
 def test_a_driver_that_raises_holds_the_robot(server: Server) -> None:
-    """It is stopped, and that it does not answer is its problem."""
+    """A driver that raises is stopped, with `NO_ANSWER` as the problem."""
     assert server.driving().warden.failed(server.now_s) == (StopDriver(1),)
     assert server.warden.problem == NO_ANSWER
     assert server.warden.counts["driver_failures"] == 1
@@ -350,7 +350,7 @@ def test_a_driver_that_raises_holds_the_robot(server: Server) -> None:
 def test_limits_hold_once_more(
     server: Server, asked: tuple[float, float], given: tuple[float, float]
 ) -> None:
-    """Too much is shrunk along its curve, and what is no number is standstill."""
+    """Set-points beyond the limits are scaled down along their curve, and NaN is standstill."""
     (call,) = server.driving().drive(*asked)
     assert isinstance(call, Apply)
     assert (call.twist.linear_mps, call.twist.angular_rps) == pytest.approx(given)
@@ -361,7 +361,7 @@ def test_limits_hold_once_more(
 
 @dataclass(frozen=True)
 class Word:
-    """One event: what comes, how much later, how old by its stamp, how its numbers differ."""
+    """One event: the message, its delay, its age by timestamp, and how its numbers differ."""
 
     what: str
     after_s: float
@@ -392,7 +392,7 @@ WORDS = st.lists(
 
 
 class Model:
-    """Knows by rules of its own what may move the robot, and holds the warden to it."""
+    """A second implementation of the rules, with which the watchdog is compared."""
 
     def __init__(self) -> None:
         self.warden = DriverWatchdog(LIMITS, SILENCE_S)
@@ -503,7 +503,7 @@ class Model:
 
 @given(WORDS)
 def test_nothing_moves_that_must_not(words: list[Word]) -> None:
-    """In no order of words does anything move in silence, of an old turn, or before neutral."""
+    """In any order of messages nothing moves in silence, of an old turn, or before standstill."""
     model = Model()
     for word in words:
         model.meet(word)
@@ -511,7 +511,7 @@ def test_nothing_moves_that_must_not(words: list[Word]) -> None:
 
 @given(WORDS)
 def test_who_begins_anew_drives(words: list[Word]) -> None:
-    """Whatever came before, standstill for a beat and then motion of the newest turn moves it."""
+    """Whatever came before, standstill and then motion of the newest turn moves the robot."""
     model = Model()
     for word in words:
         model.meet(word)
@@ -541,7 +541,7 @@ def motion(name: str, value: ControlValue, turn: int = 1) -> SetControl:
 
 
 def test_a_lamp_needs_no_standstill(server: Server) -> None:
-    """What only lights or sounds works at once, whatever holds the robot."""
+    """A control that only lights or sounds works at once, whatever holds the robot."""
     assert server.control("lamp", True) == (StopDriver(1), light(True))
     assert server.control("horn", True) == (light(True, "horn"),)
     assert server.control("lmap", True) == ()
@@ -549,7 +549,7 @@ def test_a_lamp_needs_no_standstill(server: Server) -> None:
 
 
 def test_a_control_is_refused_as_an_axis_is(server: Server) -> None:
-    """What is old, or of an old turn, does nothing; and what moves waits for standstill."""
+    """Old controls, and those of old turns, are refused; moving ones must wait for standstill."""
     server.driving()
     assert server.control("lamp", True, age_s=SILENCE_S) == ()
     assert server.control("lamp", True, turn=0) == ()
@@ -562,7 +562,7 @@ def test_a_control_is_refused_as_an_axis_is(server: Server) -> None:
 
 
 def test_silence_lets_go_of_what_is_held(server: Server) -> None:
-    """A server that hangs honks no longer, and moves nothing; its lamp stays on."""
+    """Silence releases the horn and moving controls, while the lamp stays on."""
     server.driving()
     server.control("lamp", True)
     server.control("horn", True)
@@ -578,7 +578,7 @@ def test_silence_lets_go_of_what_is_held(server: Server) -> None:
 
 
 def test_a_stop_lets_go_of_what_moves(server: Server) -> None:
-    """And of nothing else: people may be warned while the robot stands."""
+    """A stop releases only moving controls, so that the horn may still warn people."""
     server.driving()
     server.control("horn", True)
     server.control("spin", True)
@@ -589,7 +589,7 @@ def test_a_stop_lets_go_of_what_moves(server: Server) -> None:
 
 @pytest.mark.parametrize("how", ["drive", "halt", "control"])
 def test_a_new_turn_lets_go_of_all(server: Server, how: str) -> None:
-    """Whatever its first word is, nothing of the old turn is held on."""
+    """A new turn releases everything held, whatever its first message is."""
     server.driving()
     server.control("horn", True)
     server.control("spin", True)
@@ -605,7 +605,7 @@ def test_a_new_turn_lets_go_of_all(server: Server, how: str) -> None:
 
 
 def test_letting_go_is_never_refused(server: Server) -> None:
-    """However late it comes, and of whichever turn; once is enough."""
+    """A release counts once, however late it is and of whichever turn."""
     server.driving()
     server.control("lift", 1.0)
     assert server.control("lift", None, age_s=60.0, turn=0) == (motion("lift", None),)

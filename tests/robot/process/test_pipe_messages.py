@@ -1,4 +1,4 @@
-"""What the server and the driver's process say to each other, line by line."""
+"""The messages between the server and the driver process, line by line."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ SAID: tuple[Message, ...] = (
 
 
 def test_what_is_said_is_heard() -> None:
-    """Each line ends once and is read back as it was written."""
+    """Each message is one line, and is decoded as it was encoded."""
     for said in SAID:
         assert repr(decode_message(encode(said))) == repr(said)
     assert decode_message(encode(Bye())) == Bye()
@@ -80,7 +80,7 @@ def test_what_is_said_is_heard() -> None:
 
 
 def test_what_was_said_stays_said() -> None:
-    """Nobody changes a message on its way."""
+    """Messages are immutable."""
     said = MOVE.model_copy()
     with pytest.raises(ValidationError):
         said.turn = 4
@@ -89,7 +89,7 @@ def test_what_was_said_stays_said() -> None:
 
 @pytest.mark.parametrize("speed_mps", [math.nan, math.inf, -math.inf])
 def test_a_speed_that_is_none_is_let_through(speed_mps: float) -> None:
-    """The warden makes standstill of it; a line that were refused would leave the old speed."""
+    """A NaN speed is accepted, for the watchdog turns it into standstill."""
     read = decode_message(encode(MOVE.model_copy(update={"linear_mps": speed_mps})))
     assert isinstance(read, Move)
     assert repr(read.linear_mps) == repr(speed_mps)
@@ -122,13 +122,13 @@ WRONG = {
 
 @pytest.mark.parametrize("line", WRONG.values(), ids=WRONG)
 def test_what_is_none_of_ours_is_refused(line: bytes) -> None:
-    """A line of which anything is wrong commands nothing, and says why."""
+    """A line with any error is refused with a reason."""
     with pytest.raises(ProtocolError, match="invalid message"):
         decode_message(line)
 
 
 def test_an_answer_and_a_beginning_are_held_to_it_too() -> None:
-    """Neither side believes a line that is the other's."""
+    """Neither side accepts a line meant for the other."""
     for decode in (decode_answer, decode_begin):
         with pytest.raises(ProtocolError, match="invalid message: "):
             decode(encode(MOVE))
@@ -145,7 +145,7 @@ def test_bytes_that_nobody_wrote_are_refused(line: bytes) -> None:
 
 @given(st.lists(st.sampled_from(SAID), max_size=5), st.data())
 def test_lines_are_the_same_however_they_are_cut(said: list[Message], data: st.DataObject) -> None:
-    """The pipe may cut anywhere; what is not ended yet is not read yet."""
+    """The pipe may split lines anywhere; an incomplete line waits for its end."""
     stream = b"".join(map(encode, said)) + b'{"say":"ha'
     lines, heard = LineBuffer(), []
     while stream:
@@ -156,7 +156,7 @@ def test_lines_are_the_same_however_they_are_cut(said: list[Message], data: st.D
 
 
 def test_a_line_that_never_ends_is_kept_no_longer_than_it_may() -> None:
-    """It is refused at its end, and the next one counts."""
+    """An overlong line uses bounded memory and is refused at its end, and the next one counts."""
     lines = LineBuffer()
     for _ in range(100):
         assert lines.feed(b" " * MAX_LINE_BYTES) == []
@@ -168,7 +168,7 @@ def test_a_line_that_never_ends_is_kept_no_longer_than_it_may() -> None:
 
 
 def test_the_longest_line_is_read() -> None:
-    """A line as long as it may be is one."""
+    """A line of the maximum length is accepted."""
     line = encode(MOVE)[:-1]
     assert decode_message(line + b" " * (MAX_LINE_BYTES - len(line))) == MOVE
 

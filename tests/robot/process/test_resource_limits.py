@@ -1,4 +1,4 @@
-"""A process that takes too much of the machine."""
+"""A process that uses too much of the machine."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ MIB = 1 << 20
 
 
 def test_a_process_like_this_is_none() -> None:
-    """The tests themselves take less than a driver may."""
+    """An ordinary process, such as the tests, is within the limits."""
     assert ResourceUse().excess(os.getpid()) is None
 
 
 def test_memory_and_threads_are_counted() -> None:
-    """Of any process that is there; of one that is gone nothing is known."""
+    """Memory and threads are known for a running process, and unknown for one that has ended."""
     assert str(ResourceUse(max_bytes=MIB).excess(os.getpid())).endswith(" MB")
     done = threading.Event()
     thread = threading.Thread(target=done.wait)
@@ -41,7 +41,7 @@ def test_memory_and_threads_are_counted() -> None:
 
 
 def test_nobody_may_take_more_than_half_of_the_machine(monkeypatch: pytest.MonkeyPatch) -> None:
-    """On a small one a driver is ended before the system has to choose whom to end."""
+    """On a small machine a driver is ended before the system's OOM killer acts."""
     pages: Callable[[str], int] = {"SC_PHYS_PAGES": 1000, "SC_PAGE_SIZE": 4096}.__getitem__
     monkeypatch.setattr(os, "sysconf", pages)
     assert ResourceUse()._max_bytes == 2_048_000
@@ -49,7 +49,7 @@ def test_nobody_may_take_more_than_half_of_the_machine(monkeypatch: pytest.Monke
 
 @pytest.mark.system
 def test_a_driver_that_leaks_memory_is_restarted() -> None:
-    """In one sentence that says how much it had; it is closed first, and leaks anew."""
+    """A driver that leaks is closed and restarted, with a sentence that says how much it used."""
     settings = RobotSettings(driver="tests.robot.plugins.misbehaving:LeaksMemory")
     limits = Limits(0.6, 1.5, ttl_s=0.2)
     robot = ProcessDriver(settings, SystemClock(), kind="good", limits=limits)

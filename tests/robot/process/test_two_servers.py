@@ -63,7 +63,7 @@ def made() -> Iterator[Callable[[RobotSettings, str, Limits], ProcessDriver]]:
 def test_the_second_server_waits_and_moves_nothing(
     made: Callable[[RobotSettings, str, Limits], ProcessDriver], log: Log
 ) -> None:
-    """It does not even open the robot, which the first still drives; then it is the second's."""
+    """The second server does not open the robot until the first has released it."""
     limits = Limits(0.6, 1.5, axes=("pan",), ttl_s=0.2)
     first = made(settings_for(log), "recorder", limits)
     until(lambda: first.state().connected)
@@ -91,7 +91,7 @@ def test_the_second_server_waits_and_moves_nothing(
 def test_a_serial_port_is_not_shared_by_another_name(
     made: Callable[[RobotSettings, str, Limits], ProcessDriver], board: Board
 ) -> None:
-    """A second server that calls the port differently is refused it by the system."""
+    """The system refuses the port to a second server that uses another name for it."""
     limits = Limits(0.6, 1.5, ttl_s=0.2)
 
     def settings(url: str) -> RobotSettings:
