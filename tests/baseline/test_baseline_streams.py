@@ -1,4 +1,4 @@
-"""One viewer under the thesis's policy: what is captured, acknowledged and put on the wire."""
+"""One viewer under the thesis's policy: captured, acknowledged and sent units."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ NAME = thesis_video(VideoSettings(), SETTINGS).renditions[0].name
 
 @dataclass
 class Rig:
-    """A viewer with everything real but time, the encoders' threads and the wire."""
+    """A viewer; only time, the encoders' threads and the wire are simulated."""
 
     clock: TurnedClock = field(default_factory=TurnedClock)
     told: list[BaseModel] = field(default_factory=list)
@@ -64,7 +64,7 @@ class Rig:
         self.picture, self.sound = lanes.picture, lanes.sound
 
     async def capture(self, seconds: float, *, acknowledge: bool = True) -> list[Any]:
-        """Let time pass; return what left, in order. The link takes no time."""
+        """Advance time and return what was sent, in order; the link takes no time."""
         left: list[Any] = []
         for _ in range(round(seconds * 50)):
             self.clock.time_s += 0.02
@@ -73,7 +73,7 @@ class Rig:
                 self.audio.push(Sound(silence, self.clock.time_s - ago_s))
             if round(self.clock.time_s * 50) % 5 == 0:
                 self.video._fan_out(_picture(self.clock.time_s))
-            await asyncio.sleep(0)  # what comes from the capture's thread is on its way
+            await asyncio.sleep(0)  # units from the capture thread are on their way
             left += await self.leave(acknowledge=acknowledge)
         return left
 
@@ -111,7 +111,7 @@ async def rig() -> Any:
 
 
 async def test_nothing_leaves_before_the_page_wants_it(rig: Rig) -> None:
-    """What nobody can acknowledge yet is not sent: it would count as lost."""
+    """Nothing is sent that the page cannot acknowledge yet, since it would count as lost."""
     rig.streams.connected()
     rig.streams.ready()
     assert await rig.capture(2.0) == []
@@ -119,7 +119,7 @@ async def test_nothing_leaves_before_the_page_wants_it(rig: Rig) -> None:
 
 
 async def test_sound_leaves_as_whole_units_and_the_picture_is_rolled_back(rig: Rig) -> None:
-    """A unit of half a second leaves at once; in step, the picture leaves half a second old."""
+    """A unit of half a second is sent at once; in step, the picture is half a second old."""
     rig.streams.want(sound=True, picture=True, size=SIZE, policy=None)
     left = await rig.capture(8.0)
     sounds = [one for one in left if not isinstance(one, EncodedPicture)]
@@ -136,7 +136,7 @@ async def test_sound_leaves_as_whole_units_and_the_picture_is_rolled_back(rig: R
 
 
 async def test_nothing_newer_leaves_before_the_page_acknowledges(rig: Rig) -> None:
-    """To send means to be received: one unit of each stream is under way, and no more."""
+    """One unit of each stream is in flight until it is acknowledged."""
     rig.streams.want(sound=True, picture=True, size=SIZE, policy=None)
     left = await rig.capture(0.9, acknowledge=False)
     assert sum(isinstance(one, EncodedPicture) for one in left) == 1
@@ -145,7 +145,7 @@ async def test_nothing_newer_leaves_before_the_page_acknowledges(rig: Rig) -> No
 
 
 async def test_a_link_that_never_answers_ends_in_fail_safe(rig: Rig) -> None:
-    """It is told to the page, counted in seconds, and what was skipped is not kept."""
+    """Fail-safe mode is reported to the page and timed, and skipped units are freed."""
     rig.streams.want(sound=True, picture=True, size=SIZE, policy=None)
     await rig.capture(12.0, acknowledge=False)
     assert rig.status["mode"] == "fail-safe"
@@ -161,7 +161,7 @@ async def test_a_link_that_never_answers_ends_in_fail_safe(rig: Rig) -> None:
 
 
 async def test_only_the_packet_that_ends_a_unit_acknowledges_it(rig: Rig) -> None:
-    """Any other time that a page may send changes nothing."""
+    """Any other time stamp from a page changes nothing."""
     rig.streams.want(sound=True, picture=False, size=SIZE, policy=None)
     (*_, last) = await rig.capture(0.7, acknowledge=False)
     for pts in (0, -1, last.pts - 800, last.pts + 800, last.pts + 1):
@@ -173,7 +173,7 @@ async def test_only_the_packet_that_ends_a_unit_acknowledges_it(rig: Rig) -> Non
 
 
 async def test_the_page_is_told_which_packets_end_a_unit(rig: Rig) -> None:
-    """From the first unit on; every other ends a whole number of lengths away."""
+    """After the first unit the page knows one end, and that others are whole lengths away."""
     rig.streams.want(sound=True, picture=False, size=SIZE, policy=None)
     assert rig.streams.units is None
     left = await rig.capture(2.0)
@@ -183,7 +183,7 @@ async def test_the_page_is_told_which_packets_end_a_unit(rig: Rig) -> None:
 
 
 async def test_a_fresh_peer_begins_anew(rig: Rig) -> None:
-    """After a reconnect nothing is known of the link, and nothing of the old peer is waited for."""
+    """After a reconnect nothing of the old link or its units in flight counts."""
     rig.streams.want(sound=True, picture=True, size=SIZE, policy=None)
     await rig.capture(2.0, acknowledge=False)
     rig._take(rig.streams.lanes())
@@ -194,7 +194,7 @@ async def test_a_fresh_peer_begins_anew(rig: Rig) -> None:
 
 
 async def test_a_client_that_buffers_more_sound_gets_an_older_picture(rig: Rig) -> None:
-    """Sound reported 200 ms after the picture rolls the picture back by as much (5.3.1)."""
+    """If sound plays 200 ms after the picture, the picture is rolled back by that (5.3.1)."""
     rig.streams.want(sound=True, picture=True, size=SIZE, policy=None)
     await rig.capture(4.0)
     before_ms = rig.status["rollback_ms"]
@@ -205,7 +205,7 @@ async def test_a_client_that_buffers_more_sound_gets_an_older_picture(rig: Rig) 
 
 
 async def test_release_ends_it_all(rig: Rig) -> None:
-    """Nothing is listened to, timed or told after a viewer has parted, however often that is."""
+    """After a release, even a repeated one, nothing is subscribed, scheduled or sent."""
     rig.streams.want(sound=True, picture=True, size=SIZE, policy=None)
     (*_, last) = await rig.capture(0.6, acknowledge=False)
     rig.streams.release()
@@ -224,7 +224,7 @@ async def test_release_ends_it_all(rig: Rig) -> None:
 
 
 async def test_two_channels_are_mixed_into_the_thesiss_one() -> None:
-    """A microphone in stereo gives what one in mono would, the mean of both."""
+    """A stereo microphone gives the mean of both channels, as in mono."""
     units: list[list[bytes]] = []
     left, right = (
         np.random.default_rng(3).integers(-9000, 9000, (2, 50 * BLOCK_SAMPLES)).astype(np.int16)

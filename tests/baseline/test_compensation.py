@@ -18,7 +18,7 @@ reports = st.builds(PlayoutReport, sound=streams, picture=streams)
 
 
 class Client:
-    """Shows what the server held back; what the server changes is seen a roll-back later."""
+    """Shows what the server holds back; a change takes effect a roll-back later."""
 
     def __init__(self, *, sound_age_ms: float, picture_age_ms: float, ages: bool = True) -> None:
         self._sound_age_ms = sound_age_ms
@@ -59,7 +59,7 @@ def _run(client: Client, seconds: float) -> Compensation:
 
 @given(st.floats(300, 1000), st.floats(0, 700))
 def test_the_picture_meets_the_sound(sound_age_ms: float, picture_age_ms: float) -> None:
-    """Within 10 s the picture is at most half a video MU beside the sound, where 500 ms suffice."""
+    """Within 10 s the picture is within half a video MU of the sound, if 500 ms suffice."""
     client = Client(sound_age_ms=sound_age_ms, picture_age_ms=picture_age_ms)
     early_ms = client.skew_ms(0.0)
     extra_s = _run(client, 10.0).extra_s
@@ -72,13 +72,13 @@ def test_the_picture_meets_the_sound(sound_age_ms: float, picture_age_ms: float)
 
 
 def test_the_client_of_the_thesis_is_compensated_by_its_buffer() -> None:
-    """Ages unknown, 256 ms beside the burst's own wait where the reference has 50: 206 ms more."""
+    """Without ages, a buffer of 256 ms instead of the reference's 50 gives 206 ms more."""
     extra_s = _run(Client(sound_age_ms=756, picture_age_ms=0, ages=False), 10.0).extra_s
     assert abs(extra_s - 0.206) < 1e-9
 
 
 def test_the_reference_client_gets_nothing() -> None:
-    """50 ms are what the algorithm was made for."""
+    """A buffer of 50 ms, for which the algorithm was made, changes nothing."""
     assert _run(Client(sound_age_ms=550, picture_age_ms=0, ages=False), 10.0).extra_s == 0.0
 
 
@@ -86,7 +86,7 @@ def test_the_reference_client_gets_nothing() -> None:
 def test_the_bound_holds_whatever_is_reported(
     trace: list[tuple[PlayoutReport, float, float | None]],
 ) -> None:
-    """No report, however wrong, rolls back beyond the bound or below nothing."""
+    """No report, however wrong, exceeds the bound or gives a negative roll-back."""
     compensation = Compensation(SETTINGS)
     now_s = 0.0
     for report, step_s, rollback_s in trace:
@@ -95,7 +95,7 @@ def test_the_bound_holds_whatever_is_reported(
 
 
 def test_a_single_report_moves_nothing() -> None:
-    """One outlier among five is not believed, and nothing is while nothing is synchronised."""
+    """One outlier in five is ignored, as is every report while nothing is synchronised."""
     compensation = Compensation(SETTINGS)
     good = PlayoutReport(sound=StreamPlayout(age_ms=500), picture=StreamPlayout(age_ms=490))
     bad = PlayoutReport(sound=StreamPlayout(age_ms=900), picture=StreamPlayout(age_ms=490))
@@ -107,7 +107,7 @@ def test_a_single_report_moves_nothing() -> None:
 
 
 def test_reports_of_two_kinds_are_not_mixed() -> None:
-    """While ages come and go, neither is believed: each needs five in a row."""
+    """Each measure needs five reports in a row, so alternating ones change nothing."""
     compensation = Compensation(SETTINGS)
     ages = PlayoutReport(sound=StreamPlayout(age_ms=900), picture=StreamPlayout(age_ms=490))
     buffers = PlayoutReport(sound=StreamPlayout(delay_ms=700), picture=StreamPlayout(delay_ms=0))

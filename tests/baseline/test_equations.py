@@ -43,7 +43,7 @@ def test_the_cache_at_the_boundaries(audio_mu_ms: int, transfer_ms: float, pictu
 def test_the_cached_pictures_and_one_more_fit_into_an_audio_mu(
     audio_and_video: tuple[int, int], transfer_ms: float
 ) -> None:
-    """Wherever anything is cached, N_v + 1 pictures get through within A, and N_v + 2 do not."""
+    """If any picture is cached, N_v + 1 get through within A, and N_v + 2 do not."""
     audio_mu_ms, video_mu_ms = audio_and_video
     cached = pictures_to_cache(transfer_ms, audio_mu_ms=audio_mu_ms, video_mu_ms=video_mu_ms)
     pace_ms = max(transfer_ms, video_mu_ms)
@@ -71,7 +71,7 @@ def test_a_slower_link_never_caches_more(
     [(-1.0, 500, 100), (math.nan, 500, 100), (10.0, 450, 100), (10.0, 0, 100), (10.0, 100, 0)],
 )
 def test_what_is_no_time_is_refused(transfer_ms: float, audio_mu_ms: int, video_mu_ms: int) -> None:
-    """A negative time, and an audio MU that is no whole multiple of the video MU, raise."""
+    """A negative time, or an audio MU that is no whole multiple of the video MU, raises."""
     with pytest.raises(ValueError, match=r"multiple|negative"):
         pictures_to_cache(transfer_ms, audio_mu_ms=audio_mu_ms, video_mu_ms=video_mu_ms)
 

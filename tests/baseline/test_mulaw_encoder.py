@@ -42,7 +42,7 @@ def _decode(units: list[SoundUnit]) -> NDArray[np.int16]:
 
 @pytest.mark.parametrize(("mu_ms", "packet_ms"), [(100, 100), (140, 20), (320, 80), (500, 100)])
 def test_a_unit_is_whole_and_ready_with_its_last_sample(mu_ms: int, packet_ms: int) -> None:
-    """After just `mu_ms` of sound there is a unit, of a few packets with times of their own."""
+    """After exactly `mu_ms` of sound there is a unit of a few packets with their own times."""
     encoder = MuLawEncoder(mu_ms=mu_ms)
     units = _feed(encoder, np.zeros(SAMPLE_RATE_HZ * mu_ms * 2 // 1000), 100.0)
     assert [unit.number for unit in units] == [1, 2]
@@ -55,7 +55,7 @@ def test_a_unit_is_whole_and_ready_with_its_last_sample(mu_ms: int, packet_ms: i
 
 
 def test_what_is_heard_was_captured_when_it_says() -> None:
-    """A click comes out at the capture time that its packet tells, within half a millisecond."""
+    """A click is heard at its packet's capture time within half a millisecond."""
     sound = np.zeros(SAMPLE_RATE_HZ)
     click_s = 0.3141
     sound[round(click_s * SAMPLE_RATE_HZ)] = 30_000
@@ -65,7 +65,7 @@ def test_what_is_heard_was_captured_when_it_says() -> None:
 
 
 def test_speech_keeps_its_level_and_no_sample_is_lost() -> None:
-    """A tone inside the telephone's band comes out as loud, without a seam between units."""
+    """A tone within the telephone band keeps its level, without a seam between units."""
     time_s = np.arange(SAMPLE_RATE_HZ * 2) / SAMPLE_RATE_HZ
     heard = _decode(_feed(MuLawEncoder(mu_ms=200), 8000 * np.sin(2 * np.pi * 440 * time_s), 5.0))
     assert len(heard) == 2 * MULAW_RATE_HZ
@@ -81,7 +81,7 @@ def test_speech_keeps_its_level_and_no_sample_is_lost() -> None:
 def test_after_a_jump_units_stay_on_the_grid_and_time_never_returns(
     jump_s: float, parts: int
 ) -> None:
-    """A source that jumps costs the unit in work, never the order or the grid of the page."""
+    """A jump of the source costs the present unit, but neither order nor grid."""
     encoder = MuLawEncoder(mu_ms=100)
     silence = np.zeros(BLOCK_SAMPLES * parts)
     units = _feed(encoder, silence, 1000.0)

@@ -55,7 +55,7 @@ def test_other_lengths_are_refused(audio_mu_ms: int, video_mu_ms: int) -> None:
 
 
 def test_the_next_sound_replaces_the_one_that_waits() -> None:
-    """What was replaced is told, and only the newest is left to take, once."""
+    """The replaced MU is returned, and only the newest can be taken, once."""
     slot = SourceSlot(longest_wait_s=0.5)
     assert slot.put(_sound(0), 0.5) is None
     assert slot.put(_sound(1), 1.0) == _sound(0)
@@ -64,7 +64,7 @@ def test_the_next_sound_replaces_the_one_that_waits() -> None:
 
 
 def test_a_sound_waits_no_longer_than_its_length() -> None:
-    """It is there until one MU length has passed, and gone after that."""
+    """A sound expires after one MU length."""
     slot = SourceSlot(longest_wait_s=0.5)
     slot.put(_sound(0), 0.5)
     assert slot.expire(1.0) is None
@@ -76,7 +76,7 @@ def test_a_sound_waits_no_longer_than_its_length() -> None:
 
 
 def test_a_cached_picture_stays_until_its_place_is_sent() -> None:
-    """A full cache lets the newest wait beside it, and in only when a place is empty."""
+    """The newest waits beside a full cache, and enters when a place is empty."""
     cache = PictureCache()
     cache.resize(2)
     assert cache.put(_picture(0), 0.1) == []
@@ -90,7 +90,7 @@ def test_a_cached_picture_stays_until_its_place_is_sent() -> None:
 
 
 def test_a_smaller_cache_keeps_the_newest() -> None:
-    """What there is no place for any more is skipped, the oldest first; the newest stays."""
+    """A shrinking cache skips the oldest and keeps the newest."""
     cache = PictureCache()
     cache.resize(4)
     for number in range(4):
@@ -107,7 +107,7 @@ operations = st.lists(st.sampled_from(["put", "take", 0, 1, 2, 4, 9]), max_size=
 
 @given(operations)
 def test_every_picture_is_taken_or_skipped_once_and_in_order(steps: list[str | int]) -> None:
-    """None is lost or doubled, those taken rise, and no more than capacity + 1 are held."""
+    """Each picture is taken or skipped once, in order, and at most capacity + 1 are held."""
     cache = PictureCache()
     put = 0
     taken: list[int] = []
@@ -150,7 +150,7 @@ def test_the_least_round_trip_is_not_part_of_the_transfer() -> None:
 
 
 def test_only_the_least_round_trip_counts() -> None:
-    """A longer one changes nothing, and what is no time is left out."""
+    """Longer or invalid round trips change nothing."""
     round_trip = LeastRoundTrip()
     for seen_s in (0.2, 0.1, 0.3, 0.0, -1.0):
         round_trip.seen(seen_s)
@@ -165,7 +165,7 @@ def test_the_first_measurement_counts_alone_and_later_one_spike_does_not() -> No
 
 
 def test_what_is_under_way_already_shows_that_it_takes_long() -> None:
-    """T_r is at least what the picture under way has taken so far, from the first on."""
+    """T_r is at least the time that the picture in flight has taken, from the first on."""
     transfer = _measured()
     assert transfer.at_least_s(0.0) is None
     transfer.left(_picture(0), 10.0)
@@ -177,7 +177,7 @@ def test_what_is_under_way_already_shows_that_it_takes_long() -> None:
 
 
 def test_only_the_one_under_way_can_be_acknowledged() -> None:
-    """Another number, or the same twice, says nothing."""
+    """Another number, or a repeated one, is ignored."""
     transfer = _measured()
     transfer.left(_picture(3), 1.0)
     assert transfer.acknowledged(2, 1.1) is None
@@ -187,7 +187,7 @@ def test_only_the_one_under_way_can_be_acknowledged() -> None:
 
 
 def test_nothing_leaves_beside_the_one_under_way() -> None:
-    """A second one raises."""
+    """Sending a second MU raises."""
     transfer = _measured()
     transfer.left(_picture(0), 1.0)
     with pytest.raises(RuntimeError, match="still in flight"):
@@ -195,7 +195,7 @@ def test_nothing_leaves_beside_the_one_under_way() -> None:
 
 
 def test_what_is_never_acknowledged_is_lost_in_the_end() -> None:
-    """After 5 s where nothing is known of the link, else after 4 T_r, but not before 1 s."""
+    """An MU is lost after 5 s on an unknown link, else after 4 T_r, but not before 1 s."""
     unknown = _measured()
     unknown.left(_picture(0), 1.0)
     assert unknown.give_up(5.999) is None
@@ -225,12 +225,12 @@ def test_what_is_never_acknowledged_is_lost_in_the_end() -> None:
     ],
 )
 def test_each_condition_at_its_boundary(measured: LinkMeasurements, enough: bool) -> None:
-    """T_r >= A, less than one picture a second, sound later than one MU: each alone suffices."""
+    """T_r >= A, less than one picture a second, or sound later than one MU: each suffices."""
     assert (insufficient(measured, SETTINGS) is None) == enough
 
 
 def test_fail_safe_is_entered_at_once_and_left_after_a_good_second() -> None:
-    """A relapse within the second begins it anew."""
+    """A relapse within the second restarts it."""
     fail_safe = BaselineFailSafe(SETTINGS)
     fail_safe.update(LinkMeasurements(transfer_s=0.6), 1.0)
     assert fail_safe.is_active
@@ -268,5 +268,5 @@ def test_a_longer_roll_back_gets_a_longer_cache() -> None:
 
 
 def test_the_roll_back_is_bounded() -> None:
-    """Sound that was handed in seconds late rolls the picture back by two MUs at most."""
+    """Sound that is delivered seconds late rolls the picture back by at most two MUs."""
     assert VirtualClock(SETTINGS, _sound(0), now_s=60.0).rollback_s == 1.0

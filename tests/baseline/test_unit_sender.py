@@ -21,7 +21,7 @@ V = 0.1
 
 @dataclass
 class Sent:
-    """One MU on its way, and how the sender stood when it left."""
+    """One MU in flight, and the sender's state when it was sent."""
 
     mu: MediaUnit
     left_s: float
@@ -33,7 +33,7 @@ class Sent:
 
     @property
     def done_s(self) -> float | None:
-        """When the next might leave; an acknowledgement after it was given up changes nothing."""
+        """Return when the next might be sent; an acknowledgement after giving up is ignored."""
         return self.acknowledged_s if self.lost_s is None else self.lost_s
 
 
@@ -62,7 +62,7 @@ class Link:
 
 @dataclass
 class Run:
-    """Captures, link, page and timer around one sender, for a while."""
+    """One sender with capture, link, page and timer, for a limited time."""
 
     link: Link
     settings: ThesisSettings = field(default_factory=ThesisSettings)
@@ -107,7 +107,7 @@ class Run:
         while self._queue and self._queue[0][0] <= end_s:
             now_s, _, what, mu = heapq.heappop(self._queue)
             if what == "tick" and now_s != self._wake_s:
-                continue  # a newer decision has moved it
+                continue  # a newer decision has rescheduled it
             if what == "captured" and mu is not None:
                 self._captured += 1
                 decision = self.sender.captured(mu, now_s)
@@ -181,7 +181,7 @@ def _run(link: Link, audio_mu_ms: int, phase_s: float) -> Run:
 def test_nothing_newer_leaves_before_the_acknowledgement(
     link: Link, audio_mu_ms: int, phase_s: float
 ) -> None:
-    """Of each stream one MU is under way; the next leaves when it is acknowledged or lost."""
+    """Of each stream the next MU is sent when the last is acknowledged or lost."""
     run = _run(link, audio_mu_ms, phase_s)
     for stream in ("sound", "picture"):
         for one, after in itertools.pairwise(run.of(stream)):
@@ -190,7 +190,7 @@ def test_nothing_newer_leaves_before_the_acknowledgement(
             assert one.done_s <= after.left_s
 
 
-# An outage that a picture outlasts as lost, and is acknowledged after all.
+# An outage in which a picture counts as lost, but is acknowledged later.
 @example(Link([(0.0, 4e3), (1.0625, 1e5), (3.0625, 0.0), (6.0625, 5e4)], delay_s=0.0), 500, 0.0)
 @examples(200)
 @given(links(), audio_mus, st.floats(0, 0.09))
@@ -218,7 +218,7 @@ def test_the_picture_never_drifts(link: Link, audio_mu_ms: int, phase_s: float) 
 @examples(200)
 @given(links(), audio_mus, st.floats(0, 0.09))
 def test_what_is_sent_is_the_newest_allowed(link: Link, audio_mu_ms: int, phase_s: float) -> None:
-    """No sound leaves while a newer is there; no picture unless no newer one was due."""
+    """No sound is sent if a newer one is ready; no picture if a newer one was due."""
     run = _run(link, audio_mu_ms, phase_s)
     gone = {(mu.stream, mu.number) for mu in run.skipped}
     for one in run.sent:
@@ -230,7 +230,7 @@ def test_what_is_sent_is_the_newest_allowed(link: Link, audio_mu_ms: int, phase_
         )
         if one.mu.stream == "picture" and one.mode == "synchronised":
             assert one.rollback_s is not None
-            # One that is skipped had no place in the cache: that is the algorithm's own limit.
+            # A skipped picture had no place in the cache, which is the algorithm's own limit.
             is_due = newer.captured_s + one.rollback_s < one.left_s
             assert not is_due or ("picture", newer.number) in gone
         else:
@@ -255,7 +255,7 @@ def test_memory_is_bounded_and_nothing_vanishes(
 @examples(200)
 @given(links(), audio_mus)
 def test_the_sound_goes_first(link: Link, audio_mu_ms: int) -> None:
-    """Where both may leave at once the sound is ahead, and a picture never keeps it waiting."""
+    """If both may be sent the sound is first, and a picture never delays it."""
     run = _run(link, audio_mu_ms, 0.0)
     assert set(run.batches) <= {(), ("sound",), ("picture",), ("sound", "picture")}
     under_way_until_s = 0.0
@@ -304,7 +304,7 @@ def test_a_slow_link_gets_fewer_pictures_at_its_own_pace() -> None:
     assert len(late) == pytest.approx(20 * (40_000 - 8000) / 8000, rel=0.1)
     for one in late:
         assert one.arrived_s is not None
-        # Sound takes the link for 100 ms, so T_r is now 200 ms and now 300.
+        # Sound occupies the link for 100 ms, so T_r alternates between 200 and 300 ms.
         assert 0.2 <= one.arrived_s - one.mu.ready_s <= A + 2 * 0.1
 
 
@@ -333,7 +333,7 @@ def test_fail_safe_is_entered_when_the_link_falls_and_left_when_it_recovers() ->
 
 
 def test_an_outage_leaves_nothing_old_behind() -> None:
-    """What leaves after 8 s without a link is fresh, not what was cached before them."""
+    """Units sent after an outage of 8 s are fresh, not cached before it."""
     run = Run(Link(rates=[(0.0, 6e5), (5.0, 0.0), (13.0, 6e5)], delay_s=0.02)).go(20.0)
     after = [one for one in run.of("picture") if one.left_s > 6.0]
     assert after
@@ -377,7 +377,7 @@ def test_sound_switched_on_begins_with_start_up() -> None:
 
 
 def test_sound_that_stops_at_its_source_holds_no_picture_back() -> None:
-    """Two MU lengths after the last sound the pictures go as soon as possible."""
+    """Two MU lengths after the last sound, pictures are sent as soon as possible."""
     run = Run(_constant(2e6), sound_until_s=5.0).go(12.0)
     late = [one for one in run.of("picture") if one.left_s > 6.2]
     assert len(late) > 50
@@ -416,7 +416,7 @@ def test_a_number_that_does_not_rise_is_refused() -> None:
 
 
 def test_a_picture_that_is_never_acknowledged_stops_nothing_for_good() -> None:
-    """It is told as lost, pictures go on, and the sound was never kept."""
+    """It is reported as lost, pictures continue, and the sound was never delayed."""
     link = _constant(2e6)
     link.deaf = frozenset({("picture", 60)})
     run = Run(link).go(20.0)

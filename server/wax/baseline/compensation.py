@@ -1,7 +1,7 @@
 """The extra roll-back for a client with a longer audio buffer (thesis 5.3.1).
 
-Java 1.1 buffered 50 ms of sound, Java 2 256 ms: there the sound played 200 ms after the picture,
-and the thesis rolls the video back by as much. Here the same is done from the browser's reports.
+Java 1.1 buffered 50 ms of sound, Java 2 256 ms, so that the sound played 200 ms after the picture.
+The thesis rolls the video back by as much; here the browser's reports decide by how much.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ class Compensation:
         self.extra_s = 0.0
 
     def reported(self, report: PlayoutReport, rollback_s: float | None, now_s: float) -> float:
-        """Take a report; return the extra roll-back in seconds, 0 to `max_extra_rollback_ms`.
+        """Handle a report; return the extra roll-back in seconds, 0 to `max_extra_rollback_ms`.
 
-        `rollback_s` is the virtual clock's now, None where nothing is synchronised: what is
-        reported then says nothing of the client. Within half a video MU nothing is changed,
-        since a picture stands for a whole one.
+        `rollback_s` is the virtual clock's present roll-back, None while nothing is synchronised:
+        reports then reveal nothing about the client. An error within half a video MU changes
+        nothing, since each picture lasts for a whole one.
         """
         if rollback_s is None or now_s < self._settled_s:
             self._missing_ms.clear()
@@ -48,7 +48,7 @@ class Compensation:
             return self.extra_s
         measure, missing_ms = found
         if measure != self._measure:
-            # The two are not comparable: a median across them would be of neither.
+            # The two measures are not comparable, so a median must not mix them.
             self._measure = measure
             self._missing_ms.clear()
         self._missing_ms.append(missing_ms)
@@ -64,11 +64,11 @@ class Compensation:
         return self.extra_s
 
     def _missing(self, report: PlayoutReport) -> tuple[Measure, float] | None:
-        """Return by how many ms the picture is still too early and how that is known, else None.
+        """Return the measure and by how many ms the picture is still too early; None if unknown.
 
-        Where the ages are known, by them: all that is in the way counts. Else by the sound's
-        buffer: a burst of one audio MU lies there for half of it on average, as in the thesis's
-        queue, and the reference client's 50 ms are no fault.
+        Known ages count first, as they include the whole path. Otherwise the sound's buffer counts:
+        a burst of one audio MU stays there for half its length on average, as in the thesis's
+        queue, and the reference client's 50 ms are expected.
         """
         sound, picture = report.sound, report.picture
         if sound is None or picture is None:

@@ -17,12 +17,12 @@ def pictures_to_cache(transfer_ms: float, *, audio_mu_ms: int, video_mu_ms: int)
     """Return N_v, the capacity of a viewer's picture cache, rounded down.
 
     With A and V the lengths of the media units and T_r the time that a picture takes:
-    T_r < V gives A / V - 1 (3.2); V <= T_r < A gives A / T_r - 1 (3.3), where T_r = V belongs,
-    which the thesis leaves open and where both agree; T_r >= A gives 0 (3.4).
+    T_r < V gives A / V - 1 (3.2); V <= T_r < A gives A / T_r - 1 (3.3); T_r >= A gives 0 (3.4).
+    The thesis leaves T_r = V open, where (3.2) and (3.3) agree.
 
     The worked example of 3.3.4 (A = 400, T_r = 200, two buffers) contradicts (3.3), which gives
-    one; the equation is followed. On the left of (3.3) the thesis prints V_2, by the text around
-    it N_v is meant.
+    one; this follows the equation. On the left of (3.3) the thesis prints V_2, but according to
+    the text around it means N_v.
 
     Raises `ValueError` unless A is a whole multiple of V and T_r is a time.
     """

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 class LinkMeasurements:
     """Measurements that show whether the link is sufficient; None if not known yet.
 
-    `interval_s` is how long one picture blocks the next, `sound_delay_s` the sound's end-to-end
-    delay: from when an MU could have been sent until it has arrived.
+    `interval_s` is how long one picture blocks the next. `sound_delay_s` is the sound's end-to-end
+    delay, from when an MU could have been sent until its arrival.
     """
 
     transfer_s: float | None = None
@@ -27,8 +27,8 @@ class LinkMeasurements:
 def insufficient(measured: LinkMeasurements, settings: ThesisSettings) -> Sentence | None:
     """Return why the link is insufficient, None if it is sufficient.
 
-    T_r >= A (3.4); less than one picture a second gets through, or the sound's end-to-end delay
-    is longer than an audio MU (3.5). One picture a second, and a delay of just one MU, will do.
+    It is insufficient if T_r >= A (3.4), if less than one picture a second gets through, or if the
+    sound's end-to-end delay is longer than an audio MU (3.5). Exactly one of either suffices.
     """
     audio_mu_s = settings.audio_mu_ms / 1000
     if measured.transfer_s is not None and measured.transfer_s >= audio_mu_s:
@@ -41,7 +41,7 @@ def insufficient(measured: LinkMeasurements, settings: ThesisSettings) -> Senten
 
 
 class BaselineFailSafe:
-    """Begins at once, ends after `recover_ms` without a reason for it."""
+    """Enters fail-safe mode at once, and leaves it after `recover_ms` without a reason."""
 
     def __init__(self, settings: ThesisSettings) -> None:
         self._settings = settings
@@ -53,7 +53,7 @@ class BaselineFailSafe:
         return self.reason is not None
 
     def update(self, measured: LinkMeasurements, now_s: float) -> None:
-        """Update; `now_s` never falls."""
+        """Update from new measurements; `now_s` never falls."""
         reason = insufficient(measured, self._settings)
         if reason is not None:
             self.reason = reason
@@ -65,6 +65,6 @@ class BaselineFailSafe:
                 self.leave()
 
     def leave(self) -> None:
-        """End it regardless of the link, as when only one stream is wanted."""
+        """Leave fail-safe mode regardless of the link, as when only one stream is wanted."""
         self.reason = None
         self._sufficient_since_s = None

@@ -1,4 +1,4 @@
-"""The master stream of one viewer: one MU in flight, at most one waiting (thesis 3.3)."""
+"""The master stream of one viewer, with one MU in flight and at most one waiting (thesis 3.3)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class MasterStream:
-    """An MU waits no longer than one MU length; then the next replaces it, or it is dropped."""
+    """Queues one MU for at most an MU's length; then the next replaces it, or it is dropped."""
 
     def __init__(self, settings: ThesisSettings, round_trip: LeastRoundTrip) -> None:
         self._round_trip = round_trip
@@ -36,35 +36,35 @@ class MasterStream:
         """Drop and return the waiting MU."""
         return self._skipped(self._slot.take())
 
-    def leave(self, now_s: float) -> MediaUnit | None:
-        """Return the MU that leaves now, None if there is none or one is still in flight."""
+    def pop(self, now_s: float) -> MediaUnit | None:
+        """Return the MU to send now; None if there is none or one is still in flight."""
         if self._transfer.under_way is not None or (mu := self._slot.take()) is None:
             return None
         self._transfer.left(mu, now_s)
         return mu
 
     def acknowledged(self, number: int, now_s: float) -> None:
-        """Allow the next to leave, if this is the one in flight."""
+        """Allow the next MU to be sent, if this is the one in flight."""
         if (mu := self._transfer.acknowledged(number, now_s)) is not None:
             self._delay_s = self._since_put_s(self._put_s.pop(mu.number), now_s)
 
     def give_up(self, now_s: float) -> MediaUnit | None:
-        """Return the MU in flight if it counts as lost; the next may then leave."""
+        """Return the MU in flight if it counts as lost; then the next may be sent."""
         if (mu := self._transfer.give_up(now_s)) is not None:
             self._delay_s = self._since_put_s(self._put_s.pop(mu.number), now_s)
         return mu
 
     def delay_s(self, now_s: float) -> float:
-        """Return the end-to-end delay: that of the last MU, or more if one is already later.
+        """Return the end-to-end delay of the last MU, or more if one is already later.
 
-        From when the MU could have been sent to when it is there: half the least round trip
-        before its acknowledgement is.
+        It counts from when the MU could have been sent until its arrival, which is half the least
+        round trip before its acknowledgement.
         """
         oldest_s = min(self._put_s.values(), default=now_s)
         return max(self._delay_s, self._since_put_s(oldest_s, now_s))
 
     def forget_delay(self) -> None:
-        """Judge by what comes."""
+        """Forget the last MU's delay, so that only later ones count."""
         self._delay_s = 0.0
 
     def _since_put_s(self, put_s: float, now_s: float) -> float:

@@ -13,7 +13,7 @@ class MediaUnit:
     """The piece in which a stream is captured, stored and sent (thesis 3.3).
 
     `number` rises within a stream. `captured_s` is when its capture *began*, as in Figure 3.7;
-    a picture is the end of its interval, so it shows the scene of `ready_s`.
+    a picture is taken at the end of its interval, so it shows the scene at `ready_s`.
     """
 
     stream: Stream
@@ -30,8 +30,8 @@ class MediaUnit:
 class SourceSlot:
     """Holds the newest MU until it is taken, replaced or too old (thesis 3.3).
 
-    "The audio MU in the buffer is valid until the next audio MU is ready": it waits no longer
-    than `longest_wait_s`, from when it was put. None for a picture, which has no such limit.
+    "The audio MU in the buffer is valid until the next audio MU is ready": it expires after
+    `longest_wait_s` in the slot. A picture has no such limit (None).
     """
 
     def __init__(self, longest_wait_s: float | None = None) -> None:
@@ -45,18 +45,18 @@ class SourceSlot:
 
     @property
     def expires_s(self) -> float | None:
-        """When the held MU will be too old, None if it is empty or has no limit."""
+        """When the held MU expires; None if there is none or it has no limit."""
         if self._mu is None or self._longest_wait_s is None:
             return None
         return self._put_s + self._longest_wait_s
 
     def put(self, mu: MediaUnit, now_s: float) -> MediaUnit | None:
-        """Replace the held MU; return the one that this skips."""
+        """Replace the held MU; return the one that is thereby skipped."""
         replaced, self._mu, self._put_s = self._mu, mu, now_s
         return replaced
 
     def take(self) -> MediaUnit | None:
-        """Take the held MU."""
+        """Remove and return the held MU."""
         taken, self._mu = self._mu, None
         return taken
 

@@ -20,15 +20,15 @@ the usual 20 ms (RFC 3551, 4.2) are a quarter headers, which would overload a mo
 
 _RESEAM_S: Final = 0.05
 _FILTER_SAMPLES: Final = 96
-"""Look-ahead of the resampler's low-pass filter, at 48 kHz. As much silence precedes the sound, so
-a unit is complete with its last sample; its capture time accounts for the 2 ms."""
+"""The look-ahead of the resampler's low-pass filter, at 48 kHz. The same amount of silence precedes
+the sound, so that a unit is complete with its last sample; its capture time allows for the 2 ms."""
 
 
 class MuLawEncoder:
     """Encodes 48 kHz mono sound as bursts of PCMU packets, `mu_ms` (a multiple of 20) a unit.
 
-    RTP time counts samples, and every unit begins at a whole multiple of its length: the next one,
-    if the source has jumped by more than 50 ms.
+    RTP time counts samples, and every unit begins at a whole multiple of its length: the next one
+    after the source has jumped by more than 50 ms.
     """
 
     def __init__(self, *, mu_ms: int) -> None:

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 class PictureCache:
     """Up to `capacity` pictures in order, and a slot for the newest.
 
-    The newest enters the cache only when a place is free, that is when a picture has been sent: the
-    rate follows the link.
+    The newest enters the cache only when a place is free, that is, after a picture has been sent,
+    so that the rate follows the link.
     """
 
     def __init__(self) -> None:
@@ -42,7 +42,7 @@ class PictureCache:
         return len(self._pictures) >= self._capacity
 
     def put(self, picture: MediaUnit, now_s: float) -> list[MediaUnit]:
-        """Add a captured picture; return what this skips."""
+        """Add a captured picture; return the pictures that are thereby skipped."""
         replaced = self._slot.put(picture, now_s)
         self.fill()
         return [] if replaced is None else [replaced]

@@ -44,7 +44,7 @@ _STREAMS: Final[dict[Kind, Stream]] = {"audio": "sound", "video": "picture"}
 
 
 class BaselineStreams:
-    """Feeds one viewer's sender with captured units, and sends what it decides."""
+    """Passes captured units to one viewer's sender, and carries out its decisions."""
 
     def __init__(
         self,
@@ -66,10 +66,10 @@ class BaselineStreams:
         self._told: Sentence | None = None
         self._fail_safe_s = 0.0
         self._fail_safe_since_s: float | None = None
-        self._begin()
+        self._reset()
 
-    def _begin(self) -> None:
-        """Start without knowledge of the link, and with nothing to send."""
+    def _reset(self) -> None:
+        """Reset all knowledge of the link and everything queued."""
         self._sender = UnitSender(self._settings, sound=False, picture=False)
         self._compensation = Compensation(self._settings)
         self._extra_s = 0.0
@@ -82,13 +82,13 @@ class BaselineStreams:
 
     def lanes(self) -> Lanes:
         self.release()
-        self._begin()
+        self._reset()
         picture: UnitLane[EncodedPicture] = UnitLane()
         sound: UnitLane[EncodedSound] = UnitLane()
         self._lanes = {"picture": picture, "sound": sound}
         self._intake = PictureIntake(self._picture_captured)
         self._video.attach(self._intake, self._page.boundary)
-        # The sender decides what may leave; from then on nothing waits.
+        # The sender decides what is sent, and after that nothing is queued.
         return Lanes(picture, sound, CongestionControl())
 
     def release(self) -> None:
@@ -108,17 +108,17 @@ class BaselineStreams:
         """Do nothing: the page can acknowledge units only once it has sent its wishes."""
 
     def ready(self) -> None:
-        self._tell()
+        self._notify_page()
 
     def moved(self) -> None:
-        """Do nothing: every picture is a keyframe, and the acknowledgements say how it goes."""
+        """Do nothing: every picture is a keyframe, and acknowledgements measure the new link."""
 
     def want(
         self,
         *,
         sound: bool,
         picture: bool,
-        size: str,  # noqa: ARG002  # there is only one
+        size: str,  # noqa: ARG002  # there is only one size
         policy: Policy | None,  # noqa: ARG002  # the baseline is the same for everybody
     ) -> None:
         if self._intake is None:
@@ -128,7 +128,7 @@ class BaselineStreams:
             self._audio.listen(self._sound_captured, self._page.boundary)
         else:
             self._audio.leave(self._sound_captured)
-        self._act(self._sender.choose(sound=sound, picture=picture, now_s=self._clock.now_s()))
+        self._apply(self._sender.choose(sound=sound, picture=picture, now_s=self._clock.now_s()))
 
     def look(self, *, large: int | None, small: bool) -> None:
         """Do nothing: there is one picture."""
@@ -147,7 +147,7 @@ class BaselineStreams:
         self._captured(MediaUnit("sound", unit.number, unit.captured_s, length_s), unit.packets)
 
     def _picture_captured(self, number: int, picture: EncodedPicture) -> None:
-        # A picture shows the end of its interval.
+        # A picture is taken at the end of its interval.
         length_s = self._settings.video_mu_ms / 1000
         began_s = picture.captured_s - length_s
         self._captured(MediaUnit("picture", number, began_s, length_s), (picture,))
@@ -156,7 +156,7 @@ class BaselineStreams:
         if not self._lanes:
             return
         self._payloads[unit.stream, unit.number] = packets
-        self._act(self._sender.captured(unit, self._clock.now_s()))
+        self._apply(self._sender.captured(unit, self._clock.now_s()))
 
     # --- messages of the page --------------------------------------------------------------
 
@@ -167,17 +167,17 @@ class BaselineStreams:
         number, last_pts = under_way
         if last_pts % _UINT32 == pts:
             del self._under_way[stream]
-            self._act(self._sender.acknowledged(stream, number, self._clock.now_s()))
+            self._apply(self._sender.acknowledged(stream, number, self._clock.now_s()))
 
     def round_trip(self, round_trip_s: float) -> None:
         if self._lanes:
-            self._act(self._sender.round_trip(round_trip_s, self._clock.now_s()))
+            self._apply(self._sender.round_trip(round_trip_s, self._clock.now_s()))
 
     @property
     def is_thin(self) -> bool:
-        return True  # it estimates no rate, and is measured over modems
+        return True  # no rate is estimated, and modems are measured, too
 
-    def file_sent(self, size_bytes: int) -> float | None:  # noqa: ARG002  # it paces nothing
+    def file_sent(self, size_bytes: int) -> float | None:  # noqa: ARG002  # files are not paced
         return None
 
     def reported(self, report: PlayoutReport) -> None:
@@ -187,12 +187,12 @@ class BaselineStreams:
         extra_s = self._compensation.reported(report, rollback_s, now_s)
         if extra_s != self._extra_s and self._lanes:
             self._extra_s = extra_s
-            self._act(self._sender.roll_back_further(extra_s, now_s))
+            self._apply(self._sender.roll_back_further(extra_s, now_s))
 
     # --- decisions -------------------------------------------------------------------------
 
-    def _act(self, decision: Decision) -> None:
-        """Carry out a decision; sound comes first in it, and so on the wire."""
+    def _apply(self, decision: Decision) -> None:
+        """Carry out a decision; sound is first in it, and therefore on the wire."""
         for unit in decision.send:
             packets = self._payloads.pop((unit.stream, unit.number))
             self._under_way[unit.stream] = (unit.number, packets[-1].pts)
@@ -205,7 +205,7 @@ class BaselineStreams:
             self._missed("lost", unit.stream)
             if self._under_way.get(unit.stream, (None, 0))[0] == unit.number:
                 del self._under_way[unit.stream]
-        self._tell()
+        self._notify_page()
         if self._timer is not None:
             self._timer.cancel()
         wait_s = max(decision.wake_s - self._clock.now_s(), 0.0)
@@ -214,7 +214,7 @@ class BaselineStreams:
         )
 
     def _tick(self) -> None:
-        self._act(self._sender.tick(self._clock.now_s()))
+        self._apply(self._sender.tick(self._clock.now_s()))
 
     def _missed(self, how: str, stream: Stream) -> None:
         self._counts[how] += 1
@@ -223,15 +223,15 @@ class BaselineStreams:
         elif self._intake is not None:
             self._intake.dropped += 1
 
-    def _tell(self) -> None:
-        """Send the page its mode when that has changed."""
+    def _notify_page(self) -> None:
+        """Notify the page when its mode has changed."""
         state = self._sender.state()
         self._note_mode(state.mode)
         reason = _words(state.mode, state.reason)
         if reason == self._told or not self._lanes:
             return
         self._told = reason
-        # The browser's buffers should add nothing: the server rolls back.
+        # The browser's buffers should add no delay, because the server rolls back.
         self._page.send(
             messages.Playout(
                 policy="thesis",

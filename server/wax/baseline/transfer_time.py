@@ -1,7 +1,7 @@
 """Measures the transfer time T_r, and tracks the one MU of a stream in flight.
 
 In 2004 the client pulled over TCP, so "sent" meant received (thesis 3.2). Here an MU counts as
-sent when the page has acknowledged its last packet; nothing newer of its stream leaves before.
+sent when the page has acknowledged its last packet; nothing newer of its stream is sent before.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from wax.baseline.media_units import MediaUnit
 
 _NEWEST: Final = 3
-"""T_r is the median of this many: one late picture is jitter (5.2.1.1), two of three are the link.
-The thesis measures V_2 alone, and so do we at start-up."""
+"""T_r is the median of this many: one late picture is jitter (5.2.1.1), two of three are due to the
+link. The thesis measures V_2 alone, and so do we at start-up."""
 
 _LEAST_PATIENCE_S: Final = 1.0
-"""Shortest wait before an MU counts as lost, as TCP's shortest timer (RFC 6298, 2.4)."""
+"""The shortest wait before an MU counts as lost, like TCP's shortest timer (RFC 6298, 2.4)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,13 +73,13 @@ class TransferTime:
         return max(median(self._newest_s), if_it_ended_now_s)
 
     def left(self, mu: MediaUnit, now_s: float) -> None:
-        """Note that an MU leaves; the one before must have been acknowledged or given up."""
+        """Record that an MU is sent; the last one must have been acknowledged or given up."""
         if self.under_way is not None:
             raise RuntimeError(f"{self.under_way.mu} is still in flight; acknowledge it first")
         self.under_way = UnitUnderWay(mu, now_s)
 
     def acknowledged(self, number: int, now_s: float) -> MediaUnit | None:
-        """Note an acknowledgement; return its MU, None if it is not the one in flight."""
+        """Record an acknowledgement; return its MU, None if it is not the one in flight."""
         if self.under_way is None or self.under_way.mu.number != number:
             return None
         return self._done(now_s)

@@ -1,4 +1,4 @@
-"""The fan-out of the baseline's sound: blocks in, whole media units to everybody."""
+"""The fan-out of the baseline's sound: it encodes blocks and passes whole units to all viewers."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class UnitHub:
             self._loop.call_soon_threadsafe(self._fan_out, unit)
 
     def listen(self, take: Callable[[SoundUnit], None], boundary: ErrorBoundary) -> None:
-        """Call `take` inside `boundary` with every unit from the next complete one on."""
+        """Call `take` inside `boundary` with every unit that is completed from now on."""
         self._takers[take] = boundary.around(take)
 
     def leave(self, take: Callable[[SoundUnit], None]) -> None:

@@ -25,7 +25,7 @@ class UnitLane(Generic[ItemT]):
         self._on_news: Callable[[], None] = _nobody
 
     def listen(self, on_news: Callable[[], None]) -> None:
-        """Set the callback for when there is something to take."""
+        """Set the callback for new packets."""
         self._on_news = on_news
 
     def put(self, packets: Iterable[ItemT]) -> None:
@@ -42,15 +42,15 @@ class UnitLane(Generic[ItemT]):
 
     def offered(self, *, redundancy: bool) -> None: ...  # none is sent
 
-    def earlier(self, sound: object) -> Sequence[EncodedSound]:  # noqa: ARG002  # as lanes have it
+    def earlier(self, sound: object) -> Sequence[EncodedSound]:  # noqa: ARG002  # the interface of a lane
         """Repeat nothing: the page skips a lost unit."""
         return ()
 
 
 class PictureIntake:
-    """Numbers the pictures of the one rendition, as media units are, and passes them on.
+    """Numbers the pictures of the one rendition as media units and passes them on.
 
-    A lane to the fan-out, though nothing waits in it.
+    For the fan-out it is a lane, but it queues nothing.
     """
 
     def __init__(self, take: Callable[[int, EncodedPicture], None]) -> None:

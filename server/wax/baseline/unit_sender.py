@@ -30,8 +30,8 @@ Mode = Literal["one stream", "start-up", "synchronised", "fail-safe"]
 class Decision:
     """What to do now.
 
-    `send` goes on the wire at once, sound first. `skipped` will never be sent; `lost` was sent and
-    is given up; neither comes back. `wake_s` is when to call `tick`.
+    `send` goes on the wire at once, sound first. Units in `skipped` will never be sent; those in
+    `lost` were sent and given up; neither will appear again. `wake_s` is when to call `tick`.
     """
 
     send: tuple[MediaUnit, ...]
@@ -170,7 +170,7 @@ class UnitSender:
 
     @property
     def _is_held(self) -> bool:
-        """Whether V_2 has not left, or T_p is not over, or T_r not yet known."""
+        """Whether V_2 is not sent yet, T_p is not over, or T_r is not known yet."""
         return self._hold_back_s is None or self._hold_until_s is not None
 
     def _decide(self, now_s: float) -> Decision:
@@ -218,7 +218,7 @@ class UnitSender:
             self._picture.forget()
 
     def _send_sound(self, now_s: float) -> None:
-        if (mu := self._sound.leave(now_s)) is None:
+        if (mu := self._sound.pop(now_s)) is None:
             return
         self._send.append(mu)
         if self._both and not self._fail_safe.is_active and self._clock is None:
@@ -226,13 +226,13 @@ class UnitSender:
             self._clock.extra_s = self._extra_s
 
     def _send_picture(self, now_s: float) -> float:
-        """Send the picture that may leave now, if any; return when to check again."""
+        """Send the picture that may be sent now, if any; return when to check again."""
         if not self._picture_wanted:
             return now_s + self._video_mu_s
         clock = self._clock
         if clock is None or self._hold_back_s is None:
             self._skipped += self._cache.resize(0)
-            picture = self._leave(self._cache.take_oldest, now_s)
+            picture = self._send_next(self._cache.take_oldest, now_s)
             if picture is not None and clock is not None:
                 self._hold_back_s = clock.hold_back_s(picture)
                 self._hold_until_s = clock.due_s(picture)
@@ -258,18 +258,18 @@ class UnitSender:
     def _send_due(self, clock: VirtualClock, transfer_s: float, now_s: float) -> None:
         """Send the newest picture that is due; earlier ones are too late.
 
-        If pictures take V or longer, the cache itself is the delay, N_v times T_r: the oldest
-        leaves as soon as the link is free and the cache is full. Timely delivery comes first.
+        If pictures take V or longer, the cache itself is the delay, N_v times T_r: the oldest is
+        sent as soon as the link is free and the cache is full. Timely delivery comes first.
         """
         due = [mu for mu in self._cache.pictures if clock.due_s(mu) <= now_s]
         if due:
             self._skipped += self._cache.skip_before(due[-1].number)
         elif self._cache.capacity and (transfer_s < self._video_mu_s or not self._cache.is_full):
             return
-        self._leave(self._cache.take_oldest, now_s)
+        self._send_next(self._cache.take_oldest, now_s)
         self._cache.fill()
 
-    def _leave(self, take: Callable[[], MediaUnit | None], now_s: float) -> MediaUnit | None:
+    def _send_next(self, take: Callable[[], MediaUnit | None], now_s: float) -> MediaUnit | None:
         if self._picture.under_way is not None or (picture := take()) is None:
             return None
         self._picture.left(picture, now_s)

@@ -13,18 +13,18 @@ if TYPE_CHECKING:
 
 
 class VirtualClock:
-    """Says when pictures are due; started by the first audio MU, A_1, as it leaves.
+    """Decides when pictures are due; it starts when the first audio MU, A_1, is sent.
 
-    A_1 is heard from its beginning, which is then `rollback_s` old: one audio MU, and as much
-    more as it had waited at the source. The picture is rolled back as far.
+    A_1 plays from its beginning, which is then `rollback_s` old: one audio MU plus its wait at the
+    source. The picture is rolled back by as much.
     """
 
     def __init__(self, settings: ThesisSettings, first: MediaUnit, now_s: float) -> None:
         self._video_mu_ms = settings.video_mu_ms
         self._audio_mu_ms = settings.audio_mu_ms
         self._first = first
-        # It waited at most one MU length in the slot; a source that hands it in later than
-        # that after its capture shall not roll back the picture without end.
+        # It waited at most one MU length in the slot. The bound keeps a source that delivers it
+        # later than that after its capture from rolling the picture back without end.
         self._rollback_s = min(max(now_s - first.captured_s, 0.0), 2 * first.duration_s)
         self.extra_s = 0.0
         """Roll-back beyond the clock's own, for a client that buffers more sound (5.3.1)."""
@@ -42,10 +42,10 @@ class VirtualClock:
         return hold_back_s(self._first.captured_s, newest.captured_s)
 
     def capacity(self, transfer_s: float) -> int:
-        """Return how many pictures to cache: N_v, and more where the roll-back is beyond A.
+        """Return how many pictures to cache: N_v, or more if the roll-back exceeds A.
 
-        The cache then spans the roll-back as by (3.2) and (3.3) it spans A. Where a picture
-        takes less than V it must not cost a single one, so there the places are rounded up.
+        The cache then spans the roll-back as it spans A in (3.2) and (3.3). If a picture takes less
+        than V no picture may be skipped, so the capacity is rounded up.
         """
         pictures = pictures_to_cache(
             transfer_s * 1000, audio_mu_ms=self._audio_mu_ms, video_mu_ms=self._video_mu_ms
@@ -55,6 +55,6 @@ class VirtualClock:
         if transfer_ms >= self._audio_mu_ms or rollback_ms <= self._audio_mu_ms:
             return pictures
         if transfer_ms < self._video_mu_ms:
-            # A millisecond more than a whole number of pictures is the timer's, not the link's.
+            # A millisecond beyond a whole number of pictures is due to the timer, not the link.
             return max(pictures, math.ceil((rollback_ms - 1) / self._video_mu_ms) - 1)
         return max(pictures, int(rollback_ms // transfer_ms) - 1)

@@ -1,4 +1,4 @@
-"""Our own policy in the place of the server of 2004, so that the two can be compared."""
+"""Our own policy instead of the server of 2004, so that the two can be compared."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ class Baseline:
         self.skipped: list[int] = []
 
     def answer_ms(self, asked_ms: float) -> float | None:
-        """As `Server` says; raises `RuntimeError` when asked so late that the last is given up.
+        """As `Server`; raises `RuntimeError` if asked so late that the last MU is given up.
 
-        The sender waits for a second or longer, and TCP, which lost nothing, needed no limit.
+        The sender waits for a second or longer; TCP, which lost nothing, needed no limit.
         """
         before = len(self.given)
         if not before:
@@ -64,7 +64,7 @@ class Baseline:
         return self._ready_ms[self._captured] if left else math.inf
 
     def _step(self) -> None:
-        """Hand in the next MU or tick, whichever is due first."""
+        """Deliver the next MU or tick, whichever is due first."""
         is_capture = self._captured_ms() <= self._wake_ms
         self._now_ms = self._next_ms()
         if is_capture:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _ROUNDING_MS: Final = 1e-6
 _AHEAD_MS: Final = 1000.0
-"""It is recorded for so much longer than is listened; no client is that long about asking."""
+"""The recording is longer by this than the listening; no client's request takes so long."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +53,7 @@ class Heard:
 
     @property
     def pauses_per_block(self) -> float:
-        """Over as much sound, which is the axis of the thesis's figures."""
+        """Return the pauses per amount of sound, the axis of the thesis's figures."""
         return len(self.pauses) / self.blocks
 
     @property
@@ -62,7 +62,7 @@ class Heard:
 
     @property
     def silence(self) -> float:
-        """The share of the time that was pause."""
+        """Return the share of the time that was pause."""
         return sum(length for _, length in self.pauses) / (self.seconds * 1000)
 
 
@@ -122,13 +122,13 @@ class Listening:
         return self._heard
 
     def _ask(self, now_ms: float) -> None:
-        """Ask for the next MU: half the delay is the way there, half the way back."""
+        """Request the next MU: half the delay is the way there, half the way back."""
         half_ms = self._path.delay_ms(now_ms, self._chance) / 2
         leaves_ms = self._server.answer_ms(now_ms + half_ms)
         self._arrives_ms = math.inf if leaves_ms is None else leaves_ms + half_ms
 
     def _played_until(self, now_ms: float) -> None:
-        """Note the pause that lasts until now, if there is one, from where it counts."""
+        """Record the pause that lasts until now, if there is one, from where it counts."""
         if self._dry_ms is not None:
             began_ms = max(self._dry_ms, self._from_ms)
             if now_ms > began_ms + _ROUNDING_MS:

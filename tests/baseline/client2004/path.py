@@ -1,4 +1,4 @@
-"""How long a media unit is on its way."""
+"""The delay of a media unit on its way."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ class Path(Protocol):
     """A TCP stream: nothing is lost, everything arrives in order (the client sees to that)."""
 
     def delay_ms(self, at_ms: float, chance: Random) -> float:
-        """Return the time from asking to having it all, for what is asked for at `at_ms`."""
+        """Return the time from a request at `at_ms` until all of the answer has arrived."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class SyntheticPath:
-    """Delays between `least_ms` and `most_ms`, and now and then one up to `spike_ms`."""
+    """Delays between `least_ms` and `most_ms`, with an occasional one up to `spike_ms`."""
 
     least_ms: float
     most_ms: float

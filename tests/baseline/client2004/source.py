@@ -1,4 +1,4 @@
-"""What the audio server has to give at any moment: the newest whole media unit, once."""
+"""The audio server's newest whole media unit at any time, which it gives once."""
 
 from __future__ import annotations
 

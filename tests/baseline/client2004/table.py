@@ -1,4 +1,4 @@
-"""What the model hears of each connection, beside the thesis's words."""
+"""The model's pauses on each connection, compared with the thesis's words."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def is_clean(heard: Heard) -> bool:
 
 
 def words(heard: Heard) -> str:
-    """Say it as the thesis does."""
+    """Describe the result in the thesis's terms."""
     if is_clean(heard):
         return "none"
     return (
@@ -78,7 +78,7 @@ def agreement() -> tuple[int, int]:
 
 
 def differences() -> list[str]:
-    """Name the cells and the figures of which the model says another thing than the thesis."""
+    """Name the cells and figures in which the model differs from the thesis."""
     found = []
     for scene in SCENES:
         for mu_ms in MU_LENGTHS_MS:

@@ -89,7 +89,7 @@ def test_fragments_differ_by_how_long_an_mu_is_valid_and_by_nothing_else(scene: 
 @pytest.mark.full
 @on_each_connection
 def test_our_sender_has_pauses_where_the_thesis_has_them(scene: Scene) -> None:
-    """Also with fragments it is clean in the same cells as the model."""
+    """With fragments, too, it is clean in the same cells as the model."""
     for mu_ms in MU_LENGTHS_MS:
         ours = hear(scene, mu_ms, serve=partial(Baseline, mu_ms))
         assert is_clean(ours) == is_clean(hear(scene, mu_ms)), mu_ms
@@ -98,7 +98,7 @@ def test_our_sender_has_pauses_where_the_thesis_has_them(scene: Scene) -> None:
 @pytest.mark.full
 @on_each_connection
 def test_the_page_loses_nothing_that_only_the_client_lost(scene: Scene) -> None:
-    """On delivery, and in one piece, every connection of chapter 5.2 is clean at every length."""
+    """Acknowledged on delivery and in one piece, every connection of chapter 5.2 is clean."""
     paged = replace(scene, client=PAGE)
     for mu_ms in MU_LENGTHS_MS:
         heard = hear(paged, mu_ms, recorder=WITHOUT_FRAGMENTS, serve=partial(Baseline, mu_ms))
@@ -108,7 +108,7 @@ def test_the_page_loses_nothing_that_only_the_client_lost(scene: Scene) -> None:
 @settings(deadline=None)
 @given(mu_lengths, st.lists(st.integers(0, 900), min_size=1, max_size=40))
 def test_asked_at_any_time_the_same_leaves(mu_ms: int, gaps_ms: list[int]) -> None:
-    """Whenever it is asked, also at the very moment that an MU is ready, both answer the same."""
+    """At any time, even when an MU becomes ready, both give the same answer."""
     ready_ms = WITHOUT_FRAGMENTS.ready_ms(mu_ms, 500)
     ours, theirs = Baseline(mu_ms, ready_ms), SharedMemory(ready_ms)
     now_ms = 0.0

@@ -68,7 +68,7 @@ def _listen(
     ],
 )
 def test_pauses_up_to_a_length_and_none_from_there_on(name: str, clean_from_ms: int) -> None:
-    """Where the thesis has pauses the model has them, and where it has none there are none."""
+    """The model has pauses where the thesis has them, and nowhere else."""
     clean = [is_clean(hear(BY_NAME[name], mu_ms)) for mu_ms in MU_LENGTHS_MS]
     assert clean == [mu_ms >= clean_from_ms for mu_ms in MU_LENGTHS_MS]
     java_2 = replace(BY_NAME[name], client=Client(block_ms=256.0))
@@ -121,13 +121,13 @@ def test_the_shape_does_not_hang_on_the_exact_turn_round_of_windows(
 
 @pytest.mark.parametrize("name", ["LAN", *at_length("same machine", "Internet, Linux")])
 def test_the_printed_delays_alone_make_no_pauses(name: str) -> None:
-    """Without the card's fragments nothing pauses, so the thesis's own delays explain nothing."""
+    """Without the card's fragments nothing pauses: the thesis's delays alone explain no pause."""
     for mu_ms in MU_LENGTHS_MS:
         assert is_clean(hear(BY_NAME[name], mu_ms, recorder=WITHOUT_FRAGMENTS))
 
 
 def test_where_it_does_not_reproduce_is_said() -> None:
-    """The one cell where one has pauses and the other none is named."""
+    """The one cell in which model and thesis differ is named."""
     named = [line for line in differences() if line.endswith("model none.")]
     assert [line.partition(":")[0] for line in named] == ["Internet, Linux, 300 ms"]
     agree, told = agreement()
