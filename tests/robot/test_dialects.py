@@ -1,4 +1,4 @@
-"""When the two dialects say what, on a clock turned by hand."""
+"""What the two dialects send and when, on a manual clock."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def framed() -> FramesDialect:
 
 
 class Robot:
-    """The robot's end: understands what the dialect says, and answers by hand."""
+    """The robot's end: it decodes what the dialect sends, and answers on request."""
 
     def __init__(self) -> None:
         self.decoder = Decoder()
@@ -98,7 +98,7 @@ def test_frames_begin_with_hello_and_stop() -> None:
 
 
 def test_until_it_answers_the_robot_gets_hello_and_stop() -> None:
-    """Every 100 ms the same session is offered again, and no motion is said whatever is wanted."""
+    """Until the robot answers, the session is offered every 100 ms, and no motion is sent."""
     dialect, robot = framed(), Robot()
     first = robot.hear(dialect.hello(1.0))
     assert not dialect.answers(1.0)
@@ -126,7 +126,7 @@ def test_an_answer_is_one_to_what_was_said() -> None:
 
 @pytest.mark.parametrize("deaf", [False, True])
 def test_a_silence_begins_a_new_session(deaf: bool) -> None:
-    """Half a second after the last frame that the robot took it gets hello, not the motion."""
+    """Half a second after the last acknowledged frame, hello is sent instead of motion."""
     dialect, robot = connected(1.0)
     session = robot.decoder.session
     taken = robot.heard[-1].sequence
@@ -144,7 +144,7 @@ def test_a_silence_begins_a_new_session(deaf: bool) -> None:
 
 
 def test_frames_are_sent_on_change_and_fifty_times_a_second() -> None:
-    """A change goes out at once, the same motion again every 20 ms, standstill every 50."""
+    """A change is sent at once, the same motion again every 20 ms, standstill every 50 ms."""
     dialect, robot = connected(1.0)
     assert robot.hear(dialect.say(going(1, 0), 1.0)[0]) == [DriveBody(600, 600)]
     assert says(dialect, going(1, 0), 1.01) == (b"", 1.02)
@@ -157,7 +157,7 @@ def test_frames_are_sent_on_change_and_fifty_times_a_second() -> None:
 
 
 def test_frames_carry_turn_ttl_and_a_rising_sequence() -> None:
-    """Every frame has its number; a drive has its turn and how long it is worth."""
+    """Every frame has a rising number, and a drive frame its turn and time-to-live."""
     dialect, robot = connected(1.0)
     robot.hear(dialect.say(going(0.5, 0, turn=8), 1.0)[0])
     robot.hear(dialect.say(going(0.5, 0, turn=9), 1.0)[0])
@@ -167,7 +167,7 @@ def test_frames_carry_turn_ttl_and_a_rising_sequence() -> None:
 
 
 def test_frames_carry_the_robots_time() -> None:
-    """A frame's time is the last report's and what has passed since, over the clock's end."""
+    """A frame's time is the last report's plus the time since, across the clock's wrap."""
     dialect, robot = connected(1.0, time_ms=2**32 - 100)
     robot.hear(dialect.say(going(1, 0), 1.06)[0])
     robot.hear(dialect.say(going(1, 0), 1.25)[0])
@@ -178,7 +178,7 @@ def test_frames_carry_the_robots_time() -> None:
 
 
 def test_frames_move_axes() -> None:
-    """An axis that was ever set is said with every frame, as ten-thousandths of its range."""
+    """An axis, once set, is sent with every set-point, in ten-thousandths of its range."""
     order = replace(STAND, axes=(("pan", -0.5),))
     dialect, robot = connected()
     assert robot.hear(dialect.say(order, 1.0)[0]) == [StopBody(), AxisBody(0, -5000)]
@@ -197,7 +197,7 @@ def test_axes_are_numbered_by_their_place() -> None:
 
 
 def test_frames_say_farewell_with_a_stop() -> None:
-    """The last word is a stop of the turn that ran."""
+    """The farewell is a stop of the current turn."""
     dialect, robot = connected()
     robot.hear(dialect.say(going(1, 0, turn=4), 1.0)[0])
     assert robot.hear(dialect.farewell()) == [StopBody()]
@@ -253,7 +253,7 @@ def test_each_direction_is_its_byte(ahead: float, left: float, byte: bytes) -> N
 
 
 def test_bytes_are_sent_only_on_change() -> None:
-    """A held key is one byte; its speed goes before it when that changes."""
+    """A held key sends one byte; a changed speed is sent before it."""
     dialect = single()
     said = [
         dialect.say(going(ahead, left), 1.0 + n * 0.02)[0]
@@ -266,7 +266,7 @@ def test_bytes_are_sent_only_on_change() -> None:
 
 
 def test_stop_is_said_three_times() -> None:
-    """A stop goes out at once and twice more 20 ms apart, and then there is silence."""
+    """A stop is sent at once and twice more, 20 ms apart, and then nothing."""
     dialect = single()
     dialect.say(going(1, 0), 1.0)
     assert says(dialect, STAND, 2.0) == (b"S", 2.02)
@@ -277,7 +277,7 @@ def test_stop_is_said_three_times() -> None:
 
 
 def test_a_new_motion_ends_the_stops() -> None:
-    """No stop byte comes after the byte of a motion that followed it."""
+    """After a new motion no more bytes of the previous stop are sent."""
     dialect = single()
     dialect.say(going(1, 0), 1.0)
     dialect.say(STAND, 2.0)
@@ -286,7 +286,7 @@ def test_a_new_motion_ends_the_stops() -> None:
 
 
 def test_almost_nothing_is_standstill() -> None:
-    """Less than a twentieth of the limits does not creep; a twentieth does."""
+    """Less than a twentieth of the limits counts as standstill; a twentieth does not."""
     assert single().say(going(0.04, -0.04), 1.0)[0] == b""
     assert single().say(going(0.05, 0), 1.0)[0] == b"1F"
 
@@ -298,7 +298,7 @@ def test_half_of_the_limits_is_fine_still() -> None:
 
 
 def test_a_turn_that_begins_with_motion_begins_with_the_stop_byte() -> None:
-    """Where the stop between two turns was never said it is said first; elsewhere there is one."""
+    """If the stop between two turns was not sent it is sent first, but never twice."""
     dialect = single()
     dialect.say(going(1, 0, turn=1), 1.0)
     assert says(dialect, going(1, 0, turn=2), 1.01) == (b"SF", math.inf)
@@ -325,7 +325,7 @@ def test_a_board_with_one_speed_gets_that() -> None:
 
 
 def test_a_new_connection_says_all_anew() -> None:
-    """After a hello the speed is said again, because the board may have restarted."""
+    """After a reconnection the speed is sent again, because the board may have restarted."""
     dialect = single()
     dialect.say(going(1, 0), 1.0)
     assert dialect.hello(2.0) == b"S"
@@ -334,7 +334,7 @@ def test_a_new_connection_says_all_anew() -> None:
 
 
 def test_bytes_say_farewell_with_three_stops() -> None:
-    """The last word is the stop, three times."""
+    """The farewell is three stops."""
     assert single().farewell() == b"SSS"
     assert single().known() == {}
 

@@ -1,4 +1,4 @@
-"""When the dialect `text` says what, on a clock turned by hand."""
+"""What the dialect `text` sends and when, on a manual clock."""
 
 from __future__ import annotations
 
@@ -74,12 +74,12 @@ def says(one: TextDialect, order: Order, now_s: float) -> tuple[bytes, float]:
     ],
 )
 def test_a_motion_is_said_to_scale(text: dict[str, Any], order: Order, line: bytes) -> None:
-    """In the units and the format of the template, and never more than its limit."""
+    """A motion is sent in the template's units and format, never beyond its limit."""
     assert begun(**text).say(order, 1.01)[0] == line
 
 
 def test_limits_trim_and_direction_are_the_robots() -> None:
-    """What any serial robot is told about its wheels counts here as well."""
+    """The wheels' limits, trim and inversion apply here, too."""
     robot = {"left_trim": 0.5, "invert_right": True, "max_linear_mps": 0.4}
     one = dialect(robot)
     one.hello(1.0)
@@ -88,7 +88,7 @@ def test_limits_trim_and_direction_are_the_robots() -> None:
 
 
 def test_change_is_said_at_once_and_all_else_again_and_again() -> None:
-    """The newest line is repeated each interval, standstill too: a lost one is followed by one."""
+    """A change is sent at once, and the newest line, even standstill, is repeated each interval."""
     one = begun()
     assert says(one, AHEAD, 1.01) == (GO, 1.11)
     assert says(one, AHEAD, 1.1) == (b"", 1.11)
@@ -100,7 +100,7 @@ def test_change_is_said_at_once_and_all_else_again_and_again() -> None:
 
 
 def test_a_stop_line_of_its_own() -> None:
-    """Where the board has one it is said instead of zeros, at first and at last as well."""
+    """A configured stop line replaces zeros, also at the start and the end."""
     one = dialect(stop="x\r")
     assert one.hello(1.0) == b"\rx\r"
     assert one.say(STAND, 1.001)[0] == b"x\r"
@@ -110,7 +110,7 @@ def test_a_stop_line_of_its_own() -> None:
 
 
 def test_a_turn_that_begins_with_motion_begins_with_a_stop() -> None:
-    """Where the stop between two turns was never said it is said first; elsewhere there is one."""
+    """If the stop between two turns was not sent it is sent first, but never twice."""
     one = begun()
     assert one.say(AHEAD, 1.01)[0] == GO
     assert one.say(Order(AHEAD.twist, 2), 1.02)[0] == STOP + GO
@@ -135,7 +135,7 @@ def test_no_number_is_more_than_the_limit(ahead: float, left: float, limit: floa
 
 
 def test_on_a_slow_line_nothing_waits_in_a_buffer() -> None:
-    """At 300 bit/s a line takes a third of a second; until then the newest waits here instead."""
+    """At 300 bit/s a line takes a third of a second; meanwhile only the newest one is kept."""
     settings: dict[str, Any] = {"drive": "m {left} {right}\r", "per_mps": 1000.0, "boot_ms": 0}
     serial = {"dialect": "text", "baud": 300, "text": settings}
     robot = RobotSettings.model_validate({"serial": serial})
@@ -153,7 +153,7 @@ def test_on_a_slow_line_nothing_waits_in_a_buffer() -> None:
 
 
 def test_a_board_that_starts_is_told_to_stop() -> None:
-    """Until it listens it gets stops only, then its settings and a stop, then what is wanted."""
+    """A booting board gets only stops, then the lines of `begin` and a stop, then motion."""
     one = dialect(boot_ms=250, begin=["^RWD 500\r", "!MG\r"])
     assert one.hello(1.0) == b"\r" + STOP
     assert not one.answers(1.0)
@@ -168,7 +168,7 @@ def test_a_board_that_starts_is_told_to_stop() -> None:
 
 
 def test_a_new_connection_begins_anew() -> None:
-    """It waits for the board again, and says all again: the board may have restarted."""
+    """A new connection waits for the board again and sends everything again."""
     one = dialect(boot_ms=100, begin=["b\r"], axis=[{"line": "s{position}\r"}])
     order = Order(STANDSTILL, 1, axes=(("axis_0", 1.0),))
     for began_s in (1.0, 2.0):
@@ -187,7 +187,7 @@ def test_before_the_first_connection_nothing_is_known() -> None:
 
 
 def test_the_last_word_is_a_stop_three_times() -> None:
-    """After it come the lines of the end; what broke off before does not begin it."""
+    """The farewell is three stops, unharmed by an incomplete line before it."""
     assert begun(end=["!EX\r", "bye\r"]).farewell() == b"\r" + STOP * 3 + b"!EX\rbye\r"
     assert begun(drive="<{left},{right}>").farewell() == b"<0,0>" * 3
 
@@ -196,7 +196,7 @@ def test_the_last_word_is_a_stop_three_times() -> None:
 
 
 def test_a_board_that_must_answer_is_waited_for() -> None:
-    """Stops until its first answer, then how to begin; it is there when it answers that."""
+    """A board that must answer gets stops until it does, and then the lines of `begin`."""
     one = dialect(answers="OK", begin=["b\r"], boot_ms=300)
     assert one.hello(1.0) == b"\r" + STOP
     assert says(one, AHEAD, 1.1) == (STOP, 1.2)
@@ -213,7 +213,7 @@ def test_a_board_that_must_answer_is_waited_for() -> None:
 
 
 def test_a_board_that_never_answers_is_missed() -> None:
-    """Once it should listen it has the time of an answer; stops go on, and no motion is said."""
+    """A board that never answers counts as lost after the timeout, and gets only stops."""
     one = dialect(answers="OK", boot_ms=300)
     one.hello(1.0)
     assert (one.overdue(1.799), one.overdue(1.8)) == (False, True)
@@ -228,7 +228,7 @@ def test_a_board_that_never_answers_is_missed() -> None:
 
 
 def test_a_board_that_falls_silent_is_gone() -> None:
-    """Each answer is worth its time; after it the connection begins anew, with a stop."""
+    """A board that stops answering counts as lost, and the connection starts over with a stop."""
     one = begun(answers="OK", begin=["b\r"])
     assert one.say(AHEAD, 1.01)[0] == GO
     one.hear(b"OK\n", 1.3)
@@ -242,7 +242,7 @@ def test_a_board_that_falls_silent_is_gone() -> None:
 
 
 def test_begun_and_never_answered_again() -> None:
-    """A board that answers the stops, and nothing after its settings, is gone as well."""
+    """A board that answers only before the lines of `begin` counts as lost, too."""
     one = dialect(answers="OK", begin=["b\r"])
     one.hello(1.0)
     one.hear(b"OK\n", 1.1)

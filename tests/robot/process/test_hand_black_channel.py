@@ -1,10 +1,10 @@
 """A hand control and a server over bad lines (IEC 61784-3) against codec, rules and watchdog.
 
-Each trace is a few seconds of an operator who drives through a server, and of a person aboard who
-at times takes over, lets go, presses Stop and goes on; to the bytes of one of the two, a channel
-does one kind of harm. Beside the real decoder, rules and watchdog an oracle, which was told what
-was really meant and has really arrived, says whose motion may be under way. It knows nothing of
-numbers, checksums, modes, epochs or holds.
+In each trace of a few seconds an operator drives through a server, and a person aboard at times
+takes over, lets go, presses Stop and resumes; a channel harms the bytes of one of the two in one
+way. The real decoder, rules and watchdog are compared with an oracle, which knows what was really
+sent and has really arrived, and decides whose motion is rightful. It knows nothing of numbers,
+checksums, modes, epochs or holds.
 
 ``WAX_TRACES=100000`` runs the full matrix in some minutes.
 """
@@ -52,7 +52,7 @@ _BEAT_S: Final = 0.02 + _NEAR
 
 @dataclass(frozen=True)
 class Record:
-    """What a line brings, and the truth of it; None if nobody meant it so."""
+    """Bytes from a line, and the message really sent; None if nobody sent it."""
 
     due_s: float
     data: bytes
@@ -76,7 +76,7 @@ class Channel:
         self.under_way += self._harmed(record, now_s)
 
     def due(self, now_s: float) -> list[Record]:
-        """Take what has arrived by now; a line that stalls brings it all at its end."""
+        """Return what has arrived by now; a stalled line delivers everything at its end."""
         if now_s < self.mute_until_s:
             return []
         arrived = sorted((r for r in self.under_way if r.due_s <= now_s), key=lambda r: r.due_s)
@@ -117,7 +117,7 @@ class Channel:
         return noise if self.which == "hand" else noise.replace(b"\n", b".") + b"\n"
 
     def _strangers(self, record: Record) -> bytes:
-        """Return the words of somebody else: a robot's board, or an operator whose turn is over."""
+        """Return foreign messages: a robot board's, or those of an operator whose turn is over."""
         if self.which == "hand":
             report = frames.ReportBody(7000, 0, 1, 2, 0, 0)
             return frames.encode(frames.Frame(report), self.rng.randint(1, 65534))
@@ -133,7 +133,7 @@ class Channel:
 
 
 class Oracle:
-    """Says who may move the robot, from what was meant and has arrived."""
+    """Decides who may move the robot, from what was really sent and has arrived."""
 
     def __init__(self) -> None:
         self.newest: HandReading | None = None
@@ -150,7 +150,7 @@ class Oracle:
         """When the operator of this turn last asked for standstill."""
 
     def feel(self, reading: HandReading, now_s: float) -> None:
-        """Take what the person really did."""
+        """Record what the person really did."""
         self.look(now_s)
         before, self.newest = self.newest, reading
         self.recent = [one for one in self.recent if now_s - one[1] <= _BEAT_S]
@@ -164,14 +164,14 @@ class Oracle:
             self.not_free_s = now_s
 
     def look(self, now_s: float) -> None:
-        """Notice what time brings: a control that nobody hears is none."""
+        """Let time pass: a silent control counts as lost."""
         if self.newest is not None and now_s - self.newest.at_s > RULES.silence_s + _NEAR:
             self.newest, self.was_at_rest = None, False
         if self.newest is None or self.is_stopped:
             self.not_free_s = now_s
 
     def listen(self, said: Move | Halt) -> None:
-        """Take what the server really said."""
+        """Record what the server really sent."""
         if said.turn < self.turn:
             return
         if said.turn > self.turn:
@@ -202,7 +202,7 @@ class Oracle:
 
 
 def touches(reading: HandReading) -> bool:
-    """Whether a hand is on it, as the manual says."""
+    """Whether a hand is on the control, by the manual's definition."""
     return reading.is_held or max(abs(reading.linear), abs(reading.angular)) > RULES.dead_zone
 
 
@@ -226,7 +226,7 @@ def _is_on_its_way(part: float, stick: float, most: float) -> bool:
 
 
 class Trace:
-    """A few seconds of two who drive, over two lines of which one does harm."""
+    """A few seconds in which both drive, over two lines of which one does harm."""
 
     def __init__(self, rng: random.Random, cell: tuple[str, str], tally: Tally) -> None:
         self.rng, self.tally = rng, tally
@@ -249,7 +249,7 @@ class Trace:
         self.server_dies_s = rng.choice([math.inf, math.inf, self.now_s + rng.uniform(1.0, 2.0)])
 
     def run(self) -> str | None:
-        """Play the trace; returns what went wrong, if anything did."""
+        """Play the trace; return what went wrong, if anything did."""
         for tick in range(_TICKS):
             self.now_s += _TICK_S
             self._person_acts(tick)
@@ -365,7 +365,7 @@ def _share(rng: random.Random) -> float:
 
 @pytest.mark.timeout(7200)
 def test_nothing_moves_against_the_person_aboard() -> None:
-    """Of all traces none has a motion that is not the person's, nor the operator's with leave."""
+    """In no trace is there a motion that is neither the person's nor a permitted operator's."""
     tally = run(CELLS, Trace, 600, seed=6)
     traces = tally.traces
     # It was no idle talk: both have driven.

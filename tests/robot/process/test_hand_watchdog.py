@@ -1,4 +1,4 @@
-"""What the driver's process lets through with a person aboard."""
+"""What the driver process lets through with a person aboard."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ CONTROLS = [
 
 
 class Chair:
-    """A server that drives, a person with a control, and a driver that does what it is told."""
+    """A server that drives, a person with a control, and an obedient driver."""
 
     def __init__(self, rules: HandRules = RULES) -> None:
         self.watchdog = HandWatchdog(DriverWatchdog(LIMITS, SILENCE_S, CONTROLS), LIMITS, rules)
@@ -58,7 +58,7 @@ class Chair:
         self.twist = STANDSTILL
 
     def run(self, during_s: float) -> list[Call]:
-        """Let everybody go on for a while, and return what the driver was told."""
+        """Let everybody continue for a while, and return the driver's calls."""
         until_s = self.now_s + during_s - 1e-9
         calls: list[Call] = []
         while self.now_s < until_s:
@@ -132,7 +132,7 @@ def driven(rules: HandRules = RULES) -> Chair:
 
 
 def test_without_a_control_nothing_moves() -> None:
-    """A server that drives before the control was heard moves nothing, and is told why."""
+    """Before the control's first reading a server moves nothing, and a problem says why."""
     chair = Chair()
     chair.is_plugged_in = False
     chair.run(0.1)
@@ -143,7 +143,7 @@ def test_without_a_control_nothing_moves() -> None:
 
 
 def test_with_the_control_at_rest_it_is_as_without() -> None:
-    """Set-points, axes and stops pass as they are, and a silence falls due as it does."""
+    """With the control at rest set-points, axes, stops and silence work as without a person."""
     chair = driven()
     assert chair.say(AHEAD) == (Apply(AHEAD, 1),)
     assert chair.watchdog.silent_at_s == pytest.approx(chair.now_s + SILENCE_S)
@@ -152,7 +152,7 @@ def test_with_the_control_at_rest_it_is_as_without() -> None:
 
 
 def test_a_touch_stops_on_the_event_and_drives_from_the_next_beat() -> None:
-    """Between the two who drive there is a stop; nothing of the operator's passes any more."""
+    """A touch stops the robot at once, and the person drives from the next tick."""
     chair = driven()
     chair.stick = (0.0, 1.0)
     chair.now_s += 0.001
@@ -166,7 +166,7 @@ def test_a_touch_stops_on_the_event_and_drives_from_the_next_beat() -> None:
 
 
 def test_an_operator_needs_neutral_after_the_hand() -> None:
-    """Who asks for motion throughout does not drive when the person lets go."""
+    """An operator who asks for motion throughout does not drive when the person lets go."""
     chair = driven()
     chair.stick = (1.0, 0.0)
     chair.run(0.5)
@@ -181,7 +181,7 @@ def test_an_operator_needs_neutral_after_the_hand() -> None:
 
 
 def test_neutral_within_the_pause_does_not_count() -> None:
-    """What an operator has sent before the robot was theirs again moves nothing after."""
+    """Standstill that the operator sent during the pause does not count after it."""
     chair = driven()
     chair.stick = (1.0, 0.0)
     chair.run(0.1)
@@ -195,7 +195,7 @@ def test_neutral_within_the_pause_does_not_count() -> None:
 
 
 def test_the_person_drives_on_without_a_server() -> None:
-    """Neither its silence nor its last stop, its garbage or a new turn ends their driving."""
+    """The server's silence, stop, invalid message or new turn does not end the person's driving."""
     chair = driven()
     chair.stick = (-1.0, 0.0)
     chair.run(0.1)
@@ -214,7 +214,7 @@ def test_the_person_drives_on_without_a_server() -> None:
 
 
 def test_a_server_that_is_known_to_be_dead_is_not_waited_for() -> None:
-    """What it asked for ends at once, and nothing it sent before counts; the person's goes on."""
+    """A dead server's motion ends at once, while the person drives on."""
     chair = driven()
     assert chair.do(chair.watchdog.abandoned(chair.now_s)) == (StopDriver(1),)
     assert chair.watchdog.problem == SILENT
@@ -228,7 +228,7 @@ def test_a_server_that_is_known_to_be_dead_is_not_waited_for() -> None:
 
 
 def test_a_stop_from_before_this_process_is_in_force() -> None:
-    """Until the person asks to go on; a control that says nothing yet is lost all the same."""
+    """A Stop from before this process is in force until the person asks to resume."""
     chair = Chair()
     chair.watchdog.recall_stop()
     assert (chair.mode, chair.watchdog.is_stopped) == ("lost", True)
@@ -240,7 +240,7 @@ def test_a_stop_from_before_this_process_is_in_force() -> None:
 
 
 def test_letting_go_stops_on_the_event() -> None:
-    """The robot does not roll on when the hand is off."""
+    """The robot stops as soon as the person lets go."""
     chair = driven()
     chair.stick = (1.0, 0.0)
     chair.run(0.5)
@@ -251,7 +251,7 @@ def test_letting_go_stops_on_the_event() -> None:
 
 
 def test_a_chair_that_brakes_softly_slows_down_when_it_is_let_go() -> None:
-    """With soft braking the person is not thrown; Stop is at once all the same."""
+    """With soft braking the chair slows down gently after release, but stops at once at a Stop."""
     chair = driven(replace(RULES, soft_braking=True, braking_mps2=1.0))
     chair.stick = (1.0, 0.0)
     chair.run(1.0)
@@ -272,7 +272,7 @@ def test_a_chair_that_brakes_softly_slows_down_when_it_is_let_go() -> None:
 
 
 def test_the_persons_speed_grows_at_the_robots_rate() -> None:
-    """A stick that is pushed at once does not throw anybody."""
+    """The person's own speed rises at the robot's acceleration."""
     chair = driven(replace(RULES, acceleration_mps2=1.0))
     chair.stick = (1.0, 0.0)
     chair.run(0.3)
@@ -283,7 +283,7 @@ def test_the_persons_speed_grows_at_the_robots_rate() -> None:
 
 @pytest.mark.parametrize("touches", [False, True])
 def test_a_lost_control_stops_whoever_drives(touches: bool) -> None:
-    """Silence of the line, and a line that is known to be gone, hold operator and person."""
+    """A silent or lost control stops both operator and person."""
     for is_known in (False, True):
         chair = driven()
         chair.stick = (float(touches), 0.0)
@@ -301,7 +301,7 @@ def test_a_lost_control_stops_whoever_drives(touches: bool) -> None:
 
 
 def test_a_fault_of_the_robot_holds_the_hand_too() -> None:
-    """After a driver that raised, or a robot that reconnected, the stick must be seen at rest."""
+    """After a driver's exception or a reconnection the stick must be at rest first."""
     for fault in ("failed", "hold"):
         chair = driven()
         chair.stick = (1.0, 0.0)
@@ -323,7 +323,7 @@ def test_a_fault_of_the_robot_holds_the_hand_too() -> None:
 
 
 def test_each_change_of_hands_is_a_new_epoch() -> None:
-    """The server's own rules ask for neutral by it, whatever they know of the person."""
+    """Each change of driver raises the epoch, so that the server requires neutral."""
     chair = driven()
     holds = chair.watchdog.holds
     chair.stick = (1.0, 0.0)
@@ -336,7 +336,7 @@ def test_each_change_of_hands_is_a_new_epoch() -> None:
 
 
 def test_sharing_scales_and_ramps_what_the_operator_asks() -> None:
-    """The stick is the most of it; pushed at once, the speed grows at the robot's rate."""
+    """Sharing scales the operator's set-point by the stick and ramps it at the robot's rate."""
     chair = driven_shared()
     chair.stick = (0.55, 0.0)
     chair.run(0.1)
@@ -349,7 +349,7 @@ def test_sharing_scales_and_ramps_what_the_operator_asks() -> None:
 
 
 def test_stops_pass_while_sharing() -> None:
-    """Sharing keeps nothing of the server's stops away; the ramp begins anew after one."""
+    """The server's stops pass while sharing, and restart the ramp."""
     chair = driven_shared()
     chair.stick = (1.0, 0.0)
     chair.run(1.0)
@@ -361,7 +361,7 @@ def test_stops_pass_while_sharing() -> None:
 
 
 def test_without_an_operator_the_sharing_stick_drives() -> None:
-    """A server that lives says so; the stick that let an operator drive must be released first."""
+    """Without an operator a shared stick drives, once it has been released."""
     chair = driven_shared()
     chair.stick = (1.0, 0.0)
     chair.run(0.5)
@@ -376,7 +376,7 @@ def test_without_an_operator_the_sharing_stick_drives() -> None:
 
 
 def test_an_operator_who_comes_does_not_take_the_stick_out_of_the_hand() -> None:
-    """Sharing begins when the person has let go, after the pause."""
+    """Sharing with a new operator starts only after the person has let go and the pause."""
     chair = driven_shared()
     chair.is_operated, chair.asked = False, STANDSTILL
     chair.run(0.1)
@@ -403,13 +403,13 @@ def driven_shared() -> Chair:
 
 
 def test_a_shared_robot_looks_where_it_is_told() -> None:
-    """The person's share is of the motion, not of what the axes do."""
+    """Sharing scales motion, but not axes."""
     assert driven_shared().axis(0.5) == (SetAxis("pan", 0.5, 1),)
 
 
 @pytest.mark.parametrize("rules", [RULES, replace(RULES, soft_braking=True)])
 def test_whoever_takes_over_lets_go_of_what_the_operator_moves(rules: HandRules) -> None:
-    """It ends as they touch their stick, nothing of it begins while they drive, and lights work."""
+    """The person's touch releases the operator's moving controls, while lights still work."""
     chair = driven(rules)
     lift = SetControl("lift", True, 1, moves=True)
     assert chair.control("lift", True) == (lift,)

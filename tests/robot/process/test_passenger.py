@@ -1,4 +1,4 @@
-"""A person aboard in a driver process of its own, with a server that lives, freezes or dies."""
+"""A person aboard and a real driver process, with a server that runs, freezes or dies."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ LOCAL = LocalSettings(source="robot", pause_s=0.5, max_fraction=1.0)
 
 
 class Person:
-    """Whose control is a file, as `tests.robot.process.recorder.Seated` reads it."""
+    """A person whose control is a file that `tests.robot.process.recorder.Seated` reads."""
 
     def __init__(self, log: Log) -> None:
         self._path = log._path.with_suffix(".hand")
         self.does("0 0 -")
 
     def does(self, what: str) -> float:
-        """Do something; returns when."""
+        """Do something; return when."""
         new = self._path.with_suffix(".new")
         new.write_text(what)
         now_s = time.monotonic()
@@ -54,7 +54,7 @@ def person(log: Log) -> Person:
 
 @pytest.fixture
 def start(log: Log, tmp_path: Path, person: Person) -> Iterator[Callable[..., Server]]:
-    """Start servers of one robot, and end them with whatever outlives them."""
+    """Start servers for one robot, and end them and any surviving processes."""
     servers: list[Server] = []
 
     def start(**local: Any) -> Server:
@@ -115,7 +115,7 @@ def test_a_person_outranks_a_server_that_drives(
 def test_the_person_drives_and_stops_without_the_server(
     start: Callable[..., Server], log: Log, person: Person, how: signal.Signals
 ) -> None:
-    """Frozen or dead, it takes nothing from them: they take over, drive and stop."""
+    """With a frozen or dead server the person can still take over, drive and stop."""
     server = start()
     server.drive()
     gone_s = server.signal(how)
@@ -134,7 +134,7 @@ def test_the_person_drives_and_stops_without_the_server(
 def test_a_stop_of_theirs_outlives_whatever_dies(
     start: Callable[..., Server], log: Log, person: Person, tmp_path: Path
 ) -> None:
-    """Neither the next process nor the next server releases it, only the person does."""
+    """The person's Stop survives the process and the server; only the person releases it."""
     server = start()
     server.drive()
     log.stopped_s(person.does("0 0 stop"))
@@ -162,7 +162,7 @@ def test_a_stop_of_theirs_outlives_whatever_dies(
 def test_a_sharing_stick_drives_only_without_an_operator(
     start: Callable[..., Server], log: Log, person: Person
 ) -> None:
-    """Each set-point says whether there is one: their turn may end while the server lives."""
+    """A shared stick drives only while set-points say that there is no operator."""
     server = start(stick="shares")
     until(lambda: any(entry.word == "apply" for entry in log.entries()))
     time.sleep(LOCAL.pause_s + 0.3)
@@ -186,7 +186,7 @@ def test_a_sharing_stick_drives_only_without_an_operator(
 def test_the_next_server_takes_over_when_no_hand_is_on(
     start: Callable[..., Server], log: Log, person: Person, tmp_path: Path
 ) -> None:
-    """Its process opens the robot only when the one before has been let go of and has ended."""
+    """The next server's process opens the robot only after the old one was released and ended."""
     first = start()
     first.drive()
     old = log.pid()
@@ -206,7 +206,7 @@ def test_the_next_server_takes_over_when_no_hand_is_on(
 def test_a_server_that_fails_leaves_the_robot_to_the_person(
     start: Callable[..., Server], log: Log, person: Person
 ) -> None:
-    """One that ends because a part of it broke is a dead one to them, however tidily it ends."""
+    """A server that ends because of a failure counts as dead, and the person drives on."""
     server = start()
     server.drive()
     server.tell("abandon")
@@ -217,7 +217,7 @@ def test_a_server_that_fails_leaves_the_robot_to_the_person(
 
 
 def test_a_claim_is_held_until_another_takes_it(tmp_path: Path) -> None:
-    """The newest mark is the one that counts; a file that is gone takes nothing away."""
+    """The newest mark holds the claim; a deleted file changes nothing."""
     path = tmp_path / "state" / "driver-claim"
     old, new = Claim(path), Claim(path)
     assert not old.is_held
@@ -230,7 +230,7 @@ def test_a_claim_is_held_until_another_takes_it(tmp_path: Path) -> None:
 
 
 def test_only_one_has_the_robot(tmp_path: Path) -> None:
-    """Whoever has it keeps it, whatever the marks say, until its process ends."""
+    """The process that has the robot keeps it until it ends, whatever the marks say."""
     path = tmp_path / "driver-claim"
     old, new = Claim(path), Claim(path)
     old.take()
@@ -241,7 +241,7 @@ def test_only_one_has_the_robot(tmp_path: Path) -> None:
 
 
 def test_without_a_file_to_mark_nothing_is_claimed(tmp_path: Path) -> None:
-    """A state directory that cannot be written ends the process with its server, as ever."""
+    """If the mark cannot be written, the process ends with its server."""
     (tmp_path / "file").write_text("")
     claim = Claim(tmp_path / "file" / "driver-claim")
     claim.take()
@@ -249,7 +249,7 @@ def test_without_a_file_to_mark_nothing_is_claimed(tmp_path: Path) -> None:
 
 
 def test_a_stop_is_kept_for_the_next_process(tmp_path: Path) -> None:
-    """The file is there while it is in force, whoever asks."""
+    """The Stop's file exists exactly while the Stop is in force."""
     path = tmp_path / "claim.stopped"
     mark = StopMark(path)
     assert not StopMark(path).is_set
@@ -263,7 +263,7 @@ def test_a_stop_is_kept_for_the_next_process(tmp_path: Path) -> None:
 
 
 def test_a_stop_that_cannot_be_kept_is_told_of(tmp_path: Path) -> None:
-    """Once, and nothing else ends by it."""
+    """A Stop that cannot be saved is logged once, and has no other effect."""
     (tmp_path / "file").write_text("")
     mark = StopMark(tmp_path / "file" / "claim.stopped")
     with capture_logs() as logs:

@@ -1,4 +1,4 @@
-"""The driver that the server holds, and the process that it keeps alive."""
+"""The server's end of the driver process, and the process that it restarts."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def drive_off(robot: Driver, log: Log) -> None:
 
 
 def test_state_and_axes_come_through(robot: Driver, log: Log) -> None:
-    """What the robot tells, without what it prints; and an axis that it has, within its range."""
+    """State and axes pass through the pipe; printed output does not."""
     state = robot.state()
     assert state.extra["battery_v"] == 7.4
     assert (state.problem, state.epoch, state.moving) == (None, 1, None)
@@ -102,7 +102,7 @@ def test_state_and_axes_come_through(robot: Driver, log: Log) -> None:
 
 
 def test_silence_is_told_and_ends_with_standstill(robot: Driver, log: Log) -> None:
-    """The server hears that its silence stopped the robot, as a problem and a new epoch."""
+    """Silence stops the robot, with a problem and a new epoch for the server."""
     before = robot.state()
     drive_off(robot, log)
     until(lambda: robot.state().problem is not None)
@@ -121,9 +121,9 @@ def test_silence_is_told_and_ends_with_standstill(robot: Driver, log: Log) -> No
 
 
 def test_a_killed_process_is_started_again(robot: Driver, log: Log) -> None:
-    """The server hears of it at once; in the new process nothing moves before standstill.
+    """A killed process is reported at once and restarted, and nothing moves before standstill.
 
-    What was counted outlives the process.
+    The counts outlive the process.
     """
     drive_off(robot, log)
     until(lambda: robot.state().problem is not None)  # the server is silent
@@ -150,7 +150,7 @@ def test_a_killed_process_is_started_again(robot: Driver, log: Log) -> None:
 
 
 def test_a_frozen_process_is_replaced(robot: Driver, log: Log) -> None:
-    """One that says nothing for a second is ended, and another one begins."""
+    """A process that is silent for a second is killed and replaced."""
     frozen = log.pid()
     os.kill(frozen, signal.SIGSTOP)
     until(lambda: not robot.state().connected)
@@ -163,7 +163,7 @@ def test_a_frozen_process_is_replaced(robot: Driver, log: Log) -> None:
 def test_a_process_that_does_not_read_is_ended(
     made: Callable[..., Driver], log: Log, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where the pipe is full a stop would not be heard: the robot's own watchdog is called."""
+    """A process that does not read its full pipe is killed, so that the robot's watchdog acts."""
     monkeypatch.setattr(driver_module, "HUNG_S", 60.0)  # it is not ended as one that is frozen
     robot = made("Recorder")
     until(lambda: robot.state().connected)
@@ -180,10 +180,10 @@ def test_a_process_that_does_not_read_is_ended(
 
 @pytest.mark.alone
 def test_what_waited_in_the_pipe_moves_nothing(robot: Driver, log: Log) -> None:
-    """A process that was frozen itself finds a backlog, old and fresh: none of it moves.
+    """After a freeze of the process its backlog moves nothing, whether old or fresh.
 
-    Its next call of the driver stops the robot. Only a call that the freeze has cut in two, after
-    the last look at the clock, comes before that.
+    Its next driver call stops the robot. Only a call that the freeze has interrupted, after the
+    last check of the clock, comes before that.
     """
     drive_off(robot, log)
     os.kill(log.pid(), signal.SIGSTOP)
@@ -201,7 +201,7 @@ def test_what_waited_in_the_pipe_moves_nothing(robot: Driver, log: Log) -> None:
 
 
 def test_the_process_ignores_what_a_terminal_sends(robot: Driver, log: Log) -> None:
-    """Ctrl-C, hanging up and a service manager's end do not take it away before the server."""
+    """SIGINT, SIGHUP and SIGTERM do not end the process before the server."""
     for number in (signal.SIGINT, signal.SIGHUP, signal.SIGTERM):
         os.kill(log.pid(), number)
     assert not drives(robot, log, STANDSTILL)
@@ -228,7 +228,7 @@ def test_set_points_come_steadily(robot: Driver, log: Log) -> None:
 
 
 def test_a_driver_that_raises_is_stopped(made: Callable[..., Driver], log: Log) -> None:
-    """Its robot is told to stand, its server that it does not answer, and standstill mends it."""
+    """A driver that raises is stopped, reported as not answering, and works after standstill."""
     robot = made("Fragile")
     until(lambda: robot.state().connected)
     drive_off(robot, log)
@@ -248,7 +248,7 @@ def test_a_driver_that_raises_is_stopped(made: Callable[..., Driver], log: Log) 
 
 
 def test_a_driver_that_tells_nonsense_does_not_answer(made: Callable[..., Driver]) -> None:
-    """What is no state is not told on; the process lives."""
+    """An invalid state counts as no answer; the process keeps running."""
     robot = made("Liar")
     until(lambda: robot.state().problem == NO_ANSWER)
     assert not robot.state().connected
@@ -263,7 +263,7 @@ def test_it_goes_before_others_where_it_may(robot: Driver) -> None:
 
 @pytest.mark.alone
 def test_a_driver_that_cannot_be_closed_is_ended(made: Callable[..., Driver], log: Log) -> None:
-    """Closing takes a second at most; the robot was stopped first."""
+    """A driver that hangs in `close` is killed within a second, after the robot was stopped."""
     robot = made("Stuck")
     until(lambda: robot.state().connected)
     start_s = time.monotonic()
@@ -303,7 +303,7 @@ def test_a_silent_server_lets_go_of_what_it_held(
 
 
 def test_it_may_be_closed_while_it_begins(made: Callable[..., Driver]) -> None:
-    """A process that is just being started ends as well, and may be opened anew."""
+    """A process can be closed while it starts, and opened again."""
     robot = made("Recorder")
     robot.close()
     robot.close()
@@ -313,7 +313,7 @@ def test_it_may_be_closed_while_it_begins(made: Callable[..., Driver]) -> None:
 
 
 def test_another_robot_than_was_asked_is_not_driven(log: Log) -> None:
-    """Limits that changed since the server was started are not what its gate knows."""
+    """A robot whose limits differ from those that the server knows is not driven."""
     robot = ProcessDriver(
         settings_for(log), SystemClock(), kind="recorder", limits=Limits(0.3, 1.5)
     )
@@ -325,7 +325,7 @@ def test_another_robot_than_was_asked_is_not_driven(log: Log) -> None:
 
 
 def test_a_process_that_cannot_begin_says_so(log: Log) -> None:
-    """Where its driver is not to be built it ends, and is tried again."""
+    """A process whose driver cannot be built ends with a reason, and is restarted."""
     settings = settings_for(log).model_copy(update={"driver": "no.such:Robot"})
     robot = ProcessDriver(settings, SystemClock(), kind="recorder", limits=Limits(0.6, 1.5))
     robot.open()
@@ -335,7 +335,7 @@ def test_a_process_that_cannot_begin_says_so(log: Log) -> None:
 
 
 def test_garbage_on_the_pipe_stops_the_robot(log: Log) -> None:
-    """Nonsense is counted and holds the robot, until it is told to stand and then to move."""
+    """An invalid message is counted and holds the robot until standstill is requested."""
     child = ChildProcess(encode(Begin(robot=settings_for(log), log=LogSettings())))
     clock = SystemClock()
     lines = LineBuffer()
@@ -389,7 +389,7 @@ def test_garbage_on_the_pipe_stops_the_robot(log: Log) -> None:
 
 
 def test_the_process_loads_nothing_that_it_does_not_need() -> None:
-    """A restart is not to wait for the libraries of picture and sound."""
+    """The driver process loads no media libraries, which would delay a restart."""
     heavy = ("cv2", "av", "aiortc", "aiohttp", "numpy", "sounddevice")
     asked = (
         f"import sys, wax.robot.process.__main__; print([n for n in {heavy} if n in sys.modules])"

@@ -30,7 +30,7 @@ def stands_since(log: Log, stopped_s: float) -> bool:
 def test_a_server_that_dies_leaves_a_robot_that_stands(
     server: Server, log: Log, number: signal.Signals
 ) -> None:
-    """However it dies, the robot is stopped at once and closed, and its process ends after it."""
+    """However a server dies, the robot is stopped at once and closed, and the process ends."""
     server.drive()
     pid = log.pid()
     now_s = time.monotonic()
@@ -44,7 +44,7 @@ def test_a_server_that_dies_leaves_a_robot_that_stands(
 
 
 def test_a_frozen_server_stops_the_robot(server: Server, log: Log) -> None:
-    """Its silence does, and when it goes on it must ask for standstill before it moves again."""
+    """A frozen server's silence stops the robot; later it must ask for standstill first."""
     server.drive()
     frozen_s = server.signal(signal.SIGSTOP)
     assert log.stopped_s(frozen_s) - frozen_s < STOP_S
@@ -56,7 +56,7 @@ def test_a_frozen_server_stops_the_robot(server: Server, log: Log) -> None:
 
 
 def test_a_silent_server_stops_the_robot(server: Server, log: Log) -> None:
-    """A server that lives, holds the pipe and says nothing is as good as none."""
+    """A server that runs but is silent counts as gone."""
     server.drive()
     silent_s = server.tell("silence")
     assert log.stopped_s(silent_s) - silent_s < STOP_S
@@ -67,7 +67,7 @@ def test_a_silent_server_stops_the_robot(server: Server, log: Log) -> None:
 
 
 def test_an_orderly_end_stops_the_robot(server: Server, log: Log) -> None:
-    """`close` does not return before the robot was stopped and closed."""
+    """`close` returns only after the robot was stopped and closed."""
     server.drive()
     closed_s = server.tell("close")
     server.process.wait()
@@ -86,7 +86,7 @@ def unread(log: Log) -> Iterator[Server]:
 
 
 def test_a_log_that_nobody_reads_does_not_hold_the_process(unread: Server, log: Log) -> None:
-    """What the driver's process has to say of a silence does not keep it from the next command."""
+    """A full log pipe does not block the driver process."""
     unread.drive()
     pid = log.pid()
     silent_s = unread.tell("silence")
@@ -101,14 +101,14 @@ def test_a_log_that_nobody_reads_does_not_hold_the_process(unread: Server, log: 
 
 @pytest.fixture
 def patient(log: Log) -> Iterator[Server]:
-    """Start a server with a robot whose process puts up with a second of silence."""
+    """Start a server whose driver process tolerates a second of silence."""
     server = Server(settings_for(log, silence_ms=1000), log)
     yield server
     server.end()
 
 
 def test_without_the_watchdog_it_would_drive_on(patient: Server, log: Log) -> None:
-    """With the silence set to a second the frozen server's robot moves on: it is what stops it."""
+    """With a limit of a second a frozen server's robot moves on: the silence limit stops it."""
     patient.drive()
     frozen_s = patient.signal(signal.SIGSTOP)
     until(lambda: log.moves(frozen_s + 2 * STOP_S))
