@@ -45,5 +45,5 @@ def test_nobody_more_fits_where_all_cores_are_busy(more: float, *, fits: bool) -
 
 def test_a_rush_is_over_after_ten_seconds() -> None:
     """What was before counts no more, and at the start there is time."""
-    assert looked(0.1, before=1.0).has_time(SERVED)
+    assert looked(0.3, before=1.0).has_time(SERVED)
     assert Headroom(2.0, TurnedClock(), lambda: 0.0).has_time(SERVED)
