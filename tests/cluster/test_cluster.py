@@ -1,4 +1,4 @@
-"""All rooms together: who is taken out of them, what they are told, and what they may not break."""
+"""All rooms together: removals, news, and failures that stay contained."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SECRET = "s" * 32
 
 
 class LiveKit:
-    """Notes what it is asked, and refuses to be published to; only at `moved_to`, if there is."""
+    """A media server that records requests and refuses to be published to, but at `moved_to`."""
 
     def __init__(self) -> None:
         self.asked: list[tuple[str, dict[str, Any]]] = []
@@ -69,9 +69,9 @@ async def livekit() -> AsyncIterator[LiveKit]:
 async def rig(
     livekit: LiveKit, monkeypatch: pytest.MonkeyPatch
 ) -> AsyncIterator[tuple[Cluster, TurnedClock]]:
-    """Have two rooms, which are published to by nobody: their renditions are none."""
-    monkeypatch.setattr(cluster_module, "_TELL_S", 0.02)
-    monkeypatch.setattr(cluster_module, "_LOOK_S", 0.01)
+    """Return a cluster of two rooms without renditions, so that nothing is published."""
+    monkeypatch.setattr(cluster_module, "_BROADCAST_S", 0.02)
+    monkeypatch.setattr(cluster_module, "_POLL_S", 0.01)
     clock = TurnedClock()
     made = Cluster(clock=clock, counters=Counters())
     rooms = [
@@ -94,7 +94,7 @@ def names(livekit: LiveKit) -> list[str]:
 async def test_who_is_out_for_good_is_removed_again(
     livekit: LiveKit, rig: tuple[Cluster, TurnedClock]
 ) -> None:
-    """From every room, until their token is over; once is enough for a seat that has ended."""
+    """A person is removed from every room once, or, for good, until their token has expired."""
     cluster, clock = rig
     cluster.remove("p-gone")
     cluster.remove("p-banned", for_good=True)
@@ -113,17 +113,17 @@ async def test_who_is_out_for_good_is_removed_again(
 async def test_all_are_told_while_there_is_something_to_tell(
     livekit: LiveKit, rig: tuple[Cluster, TurnedClock]
 ) -> None:
-    """Each room is; where the news cannot be made the rest goes on."""
+    """News is sent to each room; an exception in `news` stops nothing else."""
     cluster, _ = rig
     assert livekit.of("SendData") == []
 
     def broken() -> str | None:
         raise ZeroDivisionError
 
-    cluster.tell(broken)
+    cluster.broadcast(broken)
     await async_until(lambda: cluster._counters.snapshot().get("room messages failed", 0) >= 2)
     assert cluster._counters.snapshot().get("cluster faults", 0) == 0
-    cluster.tell(lambda: "news")
+    cluster.broadcast(lambda: "news")
     await async_until(lambda: len(livekit.of("SendData")) >= 4)
     assert {body["room"] for body in livekit.of("SendData")} == {"a", "b"}
     await async_until(lambda: cluster.watching == 18)
@@ -133,15 +133,15 @@ async def test_all_are_told_while_there_is_something_to_tell(
 async def test_a_redirect_is_followed_as_it_is_written(
     livekit: LiveKit, rig: tuple[Cluster, TurnedClock]
 ) -> None:
-    """It may be signed, as whatever a room is found by."""
+    """A redirect's address is used byte for byte: it may be signed."""
     cluster, _ = rig
     livekit.moved_to = "/rooms%2F1/SendData?sig=A%2Fd%2Be%3D"
-    cluster.tell(lambda: "news")
+    cluster.broadcast(lambda: "news")
     await async_until(lambda: bool(livekit.of("SendData")))
 
 
 async def test_without_rooms_there_is_nothing() -> None:
-    """No seat, no status, and no connection to anywhere."""
+    """A cluster without rooms has no seats and no status, and connects to nothing."""
     cluster = Cluster(clock=TurnedClock(), counters=Counters())
     assert (cluster.seats("p-1"), cluster.links, cluster.status()) == ([], [], [])
     assert not cluster.is_used
@@ -155,7 +155,7 @@ async def test_without_rooms_there_is_nothing() -> None:
 async def test_a_fault_of_the_rooms_is_contained(
     monkeypatch: pytest.MonkeyPatch, livekit: LiveKit
 ) -> None:
-    """Whatever fails in there is counted and begun anew; `run` never ends by itself."""
+    """A failure is counted and the rooms restart; `run` never ends by itself."""
     monkeypatch.setattr(cluster_module, "_RETRY_S", 0.01)
     counters = Counters()
     cluster = Cluster(clock=TurnedClock(), counters=counters)

@@ -1,4 +1,4 @@
-"""Who is taken out of a room, how often, and who is not any more."""
+"""Whom to remove from a room, when, and whose removal is cancelled."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from wax.cluster.leaving import Leaving
 
 
 def test_each_time_comes_once_and_leaves_nothing() -> None:
-    """In the order of time, whoever it is."""
+    """Removals are due in the order of their times, once each, and are then forgotten."""
     leaving = Leaving()
     leaving.add("a", (0.0, 5.0))
     leaving.add("b", (1.0,))
@@ -18,11 +18,11 @@ def test_each_time_comes_once_and_leaves_nothing() -> None:
 
 
 def test_who_is_let_in_is_not_removed() -> None:
-    """Until they have to leave another time."""
+    """A cancelled removal is not due; a later one of the same person is."""
     leaving = Leaving()
     leaving.add("a", (0.0, 5.0))
-    leaving.let_in("a")
-    leaving.let_in("nobody")
+    leaving.cancel("a")
+    leaving.cancel("nobody")
     assert leaving.due(9.0) is None
     leaving.add("a", (10.0,))
     assert leaving.due(10.0) == "a"

@@ -1,4 +1,4 @@
-"""LiveKit's API as it is asked, and the tokens as LiveKit reads them."""
+"""The calls to LiveKit's API, and the tokens as LiveKit decodes them."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ NOW_S = 1_900_000_000
 
 
 def claims_of(token: str) -> dict[str, Any]:
-    """Return what a token says, signed as it must be; its clock is the test's."""
+    """Return a token's claims with its signature verified, by the test's clock."""
     return jwt.decode(
         token, SECRET, algorithms=["HS256"], options={"verify_exp": False, "verify_nbf": False}
     )
 
 
 class Twirp:
-    """A server that notes what it is asked, and answers as it is told."""
+    """A server that records requests and answers as a test tells it to."""
 
     def __init__(self) -> None:
         self.asked: list[tuple[str, dict[str, Any], dict[str, Any]]] = []
@@ -76,7 +76,7 @@ async def twirp() -> AsyncIterator[tuple[Twirp, LiveKitRoom]]:
 async def test_a_room_is_made_with_one_clock_and_room_to_wait_for_the_sound(
     twirp: tuple[Twirp, LiveKitRoom],
 ) -> None:
-    """Sound and picture are of one stream, and pages may hold a picture back by half a second."""
+    """The room synchronizes sound and picture, and lets pages hold pictures back for them."""
     server, room = twirp
     await room.create()
     ((method, body, grants),) = server.asked
@@ -88,7 +88,7 @@ async def test_a_room_is_made_with_one_clock_and_room_to_wait_for_the_sound(
 async def test_a_node_that_counts_as_dead_is_not_asked_for_its_room(
     twirp: tuple[Twirp, LiveKitRoom],
 ) -> None:
-    """It would give it away; a server before it that has no such page is no reason not to ask."""
+    """A node that reports 406 is not asked for its room; a proxy's 404 does not count."""
     server, room = twirp
     server.health = (406, "Not Ready")
     with pytest.raises(RoomError, match="is not ready yet"):
@@ -100,13 +100,13 @@ async def test_a_node_that_counts_as_dead_is_not_asked_for_its_room(
 
 
 async def test_everybody_is_told_and_counted(twirp: tuple[Twirp, LiveKitRoom]) -> None:
-    """Data goes by the API, base64 as JSON wants it; a room that nobody has made is empty."""
+    """News is sent in base64, and a room that does not exist counts as empty."""
     server, room = twirp
     assert await room.count() == 0
     server.answer = (200, '{"rooms": [{"name": "robot-1", "num_participants": 7}]}')
     assert await room.count() == 7
     server.answer = (200, "{}")
-    await room.tell('{"type": "room"}')
+    await room.send('{"type": "room"}')
     await room.remove("p-1")
     (_, told, _), (_, removed, _) = server.asked[2:]
     assert base64.b64decode(told["data"]) == b'{"type": "room"}'
@@ -128,7 +128,7 @@ async def test_everybody_is_told_and_counted(twirp: tuple[Twirp, LiveKitRoom]) -
 async def test_what_livekit_refuses_is_a_sentence(
     twirp: tuple[Twirp, LiveKitRoom], answer: tuple[int, str], why: str
 ) -> None:
-    """With LiveKit's own reason, where it gives one."""
+    """A refusal's sentence has LiveKit's own reason, if it gives one."""
     server, room = twirp
     server.answer = answer
     with pytest.raises(RoomError, match=why):
@@ -136,7 +136,7 @@ async def test_what_livekit_refuses_is_a_sentence(
 
 
 async def test_a_livekit_that_is_not_there_is_a_sentence() -> None:
-    """Its address is in it."""
+    """A refused connection is a sentence with LiveKit's address."""
     async with aiohttp.ClientSession() as http:
         room = LiveKitRoom(
             http=lambda: http,
@@ -151,7 +151,7 @@ async def test_a_livekit_that_is_not_there_is_a_sentence() -> None:
 
 
 def test_a_token_lets_one_person_watch_one_room_for_five_minutes() -> None:
-    """Unseen by the others, and without a right to publish anything."""
+    """A watch token lets one person watch one room for 5 min, hidden and unable to publish."""
     room = LiveKitRoom(
         http=aiohttp.ClientSession,
         url="wss://livekit.example.org",

@@ -1,4 +1,4 @@
-"""Observers spread over the rooms, and are known there by nothing that they would not show."""
+"""How observers are spread over rooms, and their names there."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from wax.errors import StartError
 
 @given(st.lists(st.integers(1, 20), min_size=1, max_size=5), st.integers(0, 120))
 def test_no_room_gets_more_than_it_takes(most: list[int], crowd: int) -> None:
-    """Everybody gets a place while there is one, the emptiest room first, and nobody after that."""
+    """Observers get the emptiest room while there is a place, and none once all are full."""
     rooms = [Occupancy(str(number), places) for number, places in enumerate(most)]
     sent = [choose(rooms) for _ in range(crowd)]
     assert sum(bool(seats) for seats in sent) == min(crowd, sum(most))
@@ -24,7 +24,7 @@ def test_no_room_gets_more_than_it_takes(most: list[int], crowd: int) -> None:
 
 
 def test_the_second_room_is_another_one_even_if_it_is_full() -> None:
-    """It is for when the first is gone with all its viewers."""
+    """The second seat is in another room, even a full one: it is a fallback for the first."""
     first, second = (Occupancy(name, 1) for name in ("a", "b"))
     assert choose([first, second]) == [first, second]
     assert choose([first, second]) == [second, first]
@@ -32,7 +32,7 @@ def test_the_second_room_is_another_one_even_if_it_is_full() -> None:
 
 
 def test_who_was_sent_somewhere_stays_there() -> None:
-    """Renewed, a seat is where it was, even if that room is full; a dead one is left."""
+    """A renewed seat stays in its room, even a full one, unless that is no longer live."""
     first, second = (Occupancy(name, 1) for name in ("a", "b"))
     assert choose([first, second]) == [first, second]
     assert choose([first, second], ["a", "b"]) == [first, second]
@@ -41,7 +41,7 @@ def test_who_was_sent_somewhere_stays_there() -> None:
 
 
 def test_who_is_on_the_way_counts_until_the_next_count_but_one() -> None:
-    """LiveKit's count is some seconds old, and then includes whoever was sent before it."""
+    """Observers sent to a room count until the second count after, which must include them."""
     room = Occupancy("a", 2)
     assert choose([room])
     room.count(0)
@@ -51,7 +51,7 @@ def test_who_is_on_the_way_counts_until_the_next_count_but_one() -> None:
 
 
 def test_two_renditions_are_published() -> None:
-    """The best, and one of at most a quarter of its rate; only one where there is none such."""
+    """The best rendition is published, and one of at most a quarter of its bitrate, if any."""
     assert [one.bitrate_bps for one in published(VideoSettings().renditions)] == [
         1_000_000,
         120_000,
@@ -61,7 +61,7 @@ def test_two_renditions_are_published() -> None:
 
 
 def test_the_rooms_come_off_the_upload_first() -> None:
-    """LiveKit's take both renditions and the sound, another's the best; no limit stays none."""
+    """A LiveKit room takes both renditions and the sound, another the best and the sound."""
     ladder = VideoSettings().renditions
     rooms = [
         PublishSettings(livekit="wss://a", api_key="k", api_secret="s"),
@@ -75,7 +75,7 @@ def test_the_rooms_come_off_the_upload_first() -> None:
 
 
 def test_a_name_in_a_room_tells_nothing() -> None:
-    """Each tab has its own, the same each time, from which its cookie cannot be had."""
+    """Each tab has a name of its own, the same each time, that does not reveal its cookie."""
     assert person("cookie", "tab") == person("cookie", "tab")
     assert len({person("cookie", "a"), person("cookie", "b"), person("other", "a")}) == 3
     assert "cookie" not in person("cookie", "tab")

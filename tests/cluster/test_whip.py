@@ -1,4 +1,4 @@
-"""WHIP as RFC 9725 has it: an offer, an answer, an end."""
+"""WHIP by RFC 9725: an offer, an answer, an end."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Endpoint:
-    """Notes the requests; `location` is what it names the session."""
+    """A WHIP server that records requests; `location` is the address that it gives a session."""
 
     def __init__(self) -> None:
         self.asked: list[tuple[str, str, str, str]] = []
@@ -50,7 +50,7 @@ async def endpoint() -> AsyncIterator[tuple[Endpoint, WhipSession]]:
 
 
 async def test_an_offer_is_answered_and_ended_once(endpoint: tuple[Endpoint, WhipSession]) -> None:
-    """The session is deleted where the server said that it is, to the letter, and once."""
+    """The session is deleted once, at exactly the address that the server gave."""
     server, session = endpoint
     assert await session.offer("v=0 offer") == "v=0 answer"
     await session.end()
@@ -64,7 +64,7 @@ async def test_an_offer_is_answered_and_ended_once(endpoint: tuple[Endpoint, Whi
 async def test_a_server_without_sessions_is_not_asked_to_end_one(
     endpoint: tuple[Endpoint, WhipSession],
 ) -> None:
-    """The location is the server's to give."""
+    """Without a Location, nothing is deleted."""
     server, session = endpoint
     server.location = None
     await session.offer("v=0 offer")
@@ -73,7 +73,7 @@ async def test_a_server_without_sessions_is_not_asked_to_end_one(
 
 
 async def test_a_long_answer_comes_whole(endpoint: tuple[Endpoint, WhipSession]) -> None:
-    """In however many pieces; one without end is not kept."""
+    """An answer in several pieces is read whole; an endless one is refused."""
     server, session = endpoint
     for size in (60_000, 65_536):
         server.answer = "v" * size
@@ -87,7 +87,7 @@ async def test_a_long_answer_comes_whole(endpoint: tuple[Endpoint, WhipSession])
 async def test_a_refusal_has_the_servers_reason(
     endpoint: tuple[Endpoint, WhipSession], status: int
 ) -> None:
-    """Anything but 201 is none of ours to guess at."""
+    """Any status but 201 is a refusal with the server's reason."""
     server, session = endpoint
     server.status = status
     with pytest.raises(RoomError, match=rf"refuses to publish \({status}\): v=0 answer"):
@@ -96,7 +96,7 @@ async def test_a_refusal_has_the_servers_reason(
 
 
 async def test_a_server_that_is_gone_is_a_sentence() -> None:
-    """And ending what it no longer knows is none."""
+    """An unreachable server is a sentence when publishing, and no error when ending."""
     async with aiohttp.ClientSession() as http:
         session = WhipSession(http=lambda: http, url="http://127.0.0.1:9/whip", token=str)
         with pytest.raises(RoomError, match="does not answer"):

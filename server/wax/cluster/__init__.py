@@ -1,5 +1,5 @@
-"""Observers past one machine: rooms of a media engine, into which the robot publishes.
+"""More observers than one machine serves: the robot publishes into rooms of a media server.
 
-The queue, driving and Stop stay with the robot; what is here carries picture and sound to whoever
-only watches, and tells them of the room. LiveKit is the engine; any other is reached by WHIP.
+The queue, driving and Stop stay with the robot; the media server carries picture, sound and news of
+the robot's room to those who only watch. It is LiveKit, or any other by WHIP.
 """

@@ -1,4 +1,4 @@
-"""The body of an answer, of which another server does not decide how long it is."""
+"""Reads an answer's body of bounded length, whatever the other server sends."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     import aiohttp
 
 
-async def whole(response: aiohttp.ClientResponse, most_bytes: int) -> bytes:
-    """Return all of it, in however many pieces it comes; raises `RoomError` if it is longer."""
+async def read_body(response: aiohttp.ClientResponse, most_bytes: int) -> bytes:
+    """Return the whole body; raises `RoomError` if it is longer than `most_bytes`."""
     data = bytearray()
     while piece := await response.content.readany():
         data += piece

@@ -1,4 +1,4 @@
-"""All rooms: publishes into each, counts who is there, tells them of the robot's room."""
+"""All rooms at media servers: publishes into each, counts its viewers, sends them news."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ if TYPE_CHECKING:
 
 _LOG = structlog.get_logger(__name__)
 
-_TELL_S: Final = 1.0
+_BROADCAST_S: Final = 1.0
 _COUNT_S: Final = 5.0
-_LOOK_S: Final = 0.1
+_POLL_S: Final = 0.1
 _RETRY_S: Final = 2.0
 _AGAIN_S: Final = (5.0, 30.0, 120.0, 300.0, 660.0)
-"""LiveKit lets whoever was removed in again by the token that they have, and whoever is connected
-has one of ten minutes."""
+"""When a removal is repeated: LiveKit readmits a removed viewer by their token, and renews it for
+ten minutes while they are connected."""
 
 
 @dataclass(frozen=True, slots=True)
 class RoomSeat:
-    """Where somebody may watch: a room, LiveKit's address, and a token for it."""
+    """A place in a LiveKit room: its name, LiveKit's address, and a token."""
 
     room: str
     url: str
@@ -49,7 +49,7 @@ class RoomSeat:
 
 @dataclass(frozen=True, slots=True)
 class _Published:
-    """A room with its publications; `livekit` is None where it is another's."""
+    """A room with its publications; `livekit` is None at another media server."""
 
     occupancy: Occupancy
     livekit: LiveKitRoom | None
@@ -64,9 +64,9 @@ class _Published:
 
 @dataclass(frozen=True, slots=True)
 class PublishedSources:
-    """What is published: the hubs, of which the rooms are one more viewer each.
+    """The hubs whose streams are published; to them, a room is one more viewer.
 
-    `audio` is None where not everybody may hear: nobody in a room can be kept from it.
+    `audio` is None where not everybody may hear: a room cannot withhold it from anyone.
     """
 
     codecs: Codecs
@@ -75,7 +75,7 @@ class PublishedSources:
 
 
 class Cluster:
-    """The rooms of `[[publish]]`; without any, nothing here does anything."""
+    """The rooms of `[[publish]]`, idle if there are none."""
 
     def __init__(self, *, clock: Clock, counters: Counters) -> None:
         self._clock = clock
@@ -90,28 +90,28 @@ class Cluster:
         renditions: Sequence[str],
         sources: PublishedSources,
     ) -> None:
-        """Publish into these rooms once `run` begins; raises `StartError` for an unread secret.
+        """Set the rooms for `run`; raises `StartError` for a secret that cannot be read.
 
-        `renditions` are the names of what a room gets, the best first; where a page cannot choose,
-        only that.
+        `renditions` are the names of those published, the best first; a room that is not LiveKit's
+        gets only the first, since its page cannot choose.
         """
         self._rooms = [self._room(one, renditions, sources) for one in settings]
 
-    def tell(self, news: Callable[[], str | None]) -> None:
-        """Ask `news` once a second what all are to be told; None for nothing."""
+    def broadcast(self, news: Callable[[], str | None]) -> None:
+        """Send everybody what `news` returns, once a second; nothing if that is None."""
         self._news = news
 
-    # --- for whoever admits viewers --------------------------------------------------------
+    # --- for admission ---------------------------------------------------------------------
 
     def seats(self, person: str, before: Sequence[str] = ()) -> list[RoomSeat]:
-        """Return where this person may watch, the first for now; empty where all is full.
+        """Return this person's seats, the one to use first; empty if all rooms are full.
 
-        `before` are the rooms that they were sent to already, in which they stay.
+        `before` are the rooms that they already have seats in, which they keep.
         """
         by_name = {one.occupancy.name: one.livekit for one in self._rooms}
         mine = [one for one in self._rooms if one.livekit is not None]
         for one in mine:
-            one.leaving.let_in(person)
+            one.leaving.cancel(person)
         return [
             RoomSeat(one.name, livekit.url, livekit.watch_token(person))
             for one in choose([one.occupancy for one in mine if one.is_live], before)
@@ -125,33 +125,33 @@ class Cluster:
 
     @property
     def lost(self) -> list[int]:
-        """Which rooms, counted from 1, get no picture now."""
+        """The numbers, from 1, of the rooms that get no picture now."""
         return [number for number, one in enumerate(self._rooms, 1) if not one.is_live]
 
     @property
     def capacity(self) -> int:
-        """How many may watch in LiveKit's rooms together."""
+        """The maximum of viewers of all LiveKit rooms together."""
         return sum(one.occupancy.most for one in self._rooms if one.livekit is not None)
 
     @property
     def has_sound(self) -> bool:
-        """Whether the rooms carry sound."""
+        """Whether any room carries sound."""
         return any(told.has_sound for one in self._rooms for told in one.publications)
 
     @property
     def links(self) -> list[str]:
-        """Pages elsewhere on which anybody may watch, of rooms that are not LiveKit's."""
+        """The public pages of live rooms at other media servers."""
         return [one.watch for one in self._rooms if one.watch and one.is_live]
 
     @property
     def watching(self) -> int:
-        """How many watch there, by the newest count."""
+        """How many watch in the rooms, by the newest count."""
         return sum(one.occupancy.counted for one in self._rooms)
 
     def remove(self, person: str, *, for_good: bool = False) -> None:
-        """Take somebody out of every room; whoever is gone already is none to complain of.
+        """Remove somebody from every room, if they are there.
 
-        `for_good` until they get a seat again: their token outlives the removal.
+        `for_good` repeats that until they get a seat again, since their token outlives a removal.
         """
         now_s = self._clock.now_s()
         after_s = (0.0, *_AGAIN_S) if for_good else (0.0,)
@@ -160,7 +160,7 @@ class Cluster:
                 room.leaving.add(person, (now_s + one for one in after_s))
 
     def status(self) -> list[dict[str, object]]:
-        """Return each room as the host's status page has it."""
+        """Return an entry for each room for the host's status page."""
         return [
             {
                 "name": one.occupancy.name,
@@ -175,7 +175,7 @@ class Cluster:
     # --- what runs -------------------------------------------------------------------------
 
     async def run(self) -> None:
-        """Keep every room going until cancelled; never ends, since driving does not need it."""
+        """Serve every room until cancelled; no failure ends it: driving does not depend on it."""
         while True:
             try:
                 await self._run()
@@ -187,29 +187,29 @@ class Cluster:
     async def _run(self) -> None:
         if not self._rooms:
             await asyncio.Event().wait()
-        # A redirect, too, is followed as it is written.
+        # A redirect's address is used byte for byte, too: it may be signed.
         as_told = aiohttp.ClientSession(requote_redirect_url=False)
         async with as_told as self._http, asyncio.TaskGroup() as together:
             for one in self._rooms:
                 for publication in one.publications:
                     together.create_task(publication.run(), name=f"publish {publication.name}")
                 if one.livekit is not None:
-                    # Each on its own: a room that does not answer holds up no other.
-                    for what in (self._tell, self._count, self._remove):
+                    # A task for each: a room that does not answer delays no other.
+                    for what in (self._broadcast, self._count, self._remove):
                         together.create_task(what(one.livekit, one), name=f"tend {what.__name__}")
 
-    async def _tell(self, livekit: LiveKitRoom, room: _Published) -> None:
+    async def _broadcast(self, livekit: LiveKitRoom, room: _Published) -> None:
         while True:
-            await asyncio.sleep(_TELL_S)
+            await asyncio.sleep(_BROADCAST_S)
             try:
                 text = self._news() if room.is_live else None
-            except Exception:  # the picture goes on
+            except Exception:  # the picture must go on
                 self._counters.add("room messages failed")
                 _LOG.exception("there is no news for the rooms")
                 continue
             if text is not None:
                 try:
-                    await livekit.tell(text)
+                    await livekit.send(text)
                 except RoomError:
                     self._counters.add("room messages lost")
 
@@ -224,9 +224,9 @@ class Cluster:
             await asyncio.sleep(_COUNT_S)
 
     async def _remove(self, livekit: LiveKitRoom, room: _Published) -> None:
-        """Remove one after the other: a crowd that leaves at once must not become one of calls."""
+        """Remove people one by one: a crowd that leaves at once must not cause a burst of calls."""
         while True:
-            await asyncio.sleep(_LOOK_S)
+            await asyncio.sleep(_POLL_S)
             while (person := room.leaving.due(self._clock.now_s())) is not None:
                 try:
                     await livekit.remove(person)
@@ -253,7 +253,7 @@ class Cluster:
             Publication(
                 name=settings.name,
                 rendition=rendition,
-                # With the smaller picture: the thinnest uplink carries that.
+                # The smaller rendition carries the sound: the thinnest uplink still carries that.
                 audio=sources.audio if rendition == chosen[-1] else None,
                 codecs=sources.codecs,
                 video=sources.video,
@@ -269,12 +269,12 @@ class Cluster:
     async def _session_for(
         self, settings: PublishSettings, livekit: LiveKitRoom | None, rendition: str
     ) -> WhipSession:
-        """Make a session; raises `RoomError`."""
+        """Return a new session; raises `RoomError`."""
         if livekit is None:
             return WhipSession(
                 http=self._session, url=settings.whip, token=lambda: settings.whip_token
             )
-        # Each time: a room that nobody was in is gone, and WHIP would make one by default.
+        # Each time: LiveKit deletes an empty room, and WHIP would create one with defaults.
         await livekit.create()
         return WhipSession(
             http=self._session,

@@ -1,4 +1,4 @@
-"""What goes wrong with a room; nobody who drives notices."""
+"""Failures of a room, which never affect driving."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from wax.unreachable import Target
 
 
 class RoomError(WaxError):
-    """A room that cannot be used now, in a sentence; it is tried again."""
+    """Why a room cannot be used now, in a sentence; it is retried."""
 
 
 async def not_reached(url: str, error: Exception, limit_s: float) -> RoomError:

@@ -1,4 +1,4 @@
-"""Who is to be taken out of a room, and when. Pure."""
+"""Schedules whom to remove from a room, and when. Pure."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 class Leaving:
-    """Keeps nobody longer than until the last time that they are to be removed."""
+    """Remembers each person only until their last removal."""
 
     def __init__(self) -> None:
         self._heap: list[tuple[float, str]] = []
@@ -20,17 +20,17 @@ class Leaving:
         return len(self._last_s)
 
     def add(self, person: str, at_s: Iterable[float]) -> None:
-        """Have somebody removed at each of these times."""
+        """Schedule a removal of somebody at each of these times."""
         for one_s in at_s:
             heappush(self._heap, (one_s, person))
             self._last_s[person] = max(one_s, self._last_s.get(person, one_s))
 
-    def let_in(self, person: str) -> None:
-        """Remove somebody no more."""
+    def cancel(self, person: str) -> None:
+        """Cancel somebody's removals."""
         self._last_s.pop(person, None)
 
     def due(self, now_s: float) -> str | None:
-        """Take and return somebody who is to be removed now; None if nobody is."""
+        """Pop and return somebody to remove now; None if there is nobody."""
         while self._heap and self._heap[0][0] <= now_s:
             at_s, person = heappop(self._heap)
             last_s = self._last_s.get(person)

@@ -1,7 +1,7 @@
-"""LiveKit's server API, and the tokens by which people get into a room.
+"""LiveKit's server API, and the tokens that admit people to a room.
 
-Its services are Twirp: a POST of JSON each (docs.livekit.io, "Room service API"), for which the
-HTTP client that is here anyway is enough.
+The API is Twirp, a POST of JSON for each call (docs.livekit.io, "Room service API"), so the HTTP
+client that we already have is enough.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import jwt
 from pydantic import BaseModel, Field
 
 from wax.as_written import as_written
-from wax.cluster.bounded_answer import whole
+from wax.cluster.bounded_answer import read_body
 from wax.cluster.errors import RoomError, not_reached
 from wax.errors import ProtocolError
 from wax.protocol import foreign_json
@@ -28,17 +28,17 @@ _LIMIT_S: Final = 3.0
 _TIMEOUT: Final = aiohttp.ClientTimeout(total=_LIMIT_S)
 _SERVICE_TOKEN_S: Final = 60
 _PUBLISH_TOKEN_S: Final = 60
-"""For the one request of WHIP; a session outlives its token."""
+"""Long enough for WHIP's one request; a session outlives its token."""
 WATCH_TOKEN_S: Final = 300
-"""Pages ask for another before; LiveKit gives whoever is connected one of ten minutes anyway."""
+"""Pages renew it earlier; while they are connected, LiveKit renews it for ten minutes anyway."""
 _CLOCKS_APART_S: Final = 30
 _PLAYOUT_DELAY_MS: Final = 200
-"""The most that a browser holds pictures back: whatever the page asks for while the sound is late,
-and whatever LiveKit does, which asks for ten times the link's jitter."""
+"""The most that a browser holds pictures back, whatever the page asks for while the sound is late;
+LiveKit by itself would ask for ten times the link's jitter."""
 _EMPTY_S: Final = 300
 TOPIC: Final = "wax"
 _MAX_ANSWER_BYTES: Final = 16_384
-"""About one room, with all its codecs and metadata."""
+"""Enough for one room with all its codecs and metadata."""
 _MOST_MARKS: Final = 2048
 
 
@@ -47,16 +47,16 @@ class _Room(BaseModel):
 
 
 class _Answer(BaseModel):
-    """What counts of any of its answers: its reason, or the rooms."""
+    """The parts of any answer that we use: a reason, or the rooms."""
 
     msg: str = ""
     rooms: Annotated[list[_Room], Field(max_length=1)] = []
 
 
 class LiveKitRoom:
-    """One room; `url` is LiveKit's address as pages use it (``wss://…``).
+    """One room; `url` is LiveKit's address for pages (``wss://…``).
 
-    Every call raises `RoomError` where LiveKit does not do what it is asked.
+    Every call raises `RoomError` if LiveKit fails or refuses.
     """
 
     def __init__(
@@ -78,21 +78,21 @@ class LiveKitRoom:
 
     @property
     def whip_url(self) -> str:
-        """Where the robot publishes (RFC 9725)."""
+        """The address to publish at (RFC 9725)."""
         return f"{self._api}/whip/v1"
 
     def publish_token(self, identity: str) -> str:
-        """Let the robot publish under this name, and do nothing else."""
+        """Return a token that lets the robot publish under this name, and do nothing else."""
         return self._signed(identity, _PUBLISH_TOKEN_S, canPublish=True, canSubscribe=False)
 
     def watch_token(self, identity: str) -> str:
-        """Let one person watch, whom nobody else in the room sees."""
+        """Return a token that lets one person watch, unseen by the others in the room."""
         return self._signed(
             identity, WATCH_TOKEN_S, canPublish=False, canSubscribe=True, hidden=True
         )
 
     async def create(self) -> None:
-        """Make the room if there is none, so that sound and picture have one clock."""
+        """Create the room if it is missing, with sound and picture synchronized."""
         await self._check_ready()
         await self._call(
             "CreateRoom",
@@ -109,22 +109,22 @@ class LiveKitRoom:
         told = await self._call("ListRooms", {"names": [self.name]})
         return sum(one.num_participants for one in told.rooms)
 
-    async def tell(self, text: str) -> None:
-        """Send a text to everybody in the room, without being in it."""
+    async def send(self, text: str) -> None:
+        """Send a text to everybody in the room, by the API rather than as a participant."""
         data = base64.b64encode(text.encode()).decode()
         await self._call(
             "SendData", {"room": self.name, "data": data, "kind": "RELIABLE", "topic": TOPIC}
         )
 
     async def remove(self, identity: str) -> None:
-        """Take one person out of the room; without a new token they do not come back."""
+        """Remove one person from the room."""
         await self._call("RemoveParticipant", {"room": self.name, "identity": identity})
 
     async def _check_ready(self) -> None:
-        """Raise where the node counts as dead in its cluster, as one does that has just hung.
+        """Raise `RoomError` if its cluster takes this node for dead, as just after it has hung.
 
-        Asked for its room then, it gives the room to another node, and who loses that one loses
-        both.
+        Asked for the room then, it would assign it to another node, and a page that loses that node
+        would lose both.
         """
         async with self._request("GET", "/") as response:
             if response.status == HTTPStatus.NOT_ACCEPTABLE:
@@ -159,7 +159,7 @@ class LiveKitRoom:
             json=body,
             headers={"Authorization": f"Bearer {token}"},
         ) as response:
-            text = await whole(response, _MAX_ANSWER_BYTES)
+            text = await read_body(response, _MAX_ANSWER_BYTES)
         try:
             told = foreign_json.read(
                 text, _MAX_ANSWER_BYTES, _Answer.model_validate_json, most_marks=_MOST_MARKS
@@ -177,7 +177,7 @@ class LiveKitRoom:
     async def _request(
         self, method: str, path: str, **more: Any
     ) -> AsyncIterator[aiohttp.ClientResponse]:
-        """Have the response inside the block, which may read it; raises `RoomError` without one."""
+        """Yield the response, to read inside the block; raises `RoomError` if there is none."""
         try:
             async with self._http().request(
                 method, as_written(self._api + path), timeout=_TIMEOUT, **more

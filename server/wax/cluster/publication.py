@@ -1,4 +1,4 @@
-"""One session that publishes: a rendition, or the sound with it, into a room, again and again."""
+"""Publishes one rendition, perhaps with the sound, into a room, and reconnects when it ends."""
 
 from __future__ import annotations
 
@@ -29,19 +29,20 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _CONNECT_S: Final = 8.0
-_LOOK_S: Final = 0.15
+_POLL_S: Final = 0.15
 _FIRST_RETRY_S: Final = 0.5
 _LAST_RETRY_S: Final = 2.0
-"""A server that is back is used again within five seconds."""
+"""Short, so that a server that is back is used again within five seconds."""
 _KEYFRAMES_APART_S: Final = 1.0
-"""Somebody joins all the time, and a keyframe costs everybody; LiveKit asks until one comes."""
+"""A keyframe costs every viewer bandwidth, people join all the time, and LiveKit asks until one
+arrives."""
 _SOUND: Final = SoundEncoding(20, 32_000)
 
 
 class Publication:
-    """`session` makes one WHIP session after another; raises `RoomError` where it cannot.
+    """`session` returns a new WHIP session for each connection, or raises `RoomError`.
 
-    `rendition` is the hub's name of it; `audio` is None where others bring the sound.
+    `rendition` is its name in the hub; `audio` is None where another publication has the sound.
     """
 
     def __init__(
@@ -58,7 +59,7 @@ class Publication:
     ) -> None:
         self.name = name
         self.problem: str | None = "it has not begun"
-        """Why nothing is published now, None while it is."""
+        """Why nothing is published now; None while something is."""
         self.rendition = rendition
         self._codecs = codecs
         self._video = video
@@ -66,32 +67,32 @@ class Publication:
         self._clock = clock
         self._counters = counters
         self._session = session
-        self._is_told = False
+        self._is_logged = False
         self._keyframe_s = float("-inf")
 
     @property
     def has_sound(self) -> bool:
-        """Whether it carries the sound."""
+        """Whether this publication carries the sound."""
         return self._audio is not None
 
     async def run(self) -> None:
-        """Publish until cancelled; what fails is tried again, soon and then less often."""
+        """Publish until cancelled, and retry failures with a backoff."""
         retry_s = _FIRST_RETRY_S
         while True:
             try:
                 await self._publish()
             except (RoomError, SignallingError, ConnectionError, TimeoutError) as error:
-                self._fails(str(error) or "the connection takes too long")
+                self._note_failure(str(error) or "the connection takes too long")
             except Exception:
                 _LOG.exception("a publication failed", room=self.name, rendition=self.rendition)
-                self._fails("it failed; see the log")
+                self._note_failure("it failed; see the log")
             else:
                 retry_s = _FIRST_RETRY_S
             await asyncio.sleep(retry_s)
             retry_s = min(2 * retry_s, _LAST_RETRY_S)
 
     async def _publish(self) -> None:
-        """Publish once, until it ends; raises what `run` expects if it does not begin."""
+        """Publish until the connection ends; raises what `run` handles if it cannot connect."""
         session = await self._session()
         broken = asyncio.Event()
         boundary = ErrorBoundary(viewer=0, counters=self._counters, end=broken.set)
@@ -111,22 +112,22 @@ class Publication:
             self._video.choose(picture, self.rendition)
             if self._audio is not None and sound is not None:
                 self._audio.choose(sound, _SOUND, 0)
-            self._succeeds()
-            await self._ended(publisher, broken)
-            # Before the goodbye, which a frozen server does not answer.
-            self._fails("the server has fallen silent")
+            self._note_success()
+            await self._wait_until_ended(publisher, broken)
+            # Before the session is ended, which waits for a frozen server.
+            self._note_failure("the server has fallen silent")
         finally:
             self._video.remove(picture)
             if self._audio is not None and sound is not None:
                 self._audio.remove(sound)
-            await asyncio.shield(_both(session, publisher))
+            await asyncio.shield(_close_both(session, publisher))
 
-    async def _ended(self, publisher: Publisher, broken: asyncio.Event) -> None:
-        """Wait until it is closed or broken, or nothing has been heard of it for a while."""
+    async def _wait_until_ended(self, publisher: Publisher, broken: asyncio.Event) -> None:
+        """Wait until the connection is closed or broken, or the server has fallen silent."""
         silence = Silence()
         while publisher.is_alive and not silence.is_certain(publisher.unheard_s):
             with suppress(TimeoutError):
-                await asyncio.wait_for(broken.wait(), _LOOK_S)
+                await asyncio.wait_for(broken.wait(), _POLL_S)
                 return
 
     def _keyframe_wanted(self, picture: VideoLane) -> None:
@@ -135,16 +136,16 @@ class Publication:
             self._keyframe_s = now_s
             self._video.request_keyframe(picture)
 
-    def _succeeds(self) -> None:
+    def _note_success(self) -> None:
         _LOG.info("publishing", room=self.name, rendition=self.rendition)
-        self.problem, self._is_told = None, False
+        self.problem, self._is_logged = None, False
 
-    def _fails(self, why: str) -> None:
+    def _note_failure(self, why: str) -> None:
         self._counters.add("publications failed")
-        if not self._is_told:
+        if not self._is_logged:
             _LOG.warning("not publishing", room=self.name, rendition=self.rendition, why=why)
-        self.problem, self._is_told = why, True
+        self.problem, self._is_logged = why, True
 
 
-async def _both(session: WhipSession, publisher: Publisher) -> None:
+async def _close_both(session: WhipSession, publisher: Publisher) -> None:
     await asyncio.gather(session.end(), publisher.close())

@@ -1,4 +1,4 @@
-"""Which room an observer is sent to. Pure."""
+"""Chooses the room for an observer, and the renditions to publish. Pure."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ if TYPE_CHECKING:
     from wax.config.settings import RenditionSettings
 
 _SMALL: Final = 0.25
-"""The smaller of two renditions takes at most this share of the larger one's rate."""
+"""The smaller of two renditions has at most this share of the larger one's bitrate."""
 _SOUND_BPS: Final = 50_000
-"""With the headers of its fifty packets a second."""
+"""The sound's bitrate with the headers of its fifty packets a second."""
 _SEATS: Final = 2
-"""Rooms that a page is told of: one to watch, and one to go to when that fails."""
+"""Rooms that a page gets: one to watch, and one to fall back on."""
 
 
 @dataclass(slots=True)
 class Occupancy:
-    """How many are in one room.
+    """How many viewers are in one room.
 
-    `sent` counts those who were sent there since it was counted, `coming` those in the interval
-    before, whom LiveKit's count, which is seconds old, may not include.
+    `sent` counts those sent there since the last count, `coming` those sent in the interval before
+    it: LiveKit's count is seconds old and may miss them.
     """
 
     name: str
@@ -41,15 +41,15 @@ class Occupancy:
         return max(self.most - self.counted - self.coming - self.sent, 0)
 
     def count(self, people: int) -> None:
-        """Note how many there are now."""
+        """Note a new count."""
         self.counted, self.coming, self.sent = people, self.sent, 0
 
 
 def choose(live: Sequence[Occupancy], before: Sequence[str] = ()) -> list[Occupancy]:
-    """Return the room with the most free places, and a second one; empty where all are full.
+    """Return the room with the most free places and a second one; empty if all are full.
 
-    `live` are those that are published to. The second may be full: it is for when the first one is
-    gone, and everybody in it. Whoever was sent `before` to some of them keeps those that are live.
+    `live` are the rooms that are published to. The second may be full: it is needed when the first
+    is gone, with everybody in it. Rooms in `before`, if live, are kept and come first.
     """
     kept = [one for name in before for one in live if one.name == name]
     others = sorted((one for one in live if one not in kept), key=lambda one: -one.free)
@@ -61,7 +61,7 @@ def choose(live: Sequence[Occupancy], before: Sequence[str] = ()) -> list[Occupa
 
 
 def published(ladder: Sequence[RenditionSettings]) -> list[RenditionSettings]:
-    """Return the two renditions that are published: the best, and one for a thin link."""
+    """Return the renditions to publish: the best, and one for a thin link if there is one."""
     best = ladder[0]
     small = next((one for one in ladder if one.bitrate_bps <= _SMALL * best.bitrate_bps), None)
     return [best] if small is None else [best, small]
@@ -70,9 +70,9 @@ def published(ladder: Sequence[RenditionSettings]) -> list[RenditionSettings]:
 def upload_left_bps(
     upload_bps: int, ladder: Sequence[RenditionSettings], rooms: Sequence[PublishSettings]
 ) -> int:
-    """Return what the rooms leave of an upload to the viewers here; 0 is no limit.
+    """Return the upload that the rooms leave to this server's own viewers; 0 is no limit.
 
-    Raises `StartError` where they leave nothing.
+    Raises `StartError` if they leave nothing.
     """
     if not upload_bps:
         return 0
@@ -90,5 +90,5 @@ def upload_left_bps(
 
 
 def person(identity: str, tab: str) -> str:
-    """Return under which name somebody is in a room, from which nobody learns their cookie."""
+    """Return somebody's name in a room, which does not reveal their cookie."""
     return "p-" + hashlib.sha256(f"{identity} {tab}".encode()).hexdigest()[:24]

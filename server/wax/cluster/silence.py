@@ -1,25 +1,26 @@
-"""When a server that reports each second counts as gone. Pure."""
+"""Decides when a media server that reports each second counts as gone. Pure."""
 
 from __future__ import annotations
 
 from typing import Final
 
 SILENT_S: Final = 3.3
-"""A media server reports each second; one that has missed three is gone. aiortc alone would notice
+"""A server that has missed three of its reports, one a second, is gone; aiortc would notice only
 after half a minute."""
 
 
 class Silence:
-    """Judged by two looks in a row, between which the reports that wait are read.
+    """Requires two silent checks in a row, between which pending reports are read.
 
-    A process that stood still itself sends again before it has read what came meanwhile.
+    After a pause of our own process, the first check comes before the reports received meanwhile
+    are read.
     """
 
     def __init__(self) -> None:
         self._was_silent = False
 
     def is_certain(self, unheard_s: float) -> bool:
-        """Look: `unheard_s` is for how long nothing was heard of what was sent."""
+        """Check once; `unheard_s` is the time since the last report."""
         is_silent = unheard_s > SILENT_S
         was_silent, self._was_silent = self._was_silent, is_silent
         return is_silent and was_silent

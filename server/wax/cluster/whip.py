@@ -9,7 +9,7 @@ from urllib.parse import urljoin
 import aiohttp
 
 from wax.as_written import as_written
-from wax.cluster.bounded_answer import whole
+from wax.cluster.bounded_answer import read_body
 from wax.cluster.errors import RoomError, not_reached
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ _MAX_ANSWER_BYTES: Final = 65_536
 
 
 class WhipSession:
-    """One session at an endpoint; `token` gives the bearer token, empty for none."""
+    """One session at an endpoint; `token` returns the bearer token, empty for none."""
 
     def __init__(
         self, *, http: Callable[[], aiohttp.ClientSession], url: str, token: Callable[[], str]
@@ -40,7 +40,7 @@ class WhipSession:
                 headers={"Content-Type": "application/sdp", **self._authorization()},
                 timeout=aiohttp.ClientTimeout(total=_OFFER_S),
             ) as response:
-                told = (await whole(response, _MAX_ANSWER_BYTES)).decode(errors="replace")
+                told = (await read_body(response, _MAX_ANSWER_BYTES)).decode(errors="replace")
         except (aiohttp.ClientError, TimeoutError) as error:
             raise await not_reached(self._url, error, _OFFER_S) from error
         if response.status != 201:
@@ -50,7 +50,7 @@ class WhipSession:
         return told
 
     async def end(self) -> None:
-        """Let the server forget it; safe to call twice, never raises."""
+        """Delete the session at the server; safe to call twice, never raises."""
         resource, self._resource = self._resource, None
         if resource is None:
             return

@@ -173,7 +173,7 @@ class Room:
             forget=self._forget,
             lost_after_s=_LOST_S,
         )
-        cluster.tell(self._news_for_rooms)
+        cluster.broadcast(self._news_for_rooms)
         self._joins = TokenBuckets(rate_hz=_JOINS_HZ, burst=_JOINS_BURST, most=_MOST_JOINING)
         self._gone_since_s: dict[int, float] = {}
         self._is_closing = False
