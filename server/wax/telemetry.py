@@ -81,7 +81,7 @@ def configure_logs(settings: LogSettings) -> None:
         structlog.stdlib.ProcessorFormatter(
             foreign_pre_chain=shared,
             processors=[
-                limits.tell_left_out,
+                limits.add_left_out,
                 structlog.stdlib.ProcessorFormatter.remove_processors_meta,
                 limits.tidy,
                 renderer,

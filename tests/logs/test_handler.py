@@ -1,4 +1,4 @@
-"""Logging never blocks, whatever becomes of the lines."""
+"""Logging never blocks, even if its lines cannot be written."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LONG = "x" * 200_000
 
 
 class Pipe:
-    """A pipe with a handler at its one end; the other is read only when the test says so."""
+    """A pipe with a handler at one end; a test reads the other end when it wants to."""
 
     def __init__(self) -> None:
         self.reader, self.writer = os.pipe()
@@ -31,14 +31,14 @@ class Pipe:
             self.handler.handle(record)
 
     def read(self, until: str) -> list[str]:
-        """Read up to a line with these words."""
+        """Read lines up to one with these words."""
         text = b""
         while not (text.endswith(b"\n") and until.encode() in text.splitlines()[-1]):
             text += os.read(self.reader, 65_536)
         return text.decode().splitlines()
 
     def close(self) -> None:
-        os.close(self.reader)  # which frees a thread that is stuck
+        os.close(self.reader)  # this frees a thread that is stuck in a write
         self.handler.close()
         os.close(self.writer)
 
@@ -52,21 +52,21 @@ def pipe() -> Iterator[Pipe]:
 
 @pytest.mark.timeout(20)
 def test_lines_come_whole_and_in_order(pipe: Pipe) -> None:
-    """A line is written to its end before the next, however long it is."""
+    """Each line is written whole before the next, however long it is."""
     pipe.log("one", LONG, "three")
     assert pipe.read("three") == ["one", LONG, "three"]
 
 
 @pytest.mark.timeout(20)
 def test_nobody_waits_for_a_reader(pipe: Pipe) -> None:
-    """While nobody reads, logging goes on; afterwards the lines that are missing are counted."""
+    """Logging goes on while nobody reads; afterwards a line counts those dropped."""
     pipe.log(LONG, *range(3 * MAX_WAITING))
     *lines, last = pipe.read("missing")
     told = re.match(r"(\d+) log lines are missing", last)
     assert told is not None
     assert lines[0] == LONG
     numbers = [int(line) for line in lines[1:]]
-    # The thread takes the long line at a moment of its own; one later line may fit in then.
+    # One later line may fit in, depending on when the thread takes the long line.
     assert numbers[: MAX_WAITING - 1] == list(range(MAX_WAITING - 1))
     assert numbers == sorted(set(numbers))
     assert len(lines) - 1 + int(told[1]) == 3 * MAX_WAITING
@@ -77,7 +77,7 @@ def test_nobody_waits_for_a_reader(pipe: Pipe) -> None:
 
 @pytest.mark.timeout(20)
 def test_what_is_missing_is_told_each_time_anew(pipe: Pipe) -> None:
-    """The second count does not hold what the first has told."""
+    """Each count has only the lines dropped since the last one."""
     for _ in range(2):
         pipe.log(LONG, *range(MAX_WAITING + 7))
         missing = int(pipe.read("missing")[-1].split()[0])
@@ -86,7 +86,7 @@ def test_what_is_missing_is_told_each_time_anew(pipe: Pipe) -> None:
 
 @pytest.mark.timeout(20)
 def test_the_end_writes_what_is_left(pipe: Pipe) -> None:
-    """Closing waits for the last lines."""
+    """`close` waits for the last lines."""
     pipe.log(*range(100))
     pipe.handler.close()
     assert pipe.read("99") == [str(number) for number in range(100)]
@@ -94,7 +94,7 @@ def test_the_end_writes_what_is_left(pipe: Pipe) -> None:
 
 @pytest.mark.timeout(20)
 def test_the_end_does_not_wait_for_a_reader_for_ever(pipe: Pipe) -> None:
-    """Where nobody reads, closing comes back all the same, also the second time."""
+    """`close` returns even if nobody reads, the second time too."""
     pipe.log(LONG)
     pipe.handler.close()
     pipe.handler.close()
@@ -102,7 +102,7 @@ def test_the_end_does_not_wait_for_a_reader_for_ever(pipe: Pipe) -> None:
 
 @pytest.mark.timeout(20)
 def test_a_reader_that_is_gone_is_no_fault(pipe: Pipe) -> None:
-    """Lines for nobody are thrown away, and the end comes as ever."""
+    """Lines to a closed pipe are discarded, and `close` returns."""
     reader, pipe.reader = pipe.reader, os.open(os.devnull, os.O_RDONLY)
     os.close(reader)
     pipe.log("one", LONG)
@@ -111,7 +111,7 @@ def test_a_reader_that_is_gone_is_no_fault(pipe: Pipe) -> None:
 
 @pytest.mark.timeout(20)
 def test_a_descriptor_that_does_not_block_gets_all(pipe: Pipe) -> None:
-    """A terminal that another program has made non-blocking loses nothing."""
+    """A non-blocking descriptor, as another program may leave a terminal, loses no line."""
     os.set_blocking(pipe.writer, False)
     pipe.log(LONG, "last")
     assert pipe.read("last") == [LONG, "last"]
@@ -119,7 +119,7 @@ def test_a_descriptor_that_does_not_block_gets_all(pipe: Pipe) -> None:
 
 @pytest.mark.timeout(20)
 def test_what_cannot_be_written_is_told(pipe: Pipe) -> None:
-    """Neither words that do not fit their arguments nor half a character end the log."""
+    """Wrong format arguments and lone surrogates are logged as such, and logging goes on."""
 
     class Broken:
         def __str__(self) -> str:
@@ -134,7 +134,7 @@ def test_what_cannot_be_written_is_told(pipe: Pipe) -> None:
 
 @pytest.mark.timeout(20)
 def test_what_is_collected_within_a_line_may_log(pipe: Pipe) -> None:
-    """An object whose end logs while a line is being logged does not lock the log."""
+    """An object that logs when it is collected, within another log call, causes no deadlock."""
 
     class Last:
         def __str__(self) -> str:
@@ -146,7 +146,7 @@ def test_what_is_collected_within_a_line_may_log(pipe: Pipe) -> None:
 
 
 def test_what_is_printed_becomes_lines() -> None:
-    """Each line that is printed is logged once it ends, or once it is very long; empty ones not."""
+    """A printed line is logged when it ends or is very long; an empty one is not."""
     lines: list[str] = []
     stream = PrintedLines(lines.append)
     print("one\n\ntwo", 3, file=stream)

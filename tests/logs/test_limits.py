@@ -1,4 +1,4 @@
-"""Strangers make the server log neither much nor anything that a terminal obeys."""
+"""Strangers can make the server log neither much nor any terminal control codes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from wax.logs.limits import RepeatLimit, tell_left_out, tidy
+from wax.logs.limits import RepeatLimit, add_left_out, tidy
 
 
 def record(event: object = "viewer gone", lineno: int = 1) -> logging.LogRecord:
@@ -16,7 +16,7 @@ def record(event: object = "viewer gone", lineno: int = 1) -> logging.LogRecord:
 
 
 class Rig:
-    """A limit with a clock that is set."""
+    """A rate limit with a fake clock."""
 
     def __init__(self) -> None:
         self.now_s = 0.0
@@ -27,7 +27,7 @@ class Rig:
 
 
 def test_a_flood_of_one_kind_is_cut() -> None:
-    """A hundred lines, then one a second; other kinds are still told."""
+    """A kind may log a hundred lines, then one a second; other kinds are not limited by it."""
     rig = Rig()
     assert rig.passed(1000, event="a") == 100
     assert rig.passed(5, event="b", lineno=2) == 5
@@ -38,7 +38,7 @@ def test_a_flood_of_one_kind_is_cut() -> None:
 
 
 def test_our_events_are_kinds_wherever_they_come_from() -> None:
-    """Ours by their names, a library's by its place in the code, as texts may differ each time."""
+    """Our events are limited by name, a library's by line of code, since its texts may vary."""
     rig = Rig()
     for number in range(300):
         rig.limit.filter(record(f"strange packet {number}", lineno=7))
@@ -48,19 +48,19 @@ def test_our_events_are_kinds_wherever_they_come_from() -> None:
 
 
 def test_what_was_left_out_is_told() -> None:
-    """The next line of the kind has the number."""
+    """The next line of a kind says how many were left out."""
     rig = Rig()
     rig.passed(150)
     rig.now_s += 1
     line = record()
     assert rig.limit.filter(line)
-    assert tell_left_out(None, "", {"_record": line}) == {"_record": line, "left_out": 50}
-    assert tell_left_out(None, "", {"_record": record()}).keys() == {"_record"}
+    assert add_left_out(None, "", {"_record": line}) == {"_record": line, "left_out": 50}
+    assert add_left_out(None, "", {"_record": record()}).keys() == {"_record"}
 
 
 @pytest.mark.parametrize("event", ["text", {"event": "ours", "exc_info": True}])
 def test_a_line_after_a_flood_has_no_traceback(event: Any) -> None:
-    """The first hundred have one; a flood of tracebacks would fill the disk."""
+    """A line after a flood has no traceback: a flood of them would fill the disk."""
     rig = Rig()
     error = ValueError()
     lines: list[tuple[logging.LogRecord, bool]] = []
@@ -74,7 +74,7 @@ def test_a_line_after_a_flood_has_no_traceback(event: Any) -> None:
 
 
 def test_the_kinds_do_not_grow_without_end() -> None:
-    """However many there are."""
+    """The table of kinds is bounded."""
     rig = Rig()
     for number in range(5000):
         rig.limit.filter(record(lineno=number))
@@ -96,12 +96,12 @@ def test_the_kinds_do_not_grow_without_end() -> None:
     ],
 )
 def test_values_are_bounded_and_visible(value: object, shown: object) -> None:
-    """Numbers stay numbers, everything else becomes one short line."""
+    """Numbers stay numbers; any other value becomes one short, visible line."""
     assert tidy(None, "", {"value": value}) == {"value": shown}
 
 
 def test_a_traceback_keeps_its_lines() -> None:
-    """And its end, without what a terminal obeys."""
+    """A traceback keeps its lines and its end, without terminal control codes."""
     trace = "\n".join(["File x"] * 5000 + ["ValueError: \x1b[31m"])
     told = tidy(None, "", {"exception": trace})["exception"]
     assert told.endswith("File x\nValueError: \\x1b[31m")

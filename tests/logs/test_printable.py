@@ -1,4 +1,4 @@
-"""Strangers' text for logs and records."""
+"""Strangers' text made safe for logs and records."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from wax.logs.printable import printable
     ],
 )
 def test_what_is_hidden_is_shown(text: str, shown: str) -> None:
-    """Controls and marks of direction are escaped, and what is long is cut."""
+    """Controls and bidirectional marks are escaped, and long text is cut."""
     assert printable(text, 20) == shown
 
 
 @examples(200)
 @given(st.text(st.characters(codec=None), max_size=60), st.integers(1, 50))
 def test_any_text_becomes_one_short_visible_line(text: str, most: int) -> None:
-    """Whatever it is; and twice changes nothing."""
+    """Any text becomes one short printable line; a second call changes nothing."""
     shown = printable(text, most)
     assert len(shown) <= most
     assert not {unicodedata.category(one) for one in shown} & {"Cc", "Cf", "Cs", "Zl", "Zp"}

@@ -1,1 +1,1 @@
-"""Logs that never block, and that stay short and legible whatever strangers send."""
+"""Logs that never block, and stay short and readable whatever strangers send."""

@@ -26,12 +26,12 @@ class QueuedHandler(logging.Handler):
     """Writes lines to a descriptor from its own thread, so that logging never blocks.
 
     A paused terminal, or a pipe that nobody reads, blocks only that thread. Lines beyond
-    `MAX_WAITING` are dropped, and a last line gives their number. `close` waits briefly for lines
+    `MAX_WAITING` are dropped, and a later line gives their number. `close` waits briefly for lines
     still to be written.
 
-    The standard library's `QueueHandler` reports a full queue on standard error, which is what may
-    block, and its `QueueListener` waits without limit at the end. `sys.stderr` is avoided because
-    Python aborts on exit when a thread is stuck in it.
+    The standard library's `QueueHandler` reports a full queue on standard error, which may be what
+    blocks, and its `QueueListener` waits at the end without limit. `sys.stderr` is avoided because
+    Python aborts on exit while a thread is stuck in it.
     """
 
     def __init__(self, descriptor: int) -> None:
@@ -75,7 +75,7 @@ class QueuedHandler(logging.Handler):
             except BlockingIOError:  # another program made the terminal non-blocking
                 select.select([], [self._descriptor], [])
             except OSError:
-                return  # it is closed; there is nowhere to report that
+                return  # the descriptor is closed, and there is nowhere to report that
 
 
 class PrintedLines(io.TextIOBase):

@@ -1,4 +1,4 @@
-"""Keeps logs short and legible, whatever strangers make the server log."""
+"""Keeps logs short and readable, whatever strangers make the server log."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ _TRACES: Final = frozenset(("exc_info", "exception", "stack", "stack_info"))
 
 
 class RepeatLimit(logging.Filter):
-    """Lets a hundred lines of one kind through, and then one a second.
+    """A rate limit: a burst of a hundred lines of one kind, then one a second.
 
-    A kind is an event of ours, or a place in a library's code. The next line let through tells how
-    many were left out, and has no traceback: a hundred had one. Safe in any thread: the worst of a
-    race is a line too many.
+    A kind is an event of ours, or a line of a library's code. The next line let through says how
+    many were left out, and has no traceback, since a hundred had one. It is safe in any thread: the
+    worst of a race is a line too many.
     """
 
     def __init__(self, now_s: Callable[[], float] = time.monotonic) -> None:
@@ -49,7 +49,7 @@ class RepeatLimit(logging.Filter):
         return True
 
 
-def tell_left_out(_: object, __: str, event: MutableMapping[str, Any]) -> MutableMapping[str, Any]:
+def add_left_out(_: object, __: str, event: MutableMapping[str, Any]) -> MutableMapping[str, Any]:
     """Add to a line how many of its kind were left out (structlog processor)."""
     left_out = getattr(event.get("_record"), _LEFT_OUT, 0)
     if left_out:
@@ -58,7 +58,7 @@ def tell_left_out(_: object, __: str, event: MutableMapping[str, Any]) -> Mutabl
 
 
 def tidy(_: object, __: str, event: MutableMapping[str, Any]) -> MutableMapping[str, Any]:
-    """Bound each value and show hidden characters (structlog processor, the last but the form)."""
+    """Bound each value and escape hidden characters (structlog processor, before the renderer)."""
     for name, value in event.items():
         if name in ("exception", "stack") and isinstance(value, str):
             event[name] = _tidy_trace(value)
@@ -69,7 +69,7 @@ def tidy(_: object, __: str, event: MutableMapping[str, Any]) -> MutableMapping[
 
 
 def _tidy_trace(trace: str) -> str:
-    """Keep its lines, and of a long one the end, which says what happened."""
+    """Keep a traceback's lines; of a long one keep the end, which names the error."""
     lines = [printable(line, _MAX_CHARS) for line in trace[-_MAX_TRACE_CHARS:].split("\n")]
     return "\n".join(lines)
 

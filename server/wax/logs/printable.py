@@ -1,4 +1,4 @@
-"""Text made fit for logs and records: bounded, all of it visible, without secrets. Pure."""
+"""Makes text safe for logs and records: bounded, all of it visible, without secrets. Pure."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import unicodedata
 from typing import Final
 
 _HIDDEN: Final = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
-"""Controls, marks that turn the writing direction, surrogates, line separators (UAX 44)."""
+"""Controls, bidirectional marks, surrogates, line separators and the like (UAX 44)."""
 
 _LOGIN: Final = re.compile(r"//[^/]*@")
 
