@@ -1,4 +1,4 @@
-"""How much of the processor the process may use."""
+"""How many cores the process may use."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_quotas_count(
     files: dict[str, str],
     usable: float,
 ) -> None:
-    """The least of the affinity and of the quotas of the own group and those above it."""
+    """The least of the affinity and all quotas of our cgroup and those above it counts."""
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(8)), raising=False)
     for name, text in files.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
@@ -54,7 +54,7 @@ def test_quotas_count(
 def test_without_affinity_and_groups_the_machine_counts(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, known: int | None, usable: int
 ) -> None:
-    """As on macOS."""
+    """Without affinity and cgroups, as on macOS, the machine's cores count."""
     monkeypatch.delattr(os, "sched_getaffinity", raising=False)
     monkeypatch.setattr(os, "cpu_count", lambda: known)
     assert cores.usable(tmp_path, tmp_path / "own") == usable

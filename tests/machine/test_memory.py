@@ -1,4 +1,4 @@
-"""What the process keeps of memory that it has freed, and how it looks for what nobody needs."""
+"""Whether freed memory is returned to the system, and how garbage is collected."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ print((psutil.Process().memory_info().rss - before) // mib)
     ],
 )
 def test_blocks_that_came_and_went_are_given_back(size: int, does: str, kept_mib: range) -> None:
-    """Even where small ones behind them stay; glibc by itself keeps all of them."""
+    """Freed blocks are returned even with small ones behind them, unlike glibc by default."""
     script = CAME_AND_WENT.format(size=size, returns=does == "returns", gives=does == "gives")
     told = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=20
@@ -82,9 +82,9 @@ async def test_no_connection_keeps_more_than_comes_at_once(
 async def test_what_is_free_is_given_back_beside_the_event_loop(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Within seconds, in another thread: it may take as long as four steps."""
+    """Free memory is returned within seconds, in another thread, since it may take milliseconds."""
     given: list[int] = []
-    monkeypatch.setattr(memory, "_LOOK_S", 0.0)
+    monkeypatch.setattr(memory, "_COLLECT_S", 0.0)
     monkeypatch.setattr(memory, "give_back", lambda: given.append(threading.get_ident()))
     running = asyncio.create_task(memory.run())
     await async_until(lambda: len(given) >= 2)
@@ -93,12 +93,12 @@ async def test_what_is_free_is_given_back_beside_the_event_loop(
 
 
 def test_what_stays_is_looked_through_once() -> None:
-    """Histories in which old entries go as new ones come do not wait as new for a long search."""
+    """Histories whose entries come and go do not pile up as young objects for a long collection."""
     history = deque(([number] for number in range(20_000)), maxlen=20_000)
     for number in range(20_000):
         history.append([number])
-    assert _new_objects() > 15_000  # by itself Python has not looked
-    memory.look()
+    assert _new_objects() > 15_000  # Python by itself has not collected
+    memory.collect_young()
     assert _new_objects() < 1000
 
 

@@ -1,4 +1,4 @@
-"""The priority of a process: real time where it may, else niceness, else what it has."""
+"""The priority of a process: real-time if permitted, else niceness, else unchanged."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ NO_CALL: Final = (-1, 1)
 
 
 class Kernel:
-    """Grants a priority of real time and a niceness up to a limit each; has one thread."""
+    """A fake kernel of one thread, with limits for real-time priority and niceness."""
 
     def __init__(self, most: int, least: int) -> None:
         self.limits = (most, least)
@@ -76,7 +76,7 @@ def test_it_takes_the_best_that_it_may(
 
 
 def test_it_lowers_nobody(kernel: Kernel) -> None:
-    """Whoever has been given more by the host keeps it, though they may not take it again."""
+    """A higher priority given by the host is kept, since it might not be regained."""
     kernel.schedule = (os.SCHED_FIFO, 50)
     raise_priority()
     with as_others():

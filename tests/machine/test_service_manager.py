@@ -1,4 +1,4 @@
-"""What the service manager hears."""
+"""The notifications to the service manager."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @pytest.fixture(params=["path", "abstract"])
 def line(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[tuple[str, socket.socket]]:
-    """Listen where a service manager would; yields its address as the environment names it."""
+    """Listen as a service manager; yield the address in the environment's form, and the socket."""
     if request.param == "path":
         told = bound = str(tmp_path / "notify")
     else:
@@ -31,7 +31,7 @@ def line(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[tuple[str, 
 
 
 def test_it_is_told_of_begin_and_end(line: tuple[str, socket.socket]) -> None:
-    """READY and STOPPING arrive at either kind of address, and no child inherits it."""
+    """READY and STOPPING arrive at both kinds of address, which no child process inherits."""
     told, listening = line
     environment = {"NOTIFY_SOCKET": told, "HOME": "/"}
     manager = ServiceManager(environment)
@@ -55,7 +55,7 @@ def test_it_is_told_of_begin_and_end(line: tuple[str, socket.socket]) -> None:
 async def test_only_who_is_watched_gives_signs_of_life(
     tmp_path: Path, variables: dict[str, str], *, beats: bool
 ) -> None:
-    """The loop tells that it runs three times a period, if this very process is watched."""
+    """WATCHDOG is sent three times a period, if the watchdog is for this very process."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listening:
         listening.bind(str(tmp_path / "notify"))
         listening.setblocking(False)
@@ -74,5 +74,5 @@ async def test_only_who_is_watched_gives_signs_of_life(
 
 @pytest.mark.parametrize("environment", [{}, {"NOTIFY_SOCKET": ""}, {"NOTIFY_SOCKET": "/no/one"}])
 def test_nobody_there_is_no_error(environment: dict[str, str]) -> None:
-    """Without a service manager, or with one that is gone, the server goes on."""
+    """A missing service manager, or one that is gone, raises nothing."""
     ServiceManager(environment).ready()

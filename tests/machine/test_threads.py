@@ -1,4 +1,4 @@
-"""Whether the threads that WAX takes can be had; a process of its own is limited."""
+"""The check for enough threads, in a child process with a limit."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ print(problem(SERVERS))
 @pytest.mark.system
 @pytest.mark.skipif(sys.platform != "linux", reason="its kernel counts threads as processes")
 def test_a_limit_is_a_sentence() -> None:
-    """It says how many there may be, and leaves none behind."""
+    """The sentence says how many more threads may start; none is left running."""
     command = [sys.executable, "-c", LIMITED]
     told = subprocess.run([*command, "1"], capture_output=True, text=True, check=True)
     assert told.stdout.startswith("This user may start 0 threads more, and WAX takes 32.")
@@ -31,7 +31,7 @@ def test_a_limit_is_a_sentence() -> None:
 
 
 def test_without_a_limit_there_is_nothing_to_say() -> None:
-    """As many as it takes were there at once."""
+    """Without a limit, all threads start and there is no problem."""
     assert threads.problem(threads.SERVERS) == ""
 
 
@@ -39,7 +39,7 @@ def test_without_a_limit_there_is_nothing_to_say() -> None:
 def test_it_is_told_before_a_library_stumbles(
     command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Both end with the sentence and what to do, and no traceback."""
+    """The server and the doctor end with the sentence and advice, without a traceback."""
     monkeypatch.setattr(threads, "problem", lambda _: "No more threads.")
     assert main([command]) == 1
     assert capsys.readouterr().err == f"wax: No more threads. {threads.ADVICE}\n"

@@ -1,1 +1,1 @@
-"""What the operating system is asked for: memory, further Python processes, systemd."""
+"""Uses of the operating system: memory, priority, threads, child processes, systemd."""

@@ -1,4 +1,4 @@
-"""How much of the machine's processor this process may use."""
+"""How many of the machine's cores this process may use."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ def usable(groups: Path = _GROUPS, own: Path = _OWN) -> float:
 
 
 def _quotas(groups: Path, own: Path) -> Iterator[float]:
-    """Yield the quotas of the group and of all above it: cgroups(7), both versions."""
+    """Yield the quotas of our cgroup and of all above it: cgroups(7), both versions."""
     for line in _words(own, separator="\n"):
         _, controllers, path = line.split(":", 2) if line.count(":") >= 2 else ("", "?", "")
         if controllers and "cpu" not in controllers.split(","):
             continue
         root = groups / "cpu" if controllers else groups
         inner = Path(path.lstrip("/"))
-        # In a container the path may be the host's, of which nothing is seen here but the root.
+        # In a container, the path may be the host's, of which only the root is visible.
         for folder in {root, *(root / part for part in (inner, *inner.parents))}:
             limit = _words(folder / "cpu.max") or [
                 *_words(folder / "cpu.cfs_quota_us"),

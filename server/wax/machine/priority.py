@@ -1,4 +1,4 @@
-"""The priority of a process that tells the robot to move or to stand."""
+"""The priority of a process that moves and stops the robot."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ if TYPE_CHECKING:
 
 NICENESS: Final = -10
 REALTIME: Final = 1
-"""The lowest of real time, which goes before all that is not."""
+"""The lowest real-time priority, which precedes everything that is not real-time."""
 
 
 def raise_priority() -> None:
-    """Let this thread, and what it starts, go before others: in real time where it may.
+    """Give this thread, and what it starts, real-time priority if the user may.
 
-    Else by niceness, which is only a share: beside busy programs Linux lets a process that slept
-    wait for tens of milliseconds now and then, more than the robot's own watchdog allows.
-    Most users may do neither, unless `LimitRTPRIO=` and `LimitNICE=` of systemd let them; then the
+    Otherwise it gets a niceness, which is only a share: beside busy programs, Linux may let a
+    process that wakes up wait for tens of milliseconds, more than the robot's own watchdog allows.
+    Most users may set neither, unless systemd's `LimitRTPRIO=` and `LimitNICE=` permit it; then the
     robot's own watchdog covers an overloaded machine.
     """
     if _realtime_priority():
@@ -33,10 +33,10 @@ def raise_priority() -> None:
 
 @contextmanager
 def as_others() -> Iterator[None]:
-    """Let a process that starts in this block compute outside real time, until it raises itself.
+    """Start processes in this block without real-time priority, until they raise their own.
 
-    This thread leaves it, too, for the block. What a host gave beyond ours is left as it is: it
-    might not be given twice.
+    This thread, too, gives it up for the block. A higher priority than ours, given by the host, is
+    left alone: this process might not get it back.
     """
     if _realtime_priority() != REALTIME:
         yield
@@ -50,7 +50,7 @@ def as_others() -> Iterator[None]:
 
 
 def _realtime_priority() -> int:
-    """Return 1 to 99; outside real time 0."""
+    """Return the real-time priority, 1 to 99; 0 without one."""
     try:
         return os.sched_getparam(0).sched_priority
     except (AttributeError, OSError):  # macOS has none, musl only the name

@@ -1,4 +1,4 @@
-"""A module of ours in a process of its own, which finds plug-ins where this one found them."""
+"""Runs a module of ours in a process of its own, with this one's module search path."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ import sys
 
 
 def command(module: str) -> list[str]:
-    """Return what runs `module`; -P: not what lies in the working directory."""
+    """Return the command that runs `module`; -P keeps the working directory off its path."""
     return [sys.executable, "-P", "-m", module]
 
 
 def environment() -> dict[str, str]:
-    """Return this process's environment, with the places where it looks for modules."""
+    """Return this process's environment, with its module search path."""
     return os.environ | {"PYTHONPATH": os.pathsep.join(p or "." for p in sys.path)}
 
 
 def ask(module: str, question: bytes, within_s: float) -> subprocess.CompletedProcess[bytes]:
-    """Give it the question, and return what it answers until it ends.
+    """Run a module with `question` as its input, and return its exit status and output.
 
-    Raises `OSError` if it cannot be started, `subprocess.TimeoutExpired` if it takes longer.
+    Raises `OSError` if it cannot be started, `subprocess.TimeoutExpired` after `within_s`.
     """
     return subprocess.run(
         command(module),

@@ -1,4 +1,4 @@
-"""What systemd is told: that the server serves, that it still runs, that it is about to end.
+"""Notifies systemd that the server is ready, still runs, or is stopping.
 
 The protocol is sd_notify(3): datagrams of ``NAME=value`` to the Unix socket that the environment
 names. Without one, as in a terminal or a container, nothing is sent.
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _BEATS: Final = 3
-"""Signs of life for each watchdog period: one may be late."""
+"""Keepalives for each watchdog period, so that one may be late."""
 
 
 class ServiceManager:
-    """The service manager that started this process, if there is one; nothing here raises.
+    """The service manager that started this process, if there is one; no method raises.
 
-    Its variables are taken out of `environment`: they are not meant for child processes.
+    Its variables are removed from `environment`: they are not meant for child processes.
     """
 
     def __init__(self, environment: MutableMapping[str, str]) -> None:
@@ -37,23 +37,23 @@ class ServiceManager:
             self._watchdog_s = int(watchdog_us) / 1e6
 
     def ready(self) -> None:
-        """Tell that the page can be opened."""
-        self._tell("READY=1")
+        """Report that the page can be opened."""
+        self._notify("READY=1")
 
     def stopping(self) -> None:
-        """Tell that the server is about to end by itself."""
-        self._tell("STOPPING=1")
+        """Report that the server is about to end."""
+        self._notify("STOPPING=1")
 
     async def run(self) -> None:
-        """Tell that the event loop still runs, often enough for the watchdog, until cancelled."""
+        """Report that the event loop runs, often enough for the watchdog, until cancelled."""
         if self._watchdog_s is None:
             await asyncio.get_running_loop().create_future()
             return
         while True:
-            self._tell("WATCHDOG=1")
+            self._notify("WATCHDOG=1")
             await asyncio.sleep(self._watchdog_s / _BEATS)
 
-    def _tell(self, state: str) -> None:
+    def _notify(self, state: str) -> None:
         if not self._address:
             return
         # "@" stands for the zero byte that begins an abstract address (unix(7)).

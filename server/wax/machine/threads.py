@@ -1,7 +1,7 @@
-"""Whether this user may start as many threads as WAX takes.
+"""Checks whether this user may start as many threads as WAX needs.
 
-Where they may not, each library ends in its own way: OpenBLAS interrupts the process, asyncio
-cannot even close.
+Otherwise each library fails in its own way: OpenBLAS interrupts the process, asyncio cannot even
+close.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Final
 from wax.errors import StartError
 
 SERVERS: Final = 32
-"""Half of these run once the robot, the camera and the microphone do; the rest is for viewers."""
+"""Half of these run once robot, camera and microphone do; the other half is for viewers."""
 DOCTORS: Final = 12
 ADVICE: Final = (
     "Raise the limit: `TasksMax=` or `LimitNPROC=` in the unit of systemd, `--pids-limit` of a"
@@ -22,7 +22,7 @@ ADVICE: Final = (
 
 
 def problem(needed: int) -> str:
-    """Try to have so many at once; return what keeps them from it, empty if nothing does."""
+    """Start `needed` threads at once; return why that fails, empty if it does not."""
     over = threading.Event()
     made: list[threading.Thread] = []
     try:
@@ -40,7 +40,7 @@ def problem(needed: int) -> str:
 
 
 def check(needed: int) -> None:
-    """Raise `StartError` where they cannot be had."""
+    """Raise `StartError` if `needed` threads cannot be started."""
     why = problem(needed)
     if why:
         raise StartError(f"{why} {ADVICE}")
