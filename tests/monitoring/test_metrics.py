@@ -1,4 +1,4 @@
-"""What Prometheus reads, and what the dashboard and the balancer make of it."""
+"""The metrics for Prometheus, the dashboard that shows them, and readiness."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def status() -> dict[str, Any]:
         "viewers": [
             line("operator", **whole(80.0, -30.0)),
             line("observer", **whole(None, 10.0)),
-            line("observer"),  # their figures cannot be had
+            line("observer"),  # without measurements
             line("queued", **whole(240.0, None)),
         ],
         "turn": {"number": 7, "operator": 1, "seconds_left": 2.0},
@@ -108,7 +108,7 @@ def metrics(lateness: Lateness, told: Callable[[], dict[str, Any]] = status) -> 
 
 
 def samples(text: bytes) -> dict[tuple[str, ...], float]:
-    """Every sample by its name and its labels' values, in the order of the labels."""
+    """Return every sample by its name and its labels' values, in the order of the labels."""
     return {
         (one.name, *(value for _, value in sorted(one.labels.items()))): one.value
         for family in text_string_to_metric_families(text.decode())
@@ -117,7 +117,7 @@ def samples(text: bytes) -> dict[tuple[str, ...], float]:
 
 
 def test_what_is_exported(lateness: Lateness) -> None:
-    """Viewers, queue, renditions, ages, skew, stops, refusals, drops, sources and the loop."""
+    """Every figure of the status is exported under its name and labels."""
     for late_s in (0.0, 0.0004, 0.003, 0.5):
         lateness.add(late_s)
     found = samples(metrics(lateness).text())
@@ -166,24 +166,24 @@ def test_what_is_exported(lateness: Lateness) -> None:
 
 
 def test_without_a_tape_there_is_no_figure_of_it(lateness: Lateness) -> None:
-    """A server that records nothing exports what it did before."""
+    """A server without a tape exports no metrics of one."""
     assert b"wax_tape" not in metrics(lateness, lambda: status() | {"tape": None}).text()
 
 
 def test_a_tape_that_has_stopped_is_seen(lateness: Lateness) -> None:
-    """Whatever the reason."""
+    """A tape with a problem is exported as not running."""
     tape = status()["tape"] | {"problem": "the disk is full"}
     found = samples(metrics(lateness, lambda: status() | {"tape": tape}).text())
     assert found["wax_tape_running",] == 0
 
 
 def test_nobody_is_named(lateness: Lateness) -> None:
-    """A scrape has no names: they are neither the watchers' business nor few."""
+    """No metric has a person's name."""
     assert b"Ada" not in metrics(lateness).text()
 
 
 def test_the_dashboard_asks_for_what_there_is(lateness: Lateness) -> None:
-    """Every metric that it names is exported, and each of ours is on it."""
+    """Every metric on the dashboard is exported, and every metric of ours is on it."""
     lateness.add(0.001)
     text = DASHBOARD.read_text(encoding="utf-8")
     board = json.loads(text)
@@ -201,7 +201,7 @@ def test_the_dashboard_asks_for_what_there_is(lateness: Lateness) -> None:
 
 
 async def test_they_are_served_on_a_port_of_their_own() -> None:
-    """With the type that Prometheus wants; nothing else is there; a taken port is a sentence."""
+    """The port serves only metrics, in Prometheus's content type; a taken port is a sentence."""
     listener = MetricsListener(MetricSettings(host="127.0.0.1", port=0), lambda: b"wax_x 1\n")
     port = await listener.open()
     async with aiohttp.ClientSession() as session:
@@ -218,7 +218,7 @@ async def test_they_are_served_on_a_port_of_their_own() -> None:
 
 
 class Rig:
-    """A server with a clock, a robot, a camera and a microphone that are set."""
+    """A server with a fake clock, robot, camera and microphone."""
 
     def __init__(self) -> None:
         self.clock = TurnedClock()
@@ -238,7 +238,7 @@ class Rig:
 
 
 def test_not_ready_by_pictures_of_unknown_age() -> None:
-    """A server by whose camera one may only watch is not ready, once that lasts."""
+    """A server is not ready once its pictures' age has been unknown for a while."""
     rig = Rig()
     rig.picture_clock = rig.picture_clock.after(rig.clock.time_s, None)
     assert rig.readiness() == {}
@@ -247,7 +247,7 @@ def test_not_ready_by_pictures_of_unknown_age() -> None:
 
 
 def test_ready_is_when_somebody_could_drive() -> None:
-    """A robot, a camera and a control loop that runs; the microphone is not needed."""
+    """A server is ready with a robot, a camera and a running control loop; sound is optional."""
     rig = Rig()
     assert rig.readiness() == {}
     rig.audio.problem = "unplugged"
@@ -265,7 +265,7 @@ def test_ready_is_when_somebody_could_drive() -> None:
 
 
 def test_a_robot_that_does_not_say_why() -> None:
-    """Not connected is a reason."""
+    """A disconnected robot without a problem of its own is still a reason."""
     rig = Rig()
     rig.state.connected = False
     assert list(rig.readiness()) == ["robot"]

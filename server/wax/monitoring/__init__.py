@@ -1,1 +1,1 @@
-"""How the server looks from outside, for whoever watches over many: metrics and readiness."""
+"""Monitoring from outside: metrics and readiness, for operators of many servers."""

@@ -1,7 +1,7 @@
-"""``python -m wax.monitoring.alive CONFIG``: whether the server answers, as a container asks it.
+"""``python -m wax.monitoring.alive CONFIG``: a container's health check.
 
-It asks every few seconds, so this loads nothing of the server: of the configuration it reads the
-port alone.
+It runs every few seconds, so it imports nothing of the server, and reads only the port from the
+configuration.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from pathlib import Path
 from typing import Final
 
 PORT: Final = 8080
-"""Of a configuration that names none."""
+"""The default port."""
 _LIMIT_S: Final = 2.0
 
 
 def main(config: str) -> int:
-    """Return 0 if it answers, by HTTP or HTTPS, else 1."""
+    """Return 0 if the server answers by HTTP or HTTPS, else 1."""
     with Path(config).open("rb") as file:
         port = tomllib.load(file).get("server", {}).get("port", PORT)
-    # Its certificate is for those who come by its name, not by this address.
+    # The certificate is for the server's name, not for this address.
     unchecked = ssl.create_default_context()
     unchecked.check_hostname, unchecked.verify_mode = False, ssl.CERT_NONE
     handlers = urllib.request.HTTPSHandler(context=unchecked), urllib.request.ProxyHandler({})
@@ -33,7 +33,7 @@ def main(config: str) -> int:
                 return 0
         except OSError as error:
             why = error
-    print(why, file=sys.stderr)  # noqa: T201  # the container's own log has it
+    print(why, file=sys.stderr)  # noqa: T201  # it goes to the container's log
     return 1
 
 

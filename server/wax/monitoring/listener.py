@@ -1,4 +1,4 @@
-"""Serves `/metrics` on a port of its own, which is not public unless the host makes it so."""
+"""Serves `/metrics` on a port of its own, which is private unless the host opens it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class MetricsListener:
-    """Listens while it is open; `text` makes the answer."""
+    """Listens while it is open; `text` returns the metrics."""
 
     def __init__(self, settings: MetricSettings, text: Callable[[], bytes]) -> None:
         self._settings = settings
@@ -38,7 +38,7 @@ class MetricsListener:
         await self._runner.setup()
         try:
             for one in listen(host, port):
-                # asyncio accepts as many in one pass of the event loop.
+                # asyncio accepts up to `backlog` connections in one pass of the event loop.
                 await web.SockSite(self._runner, one, backlog=4).start()
         except OSError as error:
             raise StartError(

@@ -1,6 +1,6 @@
-"""What Prometheus is told, gathered when it asks; nothing is counted for it otherwise.
+"""The metrics for Prometheus, collected at each scrape; nothing is counted for them otherwise.
 
-Nobody is named: viewers come and go, and each label value is a time series for ever.
+No label names a person: viewers come and go, and each label value is a time series for ever.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _NOT_EVENTS: Final = ("control.jitter_p99_ms", "control.latest_ms")
 
 
 class Metrics(Collector):
-    """Collects from the status page's content and a few counts; call it in the event loop."""
+    """Collects from the content of the status page and a few counts; call it in the event loop."""
 
     def __init__(
         self,
@@ -64,7 +64,7 @@ class Metrics(Collector):
         return generate_latest(self._registry)
 
     def describe(self) -> Iterable[Metric]:
-        """Return nothing: the names are no other collector's, and the status is not made twice."""
+        """Return nothing: no other collector has these names, and this avoids a second status."""
         return ()
 
     def collect(self) -> Iterator[Metric]:

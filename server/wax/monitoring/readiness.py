@@ -1,4 +1,4 @@
-"""Whether somebody could drive now: `/readyz`."""
+"""Reports whether somebody could drive now: `/readyz`."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from wax.control.picture_clock import PictureClock
 
 _BEAT_S: Final = 0.5
-"""A control loop that has not run for so long is stuck: 25 ticks."""
+"""A control loop that has not run for this long, 25 ticks, is stuck."""
 STOPPING: Final = "The server is stopping."
 LATE: Final = "The control loop does not run."
 DISCONNECTED: Final = "The robot is not connected."
 
 
 class Readiness:
-    """Call it for what is not ready: a sentence for each part; empty if everything is."""
+    """Call it for a sentence about each part that is not ready; empty if all are."""
 
     def __init__(
         self,
@@ -49,7 +49,7 @@ class Readiness:
         state = self._control.robot_state
         if not state.connected or state.problem is not None:
             missing["robot"] = str(state.problem or DISCONNECTED)
-        # Without sound one can drive: the microphone is the host's business, not the balancer's.
+        # The microphone is left out: the robot can be driven without sound.
         camera = self._captures.get("video")
         if camera is not None and camera.problem is not None:
             missing["camera"] = str(camera.problem)
