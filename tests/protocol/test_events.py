@@ -1,4 +1,4 @@
-"""The events as programs of the host's read them."""
+"""The events as the host's programs read them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def _types(model: Any) -> tuple[str, ...]:
 
 
 def test_the_manual_has_every_event_and_field() -> None:
-    """Above `hook = []` stands each type, on a line with what it has."""
+    """The manual lists each event type with its fields, above `hook = []`."""
     before = MANUAL.partition("\nhook = []")[0]
     for model in events.MODELS:
         assert all(one in before for one in _types(model)), model
@@ -29,7 +29,7 @@ def test_the_manual_has_every_event_and_field() -> None:
 
 
 def test_the_schema_describes_every_event(capsys: pytest.CaptureFixture[str]) -> None:
-    """`wax hook schema` prints it: each kind with its types, what it says, and all that it has."""
+    """`wax hook schema` prints each kind of event with its types, description and fields."""
     assert main(["hook", "schema"]) == 0
     printed = json.loads(capsys.readouterr().out)
     assert set(printed["discriminator"]["mapping"]) == {*events.NAMES, "hook.test"}
@@ -40,7 +40,7 @@ def test_the_schema_describes_every_event(capsys: pytest.CaptureFixture[str]) ->
 
 
 def test_an_event_is_one_flat_object() -> None:
-    """Version, time and type stand beside what the event has of its own."""
+    """An event has version, time, type and its own fields at one level."""
     began = events.TurnBegan(
         timestamp="2026-11-26T12:00:00.000+00:00", turn=3, viewer=7, name="Ada"
     )
@@ -55,7 +55,7 @@ def test_an_event_is_one_flat_object() -> None:
 
 
 def test_a_name_can_be_left_out() -> None:
-    """Of whoever it is, and of an event that has none nothing."""
+    """`nameless` removes a person's name, and changes nothing else."""
     removed = events.Removed(type="viewer.banned", viewer=2, name="Eve")
     assert events.nameless(removed) == removed.model_copy(update={"name": None})
     kept = events.TapeKept(by="host")

@@ -1,4 +1,4 @@
-"""JSON of strangers: its size, values and levels are counted before anything parses it."""
+"""Strangers' JSON: its size, values and nesting are bounded before it is parsed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ MOST = 65_536
 
 
 class _Parser:
-    """Counts what it is given."""
+    """A fake parser that counts its calls."""
 
     def __init__(self) -> None:
         self.asked = 0
@@ -33,7 +33,7 @@ class _Parser:
     ],
 )
 def test_what_no_message_has_is_refused_unparsed(data: bytes | str) -> None:
-    """Thousands of keys, values or levels, and whatever is longer in bytes than it may be."""
+    """Too many keys, values, levels or bytes are refused without a call of the parser."""
     parser = _Parser()
     with pytest.raises(ProtocolError):
         foreign_json.read(data, MOST, parser)
@@ -41,7 +41,7 @@ def test_what_no_message_has_is_refused_unparsed(data: bytes | str) -> None:
 
 
 def test_the_first_error_is_short() -> None:
-    """A key that is unknown is named, but not repeated in all its length."""
+    """An unknown key is named in the error, cut to a bound."""
 
     class Empty(BaseModel, extra="forbid"):
         pass

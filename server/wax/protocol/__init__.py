@@ -1,4 +1,4 @@
 """Every message between page and server, defined once; the page's types are generated from these.
 
-Only models and their compact form: no decisions, no state, no imports from other packages.
+It has only models and their encoding: no decisions and no state.
 """

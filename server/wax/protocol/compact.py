@@ -1,4 +1,4 @@
-"""Messages as rows, for a narrow uplink.
+"""Encodes messages as rows, for a narrow uplink.
 
 A row is the JSON array of a message's fields in the order of its model, with a nested model as a
 nested row: ``["ping",3,1234.5,null,null]``. Only the model defines the order.
@@ -16,10 +16,10 @@ from pydantic import BaseModel
 from wax.errors import ProtocolError
 
 Columns: TypeAlias = "dict[str, Columns | None]"
-"""Names in order, each with the columns of its nested model, None for a plain value."""
+"""Field names in order, each with the columns of its nested model, or None for a plain value."""
 
 _TIME_DECIMALS: Final = 1
-"""For times in ms: browser clocks are no finer."""
+"""The decimals of times in ms: browser clocks are no finer."""
 
 
 @functools.cache
@@ -29,18 +29,18 @@ def columns(model: type[BaseModel]) -> Columns:
 
 
 def by_type(*models: type[BaseModel]) -> dict[str, Columns]:
-    """Return the columns of each of these models under its `type`."""
+    """Return the columns of each model by its `type`."""
     return {get_args(one.model_fields["type"].annotation)[0]: columns(one) for one in models}
 
 
 def write(message: BaseModel) -> str:
-    """Return a message as a row, its times to 0.1 ms."""
+    """Return a message as a row, with times rounded to 0.1 ms."""
     row = _row(message.model_dump(), columns(type(message)))
     return json.dumps(row, separators=(",", ":"))
 
 
 def read(data: str | bytes, table: dict[str, Columns]) -> dict[str, Any]:
-    """Return a row's values by name, unchecked; raises `ProtocolError`."""
+    """Return a row's values by name, not validated; raises `ProtocolError`."""
     try:
         row = pydantic_core.from_json(data, allow_inf_nan=False)
     except ValueError as error:

@@ -1,7 +1,7 @@
-"""What is told to programs of the host's, each event one JSON object; `[[hook]]` posts them.
+"""Events for the host's programs, each one JSON object; `[[hook]]` posts them.
 
-`name` is what somebody calls themselves, null unless the configuration lets names out. No event has
-an address, nor the particulars of a fault: `why` is the code of its sentence in `sentences.json`.
+`name` is the name that somebody chose, null unless the configuration includes names. No event has
+an address or a fault's details: `why` is the code of its sentence in `sentences.json`.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Annotated, Any, Final, Literal, get_args
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 VERSION: Final = 1
-"""Of all events. A new kind of event or a new field does not raise it; anything else does."""
+"""The version of all events. Any change raises it, except a new kind of event or a new field."""
 
 Part = Literal["camera", "microphone", "robot", "battery", "gauge"]
 StopRole = Literal["observer", "operator", "host", "house"]
@@ -19,7 +19,7 @@ WhyEnded = Literal["expired", "left", "gone", "idle", "ended", "not_allowed", "s
 
 
 class _Event(BaseModel):
-    """`timestamp` is when it happened, in UTC as RFC 3339 has it."""
+    """`timestamp` is when it happened, in UTC by RFC 3339."""
 
     model_config = ConfigDict(
         frozen=True, allow_inf_nan=False, json_schema_serialization_defaults_required=True
@@ -41,7 +41,7 @@ class ServerEvent(_Event):
 
 
 class DoorEvent(_Event):
-    """Guests are let in from now on, or not any more; one of the two follows each start."""
+    """Guests are admitted from now on, or no longer; one of the two follows each start."""
 
     type: Literal["door.opened", "door.closed"]
 
@@ -53,9 +53,9 @@ class QueueEvent(_Event):
 
 
 class TurnBegan(_OfPerson):
-    """The viewer with this number drives.
+    """The turn of the viewer with this number begins.
 
-    Of a flood of turns in which nobody drives most are left out, and so are their numbers.
+    In a flood of turns in which nobody drives, most turns are left out, with their numbers.
     """
 
     type: Literal["turn.began"] = "turn.began"
@@ -64,7 +64,7 @@ class TurnBegan(_OfPerson):
 
 
 class TurnEndedEvent(_OfPerson):
-    """They do not drive any more; `gone` is that their connection did not come back."""
+    """The turn has ended; `gone` means that their connection did not come back."""
 
     type: Literal["turn.ended"] = "turn.ended"
     turn: int
@@ -73,7 +73,7 @@ class TurnEndedEvent(_OfPerson):
 
 
 class StopEvent(_OfPerson):
-    """Somebody pressed Stop, or released the stop with this number. The stop lasts until then."""
+    """Somebody pressed Stop, or released the stop with this number; it lasts until released."""
 
     type: Literal["stop.pressed", "stop.released"]
     stop: int
@@ -81,10 +81,10 @@ class StopEvent(_OfPerson):
 
 
 class StoppedByItself(_OfPerson):
-    """The robot was stopped while somebody drove, and not by anybody's wish; one a second at most.
+    """The robot was stopped while somebody drove, without a press of Stop; at most one a second.
 
     `why` is a short name: `too_old` for late commands, `blind` for a late picture, `robot` for what
-    the robot itself says, and so on.
+    the robot itself reports, and so on.
     """
 
     type: Literal["stop.automatic"] = "stop.automatic"
@@ -93,7 +93,7 @@ class StoppedByItself(_OfPerson):
 
 
 class FaultEvent(_Event):
-    """Something has failed for some seconds, or is well again for ten.
+    """A part has failed for some seconds, or has worked again for ten.
 
     `which` is the name of a camera beside the driving view, or of a gauge, whose `why` is `warn` or
     `stop`. A battery is low below 15 %, until it is above 20 %.
@@ -106,14 +106,14 @@ class FaultEvent(_Event):
 
 
 class ClusterEvent(_Event):
-    """A room of `[[publish]]`, the first is 1, gets no picture, or gets one again."""
+    """A room of `[[publish]]`, numbered from 1, gets no picture, or gets one again."""
 
     type: Literal["cluster.lost", "cluster.back"]
     room: int
 
 
 class TunnelEvent(_Event):
-    """People elsewhere do not reach the page through `[door]`, or do again."""
+    """The page cannot be reached through `[door]`, or can be again."""
 
     type: Literal["tunnel.lost", "tunnel.back"]
     why: str
@@ -127,7 +127,7 @@ class Removed(_OfPerson):
 
 
 class TapeKept(_Event):
-    """The last two minutes of the tape are kept, by whom or because of what."""
+    """The last two minutes of the tape are kept; `by` says at whose request, or after a fault."""
 
     type: Literal["tape.kept"] = "tape.kept"
     by: Literal["host", "operator", "fault"]
@@ -162,11 +162,11 @@ NAMES: Final[tuple[str, ...]] = tuple(
     for name in get_args(model.model_fields["type"].annotation)
     if model is not HookTested
 )
-"""What a hook may ask for; a sample comes unasked."""
+"""The event types that a hook can subscribe to; every hook gets a sample."""
 
 
 def nameless(event: Event) -> Event:
-    """Return the event without what somebody calls themselves."""
+    """Return the event without a person's name."""
     return event.model_copy(update={"name": None}) if isinstance(event, _OfPerson) else event
 
 

@@ -1,9 +1,9 @@
 """The messages between page and server.
 
-There are two data channels, both opened by the page: ``drive`` (unordered, no retransmits) carries
-what is worthless when late, ``state`` (reliable, ordered) the rest. Messages on ``state`` are JSON
-objects with a ``type``; on ``drive``, which must fit through a modem twenty times a second, they
-are arrays (`wax.protocol.compact`). Times named ``…server_ms`` are on the server's monotonic clock.
+The page opens two data channels: ``drive`` (unordered, no retransmits) carries what is worthless
+when late, ``state`` (reliable, ordered) the rest. Messages on ``state`` are JSON objects with a
+``type``; on ``drive``, which must fit through a modem twenty times a second, they are arrays
+(`wax.protocol.compact`). Times named ``…server_ms`` are on the server's monotonic clock.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Unit = Annotated[float, Field(ge=-1, le=1)]
 Role = Literal["operator", "queued", "observer"]
 Speed = Literal["slow", "fast"]
 HeardBeat = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{6}$")] | None
-"""The newest beat that the page has heard (`wax.control.beats`), null before the first."""
+"""The newest beat that the page has received (`wax.control.beats`), null before the first."""
 
 
 class _Incoming(BaseModel):
@@ -55,7 +55,7 @@ class Drive(_Incoming):
     angular: Unit
     """A fraction of the robot's limit; left is positive."""
     held: bool
-    """The dead-man: some control is held down. Without it nothing moves."""
+    """The dead man's switch: some control is held down. Without it, nothing moves."""
     speed: Speed
     seen_server_ms: Ms | None
     """Capture time of the newest picture on screen, null if unknown."""
@@ -70,11 +70,11 @@ ControlNumber = Annotated[float, Field(ge=-10_000, le=10_000)]
 
 
 class Operate(_Incoming):
-    """All that this page holds of the robot's controls, and what it sets, by their names.
+    """The robot's controls that this page holds, and those that it sets, by name.
 
-    1 is a button that is held or a toggle that is on, 0 one that is off; a slider has its own
-    value, a choice its place. It is sent again while anything is held, and until `Operated` says
-    that what is in `wanted` has arrived. `turn` is that of whoever drives; others may send any.
+    A held button or a toggle that is on is 1, a toggle that is off 0; a slider has its own value, a
+    choice its index. It is repeated while anything is held, and until `Operated` confirms that
+    `wanted` has arrived. `turn` is the operator's turn; others may send any number.
     """
 
     type: Literal["operate"]
@@ -115,7 +115,7 @@ class SoundReport(_Incoming):
     stretched_ms: Ms | None
     """Sound that was played slowly, to wait for more."""
     player: Literal["browser", "built-in"]
-    """Whose figures these are; the page's built-in player sets its delay by itself."""
+    """The player that these figures are of; the page's built-in player sets its own delay."""
 
 
 class PictureReport(_Incoming):
@@ -154,7 +154,7 @@ class SetName(_Incoming):
 
 
 class Join(_Incoming):
-    """Take a place at the end of the queue."""
+    """Join the end of the queue."""
 
     type: Literal["join"]
 
@@ -166,7 +166,7 @@ class Leave(_Incoming):
 
 
 class Here(_Incoming):
-    """Answer to a call: this viewer is there and wants their turn."""
+    """Answer to a call: this viewer is present and wants their turn."""
 
     type: Literal["here"]
 
@@ -174,7 +174,7 @@ class Here(_Incoming):
 class Stop(_Incoming):
     """Stop the robot now, until the stop is released.
 
-    What is sent again because nobody answered has the `press` of the first time.
+    A retry, for want of an answer, has the `press` of the first attempt.
     """
 
     type: Literal["stop"]
@@ -182,7 +182,7 @@ class Stop(_Incoming):
 
 
 class Release(_Incoming):
-    """Release the stop with this number; this moves nothing.
+    """Release the stop with this number, which moves nothing by itself.
 
     A late release, or one for an earlier stop, has no effect.
     """
@@ -207,9 +207,9 @@ class Want(_Incoming):
 
 
 class Look(_Incoming):
-    """Which camera beside the driving view is shown large, null for none of them.
+    """Which camera beside the driving view this page shows large, null for none of them.
 
-    It is a number in `Hello.cameras`, from 0. The others are shown small, or not at all.
+    It is an index into `Hello.cameras`. `small` says whether the page shows the others small.
     """
 
     type: Literal["look"]
@@ -238,7 +238,7 @@ class Received(_Incoming):
 
 
 class HoldQueue(_Incoming):
-    """Let no turn begin or renew, or let the queue go on."""
+    """Pause the queue, so that no turn begins or renews, or resume it."""
 
     type: Literal["hold_queue"]
     held: bool
@@ -260,7 +260,7 @@ class Remove(_Incoming):
 
 
 class Mute(_Incoming):
-    """Ignore a viewer's Stop, or heed it again."""
+    """Ignore a viewer's Stop, or obey it again."""
 
     type: Literal["mute"]
     viewer: Counter
@@ -268,7 +268,7 @@ class Mute(_Incoming):
 
 
 class MuteAddress(_Incoming):
-    """Ignore the Stop of everybody at an address, one of `Console.pressers`, or heed it again."""
+    """Ignore the Stop of everybody at an address, one of `Console.pressers`, or obey it again."""
 
     type: Literal["mute_address"]
     presser: Counter
@@ -276,27 +276,27 @@ class MuteAddress(_Incoming):
 
 
 class SignOutOthers(_Incoming):
-    """Make everybody else who is signed in as the host a guest, and all unused host links void."""
+    """Sign out all other hosts, who become guests, and void all unused host links."""
 
     type: Literal["sign_out_others"]
 
 
 class MuteVoices(_Incoming):
-    """Let nobody speak through the robot, or let them speak again."""
+    """Mute all voices at the robot, or unmute them."""
 
     type: Literal["mute_voices"]
     muted: bool
 
 
 class Lock(_Incoming):
-    """Let only invited people stay, or let strangers in again."""
+    """Let only invited people stay, or admit strangers again."""
 
     type: Literal["lock"]
     locked: bool
 
 
 class Close(_Incoming):
-    """Close to guests until it opens by its hours the next time, or open again."""
+    """Close to guests until the next opening hours begin, or reopen."""
 
     type: Literal["close"]
     closed: bool
@@ -317,7 +317,7 @@ class LimitSpeed(_Incoming):
 
 
 class Announce(_Incoming):
-    """A sentence for everybody; an empty one takes it away, and `for_s` does so by itself."""
+    """Show everybody a sentence; an empty one removes it, and it expires after `for_s`."""
 
     type: Literal["announce"]
     text: Annotated[str, Field(max_length=200)]
@@ -347,17 +347,17 @@ class Pong(_Outgoing):
 
 
 class Beat(_Outgoing):
-    """A beat between pongs for whoever sends commands, on the drive channel."""
+    """A beat between pongs for a page that sends commands, on the drive channel."""
 
     type: Literal["beat"] = "beat"
     beat: str
 
 
 class Operated(_Outgoing):
-    """Answer to the `Operate` of this number, on the drive channel: it has arrived.
+    """Confirms, on the drive channel, that the `Operate` with this number has arrived.
 
-    `refused` is a sentence, why it has no effect; null if it has. What was only late gets no
-    answer, and is sent again.
+    `refused` is a sentence that says why it has no effect, null if it has one. A late `Operate`
+    gets no answer, and the page sends it again.
     """
 
     type: Literal["operated"] = "operated"
@@ -366,10 +366,10 @@ class Operated(_Outgoing):
 
 
 class CameraGeometry(_Outgoing):
-    """How the driving view's camera looks at the floor while no axis turns it.
+    """How the driving view's camera sees the floor while no axis turns it.
 
-    It stands above the robot's middle, looks down by `tilt_deg`, and sees `fov_deg` from left to
-    right. `axis_row` is where it looks, as a share of the picture's height.
+    It is above the robot's middle, tilted down by `tilt_deg`, and sees `fov_deg` from left to
+    right. `axis_row` is the height of its optical axis, as a fraction of the picture's height.
     """
 
     height_m: float
@@ -379,9 +379,9 @@ class CameraGeometry(_Outgoing):
 
 
 class MotionInfo(_Outgoing):
-    """How the robot follows commands, for the path that it will take.
+    """How the robot follows commands, to predict its path.
 
-    It speeds up by the two accelerations, and brakes at `braking_mps2`.
+    It accelerates at the two accelerations, and brakes at `braking_mps2`.
     """
 
     acceleration_mps2: float
@@ -392,8 +392,7 @@ class MotionInfo(_Outgoing):
 class RobotInfo(_Outgoing):
     """The robot's abilities, sent at connect.
 
-    `camera` is null where nobody has said how it looks at the floor, `width_m` where the robot's is
-    not known.
+    `camera` is null if its geometry is not configured, `width_m` if the robot's width is unknown.
     """
 
     kind: str
@@ -407,14 +406,14 @@ class RobotInfo(_Outgoing):
 
 
 class PageLink(_Outgoing):
-    """A link of the host's."""
+    """One of the host's links."""
 
     text: str
     url: str
 
 
 class PageInfo(_Outgoing):
-    """What is the host's own: `sentence` is empty where the page has its own."""
+    """The host's branding; an empty `sentence` means the page's default."""
 
     name: str
     sentence: str
@@ -426,32 +425,32 @@ class LossRules(_Outgoing):
     """What the robot does when something fails: sent at connect, not negotiable."""
 
     max_age_ms: float
-    """A command counts for so long, plus the link's own delay."""
+    """A command is valid for this long, plus the link's own delay."""
     max_command_age_ms: float
-    """Both together at most."""
+    """The maximum of both together."""
     slow_picture_age_ms: float
     """A picture older than this, plus the link's own delay, slows the robot."""
     stop_picture_age_ms: float
-    """The same, for stopping it."""
+    """A picture older than this, plus the link's own delay, stops the robot."""
     resume_within_ms: float
-    """After a shorter interruption of commands or picture, a control still held drives on."""
+    """After an interruption shorter than this, a control that is still held drives on."""
     lost_after_ms: float
-    """An operator silent for so long is lost; their turn is kept for `Hello.grace_s`."""
+    """An operator silent for this long is lost; their turn is kept for `Hello.grace_s`."""
     max_stop_distance_m: float
     silence_ms: float | None
-    """The driver process stops the robot after so long without the server, which runs the driver
-    itself where this is null."""
+    """The driver's process stops the robot after this long without the server; null where the
+    server itself runs the driver."""
     robot_ttl_ms: float | None
-    """After so long the robot itself stops, null if it has no known watchdog."""
+    """The robot stops by itself after this long; null if it has no known watchdog."""
     soft_braking: bool
-    """Motion that is released or interrupted ends at the braking rate."""
+    """Whether the robot brakes at `braking_mps2` when a control is released or interrupted."""
     stop_by: Literal["everybody", "operator"]
 
 
 class VoiceRules(_Outgoing):
-    """How those who may can speak through the robot.
+    """How people speak through the robot, if they are permitted to.
 
-    With `open_microphone` they need not press anything while they speak.
+    With `open_microphone`, they need not hold anything while they speak.
     """
 
     open_microphone: bool
@@ -465,7 +464,7 @@ class CameraInfo(_Outgoing):
 
 
 class ControlInfo(_Outgoing):
-    """Something that the robot has besides wheels; `min`, `max` and `step` are a slider's."""
+    """A control of the robot besides its wheels; `min`, `max` and `step` are a slider's."""
 
     name: str
     label: str
@@ -475,7 +474,7 @@ class ControlInfo(_Outgoing):
     step: float
     choices: list[str]
     key: str
-    """The key that presses it, by its place on the keyboard, empty for none."""
+    """The key that presses it, by its position on the keyboard; empty for none."""
     moves: bool
     """Whether using it counts as driving."""
     roles: list[Literal["operator", "host", "observer"]]
@@ -483,7 +482,7 @@ class ControlInfo(_Outgoing):
 
 
 class GaugeInfo(_Outgoing):
-    """A number that the robot tells, on a scale from `min` to `max`."""
+    """A number that the robot reports, on a scale from `min` to `max`."""
 
     name: str
     label: str
@@ -506,31 +505,31 @@ class Hello(_Outgoing):
     grace_s: float
     command_rate_hz: float
     click_to_move: bool
-    """Whether the page may hold a direction for its operator, for two seconds from each click."""
+    """Whether a click may hold a direction for two seconds."""
     on_loss: LossRules
     is_host: bool
     """Whether this page has shown the host's secret."""
     has_microphone: bool
-    """False where nobody hears anything, because the host wants it so."""
+    """False where the host has configured no sound."""
     may_hear: bool
     """False for strangers where the host lets only invited people hear."""
     may_queue: bool
     """False for strangers where the host lets only invited people drive."""
     acknowledge: bool
-    """Asks the page for `Received`."""
+    """Whether the page must send `Received`."""
     voice: VoiceRules | None = None
     """Null where nobody can speak through the robot."""
     cameras: list[CameraInfo] = []
-    """Those beside the driving view."""
+    """The cameras beside the driving view."""
     controls: list[ControlInfo] = []
     gauges: list[GaugeInfo] = []
 
 
 class ViewerInfo(_Outgoing):
-    """One viewer. `place` is 0 for the operator, 1… for those waiting, otherwise null.
+    """One viewer. `place` is 0 for the operator, 1… for the queue, otherwise null.
 
-    `wait_s` is the longest time until their turn, null where it cannot be known. `host` marks the
-    host's own pages.
+    `wait_s` is the longest time until their turn, null if unknown. `host` marks the host's own
+    pages.
     """
 
     id: int
@@ -545,10 +544,9 @@ class ViewerInfo(_Outgoing):
 class TurnInfo(_Outgoing):
     """The current turn; `ends_server_ms` is null only when nobody drives.
 
-    While something other than the operator keeps them from driving, the clock stands still:
-    `stands_left_ms` is what is left then, and the turn ends at `ends_server_ms` at the latest.
-    `axes` are the positions that the axes had when it began, of those that were moved since the
-    robot connected.
+    While something other than the operator prevents driving, the turn's clock is paused with
+    `stands_left_ms` left; the turn still ends at `ends_server_ms` at the latest. `axes` are the
+    positions at its start of the axes that have moved since the robot connected.
     """
 
     number: int
@@ -559,7 +557,7 @@ class TurnInfo(_Outgoing):
 
 
 class CallInfo(_Outgoing):
-    """The next in the queue is asked, until then, whether they are there."""
+    """The next in the queue has until then to answer that they are present."""
 
     viewer: int
     until_server_ms: float
@@ -569,9 +567,9 @@ class RobotStatus(_Outgoing):
     """The robot; `problem` is a sentence, null if there is none.
 
     `bumpers` has a bit for each pressed bumper. A robot may report its battery's voltage, the
-    fraction left (0 to 1), both, or neither (null). `gauges` are those of `Hello` that it tells,
-    `beyond` those beyond a limit, with what follows from that. `ttl_ms` is what the robot itself
-    tells of `LossRules.robot_ttl_ms`, 0 if it never stops by itself, null where it tells nothing.
+    fraction left (0 to 1), both, or neither (null). `gauges` are those of `Hello` that it reports,
+    `beyond` those beyond a limit, with the consequence. `ttl_ms` is the `LossRules.robot_ttl_ms`
+    that the robot itself reports, 0 if it never stops by itself, null if it reports none.
     """
 
     connected: bool
@@ -590,8 +588,8 @@ class AboardInfo(_Outgoing):
     `mode` is ``free`` while an operator may drive, ``hand`` while the person does, ``pause`` after
     that, ``stopped`` by their own Stop, ``lost`` while their control does not answer. `reason` is a
     sentence, null while an operator may drive. `asked` is their newest request, `asks` its rising
-    number, 0 before the first. `takes_part` is true where the person does not only take over but
-    lets pass as much of the operator's driving as they push their stick ahead.
+    number, 0 before the first. `takes_part` is true where the person, besides taking over, scales
+    the operator's driving by how far they push their stick ahead.
     """
 
     mode: Literal["free", "hand", "pause", "stopped", "lost"]
@@ -608,16 +606,16 @@ class SourceStatus(_Outgoing):
 
 
 class ViewStatus(SourceStatus):
-    """The driving view; `undated` says why nobody drives by it: nobody knows how old it is."""
+    """The driving view; `undated` says that nobody may drive by it, since its age is unknown."""
 
     undated: Sentence | None = None
 
 
 class VoiceInfo(_Outgoing):
-    """Who speaks through the robot, the viewer's number or null.
+    """The voice at the robot: `speaker` is the number of the viewer who speaks, or null.
 
-    `muted`: nobody can, because the host wants it so. `problem` is a sentence about the robot's
-    speaker, null if it plays.
+    `muted`: the host has muted all voices. `problem` is a sentence about the robot's speaker, null
+    if it plays.
     """
 
     speaker: int | None
@@ -626,10 +624,10 @@ class VoiceInfo(_Outgoing):
 
 
 class StopInfo(_Outgoing):
-    """The stop in force: its rising number, and who pressed it, to be named after “by”.
+    """The stop in force: its rising number, and who pressed it, in words that follow “by”.
 
-    `viewer` is their number, null where it was nobody of those who are here. What the host has
-    pressed, first or again, only the host can release.
+    `viewer` is their number, null if they are not in the room. A stop that the host has pressed,
+    first or again, only the host can release.
     """
 
     number: int
@@ -641,10 +639,10 @@ class StopInfo(_Outgoing):
 class HostSettings(_Outgoing):
     """What the host has decided for everybody.
 
-    `held`: no turn begins. `locked`: only invited people may stay. `blanked`: a card instead of
-    picture and sound, and the robot stands. `message` is the host's to all, empty if there is none;
-    it goes by itself at `message_ends_server_ms`, never where that is null. `max_fraction` of the
-    robot's speed is what guests may use.
+    `held`: no turn begins. `locked`: only invited people may stay. `blanked`: a card replaces
+    picture and sound, and the robot is stopped. `message` is for everybody, empty if there is none;
+    it expires at `message_ends_server_ms`, never if that is null. `max_fraction` is the fraction of
+    the robot's speed that guests may use.
     """
 
     held: bool
@@ -656,14 +654,14 @@ class HostSettings(_Outgoing):
 
 
 class Tape(_Outgoing):
-    """Whether everything is recorded now; `why` is a sentence: what for, or why it is not."""
+    """Whether everything is being recorded; `why` is a sentence: what for, or why it is not."""
 
     running: bool
     why: Sentence
 
 
 class RoomState(_Outgoing):
-    """What everybody sees, sent once; then come changes."""
+    """The state of the room that everybody sees, sent once; `RoomChange` updates it."""
 
     type: Literal["room"] = "room"
     viewers: list[ViewerInfo]
@@ -681,18 +679,18 @@ class RoomState(_Outgoing):
     aboard: AboardInfo | None = None
     """Null where nobody sits in the robot."""
     cameras: list[SourceStatus] = []
-    """As in `Hello`."""
+    """In the order of `Hello.cameras`."""
     controls: dict[str, float] = {}
-    """The values of those that were set, as `Operate` has them."""
+    """The values of the controls that were set, in the encoding of `Operate`."""
     no_way_in: Sentence | None = None
-    """Why nobody new comes in from elsewhere, though whoever is here stays."""
+    """Why nobody new can connect from elsewhere, though those who are here stay."""
 
 
 class RoomChange(_Outgoing):
-    """What has changed of the room: only the `viewers` who are new or have, and only those parts.
+    """A change of the room: `viewers` who are new or changed, and the parts that changed.
 
-    `gone` are the numbers of those who left since the message before. A part that is as it was is
-    absent, so that a change costs little over a modem, too.
+    `gone` are the numbers of those who left since the previous message. An unchanged part is
+    absent, so that a change is small enough for a modem.
     """
 
     type: Literal["room_change"] = "room_change"
@@ -716,9 +714,9 @@ class RoomChange(_Outgoing):
 class Playout(_Outgoing):
     """The synchronisation policy's targets for this page's two jitter buffers.
 
-    null leaves a buffer to the browser, or to the page's built-in player, whichever
-    `player` says is to play the sound; "auto" is the latter where it can. `reason` is a sentence
-    for people.
+    Null leaves a buffer's delay to the browser or the page's built-in player, whichever plays the
+    sound. `player` says which that is; "auto" is the built-in one where it can run. `reason` is a
+    sentence for people.
     """
 
     type: Literal["playout"] = "playout"
@@ -749,14 +747,14 @@ class Served(_Outgoing):
     in_step: bool
     """False where the link cannot carry both in sync: each plays as soon as it can."""
     reason: Sentence
-    """Why they do not get more."""
+    """Why the viewer does not get more."""
     layers: int | None = None
     """Temporal layers sent."""
     layers_made: int | None = None
     """Temporal layers encoded."""
     cameras: list[str | None] = []
-    """The renditions of those beside the driving view, null for one that is not sent: nobody looks
-    at it here, or the driving view leaves nothing for it."""
+    """The renditions of the cameras beside the driving view; null for one that this page does not
+    show, or that the driving view leaves no bitrate for."""
 
 
 class RtpClock(_Outgoing):
@@ -770,7 +768,7 @@ class RtpClock(_Outgoing):
 
 
 class Units(_Outgoing):
-    """Which packets end a media unit of the sound: one of them, and the distance to the next.
+    """Which packets end a media unit of the sound: the time of one, and the distance to the next.
 
     Both are in RTP time, modulo 2³².
     """
@@ -783,8 +781,8 @@ class Units(_Outgoing):
 class DriveStatus(_Outgoing):
     """The status of the operator's commands; sent when it changes.
 
-    `reason` is why the robot does not move, or moves more slowly than commanded; `share` is what
-    part of the commanded speed is left: 1 where nothing slows it, 0 where it is held.
+    `reason` is why the robot does not move, or moves more slowly than commanded; `share` is the
+    fraction of the commanded speed that is left: 1 if nothing slows it, 0 if it is held.
     """
 
     type: Literal["drive_status"] = "drive_status"
@@ -794,10 +792,9 @@ class DriveStatus(_Outgoing):
 
 
 class Heard(_Outgoing):
-    """What becomes of this viewer's voice; sent when it changes.
+    """Whether this viewer's voice plays at the robot; sent when that changes.
 
-    `heard`: it sounds at the robot. `reason` is a sentence, why it does not; null where it does, or
-    is silent.
+    `reason` is a sentence that says why it does not, null if it does or if they are silent.
     """
 
     type: Literal["heard"] = "heard"
@@ -813,7 +810,7 @@ class Notice(_Outgoing):
 
 
 class Opening(_Outgoing):
-    """From when until when the robot is open (since 1970)."""
+    """One span of opening hours (since 1970)."""
 
     opens_wall_ms: float
     closes_wall_ms: float
@@ -822,8 +819,8 @@ class Opening(_Outgoing):
 class Ended(_Outgoing):
     """The last message to a viewer who may not stay.
 
-    `text` is for them. `openings` are when the robot is open in the week to come, the next first:
-    then the page comes back by itself. There are none if that is not the matter or nobody knows.
+    `text` says why. `openings` are the robot's opening hours of the coming week, the next first, at
+    which the page reconnects by itself; empty if hours are not the reason, or if they are unknown.
     """
 
     type: Literal["ended"] = "ended"
@@ -832,9 +829,9 @@ class Ended(_Outgoing):
 
 
 class ConsoleViewer(_Outgoing):
-    """What only the host sees of a viewer; null where it is not known.
+    """What only the host sees of a viewer; null where unknown.
 
-    `address` is shortened. `round_trip_ms` and `picture_ms` (its age) are of this moment.
+    `address` is shortened. `round_trip_ms` and `picture_ms` (the picture's age) are current.
     """
 
     id: int
@@ -847,9 +844,9 @@ class ConsoleViewer(_Outgoing):
 
 
 class Presser(_Outgoing):
-    """An address, shortened, that has pressed Stop in the last minutes, or is `muted`.
+    """A shortened address from which Stop was pressed in the last minutes, or that is `muted`.
 
-    `by` is who did so last, to be named after “by”; `presses` counts refused ones, too.
+    `by` is who pressed last, in words that follow “by”; `presses` includes refused ones.
     """
 
     id: int
@@ -862,11 +859,11 @@ class Presser(_Outgoing):
 class Console(_Outgoing):
     """What only the host sees; sent when it changes.
 
-    `opens_wall_ms` (since 1970) is when it opens by its hours, null if it is open or nobody knows.
+    `opens_wall_ms` (since 1970) is the next opening by the hours, null if open or unknown.
     `pressers` are those of the last ten minutes, the newest first, without operators and hosts.
-    `reused` is the address, shortened, from which a host's cookie that had been replaced was used
-    again, null if none was: somebody may have a copy. `problems` are sentences about what the host
-    alone can mend: hooks that take no events, a door that does not lead here.
+    `reused` is the shortened address that used a replaced host's cookie, perhaps a stolen copy;
+    null if none did. `problems` are sentences about what only the host can fix, such as failing
+    webhooks or a tunnel that is down.
     """
 
     type: Literal["console"] = "console"
@@ -881,7 +878,7 @@ class Console(_Outgoing):
 class InvitationLink(_Outgoing):
     """An invitation: its link is the page's address with ``/#invite=`` and the token.
 
-    `page` is that address if the server knows it; else it is the one that the host's browser shows.
+    `page` is that address if the server knows it; otherwise the host's browser uses its own.
     """
 
     type: Literal["invitation"] = "invitation"
@@ -893,18 +890,18 @@ class InvitationLink(_Outgoing):
 
 
 class Seat(_Outgoing):
-    """A room of LiveKit's, and the token that lets this person in for the next five minutes."""
+    """A LiveKit room's address, and a token that admits this person for the next five minutes."""
 
     url: str
     token: str
 
 
 class SentToRoom(_Outgoing):
-    """Where this page is to watch: the robot's own places, or its upload, are taken.
+    """Sends the page to watch elsewhere: the robot's own places, or its upload, are taken.
 
-    The first of `rooms` for now, the second if that one fails; `links` are pages of other servers.
-    `hello` is what the page would be told here, with 0 for its viewer. `wall_ms` is when this
-    was written, by the clock that the pictures' capture times are of.
+    It uses the first of `rooms`, or the second if that one fails; `links` are pages of other
+    servers. `hello` is what the page would receive here, with viewer 0. `wall_ms` is when this was
+    written, by the clock of the pictures' capture times.
     """
 
     type: Literal["sent_to_room"] = "sent_to_room"
@@ -915,11 +912,11 @@ class SentToRoom(_Outgoing):
 
 
 class Told(_Outgoing):
-    """What everybody in the rooms is told once a second: the room, and when it was so.
+    """The state of the room, sent once a second to everybody in the LiveKit rooms.
 
-    Of the viewers only who drives and the first who wait: a message of LiveKit's holds 15 kB. In
-    which place one is oneself comes with each answer to ``POST /api/queue``. `watching` counts all
-    but the operator, here and there.
+    Its viewers are only the operator and the head of the queue, since LiveKit's messages hold
+    15 kB. One's own place comes with each answer to ``POST /api/queue``. `watching` counts everyone
+    but the operator, here and in the LiveKit rooms.
     """
 
     type: Literal["told"] = "told"

@@ -1,4 +1,4 @@
-"""What two states of the room differ in, and the later one made of the earlier one again. Pure."""
+"""Diffs two states of the room, and applies such a change. Pure."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ if TYPE_CHECKING:
     from wax.protocol.messages import RoomState
 
 PARTS: Final = tuple(RoomChange.model_fields.keys() - {"type", "viewers", "gone"})
-"""What a change may leave out."""
+"""The parts that a change may leave out."""
 
 
 def between(before: RoomState, after: RoomState) -> RoomChange:
-    """Return the change; its `viewers` are in the order of `after`."""
+    """Return the change from `before` to `after`; its `viewers` are in the order of `after`."""
     known = {line.id: line for line in before.viewers}
     here = {line.id for line in after.viewers}
     changed = {
@@ -28,16 +28,16 @@ def between(before: RoomState, after: RoomState) -> RoomChange:
 
 
 def text_of(update: RoomState | RoomChange) -> str:
-    """Return the message's JSON, without the parts that are as they were."""
+    """Return the message's JSON, without unchanged parts."""
     if not isinstance(update, RoomChange):
         return update.model_dump_json()
     return update.model_dump_json(exclude=set(PARTS) - update.model_fields_set)
 
 
 def applied(room: dict[str, Any], change: dict[str, Any]) -> dict[str, Any]:
-    """Return the room after this change, both as they come over the wire.
+    """Return the room after this change, both as decoded from the wire.
 
-    Viewers are in the order of their numbers, which is that of their arrival.
+    Viewers are in the order of their numbers, which is the order of arrival.
     """
     lines = {line["id"]: line for line in (*room["viewers"], *change["viewers"])}
     for number in change["gone"]:

@@ -1,8 +1,8 @@
-"""What the tape tells beside picture and sound: one model for each topic of its MCAP files.
+"""The events on the tape beside picture and sound: one model for each topic of its MCAP files.
 
 The page of `wax replay` reads the same models. Viewers are numbers, as in the room. A field is null
-where it is not known; times within an event are ages in milliseconds at the event's own time, so
-that no second clock is needed to read them.
+if unknown; times within an event are ages in milliseconds at the event's own time, so that reading
+them needs no second clock.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 FORMAT: Final = 1
-"""The version of all this. A new field with a default does not raise it, nor a new kind of event,
-which older versions pass over; anything else does."""
+"""The version of the format. Any change raises it, except a new field with a default, or a new kind
+of event, which older versions skip."""
 
 
 class _Event(BaseModel):
@@ -26,10 +26,10 @@ class _Event(BaseModel):
 
 
 class Commanded(_Event):
-    """A command as it came, and why the gate refused it, null if it counted.
+    """A command as received; `refused` is why the gate refused it, null if it was valid.
 
-    It was sent `age_ms` ago by its sender's clock, by somebody who saw a picture that is
-    `seen_age_ms` old now. `linear` and `angular` are fractions of the robot's limits.
+    `age_ms` is its age by its sender's clock, `seen_age_ms` that of the picture that the sender
+    saw. `linear` and `angular` are fractions of the robot's limits.
     """
 
     type: Literal["commanded"] = "commanded"
@@ -47,9 +47,9 @@ class Commanded(_Event):
 
 
 class Steered(_Event):
-    """A set-point as the robot got it, and the one that the gate wanted, which the ramp nears.
+    """A set-point sent to the robot, and the gate's (`wanted_…`), which the ramp approaches.
 
-    It holds until the next. `reason` is why the robot is held, `limit` why it is slower than asked.
+    It lasts until the next. `reason` is why the robot is held, `limit` why it is slower than asked.
     """
 
     type: Literal["steered"] = "steered"
@@ -63,7 +63,7 @@ class Steered(_Event):
 
 
 class Reported(_Event):
-    """What the robot said of itself, as far as it does."""
+    """The state that the robot reported."""
 
     type: Literal["reported"] = "reported"
     connected: bool
@@ -78,7 +78,7 @@ class Reported(_Event):
 
 
 class Turned(_Event):
-    """Whose turn it is from now on; `operator` null is nobody's. `why` the one before ended."""
+    """A new turn; `operator` is null if nobody has it. `why` is how the previous turn ended."""
 
     type: Literal["turned"] = "turned"
     number: int
@@ -87,7 +87,7 @@ class Turned(_Event):
 
 
 class Stopped(_Event):
-    """Somebody has pressed Stop, or the stop with this number was released.
+    """Somebody pressed Stop, or the stop with this number was released.
 
     `viewer` is null for somebody without a page.
     """
@@ -100,7 +100,7 @@ class Stopped(_Event):
 
 
 class Faulted(_Event):
-    """The robot was stopped while its operator drove, and not by anybody's wish."""
+    """The robot was stopped while its operator drove, without anybody having pressed Stop."""
 
     type: Literal["faulted"] = "faulted"
     operator: int
@@ -108,10 +108,10 @@ class Faulted(_Event):
 
 
 class Watched(_Event):
-    """How a viewer had it, once a second, and what was decided for them.
+    """A viewer's measurements, once a second, and what they were sent.
 
-    The ages are from capture to their screen and ear; `picture_held_ms` and `sound_held_ms` are
-    what of that is in the browser's buffers. `link_bps` is the estimate of their link, `why` the
+    The ages are from capture to their screen and ear; `picture_held_ms` and `sound_held_ms` are the
+    parts of them in the browser's buffers. `link_bps` is the estimate of their link, `why` the
     reason for what they are sent.
     """
 
@@ -132,7 +132,7 @@ class Watched(_Event):
 
 
 class Named(_Event):
-    """What a viewer calls themselves; only where names are recorded."""
+    """A viewer's name; only if names are recorded."""
 
     type: Literal["named"] = "named"
     viewer: int
@@ -140,9 +140,9 @@ class Named(_Event):
 
 
 class Filmed(_Event):
-    """The pictures of a camera beside the driving view begin: its media file's 0 is now.
+    """The recording of a camera beside the driving view begins: this is time 0 of its media file.
 
-    `camera` is the number in that file's name, `name` what people call it.
+    `camera` is the number in that file's name, `name` is for people.
     """
 
     type: Literal["filmed"] = "filmed"
@@ -164,14 +164,14 @@ EVENTS: Final[Sequence[type[TapeEvent]]] = get_args(TapeEvent)
 
 
 class Placed(_Event):
-    """An event and when it was, in ms since the beginning of its part of the tape."""
+    """An event and its time, in ms since the beginning of its part of the tape."""
 
     at_ms: float
     event: Annotated[TapeEvent, Field(discriminator="type")]
 
 
 class TapePart(_Event):
-    """One part of the tape, as the page lists it; `kept` is by whom or why it is kept.
+    """One part of the tape in the page's list; `kept` says at whose request or why it is kept.
 
     `began_wall_ms` is since 1970.
     """
@@ -183,15 +183,15 @@ class TapePart(_Event):
 
 
 class TapeListing(_Event):
-    """What there is to replay."""
+    """All parts that can be replayed."""
 
     parts: list[TapePart]
 
 
 class TapeCamera(_Event):
-    """The pictures of a camera beside the driving view, `began_ms` after their part did.
+    """The pictures of a camera beside the driving view, which begin `began_ms` into their part.
 
-    They are at ``media/``, the part's name, ``/`` and `number`.
+    Their address is ``media/``, the part's name, ``/`` and `number`.
     """
 
     number: int
@@ -200,9 +200,9 @@ class TapeCamera(_Event):
 
 
 class TapeContent(_Event):
-    """All of one part but picture and sound, which are at ``media/`` and its name.
+    """One part without its picture and sound, whose address is ``media/`` and its name.
 
-    `problem` is a sentence about what could not be read, null if there is nothing.
+    `problem` is a sentence about what could not be read, null if all could.
     """
 
     name: str
