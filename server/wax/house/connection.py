@@ -203,13 +203,15 @@ class BrokerConnection:
         said = self.publications
         closed = [topic for topic in self._probes.closed() if topic not in said.too_large]
         found = troubles(self._asks, closed, said.refused)
-        for code, left_out in (
-            ("house.too_large", said.too_large - self._asks.keys()),
-            ("house.not_tried", said.too_large & self._asks.keys()),
-        ):
+        for is_command in (False, True):
+            left_out = [one for one in said.too_large if (one in self._asks) is is_command]
             if left_out:
-                topics = ", ".join(sorted(left_out))
-                found.append(Sentence(code, {"topics": topics, "most": said.most_bytes}))
+                found.append(
+                    Sentence(
+                        "house.not_tried" if is_command else "house.too_large",
+                        {"topics": ", ".join(sorted(left_out)), "most": said.most_bytes},
+                    )
+                )
         if self._wrong_s is not None and self._clock.now_s() - self._wrong_s > AGAIN_S:
             found.append(Sentence("house.not_kept", {"topic": self._status}))
         return found
