@@ -48,7 +48,7 @@ class Rooms:
             RoomSeat(one.name, f"wss://{one.name}", person) for one in choose(self.rooms, before)
         ]
 
-    def tell(self, news: Callable[[], str | None]) -> None:
+    def broadcast(self, news: Callable[[], str | None]) -> None:
         self.news = news
 
     def remove(self, person: str, *, for_good: bool = False) -> None:
