@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 BENCH = Found(cameras=(Thing("/dev/video0", "Front"), Thing("/dev/video2", "Rear")))
 
 
-def no_look() -> Found:
+def no_detect() -> Found:
     raise AssertionError("it looked, though nothing can be written")
 
 
@@ -34,7 +34,7 @@ def test_a_person_is_asked_until_the_answer_is_one(tmp_path: Path) -> None:
     path = tmp_path / "robot.toml"
     replies = iter(["", "9", "no", "3", "", "", "2"])
     told: list[str] = []
-    init(path, ask=lambda _: next(replies), tell=told.append, look=lambda: BENCH)
+    init(path, ask=lambda _: next(replies), tell=told.append, detect=lambda: BENCH)
     settings = config.load(path)
     assert settings.robot.driver == "simulated"
     assert settings.video.source == "/dev/video2"
@@ -54,7 +54,7 @@ def test_nothing_is_overwritten(tmp_path: Path, how: str) -> None:
     else:
         path.mkdir()
     with pytest.raises(ConfigError, match="is there already"):
-        init(path, ask=None, tell=print, look=no_look)
+        init(path, ask=None, tell=print, detect=no_detect)
     assert how != "file" or path.read_text() == "mine"
 
 
@@ -67,7 +67,7 @@ def test_a_file_made_meanwhile_stays(tmp_path: Path) -> None:
         return ""
 
     with pytest.raises(ConfigError, match="meanwhile"):
-        init(path, ask=ask, tell=print, look=lambda: BENCH)
+        init(path, ask=ask, tell=print, detect=lambda: BENCH)
     assert path.read_text() == "mine"
     assert list(tmp_path.iterdir()) == [path]
 
@@ -75,7 +75,7 @@ def test_a_file_made_meanwhile_stays(tmp_path: Path) -> None:
 def test_a_folder_that_is_not_there_is_a_sentence(tmp_path: Path) -> None:
     """It is said before anything is asked."""
     with pytest.raises(ConfigError, match="is no folder; make it first"):
-        init(tmp_path / "none" / "robot.toml", ask=None, tell=print, look=no_look)
+        init(tmp_path / "none" / "robot.toml", ask=None, tell=print, detect=no_detect)
 
 
 def test_a_full_disk_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -86,7 +86,7 @@ def test_a_full_disk_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(StateError, match="No space left"):
-        init(tmp_path / "robot.toml", ask=None, tell=print, look=lambda: BENCH)
+        init(tmp_path / "robot.toml", ask=None, tell=print, detect=lambda: BENCH)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -97,7 +97,7 @@ def test_what_would_not_start_is_not_written(tmp_path: Path) -> None:
             tmp_path / "robot.toml",
             ask=lambda _: "2",
             tell=print,
-            look=lambda: Found(drivers=("broken",)),
+            detect=lambda: Found(drivers=("broken",)),
         )
     assert list(tmp_path.iterdir()) == []
 

@@ -75,7 +75,7 @@ def test_a_line_can_be_pasted_at_a_question(tmp_path: Path) -> None:
     replies = iter(["", "", "", "", "3", door_line()[:99], door_line()])
     told: list[str] = []
     path = tmp_path / "robot.toml"
-    init(path, ask=lambda _: next(replies), tell=told.append, look=Found)
+    init(path, ask=lambda _: next(replies), tell=told.append, detect=Found)
     is_through_door(config.load(path), tmp_path)
     assert any("cut or mistyped" in one for one in told)
 

@@ -1,1 +1,1 @@
-"""`wax doctor`: what the world can reach, and what this machine can do, checked one by one."""
+"""`wax doctor`: checks one by one what the world can reach and what this machine can do."""

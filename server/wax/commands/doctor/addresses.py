@@ -1,4 +1,4 @@
-"""Under which addresses viewers find this machine, and what stands between."""
+"""The addresses by which viewers reach this machine, and the NATs and firewalls in between."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def local_addresses(network: ServedNetwork, own: Sequence[tuple[str, Address]]) 
 
 
 def _shared(network: ServedNetwork, told: str, carried: Sequence[str]) -> Verdict:
-    """Say what a door is for, or that one is wanted."""
+    """Say that a door solves this, or that one is needed."""
     if not network.door:
         return warning(
             f"The provider shares its address with other customers: {told}.",
@@ -86,7 +86,7 @@ def _is_vpn(name: str) -> bool:
 
 
 def world_address(network: ServedNetwork, own: Sequence[tuple[str, Address]]) -> Verdict:
-    """Ask the STUN servers, if there are any, and compare what they see."""
+    """Ask the STUN servers, if there are any, and compare the address that they see."""
     if not network.stun:
         if told := ", ".join(network.public_addresses):
             return ok(f"Viewers are told the public address {told}; no STUN server checks it.")
@@ -101,7 +101,7 @@ def world_address(network: ServedNetwork, own: Sequence[tuple[str, Address]]) ->
 
 
 def _seen(seen: Address, network: ServedNetwork, own: Sequence[tuple[str, Address]]) -> Verdict:
-    """Compare the address that the world sees with our own, and with what viewers are told."""
+    """Compare the address that the world sees with our own and with the one that viewers get."""
     if any(seen == address for _, address in own):
         return ok(f"The world sees this machine as {seen}, its own address.")
     if network.udp_port is None:
@@ -132,7 +132,7 @@ def firewall(
     firewalld: Path = _FIREWALLD,
     nftables: Path = _NFTABLES,
 ) -> Verdict:
-    """Look for a firewall on this machine, and at its rules as far as they may be read."""
+    """Look for a firewall on this machine, and at those of its rules that are readable."""
     ports = {f"{network.tcp_port}/tcp"}
     if network.udp_port is not None:
         ports.add(f"{network.udp_port}/udp")
@@ -157,7 +157,7 @@ def firewall(
 
 
 def _is_let_in(ufw: Path, port: str) -> bool:
-    """Whether a rule of ufw names the port; rules that may not be read let nothing in."""
+    """Whether a rule of ufw names the port; unreadable rules count as closed."""
     number, kind = port.split("/")
     # ufw notes each rule as "### tuple ### allow udp 8081 0.0.0.0/0 any 0.0.0.0/0 in".
     rule = rf"(?m)^### tuple ### allow ({kind}|any) {number} "

@@ -1,4 +1,4 @@
-"""The certificate: there, for these names, still valid, and with its key."""
+"""Checks the certificate: that it exists, covers the names, is valid, and has its key."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def _without(network: ServedNetwork) -> Verdict:
 def _checked(
     pair: Certificate, wanted: Sequence[str], now: datetime.datetime, renew: str = _RENEW
 ) -> Verdict:
-    """Check a certificate and its key, for the names that are wanted."""
+    """Check a certificate and its key, for the names that it must cover."""
     for path in (pair.chain, pair.key):
         if (problem := _unreadable(path)) is not None:
             return bad(problem, "Check server.certificate and server.key and who may read them.")
@@ -103,7 +103,7 @@ def _valid(
 
 
 def _covers(pattern: str, name: str) -> bool:
-    """Compare as browsers do: a star stands for one whole label, the first (RFC 9525, 6.3)."""
+    """Compare as browsers do: a star matches exactly one label, the first (RFC 9525, 6.3)."""
     pattern, name = pattern.lower(), name.lower().rstrip(".")
     if pattern.startswith("*."):
         return name.partition(".")[2] == pattern[2:]

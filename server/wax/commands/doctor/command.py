@@ -1,4 +1,4 @@
-"""`wax doctor`: run every check, tell each verdict as it comes, and the worst as exit status."""
+"""`wax doctor`: runs every check, prints each verdict as it comes, and exits with the worst."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from wax.config.settings import CameraSettings, Settings
 
 _DEVICE_S: Final = 15.0
-"""OpenCV waits for a camera for 10 s, and gives up then."""
+"""OpenCV gives up on a camera after 10 s."""
 _BROKER_S: Final = 28.0
-"""To connect, to be accepted, to try whether commands arrive, or to find out why not."""
+"""Enough to connect, log in and probe the commands, or to find out why that fails."""
 _ENCODERS_S: Final = 2 * LIMIT_S + 4
-"""Trials of encoders that hang, and then a second of encoding."""
+"""Enough for trials of encoders that hang, and for a second of encoding."""
 
 
 def doctor(
@@ -45,7 +45,7 @@ def doctor(
     reach_url: str | None = None,
     as_json: bool = False,
 ) -> int:
-    """Check this machine, or with `reach_url` the way to another; 1 if anything is bad, else 0.
+    """Check this machine, or the path to `reach_url`; return 1 if anything is bad, else 0.
 
     `read` returns the settings or raises `ConfigError`; `path` is their file. No outside host is
     contacted, except for `stun` or a configured STUN server, a configured broker, and `reach_url`.
@@ -130,13 +130,13 @@ def _cameras(settings: Settings, *, running: bool) -> list[Check]:
 
 
 def _hook(number: int, hook: HookSettings) -> Verdict:
-    """Check whether a hook can sign, without telling it anything; raises `StartError`."""
+    """Check whether a hook can sign, without posting; raises `StartError`."""
     read_secret(hook.secret_file, f"hook[{number - 1}].secret_file")
     return ok(f"Events go to {hook.host}, signed; `wax hook test` tries it.")
 
 
 def _broker(settings: Settings) -> Verdict:
-    """Connect, try whether commands arrive, leave; raises `BrokerError` or `StartError`."""
+    """Connect, probe the commands, disconnect; raises `BrokerError` or `StartError`."""
     link = broker_link(settings, SystemClock())
     link.check()
     return ok(

@@ -1,4 +1,4 @@
-"""The camera, the microphone and the robot's serial port: each is opened, read once, and closed."""
+"""Checks camera, microphone and serial port: each is opened, read once, and closed."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from wax.config.settings import CameraSettings, SerialSettings, Settings
 
 _PIECES: Final = 20
-"""A microphone's first pieces may be empty."""
+"""A microphone's first blocks may be empty."""
 _DATED_S: Final = 2.0
 _BUSY: Final = "Stop the server to check it here, or look at the page, which says how it is."
 
@@ -105,7 +105,7 @@ def _delivers(settings: Settings, what: str, name: str) -> Verdict:
 
 
 def _is_dated(source: Any, first: Picture) -> bool:
-    """Whether it is known how old the pictures are; a stream's are not at the beginning."""
+    """Whether the pictures' age is known; a stream's is unknown at the beginning."""
     end_s = time.monotonic() + _DATED_S
     while first.within_s is None and time.monotonic() < end_s:
         first = source.read()
@@ -113,7 +113,7 @@ def _is_dated(source: Any, first: Picture) -> bool:
 
 
 def _sources(settings: Settings, what: str) -> Sources:
-    """Build the one that is asked for, so that a fault of the other is not told twice."""
+    """Build only the source under test, so that a fault of the other is not reported twice."""
     clock = SystemClock()
     other = {"source": "none"}
     video = settings.video if what == "camera" else settings.video.model_copy(update=other)
@@ -149,7 +149,7 @@ def _heard(name: str, first: Sound, source: Any) -> Verdict:
 
 
 def serial_port(settings: Settings, *, running: bool) -> Verdict:
-    """Open the robot's serial port, without a word to the board, and close it."""
+    """Open and close the robot's serial port without sending a byte."""
     robot = settings.robot
     if robot.driver != "serial":
         return ok(f"The {robot.driver} robot needs no serial port of [robot.serial].")

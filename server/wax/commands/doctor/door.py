@@ -1,4 +1,4 @@
-"""`[door]`: each step of the way by which people elsewhere come."""
+"""Checks `[door]`: each step of the path by which people elsewhere reach the page."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _ADVICE: Final = "config/deploy/README.md, “Through a door”, has each step."
 
 
 def checks(settings: Settings, wall_s: float, *, running: bool) -> list[Check]:
-    """Return the checks of the door, none where there is none."""
+    """Return the checks of the door; empty without one."""
     door = settings.door
     if not door.host:
         return []
@@ -41,7 +41,7 @@ def checks(settings: Settings, wall_s: float, *, running: bool) -> list[Check]:
 
 
 def name(door: DoorSettings) -> Verdict:
-    """Resolve it."""
+    """Resolve the door's host name."""
     try:
         found = socket.getaddrinfo(door.host, 22, type=socket.SOCK_STREAM)
     except OSError:
@@ -55,7 +55,7 @@ def tunnel(
     running: bool,
     attempt: Callable[[DoorSettings, Way], Sentence | None] | None = None,
 ) -> Verdict:
-    """Make the tunnel as the server does, by both ways, and end it at once."""
+    """Open the tunnel as the server does, by both ways, and close it at once."""
     attempt = attempt or _attempt
     ways: tuple[Way, ...] = ("ssh", "https")
     problems = {way: attempt(door, way) for way in ways}
@@ -73,7 +73,7 @@ def tunnel(
 
 
 def page(settings: Settings, wall_s: float, *, running: bool) -> Verdict:
-    """Open the page as the world does."""
+    """Open the page at its public address."""
     url = settings.server.public_url
     if not url:
         return bad("The page's public address is not known.", "Set [server] public_url.")
@@ -87,7 +87,7 @@ def page(settings: Settings, wall_s: float, *, running: bool) -> Verdict:
 
 
 def relay(settings: Settings, wall_s: float) -> Verdict:
-    """Relay a packet each way by each of its addresses."""
+    """Relay a packet each way by each of the relay's addresses."""
     servers = IceServers(settings.network, settings.relay).of("doctor", wall_s)
     found = [one for one in servers if "credential" in one]
     if not found:
@@ -107,7 +107,7 @@ def relay(settings: Settings, wall_s: float) -> Verdict:
 
 
 def _attempt(door: DoorSettings, way: Way) -> Sentence | None:
-    """Return why the tunnel is not opened this way, None if it is."""
+    """Return why the tunnel cannot be opened this way, None if it can."""
     try:
         door = with_key(door)
     except OSError:

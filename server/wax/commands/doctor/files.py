@@ -1,4 +1,4 @@
-"""The files that the configuration names and no other check reads: secrets, keys, the picture."""
+"""Checks the configured files that no other check reads: secrets, keys, the page's picture."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def files(settings: Settings) -> Verdict:
-    """Read them as the server does at its start, and open nothing; raises `WaxError`."""
+    """Read them as the server does at its start, without connecting; raises `WaxError`."""
     clock = SystemClock()
     make_speaker(settings.voice, clock, make_driver(settings.robot, clock))
     preview_picture.read(settings.page.picture)

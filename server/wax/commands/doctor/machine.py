@@ -1,4 +1,4 @@
-"""The machine itself: its clock, its processor, its disk, its buffers."""
+"""Checks the machine: its clock, processor, limits, disk and buffers."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ _NOT_SYNCHRONISED: Final = 0x40
 """STA_UNSYNC (linux/timex.h)."""
 _RMEM: Final = Path("/proc/sys/net/core/rmem_max")
 _WANTED_BYTES: Final = 1 << 20
-"""What the socket that serves all viewers asks for: at 40 small datagrams a second from each of 100
-viewers, which the kernel counts as about 1 kB each, a quarter of a second."""
+"""The buffer that the socket of all viewers asks for: a quarter of a second of 40 small datagrams
+a second from each of 100 viewers, which the kernel counts as about 1 kB each."""
 _FULL_BYTES: Final = 100 << 20
 _LITTLE_BYTES: Final = 1 << 30
 _CORE_BUSY: Final = 0.8
 _CORES_SHARE: Final = 0.5
-"""Half of the cores are left to everything else, as when the server decides on another encoder."""
+"""Half of the cores are left to everything else, as in the server's own choice of encoders."""
 
 
 class _Timex(ctypes.Structure):
-    """The beginning of `struct timex` (adjtimex(2)), and room for the rest."""
+    """The first fields of `struct timex` (adjtimex(2)), and padding for the rest."""
 
     _fields_ = (
         ("modes", ctypes.c_uint),
@@ -52,7 +52,7 @@ class _Timex(ctypes.Structure):
 
 
 def _clock_status() -> int:
-    """Return the kernel's status of the clock; raises `OSError` where it has none to tell."""
+    """Return the kernel's clock status; raises `OSError` if there is none."""
     if not sys.platform.startswith("linux"):
         raise OSError("it does not tell")
     timex = _Timex()
@@ -63,7 +63,7 @@ def _clock_status() -> int:
 
 
 def clock(read_status: Callable[[], int] = _clock_status) -> Verdict:
-    """Ask the kernel whether something keeps its clock right."""
+    """Ask the kernel whether its clock is synchronized."""
     try:
         status = read_status()
     except OSError as error:
@@ -78,7 +78,7 @@ def clock(read_status: Callable[[], int] = _clock_status) -> Verdict:
 
 
 def encoder(settings: VideoSettings, encoders: Encoders) -> Verdict:
-    """Say what encodes the driving view, and why not hardware."""
+    """Report the driving view's encoder, and why it is not hardware."""
     status = encoders.status()
     if settings.codec == "vp8":
         return ok('VP8 is encoded by the processor; hardware is for [video] codec = "h264".')
@@ -100,7 +100,7 @@ def processor(
     cpu_s: Callable[[], float] = time.thread_time,
     usable: float | None = None,
 ) -> Verdict:
-    """Encode the test card as configured for a second, and say which share of a core that takes."""
+    """Encode the test card as configured for a second, and report the share of a core used."""
     usable = usable or cores.usable()
     card = TestCardVideo(settings, SystemClock())
     makers = encoders or Encoders(settings)
@@ -133,7 +133,7 @@ def processor(
 
 
 def open_files(settings: Settings, most: int | None = None) -> Verdict:
-    """Say whether the connections of the configuration fit into what the server may have open."""
+    """Report whether the configured connections fit the server's limit of open files."""
     most = descriptors.limit(hard=True) if most is None else most
     if most is None:
         return ok("This system does not limit how many files a program may have open.")
@@ -149,7 +149,7 @@ def open_files(settings: Settings, most: int | None = None) -> Verdict:
 
 
 def further_threads(*, running: bool) -> Verdict:
-    """Try to start as many threads as the server takes, unless it has them."""
+    """Try to start as many threads as the server needs, unless it runs."""
     if running:
         return ok("WAX, which is running, has its threads.")
     told = threads.problem(threads.SERVERS)
@@ -159,7 +159,7 @@ def further_threads(*, running: bool) -> Verdict:
 
 
 def disk(folder: Path, free_bytes: Callable[[Path], int] | None = None) -> Verdict:
-    """Try to write in the folder, or where it would be made, and look how much room is left."""
+    """Try to write in the folder, or where it would be created, and check the free space."""
     there = folder
     while not there.exists() and there != there.parent:
         there = there.parent
@@ -182,7 +182,7 @@ def disk(folder: Path, free_bytes: Callable[[Path], int] | None = None) -> Verdi
 
 
 def udp_buffer(path: Path = _RMEM) -> Verdict:
-    """Look how much the kernel keeps of what arrives while the server is busy."""
+    """Check how many bytes the kernel can buffer while the server is busy."""
     try:
         most = int(path.read_text(encoding="ascii"))
     except (OSError, ValueError):

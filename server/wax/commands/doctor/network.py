@@ -20,12 +20,12 @@ _EVERYWHERE: Final = ("", "0.0.0.0", "::")
 
 @dataclass(frozen=True, slots=True)
 class ServedNetwork:
-    """Where the page is served, and how picture, sound and commands go.
+    """Where the page is served, and how picture, sound and commands travel.
 
-    `udp_port` is None where each viewer gets a random port. `certificate` is None for
-    plain HTTP; with `is_self_signed` the server makes it. `stun` has servers as
-    ``HOST:PORT``. Behind a proxy the page's viewers come through that, and its port.
-    `interfaces` are the only ones for media, all if empty.
+    `udp_port` is None if each viewer gets a random port. `certificate` is None for plain HTTP; with
+    `is_self_signed` the server creates it. `stun` has servers as ``HOST:PORT``. Behind a proxy,
+    viewers reach the page through the proxy and its port. `interfaces` are those used for media,
+    all if empty.
     """
 
     host: str
@@ -64,7 +64,7 @@ class ServedNetwork:
 
 
 def network_of(settings: Settings, stun: str | None = None) -> ServedNetwork:
-    """Read the configuration; `stun` as ``HOST:PORT`` goes before its STUN servers."""
+    """Read the configuration; `stun`, as ``HOST:PORT``, replaces its STUN servers."""
     server, network = settings.server, settings.network
     configured = [url.removeprefix("stun:") for url in network.stun]
     return ServedNetwork(

@@ -1,4 +1,4 @@
-"""Whether the ports are free, or a server of ours has them."""
+"""Checks whether the ports are free, or used by a WAX server."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def is_running(network: ServedNetwork) -> bool:
 
 
 def tcp_port(network: ServedNetwork, *, running: bool) -> Verdict:
-    """Look whether the page's port can be had."""
+    """Check whether the page's port is available."""
     name = f"TCP port {network.tcp_port}"
     if running:
         return ok(f"{name} is served by WAX, which is running.")
@@ -53,7 +53,7 @@ def tcp_port(network: ServedNetwork, *, running: bool) -> Verdict:
 
 
 def udp_port(network: ServedNetwork, *, running: bool) -> Verdict:
-    """Look whether the port of picture, sound and commands can be had."""
+    """Check whether the port of picture, sound and commands is available."""
     if network.udp_port is None and network.stun:
         return ok("Each viewer gets a UDP port of its own, which is opened from here.")
     if network.udp_port is None:
@@ -88,7 +88,7 @@ def _bound(name: str, kind: socket.SocketKind, host: str, port: int, key: str) -
 
 
 def _bind(family: int, kind: socket.SocketKind, address: Any) -> OSError | None:
-    """Bind as the server does, and let go; returns why not."""
+    """Bind a socket as the server does, and close it; return why that fails, None if it works."""
     try:
         with socket.socket(family, kind) as line:
             if kind == socket.SOCK_STREAM:

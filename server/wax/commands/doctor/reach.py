@@ -1,4 +1,4 @@
-"""`wax doctor --reach URL`: from another machine, go the way that a viewer's browser goes."""
+"""`wax doctor --reach URL`: connects from another machine as a viewer's browser does."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 _ANSWER_S: Final = 5.0
 _PICTURE_S: Final = 5.0
 LIMIT_S: Final = 30.0
-"""For each check; a viewer without a way for UDP gives up after 15 s."""
+"""The limit of each check; a viewer whose UDP is blocked gives up after 15 s."""
 _SOON_DAYS: Final = 14
 _MOST_BYTES: Final = 10_000
 
@@ -74,7 +74,7 @@ def _why(url: str, error: Exception) -> Sentence:
 
 
 def certificate(url: str) -> Verdict:
-    """Look how long the certificate at this URL lasts."""
+    """Check how long the certificate at this URL is valid."""
     parts = urlsplit(url)
     host, port = parts.hostname or "", parts.port or 443
     if parts.scheme == "http":
@@ -113,7 +113,7 @@ def viewer(url: str) -> Verdict:
 
 
 def _ice_servers(url: str) -> list[dict[str, Any]]:
-    """Return by whose help a browser would be reached; none for the one port, or if unknown."""
+    """Return the page's ICE servers; empty for one-port mode, or if unknown."""
     context = ssl.create_default_context()
     try:
         with urllib.request.urlopen(f"{url}/api/ice", timeout=_ANSWER_S, context=context) as answer:

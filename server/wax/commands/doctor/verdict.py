@@ -37,7 +37,7 @@ def bad(sentence: str, advice: str) -> Verdict:
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One thing to look at; `look` may block for `limit_s` and may raise anything."""
+    """One check; `look` may block for `limit_s` and may raise anything."""
 
     name: str
     look: Callable[[], Verdict]
@@ -45,7 +45,7 @@ class Check:
 
 
 def examine(check: Check) -> Verdict:
-    """Run a check; what it raises, or that it hangs, becomes its verdict."""
+    """Run a check and return its verdict; an exception or a timeout becomes a bad one."""
     found: list[Verdict] = []
 
     def look() -> None:

@@ -1,1 +1,1 @@
-"""`wax hook`: try the receivers of events, and describe the events."""
+"""`wax hook`: tests the webhooks, and describes the events."""

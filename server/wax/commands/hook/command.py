@@ -1,4 +1,4 @@
-"""`wax hook test`: send each hook a sample, and say what came back."""
+"""`wax hook test`: posts a sample to each hook and reports the answers."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ _MOST_CHARS: Final = 200
 
 
 async def hook_test(settings: Settings, clock: Clock, tell: Callable[[str], None]) -> int:
-    """Return 0 if every hook took the sample, else 1.
+    """Return 0 if every hook accepted the sample, else 1.
 
-    Raises `ConfigError` if there is none, and `StartError` if a secret cannot be read.
+    Raises `ConfigError` if there is no hook, and `StartError` if a secret cannot be read.
     """
     if not settings.hook:
         raise ConfigError("there is no [[hook]] to test; name a configuration with --config")

@@ -1,5 +1,5 @@
-"""`wax init`: looks at what is plugged in, asks a little, and writes a configuration.
+"""`wax init`: detects what is plugged in, asks a few questions, and writes a configuration.
 
-found.py looks; questions.py (pure) says what is asked; writing.py (pure) makes the file's text;
+found.py detects devices; questions.py (pure) has the questions; writing.py (pure) renders the file;
 command.py asks, checks the text as the server would, and writes it whole or not at all.
 """

@@ -1,4 +1,4 @@
-"""Ask, check the answer as the server would, and write the file whole or not at all."""
+"""Asks, checks the result as the server would, and writes the file whole or not at all."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from wax.capture.find_sources import make_sources
 from wax.clock import SystemClock
 from wax.commands.init import questions
 from wax.commands.init.door import files, with_door
-from wax.commands.init.found import look
+from wax.commands.init.found import detect
 from wax.commands.init.writing import render
 from wax.config import settings as config
 from wax.door import line as door_line
@@ -39,14 +39,13 @@ def init(
     tell: Callable[[str], None],
     port: str | None = None,
     door: str | None = None,
-    look: Callable[[], Found] = look,
+    detect: Callable[[], Found] = detect,
 ) -> None:
-    """Write a configuration that starts to `path`, which must not exist yet.
+    """Write a configuration with which the server starts to `path`, which must not exist yet.
 
-    `ask` puts a question to a person; None takes the defaults. `port` is the robot's serial port,
-    where it is not among those that are listed. `door` is the line that a door printed: a file that
-    is there gets it, and stays otherwise as it is. Raises `ConfigError` and `StateError`; whatever
-    `ask` raises ends it, and nothing is written then.
+    `ask` asks a person; None takes the defaults. `port` is the robot's serial port, if it is not
+    listed. `door` is the line that a door printed: it is added to an existing file, which is
+    otherwise unchanged. Raises `ConfigError` and `StateError`; if `ask` raises, nothing is written.
     """
     line = None if door is None else door_line.read(door)
     if line is not None and path.is_file():
@@ -54,7 +53,7 @@ def init(
         tell(_next(path, is_real=False))
         return
     _check_free(path)
-    found = look()
+    found = detect()
     given: dict[Key, str] = {}
     first = questions.robot(found, port)
     given["robot"] = _answer(first, ask, tell)
@@ -98,7 +97,7 @@ def _check_free(path: Path) -> None:
 def _answer(
     question: Question, ask: Callable[[str], str] | None, tell: Callable[[str], None]
 ) -> str:
-    """Put one question; an answer that is none is asked for again."""
+    """Ask one question, again until the answer is valid."""
     choices = question.choices
     if ask is None:
         tell(f"{question.asks} {printable(choices[0].says, _LINE_CHARS)}")
@@ -116,7 +115,7 @@ def _answer(
 
 
 def _pasted(ask: Callable[[str], str], tell: Callable[[str], None]) -> DoorLine:
-    """Ask for the door's line until it is one."""
+    """Ask for the door's line until it is valid."""
     while True:
         try:
             return door_line.read(ask("The door's line: "))
@@ -125,7 +124,7 @@ def _pasted(ask: Callable[[str], str], tell: Callable[[str], None]) -> DoorLine:
 
 
 def _give_door(path: Path, line: DoorLine) -> None:
-    """Add a door to a file that is there; what it was before is kept beside it."""
+    """Add a door to an existing file, and keep a copy of the old one beside it."""
     try:
         before = path.read_text(encoding="utf-8-sig")
         text = with_door(before, line, path)
@@ -141,7 +140,7 @@ def _give_door(path: Path, line: DoorLine) -> None:
 
 
 def _keep_secrets(path: Path, line: DoorLine | None) -> None:
-    """Write the door's secrets for this user only; raises `StateError`."""
+    """Write the door's secrets, readable by this user only; raises `StateError`."""
     for place, text in files(line, path).items() if line is not None else ():
         try:
             _replace(place, text, 0o600)
@@ -150,7 +149,7 @@ def _keep_secrets(path: Path, line: DoorLine | None) -> None:
 
 
 def _replace(path: Path, text: str, mode: int) -> None:
-    """Write a file whole, in place of one that may be there; raises `OSError`."""
+    """Write a file atomically, replacing any old one; raises `OSError`."""
     number, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.absolute().parent)
     try:
         with os.fdopen(number, "w", encoding="utf-8") as file:
@@ -162,7 +161,7 @@ def _replace(path: Path, text: str, mode: int) -> None:
 
 
 def _check_starts(text: str, path: Path) -> None:
-    """Raise `ConfigError` where the server would: it builds the same, and opens nothing."""
+    """Raise `ConfigError` where the server would: build the same parts, and open none."""
     settings = config.parse(tomllib.loads(text), str(path))
     clock = SystemClock()
     driver = make_driver(settings.robot, clock)
@@ -174,7 +173,7 @@ def _check_starts(text: str, path: Path) -> None:
 
 
 def _write_new(path: Path, text: str) -> None:
-    """Write the file whole, and only if there is none; raises `StateError`."""
+    """Write the file atomically, and only if there is none; raises `StateError`."""
     folder = path.absolute().parent
     try:
         number, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=folder)
@@ -196,7 +195,7 @@ def _write_new(path: Path, text: str) -> None:
 
 
 def _put(made: Path, path: Path) -> None:
-    """Give it its name without replacing anything; not every file system has links."""
+    """Rename it without replacing anything; not every file system has links."""
     try:
         path.hardlink_to(made)
     except FileExistsError:

@@ -1,4 +1,4 @@
-"""What a door's line adds to a configuration, in whatever words that is written. Pure."""
+"""Adds what a door's line says to a configuration, however that is written. Pure."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _TURN: Final = ("turn:{}:3478", "turn:{}:3478?transport=tcp", "turns:{}:5349?tra
 
 
 def files(line: DoorLine, path: Path) -> dict[Path, str]:
-    """Return the files with the secrets, beside the configuration at `path`."""
+    """Return the secrets' files, beside the configuration at `path`, with their content."""
     key = Ed25519PrivateKey.from_private_bytes(line.seed)
     pem = key.private_bytes(Encoding.PEM, PrivateFormat.OpenSSH, NoEncryption()).decode()
     key_file, secret_file = _places(path)
@@ -33,7 +33,7 @@ def files(line: DoorLine, path: Path) -> dict[Path, str]:
 def with_door(text: str, line: DoorLine, path: Path) -> str:
     """Return the configuration with the door; comments and all other keys stay.
 
-    Raises `ConfigError` where a key is written in a way that is not understood here.
+    Raises `ConfigError` if a key is written in a form that this cannot edit.
     """
     key_file, secret_file = map(str, _places(path))
     tables: dict[str, dict[str, Any]] = {
@@ -97,6 +97,6 @@ def _written(value: object) -> str:
 
 
 def _places(path: Path) -> tuple[Path, Path]:
-    """Return where the private key and the relay's secret are."""
+    """Return the paths of the private key and the relay's secret."""
     place = path.absolute()
     return place.with_suffix(".door-key"), place.with_suffix(".turn-secret")

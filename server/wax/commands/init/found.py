@@ -1,4 +1,4 @@
-"""What is plugged in, named as it stays when things are plugged in again."""
+"""Detects what is plugged in, under names that survive replugging."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from wax.plugin import DRIVERS, offers
 from wax.robot.serial.list_ports import find_ports
 
 _ASKED: Final = frozenset({"serial", "simulated"})
-"""Drivers that are choices of their own."""
+"""Drivers that are offered as choices of their own."""
 
 
 @dataclass(frozen=True, slots=True)
 class Thing:
-    """Something that is there: `source` is what to write for it, `name` what it calls itself."""
+    """A device: `source` is its value in the configuration, `name` its name for itself."""
 
     source: str
     name: str
@@ -23,10 +23,9 @@ class Thing:
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """All that is there; `ports` has those first that something was plugged into.
+    """All devices found; the first `plugged` of `ports` have something plugged in.
 
-    `plugged` says how many these are. `drivers` are plug-ins by their names, those that have
-    all they need.
+    `drivers` are the names of the plug-ins whose requirements are installed.
     """
 
     cameras: tuple[Thing, ...] = ()
@@ -37,8 +36,8 @@ class Found:
     drivers: tuple[str, ...] = ()
 
 
-def look() -> Found:
-    """Look at this machine. Nothing is opened that could move."""
+def detect() -> Found:
+    """Detect this machine's devices, without opening anything that could move."""
     ports = find_ports()
     plugged = [port for port in ports if port.is_usb]
     others = [port for port in ports if not port.is_usb]

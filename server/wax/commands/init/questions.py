@@ -1,4 +1,4 @@
-"""What `wax init` asks: at most five questions, each with a default. Pure."""
+"""The questions of `wax init`: at most five, each with a default. Pure."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ANYWHERE = "door"
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """One answer: `value` is written, `says` is what people read."""
+    """One answer: `value` is what is written, `says` what people read."""
 
     value: str
     says: str
@@ -36,7 +36,7 @@ class Question:
 
 @dataclass(frozen=True, slots=True)
 class Answers:
-    """What was answered, as it is written; `port` is empty unless the driver is the serial one."""
+    """The answers, as values to write; `port` is empty unless the driver is the serial one."""
 
     driver: str
     port: str
@@ -47,7 +47,7 @@ class Answers:
 
 
 def robot(found: Found, port: str | None) -> Question:
-    """Ask which robot it is; `port` is one that was named, which is then the default."""
+    """Return the question which robot it is; `port`, if given, is the default."""
     boards = [Choice(f"serial {one.source}", _board(one)) for one in found.ports]
     if port is not None:
         boards.insert(0, Choice(f"serial {port}", f"the board on {port}"))
@@ -59,7 +59,7 @@ def robot(found: Found, port: str | None) -> Question:
 
 
 def others(found: Found, driver: str) -> Iterator[Question]:
-    """Ask the rest, which depends on whether the robot has senses of its own."""
+    """Yield the other questions; they depend on whether the robot has its own camera and sound."""
     own = (Choice("robot", "the robot's own"),) if driver == "simulated" else ()
     auto = {
         "simulated": (),
@@ -105,7 +105,7 @@ def others(found: Found, driver: str) -> Iterator[Question]:
 
 
 def answers(given: dict[Key, str]) -> Answers:
-    """Return what was chosen as what is written."""
+    """Return the choices as values to write."""
     driver, _, port = given["robot"].partition(" ")
     return Answers(
         driver=driver,

@@ -1,4 +1,4 @@
-"""The text of a first configuration: what was chosen, why, and what else there is. Pure."""
+"""Renders a first configuration: the choices, their reasons, and the alternatives. Pure."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _NAME_CHARS: Final = 80
 
 
 def render(answers: Answers, found: Found, name: str, day: str) -> str:
-    """Return the TOML; `name` is the file's and `day` today."""
+    """Return the TOML; `name` is the file's name and `day` today's date."""
     parts = [
         f"# Written by `wax init` on {day}. Start it with: wax --config {name}\n"
         f"# Check it with: wax doctor --config {name}\n"
@@ -121,7 +121,7 @@ def _robot(answers: Answers, found: Found) -> str:
 
 
 def _own_table(driver: str) -> str:
-    """Say where the keys of a driver's own are; its host knows which of them matter."""
+    """Return a comment that says how to list the driver's own keys."""
     return (
         "\n# Where the robot is, and all else that only this driver asks for, has its own table:\n"
         f"# `wax config {driver}` shows the keys, each with its range, its reason and the value\n"
@@ -136,7 +136,7 @@ def _about(chosen: str, things: Iterable[Thing]) -> str:
 
 
 def _others(key: str, chosen: str, things: Iterable[Thing]) -> str:
-    """Return, as comments, what else was there."""
+    """Return comments with the other devices found."""
     others = [one for one in things if one.source != chosen]
     if not others:
         return ""
@@ -145,5 +145,5 @@ def _others(key: str, chosen: str, things: Iterable[Thing]) -> str:
 
 
 def quoted(text: str) -> str:
-    """Return a TOML string: JSON's, but for one character that TOML wants escaped."""
+    """Return a TOML string: JSON's, except for one character that TOML requires escaped."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -1,4 +1,4 @@
-"""Write the package of a new driver: the files of ``template``, with its name in them."""
+"""Writes the package of a new driver: the files of ``template`` with its name filled in."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ MAX_NAME: Final = 30
 _NAME: Final = re.compile(r"[a-z][a-z0-9_]*[a-z0-9]")
 _TEMPLATE: Final = "template"
 _SUFFIX: Final = ".txt"
-"""Of each file of the template, so that no tool takes it for a part of WAX."""
+"""The suffix of each template file, so that no tool takes it for a part of WAX."""
 
 
 def new_driver(name: str, parent: Path) -> list[str]:
-    """Write it into the folder `name` of `parent`; return the lines that say how to go on.
+    """Write it into the folder `name` of `parent`; return lines that say what to do next.
 
     Raises `ConfigError` for a name or place that cannot be used, `StartError` if writing fails;
     then nothing is left behind.
@@ -63,7 +63,7 @@ def new_driver(name: str, parent: Path) -> list[str]:
 
 
 def _check(name: str) -> None:
-    """Raise `ConfigError` for a name that is none of a Python package, or somebody else's."""
+    """Raise `ConfigError` for a name that is not a valid package name, or is taken."""
     if len(name) > MAX_NAME or not _NAME.fullmatch(name) or keyword.iskeyword(name):
         raise ConfigError(
             f"new-driver: got {name!r}; allowed are 2 to {MAX_NAME} small letters, digits and _,"

@@ -1,4 +1,4 @@
-"""`wax prove-stop`: cut each link of the real installation in turn, and measure until it stands.
+"""`wax prove-stop`: cuts each link of the real installation, and measures how it stops.
 
-It starts a server of its own on the host's configuration. Nothing in the server imports it.
+It starts a server of its own with the host's configuration. Nothing in the server imports it.
 """

@@ -17,7 +17,7 @@ _OBSERVED: Final = "wax.commands.proof.observed:ObservedRobot"
 
 
 def check(settings: Settings) -> None:
-    """Raise `ConfigError` where no stop can be measured, or the robot may not be driven for it."""
+    """Raise `ConfigError` if no stop can be measured, or if the robot may not be driven."""
     if settings.local.is_on:
         raise ConfigError(
             "somebody may sit in the robot, and the proof would drive it without their hand"
@@ -32,7 +32,7 @@ def check(settings: Settings) -> None:
 
 
 def check_stop(settings: Settings) -> None:
-    """Raise `ConfigError` where a Stop is in force, though no server runs."""
+    """Raise `ConfigError` if a Stop is in force, which outlasts the server."""
     kept = KeptFile(settings.server.state_dir)
     if kept.before.stop is not None:
         why = " ".join(str(one) for one in kept.problems()) or "somebody has pressed Stop"
@@ -46,7 +46,7 @@ def tapped(settings: Settings, port: str, state: str) -> str:
 
 
 def observed(settings: Settings, log: str, state: str) -> str:
-    """Return a configuration whose driver is the host's, with a log of what it is told."""
+    """Return a configuration whose driver is the host's, with a log of its calls."""
     table = {"robot": settings.robot.model_dump_json(), "log": log}
     robot = _robot(settings) | {"driver": _OBSERVED, "observed": table}
     return _under_proof(settings, robot, state)
@@ -55,8 +55,8 @@ def observed(settings: Settings, log: str, state: str) -> str:
 def _under_proof(settings: Settings, robot: dict[str, Any], state: str) -> str:
     """Return a configuration for `robot`, with [drive] and [stop] unchanged.
 
-    `state` is its folder for what outlives it. It has no camera, since the real one may be in use,
-    so it drives at slow speed; no ICE servers, and a UDP port of its own.
+    `state` is its state folder. It has no camera, since the real one may be in use, and therefore
+    drives at slow speed; it has no ICE servers, and a UDP port of its own.
     """
     return write(
         {

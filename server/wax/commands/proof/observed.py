@@ -1,7 +1,7 @@
-"""The driver of the server under proof: the host's own, with a log of what it is told and reports.
+"""The driver of the server under proof: the host's own, with a log of its calls and reports.
 
-It runs where the host's driver runs, in the driver's process, which outlives the server. So it
-tells when a stop arrived there, and how long the robot went on, also where the server is gone.
+It runs in the driver's process, which outlives the server. So it records when a stop arrived there,
+and how long the robot moved on, even after the server is gone.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _STOOD_S: Final = 0.2
 _LOOK_S: Final = 0.01
 _MOVED_M: Final = 0.0005
 _TURNED_RAD: Final = 0.002
-"""What a pose must change by: less is noise, and slower than a millimetre in ten looks."""
+"""The least change of a pose that is motion: less is noise, or a millimetre in ten reports."""
 
 
 class ObservedSettings(DriverSettings):
@@ -115,13 +115,13 @@ class ObservedRobot:
 
 
 class ObservedMotion:
-    """Whether a robot moves by its own reports (pure): it says so, or its pose changes."""
+    """Whether a robot moves, by its own reports (pure): it says so, or its pose changes."""
 
     def __init__(self) -> None:
         self._pose: Pose | None = None
 
     def seen(self, state: RobotState) -> bool | None:
-        """Return whether it moves, None if this state does not tell."""
+        """Return whether it moves, None if this state does not say."""
         if state.moving is not None:
             return state.moving
         if state.pose is None:

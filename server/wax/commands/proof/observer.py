@@ -1,4 +1,4 @@
-"""Sees any driver's robot by what the driver's process writes down (`ObservedRobot`)."""
+"""Observes any driver's robot by the log of the driver's process (`ObservedRobot`)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from wax.config.settings import Settings
 
 _NEW_S: Final = 0.3
-"""A pose is new ten times a second or oftener, so a robot without news for this long stands."""
+"""Poses change at least ten times a second, so a robot without news for this long stands."""
 _END_S: Final = 2.0
 _LOOK_S: Final = 0.02
 
@@ -112,7 +112,7 @@ class Observer:
         return Path(self._folder.name) / "log"
 
     def _read(self) -> None:
-        """Take in the lines that are new; one that is not yet whole is left."""
+        """Read new lines of the log, except one that is incomplete."""
         if self._folder is None or not self._log.exists():
             return
         with self._log.open("rb") as log:

@@ -1,4 +1,4 @@
-"""The near end of an operator's process, which can be told, frozen and killed."""
+"""Controls an operator's process, which can be given orders, frozen and killed."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _OPEN_S: Final = 30.0
 
 
 class RemoteOperator(ControlledProcess):
-    """`state` is the newest that the operator has told; `on_state` gets each."""
+    """`state` is the newest state that the operator reported; `on_state` gets each."""
 
     def __init__(self, log: Path, on_state: Callable[[OperatorState], None] | None = None) -> None:
         super().__init__(log)
@@ -57,7 +57,7 @@ class RemoteOperator(ControlledProcess):
             await asyncio.gather(self._hearing, return_exceptions=True)
 
     async def until(self, holds: Callable[[], bool], within_s: float) -> bool:
-        """Wait for what a new state brings about; False where none did in time, or it has ended."""
+        """Wait until a new state makes `holds` true; False on timeout or if the process ended."""
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(within_s):
                 while not holds() and self._hearing is not None and not self._hearing.done():

@@ -62,10 +62,10 @@ class Tap:
         return tapped(settings, self.path, f"{folder}/state")
 
     def missing(self) -> None:
-        """Miss nothing: what is said on a line can be read."""
+        """Return None: the traffic on a line always shows motion."""
 
     async def ended(self) -> None:
-        """Wait for nobody: the tap itself has stopped the robot and let go of it."""
+        """Return at once: the tap itself has stopped and released the robot."""
 
     def open(self) -> None:
         """Open the robot's port; raises `DriverError`."""
@@ -95,7 +95,7 @@ class Tap:
             thread.start()
 
     def cut(self) -> None:
-        """Forward nothing more, either way; the robot's reports are still recorded."""
+        """Stop forwarding in both directions; the robot's reports are still recorded."""
         with self._lock:
             self._carries = False
 

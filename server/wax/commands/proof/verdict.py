@@ -42,7 +42,7 @@ FAULTS: Final = (
 
 
 def faults_of(sees: Sees) -> tuple[Fault, ...]:
-    """Return the links to cut; that of a robot that is not on a line of ours has no such name."""
+    """Return the links to cut; only a robot on our serial line has one of that name."""
     if sees == "line":
         return FAULTS
     link = Sentence("fault.link")

@@ -1,4 +1,4 @@
-"""What the proof needs of whatever sees the robot."""
+"""What the proof needs in order to observe the robot."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ Sees = Literal["line", "driver"]
 
 
 class Watch(Protocol):
-    """Sees what the robot is told, and whether it moves, from `open` to `close`."""
+    """Observes the robot's commands, and whether it moves, from `open` to `close`."""
 
     @property
     def sees(self) -> Sees:
-        """Where it looks."""
+        """Where it observes the robot."""
         ...
 
     @property
@@ -33,7 +33,7 @@ class Watch(Protocol):
         ...
 
     def open(self) -> None:
-        """Begin; raises `DriverError`."""
+        """Start observing; raises `DriverError`."""
         ...
 
     def configuration(self, settings: Settings, folder: str) -> str:
@@ -57,7 +57,7 @@ class Watch(Protocol):
         ...
 
     def events(self) -> list[Event]:
-        """Return the events since `forget`; raises `DriverError` if it is blind now."""
+        """Return the events since `forget`; raises `DriverError` if it can no longer observe."""
         ...
 
     def moves(self) -> bool:
@@ -65,7 +65,7 @@ class Watch(Protocol):
         ...
 
     def close(self) -> None:
-        """Leave a robot that stands, if it can; never raises, safe to call twice."""
+        """Stop the robot if possible, and stop observing; never raises, safe to call twice."""
         ...
 
     async def ended(self) -> None:

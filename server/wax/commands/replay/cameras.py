@@ -1,4 +1,4 @@
-"""Which cameras beside the driving view can be shown with a part, and from when on."""
+"""Which cameras beside the driving view can be shown with a part, and from which time."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _DAMAGED: Final = "The camera {name} is left out. {why}"
 
 
 def cameras_of(part: Shelved, events: Sequence[Placed]) -> tuple[list[TapeCamera], str | None]:
-    """Return the cameras in their order, and a sentence about one that is left out.
+    """Return the cameras in order, and a sentence about any that is left out.
 
     Raises `StateError` for a file that is too large to be a part of a tape.
     """

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from wax.config.settings import LogSettings
 
 _HOST: Final = "localhost"
-"""A tape shows people: who sees this terminal opens the page, on the same machine."""
+"""A tape shows people, so only this machine, and whoever sees this terminal, can open the page."""
 _SECRET_BYTES: Final = 16
 
 

@@ -1,4 +1,4 @@
-"""What there is to replay: one part of a tape, or all those of a folder."""
+"""What can be replayed: one part of a tape, or all parts in a folder."""
 
 from __future__ import annotations
 
@@ -19,10 +19,9 @@ _NO_EVENTS: Final = "There are no events beside this: only picture and sound can
 
 
 class Library:
-    """Read from any thread. Copies that it has to make go with `close`.
+    """Safe to read from any thread; `close` deletes the copies that it had to make.
 
-    `path` is a folder, or any file of a part. Raises `StateError` where there is nothing to
-    replay.
+    `path` is a folder, or any file of a part. Raises `StateError` if there is nothing to replay.
     """
 
     def __init__(self, path: Path) -> None:
@@ -50,7 +49,7 @@ class Library:
         self._copies.cleanup()
 
     def listing(self) -> TapeListing:
-        """Return what there is, the oldest first; raises `StateError`."""
+        """Return all parts, the oldest first; raises `StateError`."""
         return TapeListing(
             parts=[
                 TapePart(
@@ -64,7 +63,7 @@ class Library:
         )
 
     def content(self, name: str) -> TapeContent:
-        """Return all of a part but picture and sound; raises `StateError`."""
+        """Return a part without picture and sound; raises `StateError`."""
         part = self._part(name)
         media = None if part.media is None else facts_of(part.media)
         began_wall_ms, length_ms = part.began_s * 1000, 0.0
@@ -91,7 +90,7 @@ class Library:
         )
 
     def media(self, name: str, camera: int | None = None) -> Path:
-        """Return a file with picture and sound, or that of a camera, that a browser can seek in.
+        """Return a seekable file with picture and sound, or with those of a camera.
 
         Raises `StateError`.
         """

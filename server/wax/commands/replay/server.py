@@ -1,4 +1,4 @@
-"""The HTTP side of `wax replay`: the page, what is on the tape, and its picture and sound."""
+"""The HTTP server of `wax replay`: the page, the tape's events, and its picture and sound."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 FOLDER: Final = "replay"
-"""Where the page lies, beside that of the robot."""
+"""The built page, beside that of the robot."""
 _NOT_STORED: Final = {"Cache-Control": "no-store"}
 _TYPES: Final = {".webm": "video/webm", ".mp4": "video/mp4"}
 
 
 class ReplayServer:
-    """Answers with what is in `library`, which it reads in threads: a disk may be slow.
+    """Serves `library`, which it reads in threads, since a disk may be slow.
 
-    Everything is below the path `secret`: others with an account on this machine reach its ports,
-    too, but not the tape's folder.
+    Everything is below the path `secret`: others with an account on this machine can reach its
+    ports, but must not see the tape.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class ReplayServer:
         self._page = page
 
     def application(self) -> web.Application:
-        """Make the application; raises `StartError` if the page was not built."""
+        """Return the application; raises `StartError` if the page was not built."""
         if not (self._page / "index.html").is_file():
             raise StartError("the page is not built; run `make run`, or `pip install .` again")
         application = web.Application(
