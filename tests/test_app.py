@@ -50,14 +50,14 @@ def _page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(autouse=True)
 def state_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Keep this user's own records out of it; a path of a socket is short."""
+    """Use a state folder of our own, with a path short enough for a socket."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     monkeypatch.delenv("STATE_DIRECTORY", raising=False)
     return tmp_path / "wax"
 
 
 NO_DEVICES: dict[str, Any] = {"video": {"source": "none"}, "audio": {"source": "none"}}
-"""Those of the machine that tests are no test's concern: to look for them may take seconds."""
+"""The machine's own devices are not under test, and searching for them may take seconds."""
 
 
 def _app(*tables: dict[str, Any], **video: object) -> App:
@@ -74,7 +74,7 @@ def _app(*tables: dict[str, Any], **video: object) -> App:
 
 @asynccontextmanager
 async def started(app: App) -> AsyncIterator[int]:
-    """Run it at a port, and have it stopped within 5 s after the block."""
+    """Run the app on a port, and check that it stops within 5 s after the block."""
     ports: asyncio.Queue[int] = asyncio.Queue()
     running = asyncio.create_task(app.run(ports.put_nowait))
     try:
@@ -100,7 +100,7 @@ async def started(app: App) -> AsyncIterator[int]:
 async def test_the_page_is_told_what_to_prepare(
     tmp_path: Path, more: dict[str, Any], data: str
 ) -> None:
-    """A page that is to watch packets, or may speak, knows it before it connects."""
+    """The page learns before it connects whether it must acknowledge packets or may speak."""
     (tmp_path / "index.html").write_text('<!doctype html><html lang="en"></html>')
     async with started(_app(NO_DEVICES, more)) as port:
         text = await _text(port, "/")
@@ -117,7 +117,7 @@ async def _text(port: int, path: str) -> str:
 async def _status(
     port: int, state_folder: Path, tells: Callable[[dict[str, Any]], bool]
 ) -> dict[str, Any]:
-    """Return what the host is told, once it tells that."""
+    """Return the host's status once it shows that."""
     url = f"http://127.0.0.1:{port}"
     jar = aiohttp.CookieJar(unsafe=True)
     async with (
@@ -136,7 +136,7 @@ async def _status(
 async def test_it_serves_until_it_is_stopped(
     state_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The status tells of every part while it runs, and stopping leaves nothing behind."""
+    """The status has every part while the app runs, and stopping leaves nothing behind."""
     looked = asyncio.Event()
     monkeypatch.setattr(memory, "look", looked.set)
 
@@ -157,7 +157,7 @@ async def test_it_serves_until_it_is_stopped(
 
 
 async def test_its_opening_hours_are_a_calendar() -> None:
-    """As they are configured, for whoever asks."""
+    """The configured opening hours are served as a calendar."""
     tables = {
         "access": {"hours": ["mon-fri 09:00-18:00"], "time_zone": "Europe/Berlin"},
         "page": {"name": "Rover"},
@@ -171,7 +171,7 @@ async def test_its_opening_hours_are_a_calendar() -> None:
 async def test_a_driver_that_raises_takes_nothing_down(
     state_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A robot that cannot even tell how it is stays a line of the status."""
+    """A driver whose `state` raises is a problem in the status, and stops nothing else."""
 
     def fail(self: SimulatedRobot) -> RobotState:
         raise OSError("no bus")
@@ -197,7 +197,7 @@ async def test_a_driver_that_raises_takes_nothing_down(
 
 
 async def test_a_stop_outlives_the_server(state_folder: Path) -> None:
-    """Nobody drives after a restart, until whoever may releases it."""
+    """A Stop survives a restart until somebody who may releases it."""
     jar = aiohttp.CookieJar(unsafe=True)
     async with started(_app(NO_DEVICES)) as port, aiohttp.ClientSession(cookie_jar=jar) as session:
         await become_host(session, url := f"http://127.0.0.1:{port}", state_folder)
@@ -218,7 +218,7 @@ async def test_a_disk_too_slow_for_its_end_is_told(monkeypatch: pytest.MonkeyPat
 
 
 async def test_no_driver_hides_the_status(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What a driver tells beyond the fields is shown, and replaces none of them."""
+    """A driver's extra status is shown, and overrides none of the fields."""
     extra = {"connected": 0.0, "kind": 7.0, "bumpers": 9.0, "wheel_slip": 0.5}
     state = RobotState(connected=True, bumpers=2, extra=extra)
     monkeypatch.setattr(SimulatedRobot, "state", lambda _: state)
@@ -232,7 +232,7 @@ async def test_no_driver_hides_the_status(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 async def test_a_part_that_dies_takes_the_server_down(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A task that dies ends the server with a sentence that names it, robot first."""
+    """A task that dies stops the robot, then the server, with a sentence that names the task."""
 
     async def die(self: Status) -> None:
         raise RuntimeError("bug")
@@ -284,7 +284,7 @@ async def test_a_taken_udp_port_is_a_sentence() -> None:
 
 
 async def test_what_happens_is_recorded_where_it_is_configured(state_folder: Path) -> None:
-    """Picture, sound and the robot's state are on the tape, which ends with the server."""
+    """The tape has picture, sound and the robot's state, and ends with the server."""
     app = _app({"recording": {"enabled": True, "min_free_gb": 0.0}})
 
     def captures() -> bool:
@@ -312,7 +312,7 @@ async def test_what_happens_is_recorded_where_it_is_configured(state_folder: Pat
 
 
 async def test_a_hook_is_told_from_the_beginning_to_the_end(tmp_path: Path) -> None:
-    """The server's last word is posted, too, and a receiver that is gone holds up nothing."""
+    """A hook gets the events from the first to the last, and a dead receiver delays nothing."""
     async with receiving() as receiver:
         urls = [receiver.url, "http://127.0.0.1:9/"]
         hooks = [{"url": url, "secret_file": secret_file(tmp_path)} for url in urls]
@@ -331,7 +331,7 @@ async def test_a_hook_is_told_from_the_beginning_to_the_end(tmp_path: Path) -> N
 
 
 def test_what_fails_is_seen_by_its_part(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A camera is not taken for the microphone, and who waits is counted."""
+    """Faults name the right part, and the queue's length is counted."""
     room = {"livekit": "wss://rooms.example", "room": "a", "api_key": "k", "api_secret": "s" * 32}
     tables = {
         "camera": [{"name": "Arm", "source": "testcard"}],
@@ -363,7 +363,7 @@ def test_what_fails_is_seen_by_its_part(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 async def test_nothing_is_recorded_unless_configured(state_folder: Path) -> None:
-    """No folder is made, and nothing is encoded that nobody watches."""
+    """Without recording, no folder is created, and nothing is encoded that nobody watches."""
     app = _app()
     async with started(app):
         assert app._video.wanted == []

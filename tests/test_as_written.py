@@ -1,4 +1,4 @@
-"""Addresses that other programs compare or have signed."""
+"""URLs that other programs compare or have signed."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from wax.as_written import as_written
     ],
 )
 def test_path_and_query_stay_as_they_are(path: str) -> None:
-    """So does a password, which is decoded only to be sent (RFC 7617)."""
+    """Path, query and password are kept as written; a password is decoded to be sent (RFC 7617)."""
     made = as_written(f"wss://me:p%40s%2F@Robot.Example:9090{path}")
     assert made.raw_path_qs == path
     assert (made.user, made.password, made.host, made.port) == (
@@ -30,11 +30,11 @@ def test_path_and_query_stay_as_they_are(path: str) -> None:
 
 @pytest.mark.parametrize(("rest", "asked"), [("", "/"), ("?a=%2F", "/?a=%2F"), ("/%2F#b", "/%2F")])
 def test_an_address_may_end_early(rest: str, asked: str) -> None:
-    """With its host, and a fragment is nobody else's."""
+    """A URL may end after its host; its fragment is not sent."""
     assert as_written(f"http://[::1]:8080{rest}").raw_path_qs == asked
 
 
 def test_what_is_no_address_raises() -> None:
-    """What those who ask for addresses expect."""
+    """An invalid URL raises `InvalidURL`."""
     with pytest.raises(InvalidURL):
         as_written("http://home:99999/")

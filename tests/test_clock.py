@@ -1,4 +1,4 @@
-"""The server's clock goes on while the machine sleeps, so that what is old stays old."""
+"""The server's clock includes the machine's sleep, so that old commands and pictures stay old."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ sleeps_s = st.floats(LATE_S, 1e7)
 
 
 class Machine:
-    """Its clocks, as the module `time` tells them: one stands while it sleeps, the others go on."""
+    """A machine's clocks in place of the module `time`; one of them stops during sleep."""
 
     CLOCK_BOOTTIME = CLOCK_MONOTONIC_RAW = 7
 
@@ -86,7 +86,7 @@ def test_sleep_counts(platform: str) -> None:
 
 @pytest.mark.parametrize("platform", ["win32", "freebsd14"])
 def test_elsewhere_the_monotonic_clock_counts(platform: str) -> None:
-    """Where no clock is known to count sleep, `time.monotonic` is the server's clock."""
+    """If no clock is known to include sleep, `time.monotonic` is the server's clock."""
     machine = Machine()
     with running_on(machine):
         assert SystemClock(platform).now_s() == machine.awake_s
@@ -108,7 +108,7 @@ def test_it_is_never_behind_the_monotonic_clock() -> None:
 
 @given(sleeps_s)
 def test_after_a_sleep_a_held_key_moves_nothing(slept_s: float) -> None:
-    """The first that the robot hears after a resume is a stop; then neutral must come first."""
+    """After a resume the robot gets a stop first, and a held key moves it only after neutral."""
     machine = Machine()
     with running_on(machine):
         bench = Bench(clock=MachinesClock(machine))
@@ -124,7 +124,7 @@ def test_after_a_sleep_a_held_key_moves_nothing(slept_s: float) -> None:
 
 @given(sleeps_s)
 def test_a_command_that_wakes_the_server_moves_nothing(slept_s: float) -> None:
-    """Nor does a fresh command that comes before the first beat after a resume."""
+    """A fresh command before the first beat after a resume moves nothing."""
     machine = Machine()
     with running_on(machine):
         bench = Bench(clock=MachinesClock(machine))
@@ -141,7 +141,7 @@ def test_a_command_that_wakes_the_server_moves_nothing(slept_s: float) -> None:
 
 @given(sleeps_s)
 def test_after_a_sleep_the_drivers_process_stops_the_robot(slept_s: float) -> None:
-    """To the driver's process a sleep is silence: it stops, and waits for standstill."""
+    """The driver's process takes a sleep for silence: it stops, and waits for standstill."""
     machine = Machine()
     with running_on(machine):
         clock = SystemClock("linux")

@@ -1,4 +1,4 @@
-"""What blocks in a thread of its own."""
+"""A blocking call in a thread of its own."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from wax.daemon_call import daemon_call
 
 
 async def test_what_a_call_raises_is_raised() -> None:
-    """As if it had been called here."""
+    """An exception of the call is raised to the caller."""
     assert await daemon_call("count", lambda: 7) == 7
     with pytest.raises(ZeroDivisionError):
         await daemon_call("divide", lambda: 1 // 0)
 
 
 async def test_a_call_that_nobody_waits_for_ends_in_silence() -> None:
-    """Who gives up does so at once; a late answer, or an error, is nobody's."""
+    """A caller can be cancelled at once; a late result or exception is discarded."""
     go_on = threading.Event()
 
     def hang() -> None:

@@ -1,4 +1,4 @@
-"""What an error says, for a sentence."""
+"""An error's message, for a sentence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Devices are called by what stays: links, not numbers."""
+"""Devices are named by stable links, not by numbers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def test_links_are_found_by_what_they_lead_to(tmp_path: Path) -> None:
-    """Of several links to one device the first by name is taken; no folder has none."""
+    """Of several links to a device, the first by name counts; a missing folder has none."""
     node = tmp_path / "video0"
     node.write_bytes(b"")
     folder = tmp_path / "by-id"
@@ -23,7 +23,7 @@ def test_links_are_found_by_what_they_lead_to(tmp_path: Path) -> None:
 
 
 def test_one_of_two_alike_is_called_by_its_socket(tmp_path: Path) -> None:
-    """The link that both claim leads to one of them; where udev names neither, the device stays."""
+    """Of two devices with one id, each is named by its port; without links, by its number."""
     node = tmp_path / "ttyUSB1"
     node.touch()
     assert lasting_name(str(node), tmp_path, has_twin=True) == str(node)

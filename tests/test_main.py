@@ -1,4 +1,4 @@
-"""The command: every wrong use is one sentence and a status that is not 0."""
+"""The command: every wrong use is one sentence and a nonzero status."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def test_devices_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
-    """`wax devices` names cameras, microphones and serial ports, also where there are none."""
+    """`wax devices` lists cameras, microphones and serial ports, even if there are none."""
     assert main(["devices"]) == 0
     listed = capsys.readouterr().out.lower()
     for what in ("camera", "microphone", "serial"):
@@ -28,7 +28,7 @@ def test_devices_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="its event loop has no selector")
 def test_the_server_serves_few_connections_in_a_pass(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its event loop is the one that strangers' connections cannot fill."""
+    """The server runs the event loop that strangers' connections cannot fill."""
     found: list[Any] = []
 
     class App:
@@ -49,7 +49,7 @@ def test_the_server_serves_few_connections_in_a_pass(monkeypatch: pytest.MonkeyP
 
 
 def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
-    """`wax --version` tells the version of the package."""
+    """`wax --version` prints the package's version."""
     with pytest.raises(SystemExit) as ended:
         main(["--version"])
     assert ended.value.code == 0
@@ -67,7 +67,7 @@ def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
 def test_wrong_use_is_a_sentence(
     arguments: list[str], says: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """What cannot be used is named on standard error, and the status is 2."""
+    """Wrong use is a sentence on standard error, with status 2."""
     assert main(arguments) == 2
     shown = capsys.readouterr()
     assert says in shown.err
@@ -77,7 +77,7 @@ def test_wrong_use_is_a_sentence(
 def test_all_problems_of_a_file_are_told(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A configuration with two mistakes is refused with both."""
+    """A configuration with two mistakes is refused with both of them."""
     path = tmp_path / "robot.toml"
     path.write_text("[turns]\nturn_s = -1\n[drive]\nwheels = 4\n")
     assert main(["--config", str(path)]) == 2
@@ -97,7 +97,7 @@ def test_all_problems_of_a_file_are_told(
 def test_a_proof_that_cannot_be_made_is_a_sentence(
     arguments: list[str], says: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """`wax prove-stop` refuses wrong use, and to prove what only looks like a robot."""
+    """`wax prove-stop` refuses wrong use, and a robot that cannot be proved."""
     assert main(["prove-stop", *arguments]) == 2
     shown = capsys.readouterr()
     assert says in shown.err
@@ -108,7 +108,7 @@ def test_a_proof_that_cannot_be_made_is_a_sentence(
 def test_no_proof_moves_a_robot_that_may_stand_on_the_floor(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], *, before: bool
 ) -> None:
-    """Without --lifted and a terminal to ask at nothing is opened and nothing is written."""
+    """Without --lifted or a terminal to ask at, nothing is opened and nothing is written."""
     path = tmp_path / "robot.toml"
     path.write_text('[robot]\ndriver = "serial"\n')
     given = ["--config", str(path)]
@@ -131,7 +131,7 @@ def test_a_robot_that_is_not_there_cannot_be_proved(
 
 
 def test_the_tape_is_listed_and_deleted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """`wax tape` finds the configured folder, or the one that is named."""
+    """`wax tape` uses the configured folder, or the one given as an option."""
     folder = tmp_path / "tape"
     folder.mkdir()
     (folder / "wax-20261123T140000Z.mcap").write_bytes(b"")
@@ -148,7 +148,7 @@ def test_the_tape_is_listed_and_deleted(tmp_path: Path, capsys: pytest.CaptureFi
 def test_there_must_be_something_to_replay(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """What is no tape is one sentence, and no page is served."""
+    """Without a tape, `wax replay` prints one sentence and serves no page."""
     assert main(["replay", str(tmp_path / "gone.mcap")]) == 1
     assert "gone.mcap does not exist" in capsys.readouterr().err
     assert main(["replay", str(tmp_path)]) == 1
@@ -158,7 +158,7 @@ def test_there_must_be_something_to_replay(
 def test_a_terminal_that_lacks_a_sign_ends_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What a Latin-1 terminal cannot show is written in escapes."""
+    """A character that a Latin-1 terminal lacks is printed as an escape."""
     shown = io.TextIOWrapper(io.BytesIO(), encoding="latin-1")
     monkeypatch.setattr(sys, "stderr", shown)
     assert main(["--config", str(tmp_path / "робот.toml")]) == 2
@@ -168,7 +168,7 @@ def test_a_terminal_that_lacks_a_sign_ends_nothing(
 
 @pytest.fixture
 def unread() -> Iterator[int]:
-    """Give a pipe at whose other end nobody is."""
+    """Return a pipe without a reader."""
     read, write = os.pipe()
     os.close(read)
     yield write
@@ -180,7 +180,7 @@ def unread() -> Iterator[int]:
 def test_a_reader_who_has_seen_enough_ends_it(
     arguments: list[str], unread: int, monkeypatch: pytest.MonkeyPatch, *, is_buffered: bool
 ) -> None:
-    """As SIGPIPE ends other programs, whatever is printed; nothing is left to complain at exit."""
+    """A closed pipe ends any command as SIGPIPE would, without a message at exit."""
     raw = io.FileIO(unread, "wb", closefd=False)
     shown = io.TextIOWrapper(
         io.BufferedWriter(raw) if is_buffered else cast("io.BufferedWriter", raw),
@@ -194,7 +194,7 @@ def test_a_reader_who_has_seen_enough_ends_it(
 
 
 def test_a_version_that_nobody_reads(unread: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What ends within the reading of the arguments ends as quietly."""
+    """A closed pipe ends `--version` as quietly."""
     with os.fdopen(os.dup(unread), "w") as shown:
         monkeypatch.setattr(sys, "stdout", shown)
         assert until_read(lambda: main(["--version"])) == 141
@@ -203,14 +203,14 @@ def test_a_version_that_nobody_reads(unread: int, monkeypatch: pytest.MonkeyPatc
 def test_a_complaint_that_nobody_reads_ends_it(
     unread: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Standard error is read by somebody else than standard output, or by nobody."""
+    """A closed standard error ends the command, too."""
     with os.fdopen(os.dup(unread), "w", buffering=1) as shown:
         monkeypatch.setattr(sys, "stderr", shown)
         assert until_read(lambda: main(["--config", "nowhere.toml"])) == 141
 
 
 def test_another_pipe_that_breaks_is_a_fault() -> None:
-    """What is read by somebody does not hide it."""
+    """A `BrokenPipeError` of another pipe is raised if both our streams are read."""
 
     def breaks() -> int:
         raise BrokenPipeError
@@ -222,7 +222,7 @@ def test_another_pipe_that_breaks_is_a_fault() -> None:
 def test_nothing_is_written_for_everybody_to_change(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Not even with a umask of 0, with which many a container starts."""
+    """No file is writable for everybody, even with a container's umask of 0."""
     monkeypatch.chdir(tmp_path)
     before = os.umask(0)
     try:
@@ -238,7 +238,7 @@ def test_nothing_is_written_for_everybody_to_change(
 def test_a_closed_stream_is_an_empty_one(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """As some supervisors start their services: there is nobody to ask, and that is a sentence."""
+    """A standard stream that a supervisor has closed acts as an empty one."""
     monkeypatch.setattr(sys, "stdin", None)
     assert main(["init"]) == 2
     assert "no terminal" in capsys.readouterr().err

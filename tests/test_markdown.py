@@ -1,4 +1,4 @@
-"""What people read: links lead somewhere, and the first page stays short."""
+"""The documents: links resolve, and the first page stays short."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ TEXTS: Final = sorted(
 
 
 def _anchors(text: str) -> set[str]:
-    """Return the anchors that GitHub makes of the headings."""
+    """Return the anchors that GitHub derives from the headings."""
     headings = re.findall(r"^#+ (.+)$", _BLOCK.sub("", text), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
 @pytest.mark.parametrize("name", TEXTS)
 def test_links_lead_somewhere(name: str) -> None:
-    """A file that is linked to is there, and so is the heading."""
+    """Every linked file exists, and has the linked heading."""
     path = ROOT / name
     prose = _CODE.sub("", _BLOCK.sub("", path.read_text(encoding="utf-8")))
     for found in _LINK.finditer(prose):
@@ -51,7 +51,7 @@ def test_links_lead_somewhere(name: str) -> None:
 
 
 def test_the_readme_is_read_in_five_minutes() -> None:
-    """A newcomer gets an overview, and finds the rest beside what it describes."""
+    """The README stays short enough for five minutes."""
     data = (ROOT / "README.md").read_bytes()
     assert len(data.splitlines()) <= _MOST_LINES
     assert len(data) <= _MOST_BYTES

@@ -1,4 +1,4 @@
-"""Files that the host has named: what is no file, or no sensible one, is a sentence."""
+"""Files that the configuration names: anything but a sensible file is a sentence."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 def settings(name: str, **tables: object) -> Settings:
-    """Return a configuration in which `{}` is this file."""
+    """Return a configuration with this file in place of `{}`."""
 
     def filled(tree: object) -> object:
         if isinstance(tree, dict):
@@ -80,11 +80,11 @@ READERS: dict[str, Callable[[str], object]] = {
     "tape": lambda name: Library(Path(name)),
     "records": lambda name: reading.read(Path(name), "visits", None),
 }
-"""Each as the server or a command reads it when it starts."""
+"""Each reader as the server or a command calls it at its start."""
 
 
 def no_file(kind: str, folder: Path) -> str:
-    """Return the name of something that cannot be read, or not to its end."""
+    """Return the path of something that cannot be read, or never ends."""
     path = folder / "named.mcap"
     if kind == "pipe":
         os.mkfifo(path)
@@ -108,7 +108,7 @@ KINDS = ("pipe", "folder", "device", "circle", "1 GB", "null character")
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("reader", READERS)
 def test_what_is_no_file_is_a_sentence(reader: str, kind: str, tmp_path: Path) -> None:
-    """It names the file, and nothing hangs, fills the memory or ends in a traceback."""
+    """The sentence names the file, and nothing hangs, fills the memory or prints a traceback."""
     name = no_file(kind, tmp_path)
     with pytest.raises(WaxError) as refused:
         READERS[reader](name)
@@ -121,7 +121,7 @@ def test_what_is_no_file_is_a_sentence(reader: str, kind: str, tmp_path: Path) -
 def test_a_secret_that_is_kept_from_a_service_is_a_sentence(
     reader: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It is the line by which systemd gives the service a copy."""
+    """The sentence has the line by which systemd gives the service a copy."""
 
     def refuse(*_: object) -> int:
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
@@ -136,7 +136,7 @@ def test_a_secret_that_is_kept_from_a_service_is_a_sentence(
 @pytest.mark.timeout(10)
 @pytest.mark.parametrize("kind", KINDS)
 def test_ssh_is_not_given_a_key_that_it_would_wait_for(kind: str, tmp_path: Path) -> None:
-    """The tunnel and the doctor say so instead."""
+    """The tunnel and the doctor report a key file on which ssh would hang, and do not start ssh."""
     with pytest.raises(OSError, match=r"."):
         with_key(DoorSettings.model_construct(key_file=no_file(kind, tmp_path)))
 
@@ -156,7 +156,7 @@ def test_ssh_is_not_given_a_key_that_it_would_wait_for(kind: str, tmp_path: Path
 def test_the_doctor_reads_what_no_other_check_does(
     tables: dict[str, object], tmp_path: Path
 ) -> None:
-    """A pipe is a verdict that names it, before the server is started with it."""
+    """A pipe in place of a file is a verdict of `wax doctor` that names it."""
     name = no_file("pipe", tmp_path)
     assert examine(Check("files", lambda: files(Settings()))).level == "ok"
     verdict = examine(Check("files", lambda: files(settings(name, **tables))))

@@ -1,4 +1,4 @@
-"""Plug-ins by the names under which packages offer them."""
+"""Plug-ins by the names of their packages' entry points."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ KEY = "robot.driver"
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """Return a folder in which Python finds packages."""
+    """Return a folder on Python's module search path."""
     before = set(sys.modules)
     monkeypatch.syspath_prepend(str(tmp_path))
     yield tmp_path
@@ -42,7 +42,7 @@ def test_what_comes_with_wax_is_offered_as_the_project_says() -> None:
 
 
 def test_a_package_of_somebody_else_is_found_by_its_name(folder: Path) -> None:
-    """Its class is loaded by the name alone, and listed with where it comes from."""
+    """A foreign class is loaded by its name alone, and listed with its package."""
     install(
         folder,
         "tank-robot",
@@ -59,7 +59,7 @@ def test_a_package_of_somebody_else_is_found_by_its_name(folder: Path) -> None:
 
 
 def test_an_unknown_name_is_told_what_there_is(folder: Path) -> None:
-    """Those of other packages are among them."""
+    """An unknown name is refused with the possible ones, other packages' included."""
     install(folder, "tank-robot", {DRIVERS: {"tank": "tank_module:Tank"}})
     with pytest.raises(ConfigError) as refused:
         plugin.load_class("tnak", DRIVERS, KEY)
@@ -72,7 +72,7 @@ def test_an_unknown_name_is_told_what_there_is(folder: Path) -> None:
 
 
 def test_ours_cannot_be_replaced(folder: Path) -> None:
-    """A package that offers a name of WAX's own does not get it."""
+    """A package cannot take over a name of WAX's own."""
     install(folder, "tank-robot", {DRIVERS: {"serial": "tank_module:Tank"}})
     offer = plugin.find_offer("serial", DRIVERS, KEY)
     assert offer is not None
@@ -80,7 +80,7 @@ def test_ours_cannot_be_replaced(folder: Path) -> None:
 
 
 def test_a_name_that_two_packages_offer_is_nobodys(folder: Path) -> None:
-    """Which one was meant cannot be known; the sentence says how to write it."""
+    """A name that two packages offer is refused with how to write the one that is meant."""
     install(folder, "tank-robot", {DRIVERS: {"tank": "tank_module:Tank"}})
     install(folder, "water-works", {DRIVERS: {"tank": "water:Tank"}})
     with pytest.raises(ConfigError) as refused:
@@ -101,7 +101,7 @@ class Tank:
 
 @pytest.mark.parametrize("text", ["import tank_bus\nclass Tank: pass", LAZY])
 def test_a_missing_extra_is_told_with_the_line_that_installs_it(folder: Path, text: str) -> None:
-    """Wherever the plug-in imports what it lacks; `wax devices` shows the same line before."""
+    """A missing library is a sentence with the command that installs it, as in `wax devices`."""
     install(
         folder,
         "tank-robot",
@@ -121,7 +121,7 @@ def test_a_missing_extra_is_told_with_the_line_that_installs_it(folder: Path, te
 
 
 def test_a_broken_offer_is_told_apart_from_a_missing_extra(folder: Path) -> None:
-    """A package that offers what it does not have is not answered with an installation."""
+    """An entry point that leads nowhere is reported as broken, not as a missing extra."""
     install(folder, "tank-robot", {DRIVERS: {"tank": "tank_module:Tank"}})
     with pytest.raises(ConfigError, match=r"^robot\.driver: tank: cannot import tank_module: No"):
         plugin.load_class("tank", DRIVERS, KEY)

@@ -1,4 +1,4 @@
-"""What a second look finds out, from programs that really answer so."""
+"""The diagnosis of failed connections, with programs that really fail so."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def _told(port: int, scheme: str, authority: Path | None = None, limit_s: float = 2.0) -> Sentence:
-    """Return what is said of a try to speak to this port."""
+    """Return the diagnosis of a failed connection to this port."""
     target = Target.of(f"{scheme}://localhost:{port}", limit_s)
     assert target is not None
     context = ssl.create_default_context(cafile=authority)
@@ -41,7 +41,7 @@ def _told(port: int, scheme: str, authority: Path | None = None, limit_s: float 
 
 
 def test_a_certificates_own_words_are_told(tmp_path: Path) -> None:
-    """Its names and dates, which OpenSSL keeps for itself."""
+    """The sentence has the certificate's names and dates, which OpenSSL's error lacks."""
     other = pair(tmp_path, "other.example")
     with serving(server_context(other)) as port:
         assert "is for other.example, not for localhost" in str(_told(port, "https", other))
@@ -55,14 +55,14 @@ def test_a_certificates_own_words_are_told(tmp_path: Path) -> None:
 
 
 def test_who_expects_tls_is_noticed(tmp_path: Path) -> None:
-    """Though they only hang up at what is plain."""
+    """A TLS server that only hangs up on plain text is recognized."""
     with serving(server_context(pair(tmp_path))) as port:
         assert _told(port, "http").code == "unreachable.tls"
 
 
 @pytest.mark.parametrize("answer", [b"", b"SSH-2.0-x\r\n", b"HTTP/1.1 400 Bad Request\r\n\r\n"])
 def test_who_speaks_no_tls_is_noticed(answer: bytes) -> None:
-    """Whether they hang up at a handshake or answer it in their own words."""
+    """A plain server is recognized whether it hangs up on a handshake or answers it."""
     with serving(None, answer) as port:
         assert _told(port, "https").code == "unreachable.no_tls"
         assert _told(port, "http").code == "unreachable.closed"
@@ -75,7 +75,7 @@ def test_who_speaks_no_tls_is_noticed(answer: bytes) -> None:
 def test_who_wants_a_clients_certificate_is_noticed(
     tmp_path: Path, newest: ssl.TLSVersion, kind: str
 ) -> None:
-    """By TLS 1.3 they say so only after the handshake, when it may be lost."""
+    """A server that wants a client certificate is recognized, by TLS 1.3 after the handshake."""
     own = pair(tmp_path)
     context = server_context(own, wants_client=True)
     context.maximum_version = newest
@@ -86,13 +86,13 @@ def test_who_wants_a_clients_certificate_is_noticed(
 
 
 def test_one_that_accepts_and_is_silent_is_no_firewall() -> None:
-    """Nothing is said to it where what is plain had no answer."""
+    """A server that accepts and stays silent is told apart from a firewall, without a handshake."""
     with socket.create_server(("127.0.0.1", 0)) as silent:
         assert _told(silent.getsockname()[1], "http", limit_s=0.05).code == "unreachable.hangs"
 
 
 def test_the_second_look_says_what_the_first_error_does_not() -> None:
-    """FFmpeg's, of a name that there is not or a port that nobody has, says nothing."""
+    """A missing name or a closed port is recognized behind FFmpeg's error, which says nothing."""
     nobody = Target("http", "localhost", 9, 1.0)
     assert explained(nobody, ConnectionAbortedError()).code == "unreachable.nobody"
     nameless = Target("http", "nowhere.invalid", 80, 1.0)
@@ -101,7 +101,7 @@ def test_the_second_look_says_what_the_first_error_does_not() -> None:
 
 
 async def test_a_look_that_takes_too_long_is_given_up() -> None:
-    """What is known already is said then, and no thread of the event loop is taken."""
+    """A diagnosis that times out falls back on the first error, and uses no executor thread."""
     with socket.create_server(("127.0.0.1", 0)) as silent:
         target = Target("https", "localhost", silent.getsockname()[1], 3.0)
         told = await explained_aside(target, ConnectionResetError(), 0.05)

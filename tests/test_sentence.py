@@ -1,4 +1,4 @@
-"""The sentences for people, which travel as codes with values."""
+"""Sentences for people, as codes with values."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _PARTS: Final = re.compile(
     r"by|rate|tape|sent|sync|thesis|portaudio|(microphone|speaker)\.(default|named)"
     r"|camera\.named|says|fault|proof\.(?!passed$|late)\w+"
 )
-"""What stands within other sentences, or in a list of figures, and so is no whole one."""
+"""The codes of parts of sentences and of figures, which are not whole sentences."""
 
 
 def _templates(code: str) -> list[str]:
@@ -38,7 +38,7 @@ def _holes(code: str) -> set[str]:
 
 @cache
 def _made() -> list[tuple[str, list[str], set[str] | None]]:
-    """Return each `Sentence(…)` of the source: where, the codes it may have, its values' names."""
+    """Return each `Sentence(…)` in the source: its place, possible codes, and values' names."""
     made = []
     for path in sorted(_SOURCES.rglob("*.py")):
         source = path.read_text(encoding="utf-8")
@@ -59,7 +59,7 @@ def _names(values: ast.expr) -> set[str] | None:
 
 
 def test_the_whole_source_was_read() -> None:
-    """Otherwise the tests below would promise nothing."""
+    """The search finds the source's sentences; otherwise the tests below would prove nothing."""
     assert len(_made()) > 150
 
 
@@ -75,13 +75,13 @@ def test_what_the_source_says_is_in_the_catalogue() -> None:
 
 
 def test_nothing_is_in_the_catalogue_that_nobody_says() -> None:
-    """What was said once and is not any more is taken out, in every language."""
+    """Every code of the catalogue is used in the source."""
     said = {code for _, codes, _ in _made() for code in codes}
     assert set(CATALOGUE) == said
 
 
 def test_each_is_english_that_reads_right() -> None:
-    """A whole sentence with whatever is in its holes; nothing is left open."""
+    """Every template is a whole English sentence once its placeholders are filled."""
     for code, n in product(CATALOGUE, (1, 2, 30)):
         values = dict.fromkeys(_holes(code), "the door") | {"n": n}
         text = str(Sentence(code, values))
@@ -109,7 +109,7 @@ def test_each_is_english_that_reads_right() -> None:
     ],
 )
 def test_in_words(sentence: Sentence, english: str) -> None:
-    """Numbers, others within, what comes from elsewhere; and something even for what is wrong."""
+    """Numbers, nested sentences and foreign text are formatted, and even wrong codes give text."""
     assert str(sentence) == english
 
 
@@ -125,7 +125,7 @@ _VALUES = st.recursive(
     st.sampled_from([*CATALOGUE, "", "no.such"]), st.dictionaries(st.text(), _VALUES, max_size=3)
 )
 def test_words_are_found_for_anything(code: str, values: dict[str, str | int | float]) -> None:
-    """A sentence never raises, whatever is in it."""
+    """`str` of a sentence never raises, whatever its code and values."""
     holes = _holes(code) if code in CATALOGUE else set()
     sentence = Sentence(code, values | dict.fromkeys(holes, "") if len(values) % 2 else values)
     assert isinstance(str(sentence), str)
@@ -143,12 +143,12 @@ _SENT = st.recursive(
 @examples(100)
 @given(_SENT)
 def test_the_wire_keeps_it(sentence: Sentence) -> None:
-    """It arrives as it was sent, at a page and at a client without a browser."""
+    """A sentence survives encoding and decoding."""
     assert read(sentence.wire()) == sentence
 
 
 def test_the_wire_is_short() -> None:
-    """Values that are not there cost a modem nothing."""
+    """Empty values are not sent."""
     stop = Sentence("stop.pressed", {"by": Sentence("by.host")})
     assert json.dumps(stop.wire()) == (
         '{"code": "stop.pressed", "values": {"by": {"code": "by.host"}}}'
@@ -157,13 +157,13 @@ def test_the_wire_is_short() -> None:
 
 @pytest.mark.parametrize("wire", [None, "says", 3, {}, {"code": 3}, {"code": "x", "values": [1]}])
 def test_what_is_none_is_refused(wire: object) -> None:
-    """Anything but a code and values is a `ValueError`."""
+    """Anything but a code and values raises `ValueError`."""
     with pytest.raises(ValueError, match="Sentence"):
         read(wire)
 
 
 def test_an_error_is_a_sentence() -> None:
-    """By its code where it has one; a plug-in's own words are shown as they are."""
+    """An error's sentence keeps its code; a plug-in's text is shown unchanged."""
     ours, theirs = Sentence("camera.hangs", {"camera": 0}), "My camera has no film."
     assert (SourceError(ours).sentence, SourceError(theirs).sentence) == (ours, says(theirs))
     assert [str(WaxError(one)) for one in (ours, theirs)] == [str(ours), theirs]

@@ -1,4 +1,4 @@
-"""Where the server keeps what outlives it."""
+"""The state folder, for files that outlive the server."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ if TYPE_CHECKING:
     ],
 )
 def test_where_it_is(configured: str, environment: dict[str, str], found: str) -> None:
-    """As configured, else systemd's, else that of the user."""
+    """The folder is the configured one, else systemd's, else the user's."""
     assert state_dir.find(configured, environment) == Path(found).expanduser()
 
 
 def test_without_a_home_it_must_be_configured(monkeypatch: pytest.MonkeyPatch) -> None:
     """A user without a home directory, as in a container, is told which key to set."""
     monkeypatch.delenv("HOME", raising=False)
-    monkeypatch.setattr("os.getuid", lambda: 2**31 - 5)  # which passwd does not know
+    monkeypatch.setattr("os.getuid", lambda: 2**31 - 5)  # a user who is not in passwd
     for configured in ("", "~/robot"):
         with pytest.raises(StateError, match="state_dir"):
             state_dir.find(configured, {})
 
 
 def test_it_is_made_for_its_user_only(tmp_path: Path) -> None:
-    """A new folder is closed to others, as are its files; one that is there stays as it is."""
+    """A new folder and its files are closed to others; an existing folder keeps its mode."""
     made = state_dir.prepare(tmp_path / "new" / "wax")
     assert made.stat().st_mode & 0o777 == 0o700
     state_dir.make_private(made / "secret")
@@ -58,7 +58,7 @@ def test_it_is_made_for_its_user_only(tmp_path: Path) -> None:
 
 
 def test_what_is_no_file_keeps_its_mode(tmp_path: Path) -> None:
-    """As root, a device named as a file of ours would be closed to everybody else."""
+    """A device in place of a file keeps its mode, which root could change for everybody."""
     pipe = tmp_path / "null"
     os.mkfifo(pipe)
     pipe.chmod(0o666)
@@ -68,7 +68,7 @@ def test_what_is_no_file_keeps_its_mode(tmp_path: Path) -> None:
 
 
 def test_a_folder_that_cannot_be_is_a_sentence(tmp_path: Path) -> None:
-    """It names the folder, and the key to set."""
+    """The sentence names the folder and the key to set."""
     (tmp_path / "file").write_text("")
     with pytest.raises(StateError, match=r"file.*state_dir"):
         state_dir.prepare(tmp_path / "file" / "wax")
@@ -78,7 +78,7 @@ def test_a_folder_that_cannot_be_is_a_sentence(tmp_path: Path) -> None:
 def test_a_file_is_replaced_as_a_whole(
     fails: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Wherever it breaks off, there is the old one; it is on the disk before it is the new one."""
+    """A failed replacement leaves the old file; the new one is on disk before the rename."""
     path = tmp_path / "kept.json"
     state_dir.replace(path, b"old")
     acts: list[str] = []
@@ -107,7 +107,7 @@ def test_a_file_is_replaced_as_a_whole(
 
 
 def test_a_file_that_somebody_has_is_no_one_elses(tmp_path: Path) -> None:
-    """Until it is closed; those that only look may do so together."""
+    """A lock excludes others until the file is closed; shared locks coexist."""
     path = tmp_path / "locked"
     path.touch()
     with path.open("rb") as first, path.open("rb") as second:

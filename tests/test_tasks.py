@@ -1,4 +1,4 @@
-"""Supervision: a task that dies is told once, by name; a stop is quiet and complete."""
+"""Supervision: a task that dies is reported once, by name; a stop is quiet and complete."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ async def _live() -> None:
 
 
 async def test_a_task_that_raises_or_returns_is_a_death() -> None:
-    """Whatever ends by itself, with or without an error, is reported under its name."""
+    """A task that ends by itself, with or without an error, is reported by name."""
     deaths: list[str] = []
     supervisor = TaskSupervisor(deaths.append)
     supervisor.spawn("raises", _die())

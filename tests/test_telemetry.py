@@ -1,4 +1,4 @@
-"""Logs and figures: one line an event, in the form that was asked for; rates from counts."""
+"""Logs with one line for each event, in the configured format; and rates from counts."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_json_logs_are_one_object_a_line(capfd: pytest.CaptureFixture[str]) -> N
 
 
 def test_no_value_reaches_the_terminal_raw(capfd: pytest.CaptureFixture[str]) -> None:
-    """Ours, a library's, and what an exception says are escaped and cut; a flood is, too."""
+    """Values of our logs, libraries' and exceptions are escaped and cut; a flood is limited."""
     configure_logs(LogSettings(format="text"))
     log = structlog.get_logger("wax.test")
     log.info("renamed", name="\x1b]0;evil\x07\u202e" + "x" * 1000)
@@ -66,7 +66,7 @@ def test_no_value_reaches_the_terminal_raw(capfd: pytest.CaptureFixture[str]) ->
 
 
 def test_warnings_of_python_are_logs(capfd: pytest.CaptureFixture[str]) -> None:
-    """What `warnings` has to say is a line like others: it does not wait for a reader either."""
+    """Python's warnings are log lines, and do not wait for a reader either."""
     configure_logs(LogSettings(format="json"))
     with warnings.catch_warnings():
         warnings.simplefilter("always")
@@ -81,7 +81,7 @@ def test_warnings_of_python_are_logs(capfd: pytest.CaptureFixture[str]) -> None:
 def test_a_closed_standard_error_gets_nothing(
     capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where it is closed its number may be that of the robot's line: nothing is written there."""
+    """A closed standard error gets nothing: its descriptor may be the robot's serial line."""
     monkeypatch.setattr(sys, "stderr", None)
     configure_logs(LogSettings())
     structlog.get_logger("wax.test").warning("for nobody")
@@ -90,7 +90,7 @@ def test_a_closed_standard_error_gets_nothing(
 
 
 def test_text_logs_and_the_level(capfd: pytest.CaptureFixture[str]) -> None:
-    """Text is for people; what is below the level is not written."""
+    """Text logs are one readable line each; lines below the level are not written."""
     configure_logs(LogSettings(format="text", level="warning"))
     structlog.get_logger("wax.test").info("small")
     structlog.get_logger("wax.test").warning("large", size=2)
@@ -102,7 +102,7 @@ def test_text_logs_and_the_level(capfd: pytest.CaptureFixture[str]) -> None:
 
 
 def test_counters_add_up() -> None:
-    """Counts rise by name and are told in order."""
+    """Counts rise by name, and a snapshot is sorted."""
     counters = Counters()
     counters.add("b")
     counters.add("a", 2)
@@ -111,7 +111,7 @@ def test_counters_add_up() -> None:
 
 
 def test_rates_need_two_samples() -> None:
-    """A rate is the growth between two samples by the time between them."""
+    """A rate is the difference of two samples divided by the time between them."""
     rates = CountRates()
     rates.sample({"frames": 10}, 1.0)
     assert rates.hz("frames") == 0.0
@@ -121,7 +121,7 @@ def test_rates_need_two_samples() -> None:
 
 
 def test_a_command_that_says_itself_what_it_finds(capsys: pytest.CaptureFixture[str]) -> None:
-    """Warnings stay out of what a command prints meanwhile, errors go beside it."""
+    """Within `quiet_logs`, warnings are not printed and errors go to standard error."""
     log = structlog.get_logger("wax")
     with quiet_logs():
         log.warning("a warning")

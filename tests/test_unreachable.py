@@ -1,4 +1,4 @@
-"""What each failure to reach another program means, and what there is to do."""
+"""What each failure to reach another program means, and what to do."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def untrusted(code: int) -> ssl.SSLCertVerificationError:
     ],
 )
 def test_each_failure_of_a_socket_has_its_sentence(error: Exception, kind: str) -> None:
-    """Whoever wraps it; all values are there, and no address with its path is."""
+    """Each socket error, wrapped or not, has its sentence, with all values and without the path."""
     told = why(PLAIN, error, NOW)
     assert told.code == f"unreachable.{kind}"
     assert "…" not in str(told)
@@ -61,7 +61,7 @@ def test_each_failure_of_a_socket_has_its_sentence(error: Exception, kind: str) 
 
 
 def test_no_connection_is_not_a_silent_program() -> None:
-    """One is looked for at firewalls, the other in the program."""
+    """A connection that times out is told apart from a program that does not answer."""
     connecting = why(PLAIN, TimeoutError(), NOW, connecting=True)
     assert str(connecting).startswith("No connection to home:80 is made within 3 s")
     assert str(why(PLAIN, TimeoutError(), NOW, TlsAnswer(None))).startswith(
@@ -81,7 +81,7 @@ def test_no_connection_is_not_a_silent_program() -> None:
     ],
 )
 def test_each_failure_of_a_handshake_has_its_sentence(reason: str, kind: str) -> None:
-    """As well where it is not met before the second look."""
+    """Each handshake error has its sentence, also if only the second connection meets it."""
     error = tls_error(reason)
     assert why(TLS, error, NOW).code == f"unreachable.{kind}"
     if kind not in ("failed", "no_tls"):
@@ -90,7 +90,7 @@ def test_each_failure_of_a_handshake_has_its_sentence(reason: str, kind: str) ->
 
 
 def test_the_wrong_one_of_two_ports_is_said() -> None:
-    """Encrypted where it is plain, and the other way round, with what to write."""
+    """TLS to a plain port, and the reverse, are recognized, with the scheme to write."""
     told = why(TLS, ConnectionResetError(), NOW, TlsAnswer(speaks_tls=False))
     assert told.code == "unreachable.no_tls"
     assert "write mqtt:// in" in str(told)
@@ -121,12 +121,12 @@ def test_the_wrong_one_of_two_ports_is_said() -> None:
 def test_each_fault_of_a_certificate_has_its_advice(
     code: int, seen: TlsAnswer | None, says: str
 ) -> None:
-    """The authority's file is named only where the authority is the matter."""
+    """Each certificate error has its advice; `ca_file` is named only for an unknown authority."""
     assert re.search(says, str(why(TLS, untrusted(code), NOW, seen)))
 
 
 def test_an_authority_is_named_where_it_can_be() -> None:
-    """Where the configuration has a key for it, and whether it holds another."""
+    """The advice names the configuration key for an authority, and whether it holds a wrong one."""
     told = str(why(replace(TLS, has_ca=True), untrusted(20), NOW))
     assert told.startswith("Its certificate is not by the authority in [mqtt] ca_file")
     assert why(PLAIN, untrusted(20), NOW).code == "unreachable.authority"
@@ -144,6 +144,6 @@ def test_an_authority_is_named_where_it_can_be() -> None:
     ],
 )
 def test_a_target_is_read_from_its_address(url: str, at: str | None) -> None:
-    """Without what is secret in it; what does not go by TCP is none."""
+    """A target is a URL's host and port, without its secrets; None if it does not use TCP."""
     target = Target.of(url, 1.0)
     assert (None if target is None else target.at) == at

@@ -33,15 +33,15 @@ if TYPE_CHECKING:
 
 
 _INTERRUPTED: Final = 130
-"""As shells have it after Ctrl-C."""
+"""The exit status that shells use for Ctrl-C."""
 _UNREAD: Final = 141
-"""As shells have it after SIGPIPE."""
+"""The exit status that shells use for SIGPIPE."""
 
 
 def command() -> NoReturn:
-    """Run the command, and end the process though a thread hangs in its device.
+    """Run the command and end the process, even if a thread hangs in its device.
 
-    Python would end that thread within its call, for which C++, as of OpenCV, aborts the process.
+    Python would kill that thread within its call, for which C++ code, such as OpenCV's, aborts.
     """
     status = until_read(main)
     logging.shutdown()
@@ -51,9 +51,9 @@ def command() -> NoReturn:
 
 
 def until_read(run: Callable[[], int]) -> int:
-    """Run to the end, or until the reader of what is printed, such as `head`, has seen enough.
+    """Run to the end, or until the reader of our output, such as `head`, closes the pipe.
 
-    The signal that tells other programs so would end a server over any of its sockets.
+    SIGPIPE, which ends other programs then, would also end a server whose sockets close.
     """
     try:
         try:
@@ -66,14 +66,14 @@ def until_read(run: Callable[[], int]) -> int:
         if not unread:
             raise
         with Path(os.devnull).open("wb") as nobody:
-            for stream in unread:  # what is left in it is written at the end
+            for stream in unread:  # Python flushes its buffer at exit
                 os.dup2(nobody.fileno(), stream.fileno())
         return _UNREAD
     return status
 
 
 def _is_unread(stream: TextIO) -> bool:
-    """Whether this is a pipe at whose other end nobody is."""
+    """Whether this is a pipe without a reader."""
     asked = select.poll()
     asked.register(stream.fileno(), 0)
     return any(events & (select.POLLERR | select.POLLHUP) for _, events in asked.poll(0))
@@ -83,9 +83,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; the exit status is 0 for success, 1 for failure, 2 for wrong usage."""
     _open_streams()
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # a terminal that lacks a sign ends nothing
+        if isinstance(stream, io.TextIOWrapper):  # a terminal may lack a character
             stream.reconfigure(errors="backslashreplace")
-    # Containers often start with a umask of 0: what we write is nobody else's to change.
+    # Containers often start with a umask of 0: nobody else must be able to write to our files.
     os.umask(os.umask(0o077) | 0o002)
     arguments = _parser().parse_args(argv)
     try:
@@ -99,9 +99,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _open_streams() -> None:
-    """Put the null device where a standard stream was closed before us.
+    """Open the null device in place of each closed standard stream.
 
-    Else there is None to ask whether it is a terminal, and the next socket gets its number.
+    Otherwise the stream is None, and the next socket gets its descriptor.
     """
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
@@ -205,7 +205,7 @@ def _init(arguments: argparse.Namespace) -> int:
 
 
 def _takes_config(command: argparse.ArgumentParser) -> None:
-    """Let it stand behind the command, too; where it does not, what is before it counts."""
+    """Accept `--config` after the command, too, where it overrides one before it."""
     command.add_argument(
         "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
     )
@@ -371,7 +371,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
 
 def _serve(settings: Settings, config_path: Path | None) -> int:
     threads.check(threads.SERVERS)
-    # Imported here so that `wax devices` or a wrong option need not wait for the media libraries.
+    # Imported here so that other commands and wrong options need not load the media libraries.
     from wax.app import App
     from wax.edge.bounded_selector import bounded_loop
     from wax.edge.step_watch import StackSampler, StepWatch
@@ -395,7 +395,7 @@ def _serve(settings: Settings, config_path: Path | None) -> int:
         if app.tls is not None and app.tls.is_self_signed:
             print("\n  The certificate's SHA-256 fingerprint, which browsers show when they ask:")
             print(f"  {app.tls.fingerprint}")
-        if sys.stdout.isatty():  # a service's output is kept where others may read it
+        if sys.stdout.isatty():  # a service's output is logged where others may read it
             print(f"\n  For you, the host; it works once:\n  {app.new_host_link()[0]}")
         elif app.has_host_link:
             print("\n  `wax host-link` prints the link for you, the host.")
@@ -403,7 +403,7 @@ def _serve(settings: Settings, config_path: Path | None) -> int:
             print("\n  Nobody can become the host: set [server] state_dir, and start again.")
         print("\n  Ctrl-C stops the robot and the server.\n", flush=True)
 
-    # That of Windows has no selector.
+    # On Windows, the event loop has no selector.
     serves = partial(bounded_loop, limited, watch, app.has_people_at)
     loop_factory = None if sys.platform == "win32" else serves
     stacks = StackSampler(watch) if settings.log.level == "debug" else nullcontext()

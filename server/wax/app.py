@@ -103,14 +103,14 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _STOP_S: Final = 2.5
-"""Once the robot stands, peers, sockets and threads together get this long to end."""
+"""Once the robot has stopped, peers, sockets and threads together have this long to end."""
 
 
 class App:
     """One robot, one server. Built outside the event loop, `run` once inside it.
 
-    `config_path` is the file of the settings, for the proof of the stop; `steps` says which steps
-    of the event loop were long.
+    `config_path` is the settings' file, for the proof of the stop; `steps` returns the long steps
+    of the event loop.
     """
 
     _audio: SoundHub | UnitHub
@@ -387,9 +387,9 @@ class App:
             raise StartError(f"the server stopped: its task '{self._died}' failed; see the log")
 
     def new_host_link(self) -> list[str]:
-        """Return the page's URLs, of which the first to be opened makes a browser the host's.
+        """Return links to the page; the first one opened makes its browser a host.
 
-        The secret is a fragment (RFC 3986, 3.5): browsers send it to nobody.
+        The secret is a fragment (RFC 3986, 3.5), which browsers never send.
         """
         scheme = "https" if self.tls else "http"
         secret = self._access.new_host_link()
@@ -398,7 +398,7 @@ class App:
         return [f"{url}/#host={secret}" for url in (*urls, *([public] if public else []))]
 
     def has_people_at(self, address: str) -> bool:
-        """Whether somebody at this address, as limits count it, is in the room."""
+        """Whether somebody at this address, in the limits' form, is in the room."""
         return self._room.has_people_at(address)
 
     @property
@@ -413,7 +413,7 @@ class App:
         self._stopping.set()
 
     async def _start(self) -> None:
-        # The ports first: a server that is already running must keep the robot and the camera.
+        # The ports first: if a server is already running, it must keep the robot and the camera.
         await self._entrance.open()
         await self._network.open()
         await self._host_link.open()
@@ -455,7 +455,7 @@ class App:
                 await self._supervisor.stop()
                 await self._proof_runner.stop()
                 self._keeper.close()
-                # Together, not one after the other, so that several slow devices share one wait.
+                # Concurrently, so that several slow devices share one wait.
                 await asyncio.gather(
                     self._room.close(),
                     asyncio.to_thread(self._stop_threads),
@@ -473,7 +473,7 @@ class App:
         finally:
             self._network.close()
             if self._died is not None and isinstance(self._driver, ProcessDriver):
-                self._driver.abandon()  # who sits in the robot drives on
+                self._driver.abandon()  # a person aboard drives on
             else:
                 self._driver.close()
 
@@ -500,7 +500,7 @@ class App:
         return MetricsListener(self._settings.metrics, metrics.text)
 
     def _make_tape(self, counters: Counters) -> TapeFeed | None:
-        """Return the tape, if there is to be one; raises `StateError`."""
+        """Return the tape, None unless recording is enabled; raises `StateError`."""
         if not self._settings.recording.enabled or not isinstance(self._audio, SoundHub):
             return None
         return TapeFeed(
@@ -528,7 +528,7 @@ class App:
         )
 
     def _seen(self, *, waiting: int) -> StateSeen:
-        """Return what events may be made of, beside what the room calls for."""
+        """Return the state from whose changes events are made."""
         problems: dict[Fault, Sentence | None] = {
             ("camera" if name == "video" else "microphone", None): one.problem
             for name, one in self._captures.items()
@@ -557,7 +557,7 @@ class App:
         )
 
     def _camera_fails(self) -> bool:
-        """Whether nobody gets a picture to drive by from a camera that there is."""
+        """Whether there is a camera but no picture that one may drive by."""
         camera = self._captures.get("video")
         is_doubted = self._picture_clock.is_doubted(self._clock.now_s())
         return camera is not None and (camera.problem is not None or is_doubted)
@@ -578,7 +578,7 @@ class App:
         return self._room.viewer_role(viewer)
 
     def _check_voices(self, _events: tuple[TurnEvent, ...]) -> None:
-        """Let nobody speak for longer than their turn."""
+        """End the voice of anyone whose turn has ended."""
         if self._voices is not None:
             self._voices.check()
 
@@ -596,33 +596,33 @@ class App:
         if sources.video is not None:
             captures["video"] = SourceThread(
                 sources.video,
-                self._take_picture(),
+                self._picture_handler(),
                 name="camera",
                 clock=self._clock,
             )
         if sources.audio is not None:
             captures["audio"] = SourceThread(
                 sources.audio,
-                self._take_sound,
+                self._handle_sound,
                 name="microphone",
                 clock=self._clock,
             )
         return captures
 
-    def _take_picture(self) -> Callable[[Picture], None]:
-        """Return what handles pictures, in the camera's thread."""
+    def _picture_handler(self) -> Callable[[Picture], None]:
+        """Return the function that handles pictures in the camera's thread."""
         put: Callable[[Picture], None] = self._video.slot.put
         if self._settings.video.timestamp_overlay:
             put = TimestampOverlay(self._clock, put)
 
-        def take(picture: Picture) -> None:
-            # First, so that no command counts by a picture of which this is not yet known.
+        def handle(picture: Picture) -> None:
+            # First, so that no command is judged by a picture whose time is not yet noted.
             self._picture_clock = self._picture_clock.after(picture.captured_s, picture.within_s)
             put(self._blanking.picture(picture))
 
-        return take
+        return handle
 
-    def _take_sound(self, sound: Sound) -> None:
+    def _handle_sound(self, sound: Sound) -> None:
         """Handle sound, in the microphone's thread."""
         heard = self._channel_faults.push(self._blanking.sound(sound))
         for block in self._blocks.push(heard):
@@ -630,7 +630,7 @@ class App:
 
 
 def _encoders(settings: Settings) -> list[Encoders]:
-    """Choose what encodes the driving view, and each further camera; none for 2004's system."""
+    """Choose the encoders of the driving view and of each further camera; none for the thesis's."""
     if settings.sync.policy == "thesis":
         return []
     return choose([settings.video, *settings.camera])
@@ -649,7 +649,7 @@ def _speaker_thread(settings: VoiceSettings, clock: Clock, driver: Driver) -> Sp
 
 
 def _fitting(settings: Settings) -> ServerSettings:
-    """Return `[server]` with as many connections as this process can have open."""
+    """Return `[server]` with its connections limited to those this process can have open."""
     descriptors.raise_limit()
     limit = descriptors.limit()
     most = descriptors.connections_that_fit(settings, limit)
@@ -664,7 +664,7 @@ def _fitting(settings: Settings) -> ServerSettings:
 
 
 def _claim(settings: Settings) -> str:
-    """Return the file by which a driver process with a person aboard takes over from another."""
+    """Return the file by which a driver's process with a person aboard replaces another."""
     if not settings.local.is_on:
         return ""
     return str(state_dir.find(settings.server.state_dir) / "driver-claim")
@@ -676,7 +676,7 @@ def _branding(settings: Settings, service: Service, *, has_voice: bool) -> Brand
 
 
 def _calendar(settings: Settings, clock: Clock) -> OpeningCalendar | None:
-    """Return the calendar of the opening hours; None where the robot is always open."""
+    """Return the calendar of the opening hours; None if the robot is always open."""
     access = settings.access
     if not access.hours:
         return None

@@ -1,4 +1,4 @@
-"""An address is asked for as its owner wrote it: a signed one is another after decoding. Pure."""
+"""Requests a URL byte for byte as it is written: re-encoding would break a signed one. Pure."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _ORIGIN: Final = re.compile(r"[^/?#]*//[^/?#]*")
 
 
 def as_written(url: str) -> URL:
-    """Return it with path and query untouched, where yarl would write `/` for `%2F`.
+    """Return the URL with path and query untouched, where yarl would turn `%2F` into `/`.
 
     Raises `aiohttp.InvalidURL`.
     """

@@ -1,4 +1,4 @@
-"""Whose certificates count on the way to a program of the host's."""
+"""Which certificate authorities are trusted for the host's own programs."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from wax.named_file import read_bytes
 
 
 def client_tls(ca_file: str, key: str) -> ssl.SSLContext:
-    """Return what trusts the authority in `ca_file` alone, or this machine's if it is empty.
+    """Return a context that trusts only the authority in `ca_file`, or this machine's if empty.
 
     Raises `StartError`, which names the configuration's `key`.
     """
     path = expanded(ca_file) if ca_file else None
     try:
         if path is not None:
-            read_bytes(path)  # OpenSSL would wait for a pipe, and read a device without end
+            read_bytes(path)  # OpenSSL would block on a pipe, and read a device without end
         context = ssl.create_default_context(cafile=path)
-        if path is not None:  # from Python 3.13 on, most that a host makes by hand are refused
+        if path is not None:  # strict checks (Python 3.13) refuse most authorities made by hand
             context.verify_flags &= ~ssl.VERIFY_X509_STRICT
         return context
     except OSError as error:  # an SSLError, too

@@ -1,7 +1,7 @@
 """One monotonic clock for every measurement; wall time only for people and the test card.
 
-It includes the time in which the machine sleeps: after a resume, commands, pictures and control
-loop ticks have their true age, so nothing moves until all controls were released.
+It includes the time that the machine sleeps: after a resume, commands, pictures and control loop
+ticks have their true age, so nothing moves until all controls have been released.
 
 Pure code takes ``now_s`` as an argument; its caller has a `Clock` from the composition root.
 """
@@ -13,10 +13,10 @@ import time
 from typing import Final, Protocol
 
 _COUNTS_SLEEP: Final = {"linux": "CLOCK_BOOTTIME", "darwin": "CLOCK_MONOTONIC_RAW"}
-"""Where `time.monotonic` stops during sleep: the clock that does not (clock_gettime).
+"""For systems whose `time.monotonic` stops during sleep: the clock that does not (clock_gettime).
 
-Linux's ``CLOCK_MONOTONIC_RAW`` stops too. Elsewhere `time.monotonic` is the best available; that
-of Windows includes sleep.
+Linux's ``CLOCK_MONOTONIC_RAW`` stops too. Elsewhere `time.monotonic` is the best available; on
+Windows it includes sleep.
 """
 
 
@@ -48,5 +48,5 @@ class SystemClock:
 
 
 UNIX_ZERO_S: Final = SystemClock().wall_ms() / 1000 - SystemClock().now_s()
-"""The Unix time of `now_s` 0, as far as known when the process began: for what must not jump when
-somebody sets the clock, such as the capture times of sound and picture beside each other."""
+"""The Unix time of `now_s` 0, as measured when the process started: for times that must not jump
+when somebody sets the clock, such as the capture times of sound and picture."""

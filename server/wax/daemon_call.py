@@ -1,7 +1,7 @@
-"""Wait for what blocks, such as a name server that hangs, and hold up nobody and no end.
+"""Runs a blocking call, such as a name lookup that hangs, without delaying anything else.
 
-The event loop's own threads are few, which the page's files need too, and a process ends only once
-they are free.
+The event loop's own executor has few threads, which the page's files need too, and the process
+cannot end until they are free.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ _Found = TypeVar("_Found")
 
 
 async def daemon_call(name: str, call: Callable[[], _Found]) -> _Found:
-    """Return what `call` returns in a thread of this name, or raise what it raises."""
+    """Run `call` in a daemon thread of this name; return its result or raise its exception."""
     answer: Future[_Found] = Future()
-    answer.set_running_or_notify_cancel()  # nobody may be left to hear it
+    answer.set_running_or_notify_cancel()  # the waiter may be cancelled before the result
 
     def run() -> None:
         try:

@@ -1,4 +1,4 @@
-"""A device in a thread of its own, opened again when it fails: what sources and speakers share."""
+"""Runs a device in a thread of its own and reopens it when it fails; for sources and speakers."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _STOP_S: Final = 1.0
 
 
 class Device(Protocol):
-    """What the thread does with a device itself; either may raise anything."""
+    """What the thread needs of a device; either method may raise anything."""
 
     def open(self) -> None: ...
 
@@ -27,9 +27,9 @@ class Device(Protocol):
 
 
 class DeviceThread(ABC):
-    """Opens a device, uses it until it fails, and opens it again after a second.
+    """Opens a device, uses it until it fails, and reopens it after a second.
 
-    All methods may be called from any thread. Nothing here raises.
+    All methods may be called from any thread. None raises.
     """
 
     def __init__(
@@ -38,9 +38,9 @@ class DeviceThread(ABC):
         clock: Clock,
         *,
         name: str,
-        # The problem before it was opened for the first time.
+        # The problem until it is first opened.
         problem: Sentence | None,
-        # What to say once the device has blocked for so long: a hung one cannot report itself.
+        # The problem once the device has blocked for this long: a hung one cannot report itself.
         hangs: Sentence,
         hangs_after_s: float,
     ) -> None:
@@ -60,7 +60,7 @@ class DeviceThread(ABC):
 
     @property
     def problem(self) -> Sentence | None:
-        """A sentence for people while it does not work, else None."""
+        """A sentence for people while the device does not work, otherwise None."""
         with self._lock:
             since_s = self._busy_since_s
             hangs = since_s is not None and self._clock.now_s() - since_s > self._hangs_after_s
@@ -74,13 +74,13 @@ class DeviceThread(ABC):
         self._thread.start()
 
     def request_stop(self) -> None:
-        """Ask the thread to end, and return at once; `stop` then waits for it."""
+        """Ask the thread to end, without waiting; `stop` waits for it."""
         self._stopping.set()
 
     def stop(self) -> None:
         """End the thread and release the device; takes at most 1 s, safe to call twice.
 
-        A thread that hangs in its device is abandoned and does nothing more.
+        A thread that hangs in its device is abandoned.
         """
         self.request_stop()
         thread, self._thread = self._thread, None
@@ -96,7 +96,7 @@ class DeviceThread(ABC):
 
     @abstractmethod
     def _failed(self, why: str) -> Sentence:
-        """Return what to say of an error that is none of ours."""
+        """Return the sentence for an error that has none."""
 
     def _run(self) -> None:
         while not self._stopping.is_set():

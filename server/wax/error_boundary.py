@@ -1,4 +1,4 @@
-"""Contains errors: one viewer's, around every call from code that serves all, and others'."""
+"""Contains errors, such as one viewer's in every callback from code that serves all viewers."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _P = ParamSpec("_P")
 
 
 class FirstErrorLogged:
-    """A reusable context manager: exceptions inside are suppressed, the first one is logged.
+    """A reusable context manager that suppresses exceptions and logs the first one.
 
-    `event` is what the log says of it, with `about`.
+    `event` is the log's event, `about` its values.
     """
 
     def __init__(self, event: str, **about: object) -> None:
@@ -46,10 +46,9 @@ class FirstErrorLogged:
 
 
 class ErrorBoundary(FirstErrorLogged):
-    """A viewer's; `around` wraps a callback in it.
+    """Contains one viewer's errors; `around` wraps a callback.
 
-    Each exception is also counted, and `end` is called, which closes this viewer's peer and may
-    itself raise.
+    Each exception is also counted, and closes this viewer's peer by `end`, which may itself raise.
     """
 
     def __init__(self, *, viewer: int, counters: Counters, end: Callable[[], None]) -> None:
@@ -75,6 +74,6 @@ class ErrorBoundary(FirstErrorLogged):
         if not super().__exit__(kind, error, trace):
             return False
         self._counters.add("viewer faults")
-        with suppress(Exception):  # a peer that cannot be closed must not harm the others
+        with suppress(Exception):  # a peer that cannot be closed must not affect the others
             self._end()
         return True

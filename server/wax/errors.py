@@ -4,17 +4,17 @@ WaxError
  ├── ConfigError      the configuration cannot be used; the server does not start
  │    └── PluginError    … because a plug-in fails while it is built; it may not, later
  ├── SourceError      a camera, microphone or file does not deliver; retried
- ├── SpeakerError     a speaker cannot be opened, or takes no more; retried
+ ├── SpeakerError     a speaker cannot be opened, or has stopped playing; retried
  ├── DriverError      the robot cannot be reached; retried, nothing moves meanwhile
  ├── ProtocolError    bytes from outside that are not a valid message; refused and counted
  ├── SignallingError  an offer that cannot be answered
- ├── FullError        no room for one more viewer
- │    └── NoPlaceError  … here, but perhaps in a room of the cluster
+ ├── FullError        no place for one more viewer
+ │    └── NoPlaceError  … here, but perhaps in a LiveKit room
  ├── TooOftenError    one address requests connections, or tries secrets, too often
- ├── NotForUsError    a request that is not meant for this server, or not by our own page
+ ├── NotForUsError    a request for another server, or from another site's page
  ├── ForbiddenError   a request that its sender may not make, or not now
- │    └── NotAdmittedError  somebody who may not come in, or not stay
- ├── StateError       the folder for what outlives the server cannot be used
+ │    └── NotAdmittedError  somebody who may not enter, or not stay
+ ├── StateError       the state folder cannot be used
  └── StartError       something the server needs at its start is missing or in use
 """
 
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 class WaxError(Exception):
     """A sentence for a person: what is wrong and what to do.
 
-    What a viewer gets to see is a `Sentence`, which their page says in their language; what only
-    the host sees, and a plug-in's own words, are text. `str` of either is English.
+    For viewers it is a `Sentence`, which the page shows in their language; for the host alone, and
+    from a plug-in, it is plain text. `str` of either is English.
     """
 
     def __init__(self, sentence: Sentence | str) -> None:
@@ -42,13 +42,13 @@ class WaxError(Exception):
 
     @property
     def sentence(self) -> Sentence:
-        """What is wrong, for a page."""
+        """The sentence in the form for a page."""
         (what,) = self.args
         return what if isinstance(what, Sentence) else says(str(what))
 
 
 class _LaterError(WaxError):
-    """What may be asked again after `retry_after_s` seconds."""
+    """A request that may be retried after `retry_after_s` seconds."""
 
     def __init__(self, sentence: Sentence | str, *, retry_after_s: int = 1) -> None:
         super().__init__(sentence)
@@ -56,11 +56,11 @@ class _LaterError(WaxError):
 
 
 class ConfigError(WaxError):
-    """All problems of a configuration, one a line."""
+    """All problems of a configuration, one on each line."""
 
 
 class PluginError(ConfigError):
-    """A plug-in raised, or does not keep to its interface, while it was built."""
+    """A plug-in raised, or did not match its interface, while it was built."""
 
 
 class SourceError(WaxError):
@@ -68,7 +68,7 @@ class SourceError(WaxError):
 
 
 class SpeakerError(WaxError):
-    """A speaker that cannot be opened or has stopped taking sound."""
+    """A speaker that cannot be opened or has stopped playing."""
 
 
 class DriverError(WaxError):
@@ -88,7 +88,7 @@ class FullError(_LaterError):
 
 
 class NoPlaceError(FullError):
-    """The places, or the upload, of this machine are taken; a room elsewhere may have some."""
+    """The places, or the upload, of this machine are taken; a LiveKit room may have a place."""
 
 
 class TooOftenError(_LaterError):
@@ -96,7 +96,7 @@ class TooOftenError(_LaterError):
 
 
 class NotForUsError(WaxError):
-    """A request that is not to be answered; `status` is what HTTP calls that."""
+    """A request that must not be answered; `status` is its HTTP status."""
 
     def __init__(self, sentence: Sentence, status: int) -> None:
         super().__init__(sentence)
@@ -108,9 +108,10 @@ class ForbiddenError(WaxError):
 
 
 class NotAdmittedError(ForbiddenError):
-    """Somebody who may not come in, or not stay.
+    """Somebody who may not enter, or not stay.
 
-    `openings` are when they may in the week to come; none if that is not the matter or not known.
+    `openings` are the opening hours of the coming week; empty if hours are not the reason, or if
+    they are unknown.
     """
 
     def __init__(self, sentence: Sentence | str, openings: Sequence[Opening] = ()) -> None:
@@ -119,7 +120,7 @@ class NotAdmittedError(ForbiddenError):
 
 
 class StateError(WaxError):
-    """The folder or file for what outlives the server cannot be used."""
+    """The state folder, or a file in it, cannot be used."""
 
 
 class StartError(WaxError):
@@ -139,5 +140,5 @@ HTTP_STATUS: Final[dict[type[WaxError], int]] = {
 
 
 def reason_of(error: Exception) -> str:
-    """Return what an error says without its number, or its type's name if it says nothing."""
+    """Return an error's message without its number, or its type's name if it has no message."""
     return str(getattr(error, "strerror", None) or error) or type(error).__name__

@@ -1,4 +1,4 @@
-"""Folders that a bare machine may lack: a home, and one for temporary files."""
+"""Folders that may be missing on a bare machine: a home, and one for temporary files."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from wax.errors import StateError, reason_of
 
 
 def expanded(name: str) -> Path:
-    """Return the path with ``~`` for a home directory; unchanged where there is no such home.
+    """Return the path with ``~`` expanded; unchanged if there is no such home directory.
 
-    A user of a container often has no name, and no ``$HOME``.
+    A container's user often has no name and no ``$HOME``.
     """
     with contextlib.suppress(RuntimeError):
         return Path(name).expanduser()
@@ -20,7 +20,7 @@ def expanded(name: str) -> Path:
 
 
 def temporary(prefix: str) -> tempfile.TemporaryDirectory[str]:
-    """Make a folder that ends with the object; raises `StateError` where none can be made."""
+    """Create a folder that is deleted with the object; raises `StateError` if that fails."""
     try:
         return tempfile.TemporaryDirectory(prefix=prefix)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""What a device is called for good: udev's links, for numbers change as things are plugged in."""
+"""Stable device names: udev's links, since device numbers change as devices are plugged in."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ if TYPE_CHECKING:
 
 
 def lasting_name(device: str, folder: Path, *, has_twin: bool) -> str:
-    """Return the link in `folder` that names the device by what it is, else the device.
+    """Return the stable link in `folder` to a device, or the device if it has none.
 
-    Two that say the same of themselves claim one such link, which leads to whichever was found
-    last: of one that `has_twin` it is the link that names the socket that it is in.
+    That is its link by id. Two devices with the same id share one link, which leads to the one
+    found last; a device that `has_twin` is therefore named by the port that it is plugged into.
     """
     return links(folder / ("by-path" if has_twin else "by-id")).get(device, device)
 
 
 def links(folder: Path) -> dict[str, str]:
-    """Return the links there, the first by name, by the device to which they lead now."""
+    """Return a folder's links by the device that each leads to, the first by name of several."""
     found = sorted(folder.iterdir()) if folder.is_dir() else []
     return {str(link.resolve()): str(link) for link in reversed(found)}

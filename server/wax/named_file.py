@@ -1,6 +1,6 @@
-"""Files that the host has named: read so that a wrong name is a sentence, never a start that hangs.
+"""Reads files that the configuration names, so that a wrong name is a sentence and never hangs.
 
-A pipe that nobody writes into holds up whoever opens it; a device such as /dev/zero never ends.
+Opening a pipe without a writer would block; a device such as /dev/zero never ends.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from wax.errors import StartError, reason_of
 from wax.folders import expanded
 
 TEXT_BYTES: Final = 1 << 20
-"""More than any certificate, key, secret or configuration has."""
+"""Larger than any certificate, key, secret or configuration."""
 
 _KINDS: Final = {
     stat.S_IFDIR: "it is a folder, not a file",
@@ -28,7 +28,7 @@ _KINDS: Final = {
 
 
 def check(path: Path) -> os.stat_result:
-    """Return what is known of a file; raises `OSError`, whose `strerror` says why it is none."""
+    """Return a regular file's status; raises `OSError`, whose `strerror` says why it is none."""
     try:
         found = path.stat()
     except ValueError:  # a null character
@@ -39,9 +39,9 @@ def check(path: Path) -> os.stat_result:
 
 
 def read_bytes(path: Path, most_bytes: int = TEXT_BYTES) -> bytes:
-    """Return what is in a file, of at most `most_bytes`; raises `OSError` as `check` does."""
+    """Return a file's content; raises `OSError` as `check`, or if it exceeds `most_bytes`."""
     check(path)
-    # Not blocking: should it have become a pipe meanwhile, the start does not hang.
+    # Non-blocking: if it has become a pipe since the check, the start does not hang.
     with os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
         content = file.read(most_bytes + 1)
     if len(content) > most_bytes:
@@ -50,16 +50,16 @@ def read_bytes(path: Path, most_bytes: int = TEXT_BYTES) -> bytes:
 
 
 def problem(error: OSError) -> str:
-    """Return what is wrong, to follow the file's name in a sentence."""
+    """Return what is wrong, in words that follow the file's name."""
     if isinstance(error, FileNotFoundError):
         return "does not exist"
     return f"cannot be read: {reason_of(error)}"
 
 
 def secret_file(name: str) -> Path:
-    """Return the file as it is named, or what systemd gives a service of it (`LoadCredential`).
+    """Return the path of a named file, or of the copy that systemd gives a service.
 
-    A service's user may not read the file itself.
+    A service's user may be unable to read the file itself (systemd's `LoadCredential`).
     """
     given = _credentials()
     with contextlib.suppress(OSError):
@@ -70,7 +70,7 @@ def secret_file(name: str) -> Path:
 
 
 def is_credential(path: Path) -> bool:
-    """Whether systemd has given it to this service, with an access list in place of a mode."""
+    """Whether it is systemd's copy for this service, which has an access list for its mode."""
     return str(path.parent) == _credentials()
 
 
@@ -79,7 +79,7 @@ def _credentials() -> str:
 
 
 def read_secret(name: str) -> bytes:
-    """Return what is in a secret's file; raises `OSError`, which says how a service gets at it."""
+    """Return a secret file's content; raises `OSError`, which tells a service how to get it."""
     path = secret_file(name)
     try:
         return read_bytes(path)
@@ -92,7 +92,7 @@ def read_secret(name: str) -> bytes:
 
 
 def told_secret(key: str, name: str, advice: str = "") -> bytes:
-    """Return a secret without white space; raises `StartError`, which names the key and advises."""
+    """Return a secret, stripped; raises `StartError` with the key's name and the advice."""
     try:
         secret = read_secret(name).strip()
     except OSError as error:
@@ -103,7 +103,7 @@ def told_secret(key: str, name: str, advice: str = "") -> bytes:
 
 
 def told_text(key: str, name: str, advice: str) -> str:
-    """Return a secret that is text; raises `StartError` as `told_secret` does."""
+    """Return a secret as text; raises `StartError` as `told_secret` does."""
     try:
         return told_secret(key, name, advice).decode()
     except UnicodeDecodeError as error:

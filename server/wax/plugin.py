@@ -1,7 +1,7 @@
-"""Find a plug-in class by its name in the configuration, load it, and build it.
+"""Finds a plug-in class by its name in the configuration, loads it, and builds it.
 
-A name is ``package.module:Class``, or one under which an installed package offers a class: an entry
-point of the groups below. WAX's own drivers and sources are offered in the same way.
+A name is ``package.module:Class``, or that of an installed package's entry point in one of the
+groups below. WAX's own drivers and sources are offered in the same way.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ _KEYS: Final = {
     MICROPHONES: "[audio] source",
 }
 _OF_EXTRA: Final = re.compile(r"""([\w.-]+)[^;]*;\s*extra\s*==\s*["']([\w.-]+)["']\s*""")
-"""A package's requirement that an extra has on every system."""
+"""A requirement of an extra that applies on every system."""
 
 
 @dataclass(frozen=True, slots=True)
 class PluginOffer:
     """A class, as ``module:Class``, that an installed package offers under a name.
 
-    `extra` is the package's optional part of the same name, which brings the libraries it needs.
+    `extra` is the package's extra of the same name, which installs the libraries that it needs.
     """
 
     name: str
@@ -61,29 +61,31 @@ class PluginOffer:
         """The packages of its extra that are not installed."""
         needs = [_OF_EXTRA.fullmatch(need) for need in metadata.requires(self.package) or ()]
         return [
-            need[1] for need in needs if need and need[2] == self.extra and not _is_there(need[1])
+            need[1]
+            for need in needs
+            if need and need[2] == self.extra and not _is_installed(need[1])
         ]
 
     @property
     def install(self) -> str:
-        """The line that installs all it needs."""
+        """The command that installs all it needs."""
         return f'pip install "{self.package}{f"[{self.extra}]" if self.extra else ""}"'
 
 
 def offers(group: str) -> list[PluginOffer]:
-    """Return what the installed packages offer, ours first, by name."""
+    """Return the offers of the installed packages, ours first, sorted by name."""
     return list(_offers(group, tuple(sys.path)))
 
 
 @cache
 def _offers(group: str, _path: tuple[str, ...]) -> list[PluginOffer]:
-    """Read the files of every package on the path, which takes longer than a configuration."""
+    """Read every package's metadata on the path, which takes longer than a configuration."""
     found = {_offer(point) for point in metadata.entry_points(group=group)}
     return sorted(found, key=lambda offer: (not offer.is_ours, offer.name, offer.package))
 
 
 def list_plugins() -> list[str]:
-    """Return printable lines: each driver, camera and microphone that a package offers."""
+    """Return lines to print, one for each driver, camera and microphone on offer."""
     lines = ["Drivers and sources of installed packages:"]
     for group, key in _KEYS.items():
         for offer in offers(group):
@@ -93,9 +95,9 @@ def list_plugins() -> list[str]:
 
 
 def find_offer(name: str, group: str, key: str) -> PluginOffer | None:
-    """Return the class offered under this name, None if there is none; ours comes first.
+    """Return the offer of this name, None if there is none; ours takes precedence.
 
-    Raises `ConfigError` if two packages offer one. `key` is the configuration key for the message.
+    Raises `ConfigError` if two packages offer it. `key` is the configuration key for the message.
     """
     found = [offer for offer in offers(group) if offer.name == name]
     if len(found) > 1 and not found[0].is_ours:
@@ -115,14 +117,14 @@ def is_plugin_name(name: str) -> bool:
 
 
 def is_plugin(name: str, group: str, key: str) -> bool:
-    """Whether `name` names a class in either way; raises `ConfigError` as `find_offer`."""
+    """Whether `name` is either kind of name; raises `ConfigError` as `find_offer` does."""
     return is_plugin_name(name) or find_offer(name, group, key) is not None
 
 
 def load_class(name: str, group: str | None, key: str) -> type[Any]:
-    """Load the class; raises `ConfigError`, whatever its module raises: `PluginError` if it fails.
+    """Load a class; raises `ConfigError`, or `PluginError` if its module raises anything.
 
-    Without a `group` only ``package.module:Class`` is a name.
+    Without a `group`, only ``package.module:Class`` is a name.
     """
     offer = None if group is None or is_plugin_name(name) else find_offer(name, group, key)
     if offer is None and not is_plugin_name(name):
@@ -152,9 +154,9 @@ def make_plugin(
 ) -> Any:
     """Build the named class as ``Class(settings, clock)``.
 
-    `needs` names the methods that it must have, `contract` the file that explains them, `key` the
-    configuration key for the message, and `group` is that of its entry points, if it has one.
-    Raises `ConfigError`, whatever the plug-in raises.
+    `needs` are the methods that it must have, `contract` is the file that explains them, `key` the
+    configuration key for the message, and `group` its entry point group, if any. Raises
+    `ConfigError`, whatever the plug-in raises.
     """
     found = load_class(name, group, key)
     for method in needs:
@@ -185,7 +187,7 @@ def _offer(point: metadata.EntryPoint) -> PluginOffer:
     )
 
 
-def _is_there(package: str) -> bool:
+def _is_installed(package: str) -> bool:
     try:
         metadata.distribution(package)
     except metadata.PackageNotFoundError:

@@ -1,7 +1,7 @@
-"""Reach somebody once more, to find out why it failed; blocks.
+"""Diagnoses a failed connection by connecting once more; blocks.
 
-OpenSSL tells nothing of a certificate that it does not trust, aiohttp and FFmpeg little of how a
-connection ended, and a plain port that is spoken to by TLS nothing at all.
+OpenSSL says nothing about a certificate that it does not trust, aiohttp and FFmpeg say little about
+how a connection ended, and a plain port closes without a word when it gets a TLS handshake.
 """
 
 from __future__ import annotations
@@ -24,30 +24,30 @@ if TYPE_CHECKING:
     from wax.unreachable import Target
 
 LIMIT_S: Final = 2.0
-"""For the connection, and again for what the other end says; its name takes as long as it takes."""
+"""The timeout of the connection, and again of each answer; the name lookup has none."""
 
 
 def explained(target: Target, error: Exception, limit_s: float = LIMIT_S) -> Sentence:
-    """Return why a target is not reached, with a second look where the error says too little."""
-    now = datetime.datetime.now(datetime.UTC)  # by which OpenSSL judges a certificate
+    """Return why a target was not reached; connects once more if the error says too little."""
+    now = datetime.datetime.now(datetime.UTC)  # OpenSSL checks certificates by this clock
     if says_enough(error):
         return why(target, error, now, connecting=True)
     try:
         line = socket.create_connection((target.host, target.port), timeout=limit_s)
-    except UnicodeError:  # no name can be so
+    except UnicodeError:  # an impossible name
         return why(target, error, now)
-    except OSError as found:  # an error that says much is kept, should this be another failure
+    except OSError as found:  # a certificate's error says more than a new failure
         return why(target, error if is_certificate(error) else found, now, connecting=True)
     with line:
         seen = TlsAnswer(speaks_tls=None)
         if target.has_tls or not isinstance(error, TimeoutError):
             hears_out = target.has_tls and not is_certificate(error)
-            seen = _spoken_to(line, target.host, hears_out=hears_out)
+            seen = _try_handshake(line, target.host, hears_out=hears_out)
     return why(target, error, now, seen)
 
 
 async def explained_aside(target: Target, error: Exception, limit_s: float = LIMIT_S) -> Sentence:
-    """Return the same within `limit_s`, from a thread that holds up nobody."""
+    """Return the same within `limit_s`, from a daemon thread."""
     if says_enough(error):
         return explained(target, error)
     look = partial(explained, target, error, limit_s)
@@ -58,14 +58,14 @@ async def explained_aside(target: Target, error: Exception, limit_s: float = LIM
         return why(target, error, datetime.datetime.now(datetime.UTC))
 
 
-def _spoken_to(line: socket.socket, host: str, *, hears_out: bool) -> TlsAnswer:
-    """Shake hands, trusting nobody and saying nothing."""
+def _try_handshake(line: socket.socket, host: str, *, hears_out: bool) -> TlsAnswer:
+    """Try a TLS handshake that verifies nothing and sends no data."""
     context = ssl.create_default_context()
     context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
     try:
         with context.wrap_socket(line, server_hostname=host) as secured:
             shown = secured.getpeercert(binary_form=True)
-            refusal = _word_after(secured) if hears_out else None
+            refusal = _late_refusal(secured) if hears_out else None
     except TimeoutError:
         return TlsAnswer(speaks_tls=None)
     except ssl.SSLError as error:
@@ -73,21 +73,21 @@ def _spoken_to(line: socket.socket, host: str, *, hears_out: bool) -> TlsAnswer:
         return TlsAnswer(speaks_tls=is_alert, refusal=error if is_alert else None)
     except (OSError, ValueError):  # it hangs up
         return TlsAnswer(speaks_tls=False)
-    return _read(shown, refusal)
+    return _parsed(shown, refusal)
 
 
-def _word_after(secured: ssl.SSLSocket) -> ssl.SSLError | None:
-    """Return what TLS 1.3 says only after the handshake: that it wants a client's certificate."""
+def _late_refusal(secured: ssl.SSLSocket) -> ssl.SSLError | None:
+    """Return a refusal that TLS 1.3 sends only after the handshake: it wants our certificate."""
     try:
         secured.recv(1)
     except ssl.SSLError as error:
         return error
-    except OSError:  # a TimeoutError, too: it waits for us
+    except OSError:  # or TimeoutError: the server waits for data
         return None
     return None
 
 
-def _read(shown: bytes | None, refusal: ssl.SSLError | None) -> TlsAnswer:
+def _parsed(shown: bytes | None, refusal: ssl.SSLError | None) -> TlsAnswer:
     try:
         certificate = x509.load_der_x509_certificate(shown or b"")
         begins, ends = certificate.not_valid_before_utc, certificate.not_valid_after_utc

@@ -1,8 +1,8 @@
-"""A sentence for people as a code with values, so that who shows it can say it in any language.
+"""Sentences for people as codes with values, so that the page can show them in any language.
 
 `sentences.json` has the English: for each code a template with ``{name}`` for each value, or one
-for each plural form, which the value ``n`` chooses. The page has a file with the same codes and
-holes for each of its other languages. Logs, records, tapes and the command line use `str`.
+for each plural form, chosen by the value ``n``. The page has a file with the same codes and
+placeholders for each of its other languages. Logs, records, tapes and the command line use `str`.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Sentence:
     """A sentence, or a part of one: a value may be a sentence, too."""
 
     code: str
-    # For a modem's sake, what is not there is not sent.
+    # Empty values are not sent, to spare a modem.
     values: Annotated[
         Mapping[str, str | int | float | Sentence], Field(exclude_if=lambda values: not values)
     ] = field(default_factory=dict)
@@ -51,7 +51,7 @@ class Sentence:
         return _HOLE.sub(lambda hole: _text(self.values.get(hole[1], _MISSING)), template)
 
     def wire(self) -> dict[str, Any]:
-        """Return what is sent to a page, as it is in the messages."""
+        """Return the sentence as it is encoded in messages to a page."""
         wire: dict[str, Any] = _WIRE.dump_python(self)
         return wire
 
@@ -60,17 +60,17 @@ _WIRE: Final = TypeAdapter(Sentence)
 
 
 def read(wire: object) -> Sentence:
-    """Return the sentence that is so on the wire; raises `ValueError`."""
+    """Decode a sentence from its wire form; raises `ValueError`."""
     return _WIRE.validate_python(wire)
 
 
 def says(text: str) -> Sentence:
-    """Return what comes from elsewhere, as a plug-in's own words: it is shown as it is."""
+    """Return foreign text, such as a plug-in's, as a sentence that is shown unchanged."""
     return Sentence("says", {"text": text})
 
 
 def _text(value: object) -> str:
-    """Write a value as the page does in English."""
+    """Format a value as the page does in English."""
     if isinstance(value, float) and math.isfinite(value):
         rounded = round(value, _DIGITS)
         value = int(rounded) if rounded.is_integer() else rounded

@@ -1,4 +1,4 @@
-"""The folder for what outlives the server: its records and its secrets, for its owner only."""
+"""The state folder, for files that outlive the server: records and secrets, for its owner only."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ if TYPE_CHECKING:
 
 
 def find(configured: str = "", environment: Mapping[str, str] = os.environ) -> Path:
-    """Return the folder: as configured, else systemd's (systemd.exec, StateDirectory=), else XDG's.
+    """Return the configured folder, else systemd's (systemd.exec, StateDirectory=), else XDG's.
 
-    It need not exist. Raises `StateError` if nothing says where it is.
+    It need not exist. Raises `StateError` if none of these is set.
     """
     if configured:
         return _at_home(configured)
     if given := environment.get("STATE_DIRECTORY", ""):
         return Path(given.split(":")[0])
-    # XDG Base Directory: a relative path counts as none.
+    # XDG Base Directory: a relative path is ignored.
     home = Path(environment.get("XDG_STATE_HOME", ""))
     if home.is_absolute():
         return home / "wax"
@@ -38,9 +38,9 @@ def find(configured: str = "", environment: Mapping[str, str] = os.environ) -> P
 
 
 def prepare(folder: Path) -> Path:
-    """Make the folder, closed to others, and return it; raises `StateError` with what to do.
+    """Create the folder, closed to others, and return it; raises `StateError` with advice.
 
-    One that is there stays as open as it is: it may be shared, and each file in it is private.
+    An existing folder keeps its mode: it may be shared, and each file in it is private.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
@@ -52,16 +52,16 @@ def prepare(folder: Path) -> Path:
 
 
 def make_private(path: Path) -> None:
-    """Make a file that only its owner can read, unless it is there; raises `OSError`."""
+    """Create a file if it is missing, and close it to all but its owner; raises `OSError`."""
     with contextlib.suppress(FileNotFoundError):
-        check(path)  # as root, /dev/null would be closed to everybody
+        check(path)  # as root, we would close /dev/null to everybody
     os.close(os.open(path, os.O_CREAT | os.O_RDWR, 0o600))
     if path.stat().st_mode & 0o077:
         path.chmod(0o600)
 
 
 def replace(path: Path, data: bytes, mode: int = 0o600) -> None:
-    """Replace a file at once and for good: a power cut leaves the old one or this one, whole.
+    """Replace a file atomically and durably: a power cut leaves the old one or this one, whole.
 
     Raises `OSError`.
     """
@@ -75,25 +75,25 @@ def replace(path: Path, data: bytes, mode: int = 0o600) -> None:
 
 
 def sync(path: Path) -> None:
-    """Return when what is in a file, or which files a folder has, outlasts a power cut.
+    """Flush a file's content, or a folder's entries, to disk, so that it survives a power cut.
 
-    Without this Linux writes it within half a minute. Raises `OSError`.
+    Without this, Linux writes it within half a minute. Raises `OSError`.
     """
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
     except OSError as error:
-        if error.errno != errno.EINVAL:  # not every file system can do so with a folder
+        if error.errno != errno.EINVAL:  # some file systems cannot flush a folder
             raise
     finally:
         os.close(descriptor)
 
 
 def lock(file: IO[Any], *, waits: bool = False, shared: bool = False) -> None:
-    """Have a file alone until it is closed, which the end of the process does, too.
+    """Lock a file until it is closed, or the process ends.
 
-    `shared` with whoever also only looks. Raises `BlockingIOError` while somebody else has it,
-    unless this `waits`; `OSError` where the file system has no locks.
+    A `shared` lock excludes only exclusive ones. Raises `BlockingIOError` if another process has
+    it, unless this `waits`; `OSError` if the file system has no locks.
     """
     how = fcntl.LOCK_SH if shared else fcntl.LOCK_EX
     fcntl.flock(file, how if waits else how | fcntl.LOCK_NB)

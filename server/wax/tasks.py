@@ -16,7 +16,7 @@ _LOG = structlog.get_logger(__name__)
 class TaskSupervisor:
     """Holds the tasks without which the server must not continue.
 
-    When one of them ends without being cancelled, `on_death` is called once with its name.
+    If one ends without being cancelled, `on_death` is called with its name.
     """
 
     def __init__(self, on_death: Callable[[str], None]) -> None:
@@ -30,7 +30,7 @@ class TaskSupervisor:
         task.add_done_callback(self._ended)
 
     async def stop(self) -> None:
-        """Cancel all and wait for them; safe to call twice."""
+        """Cancel all tasks and wait for them; safe to call twice."""
         self._stopping = True
         for task in self._tasks:
             task.cancel()

@@ -39,7 +39,7 @@ class Counters:
 
 @contextmanager
 def quiet_logs() -> Iterator[None]:
-    """Write errors alone meanwhile, to standard error: for commands that say what they find."""
+    """Log only errors within the block, to standard error: for commands that print results."""
     before = structlog.get_config()
     structlog.configure(
         wrapper_class=structlog.make_filtering_bound_logger(logging.ERROR),
@@ -56,7 +56,7 @@ def configure_logs(settings: LogSettings) -> None:
 
     `logging.shutdown`, which Python calls on exit, writes the remaining lines.
     """
-    is_open = sys.stderr is not None  # else another file may have its number by now
+    is_open = sys.stderr is not None  # otherwise another file may have its descriptor by now
     renderer: Processor = (
         structlog.processors.JSONRenderer()
         if settings.format == "json"
@@ -97,7 +97,7 @@ def configure_logs(settings: LogSettings) -> None:
 
 
 class CountRates:
-    """Turns rising counts into rates per second, from occasional samples."""
+    """Computes rates per second of rising counts, from occasional samples."""
 
     def __init__(self) -> None:
         self._last: dict[str, tuple[float, int]] = {}

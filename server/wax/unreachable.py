@@ -1,7 +1,7 @@
-"""Why another program is not reached, and what to do: one sentence for each way to fail. Pure.
+"""Why another program cannot be reached, and what to do: a sentence for each failure. Pure.
 
-An error alone often says too little: whoever is spoken to in plain text where TLS is due closes
-without a word. Then it takes what a second look has `TlsAnswer` (`second_look.py`).
+An error alone often says too little: a TLS server that gets plain text closes without a word. Then
+a second connection's `TlsAnswer` is needed (`second_look.py`).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import datetime
 
 CLOSED: Final = "unreachable.closed"
-"""The code where nothing more is known than that the other end has closed the connection."""
+"""The code if nothing more is known than that the other end closed the connection."""
 
 _MOST_CHARS: Final = 120
 _MOST_NAMES: Final = 3
@@ -60,16 +60,16 @@ _NO_TLS: Final = (
     *("WRONG_VERSION_NUMBER", "HTTP_REQUEST", "UNKNOWN_PROTOCOL", "PACKET_LENGTH_TOO_LONG"),
     *("RECORD_LAYER_FAILURE", "BAD_RECORD_TYPE", "UNEXPECTED_MESSAGE"),
 )
-"""What OpenSSL calls the words of a program that speaks no TLS."""
+"""OpenSSL's errors for an answer that is not TLS."""
 _OLD_TLS: Final = ("PROTOCOL_VERSION", "UNSUPPORTED_PROTOCOL", "KEY_TOO_SMALL", "MD_TOO_WEAK")
 
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """Who is to be reached, within `limit_s`.
+    """The program to reach, within `limit_s`.
 
-    `ca_key` is the configuration's key for the file of their authority, empty where there is none;
-    `has_ca` whether it names one.
+    `ca_key` is the configuration key for the file of its certificate authority, empty if there is
+    no such key; `has_ca` is whether the key is set.
     """
 
     scheme: str
@@ -81,7 +81,7 @@ class Target:
 
     @classmethod
     def of(cls, url: str, limit_s: float, *, ca_key: str = "", has_ca: bool = False) -> Self | None:
-        """Return who is at an address; None for one that is not reached by TCP."""
+        """Return the target of a URL; None for one that is not reached by TCP."""
         try:
             parts = urlsplit(url)
             port = parts.port or _PORTS.get(parts.scheme)
@@ -93,21 +93,21 @@ class Target:
 
     @property
     def has_tls(self) -> bool:
-        """Whether the connection is to be encrypted."""
+        """Whether the connection must be encrypted."""
         return self.scheme in _PLAIN
 
     @property
     def at(self) -> str:
-        """Host and port, as in an address."""
+        """Host and port, as in a URL."""
         return f"{f'[{self.host}]' if ':' in self.host else self.host}:{self.port}"
 
 
 @dataclass(frozen=True, slots=True)
 class TlsAnswer:
-    """What the other end did when it was spoken to by TLS.
+    """What the other end did in a TLS handshake.
 
-    `speaks_tls` is None where it waited; `begins` and `ends` are those of its own certificate;
-    `refusal` is its word against our handshake.
+    `speaks_tls` is None if it timed out; `names`, `begins` and `ends` are those of its own
+    certificate; `refusal` is why it refused our handshake.
     """
 
     speaks_tls: bool | None
@@ -118,12 +118,12 @@ class TlsAnswer:
 
 
 def is_certificate(error: Exception) -> bool:
-    """Whether it was the certificate, of which the error does not say what is in it."""
+    """Whether the certificate failed verification; the error does not say what is in it."""
     return isinstance(_root(error), ssl.SSLCertVerificationError)
 
 
 def says_enough(error: Exception) -> bool:
-    """Whether the reason is known without a second look."""
+    """Whether the reason is known without a second connection."""
     error = _root(error)
     if isinstance(error, ssl.SSLError):
         known = _refused(error, "") is not None
@@ -144,14 +144,14 @@ def why(
     *,
     connecting: bool = False,
 ) -> Sentence:
-    """Return why a target is not reached; `now` is this machine's time, with a time zone.
+    """Return why a target was not reached; `now` is this machine's time, with a time zone.
 
-    `connecting` is whether there was no connection yet when it failed.
+    `connecting` is whether it failed before there was a connection.
     """
     error = _root(error)
     if isinstance(error, ssl.SSLCertVerificationError):
         return _certificate(target, error, now, seen)
-    told = _by_second_look(target, seen)
+    told = _by_handshake(target, seen)
     if told is None and isinstance(error, ssl.SSLError):
         told = _refused(error, target.at, _PLAIN.get(target.scheme, ""))
     if told is None and isinstance(error, socket.gaierror):
@@ -162,7 +162,7 @@ def why(
     return told or _by_socket(target, error, seen, connecting=connecting)
 
 
-def _by_second_look(target: Target, seen: TlsAnswer | None) -> Sentence | None:
+def _by_handshake(target: Target, seen: TlsAnswer | None) -> Sentence | None:
     if seen is None or seen.speaks_tls is None:
         return None
     if seen.speaks_tls and not target.has_tls:
@@ -186,11 +186,11 @@ def _by_socket(
         told = Sentence("unreachable.nobody", {"at": target.at})
     elif number in _NO_ROUTE:
         told = Sentence("unreachable.no_route", {"host": target.host})
-    elif _is_no_http(error):  # its own words repeat the URL, and a stranger
+    elif _is_no_http(error):  # its message quotes the URL, and a stranger's text
         told = Sentence("unreachable.no_http", {"at": target.at})
-    elif isinstance(error, ValueError):  # its words may repeat the URL, too
+    elif isinstance(error, ValueError):  # its message may quote the URL, too
         told = Sentence("unreachable.not_possible")
-    elif isinstance(error, _ENDS) or not isinstance(error, OSError):  # aiohttp's own, of an end
+    elif isinstance(error, _ENDS) or not isinstance(error, OSError):  # or aiohttp's own
         told = Sentence("unreachable.closed", {"at": target.at})
     else:
         told = Sentence("unreachable.failed", {"why": printable(reason_of(error), _MOST_CHARS)})
@@ -206,14 +206,14 @@ def _too_late(target: Target, seen: TlsAnswer | None, *, connecting: bool) -> Se
 
 
 def _is_no_http(error: Exception) -> bool:
-    """Whether an answer is none of HTTP's; aiohttp's error has the status that it did not find."""
+    """Whether an answer was not HTTP; only then does aiohttp's error have a `status`."""
     if isinstance(error, OSError):
         return False
     return isinstance(error, http.client.HTTPException) or hasattr(error, "status")
 
 
 def _refused(error: ssl.SSLError, at: str, plain: str = "") -> Sentence | None:
-    """Return what a failure of the handshake means; None for what may mean anything."""
+    """Return what a failed handshake means; None if it may mean anything."""
     reason = getattr(error, "reason", None) or ""
     if "CERTIFICATE_REQUIRED" in reason:
         return Sentence("unreachable.wants_certificate")
@@ -257,7 +257,7 @@ def _other_name(target: Target, seen: TlsAnswer | None) -> Sentence:
 
 
 def _out_of_time(now: datetime.datetime, seen: TlsAnswer | None, *, is_over: bool) -> Sentence:
-    """Say when it was or will be valid, unless it is one between it and the authority."""
+    """Say when the certificate was or will be valid, or that one above it is out of date."""
     ends, begins = (None, None) if seen is None else (seen.ends, seen.begins)
     clock = f"{now:%Y-%m-%d %H:%M} UTC"
     if is_over:
@@ -270,7 +270,7 @@ def _out_of_time(now: datetime.datetime, seen: TlsAnswer | None, *, is_over: boo
 
 
 def _root(error: Exception) -> Exception:
-    """Return what is inside aiohttp's and urllib's errors, without their own words."""
+    """Return the cause inside aiohttp's and urllib's errors."""
     for name in ("certificate_error", "os_error", "reason"):
         inside = getattr(error, name, None)
         if isinstance(inside, Exception):

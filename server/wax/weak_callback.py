@@ -1,7 +1,7 @@
-"""Callbacks that do not keep alive whom they call.
+"""Callbacks that do not keep their object alive.
 
-Objects that hold each other are freed only by the garbage collector, whose full run stops the event
-loop, and is rare for that reason (`wax.app`).
+Reference cycles are freed only by the garbage collector, whose full run blocks the event loop and
+is therefore rare (`wax.machine.memory`).
 """
 
 from __future__ import annotations
