@@ -1,4 +1,4 @@
-"""`[[controls]]` and `[[gauges]]`: what is refused, and how it is said."""
+"""`[[controls]]` and `[[gauges]]`: what is refused, with which sentence."""
 
 from __future__ import annotations
 
@@ -127,12 +127,12 @@ def _problem(text: str) -> str:
     ],
 )
 def test_mistakes_are_told(text: str, problem: str) -> None:
-    """Each mistake is one line: which control, what is wrong, and what to write."""
+    """Each mistake is one line that names the control, what is wrong, and what to write."""
     assert _problem(text) == problem
 
 
 def test_a_limit_that_warns_may_be_the_one_that_stops() -> None:
-    """Where one number is both, the robot stands as it warns."""
+    """A gauge may warn and stop at the same limit."""
     (gauge,) = _parsed(HEAT + "warn_above = 80.0\nstop_above = 80.0").gauges
     assert gauge.may_stop
 
@@ -147,20 +147,20 @@ def test_a_limit_that_warns_may_be_the_one_that_stops() -> None:
     ],
 )
 def test_what_must_be_held(text: str, is_held: bool) -> None:
-    """A button, and whatever moves, lasts only while somebody holds it."""
+    """A button, and any control that moves, must be held."""
     (control,) = _parsed(text).controls
     assert control.is_held is is_held
 
 
 def test_no_control_can_have_a_key_of_driving() -> None:
-    """The keys that are refused are all that the page's own actions have out of the box."""
+    """The refused keys are exactly the page's own default keys."""
     source = (ROOT / "web/src/drive/keyMap.ts").read_text(encoding="utf-8")
     (table,) = re.findall(r"DEFAULT_KEYS: KeyMap = \{(.*?)\n\};", source, re.DOTALL)
     assert frozenset(re.findall(r'"(\w+)"', table)) == DRIVING_KEYS
 
 
 def test_the_manuals_examples_are_valid() -> None:
-    """What the manual shows of the simulated robot can be copied as it is."""
+    """The manual's examples for the simulated robot are valid as they are."""
     manual = (ROOT / "config/wax.toml").read_text(encoding="utf-8")
     shown = re.findall(r"^#   ((?:controls|gauges) = \[)\n((?:#     .*\n)+)", manual, re.MULTILINE)
     text = "".join(begin + lines.replace("#     ", "") + "]\n" for begin, lines in shown)

@@ -1,4 +1,4 @@
-"""`[door]`: whole or not at all, and before a server that it can lead to."""
+"""`[door]`: complete or absent, and with server settings that fit it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PROXIES = {"trusted_proxies": ["127.0.0.1", "::1"]}
 
 
 def test_a_door_may_be_there_or_not() -> None:
-    """None by default, so that no outside host is contacted."""
+    """A complete door is accepted; there is none by default, so no outside host is contacted."""
     assert not config.load(None).door.host
     settings = config.parse({"door": DOOR, "server": PROXIES}, "here")
     assert settings.door.host_key == LINE.host_key
@@ -36,6 +36,6 @@ def test_a_door_may_be_there_or_not() -> None:
     ],
 )
 def test_half_a_door_is_none(door: dict[str, Any], server: dict[str, Any], why: str) -> None:
-    """What would not work, or would run a program of somebody's choice, is refused at the start."""
+    """A door that would not work, or could run a foreign program, is refused at the start."""
     with pytest.raises(ConfigError, match=why):
         config.parse({"door": DOOR | door, "server": server}, "here")

@@ -1,4 +1,4 @@
-"""The tables that drivers bring: checked like ours, shown like ours."""
+"""Drivers' own tables: validated and shown like ours."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def tank(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 def problems(robot: dict[str, Any]) -> list[str]:
-    """Return what is wrong, without a process for it."""
+    """Return the problems, checked in this process."""
     return driver_tables.check_here(robot, ours=RobotSettings.model_fields)
 
 
@@ -98,7 +98,7 @@ def told(robot: dict[str, Any]) -> list[str]:
 @pytest.mark.system
 @pytest.mark.parametrize("driver", ["tank", "tank_drivers:Tank"])
 def test_a_driver_gets_its_own_table(driver: str) -> None:
-    """However it is named, and also in a process of its own; the rest has its defaults."""
+    """A driver gets its table by either name, also in another process, with its defaults."""
     tree = tomllib.loads(f"[robot]\ndriver = '{driver}'\n[robot.tank]\nbus = 3\nnames = ['a']\n")
     robot = config.parse(tree, "robot.toml").robot
     settings = plugin.load_class(driver, plugin.DRIVERS, "").Settings
@@ -125,7 +125,7 @@ def test_a_driver_gets_its_own_table(driver: str) -> None:
     ],
 )
 def test_a_drivers_table_is_checked_like_ours(table: dict[str, Any], sentence: str) -> None:
-    """Each wrong key is a line with its value and what is allowed, whatever the check does."""
+    """Each wrong key is a line with its value and what is allowed, even if a validator fails."""
     (line,) = problems({"driver": "tank", "tank": table})
     assert line.startswith(sentence)
 
@@ -153,14 +153,14 @@ def test_a_drivers_table_is_checked_like_ours(table: dict[str, Any], sentence: s
     ],
 )
 def test_a_table_of_nobody_is_refused(robot: dict[str, Any], sentence: str) -> None:
-    """What no driver will read is a mistake, and the sentence says which."""
+    """A table that no driver reads is refused with a sentence."""
     (line,) = problems(robot)
     assert line.startswith(sentence)
 
 
 @pytest.mark.system
 def test_their_problems_are_told_beside_ours() -> None:
-    """One message has all of them."""
+    """One message has the problems of drivers' tables and of our keys."""
     lines = told({"driver": "tank", "tank": {"bus": 9}, "silence_ms": 1, "serial": {"baud": 1}})
     assert sorted(line.partition(":")[0] for line in lines) == [
         "robot.serial.baud",
@@ -170,7 +170,7 @@ def test_their_problems_are_told_beside_ours() -> None:
 
 
 def test_what_is_no_table_is_no_key() -> None:
-    """A value in place of a driver's table is told as any unknown key."""
+    """A value in place of a driver's table is an unknown key."""
     assert told({"tank": 5}) == ["robot.tank: there is no such key"]
 
 
@@ -180,7 +180,7 @@ ODD = {"driver": "odd_driver:Robot", "odd": {}}
 @pytest.mark.system
 @pytest.mark.parametrize("text", ["raise OSError('no bus')", "import os\nos._exit(0)"])
 def test_a_class_that_fails_while_it_is_loaded_ends_nobody(text: str, tmp_path: Path) -> None:
-    """It is not in the process that loads the configuration, and it is told later that it fails."""
+    """A class that fails while it loads does so in another process, and is no mistake here."""
     (tmp_path / "odd_driver.py").write_text(text)
     assert config.parse({"robot": ODD}, "robot.toml").robot.own_tables == {"odd": {}}
     assert "odd_driver" not in sys.modules
@@ -195,7 +195,7 @@ def test_a_class_that_fails_while_it_is_loaded_ends_nobody(text: str, tmp_path: 
     ],
 )
 def test_a_class_that_is_not_there_is_a_mistake(text: str, sentence: str, tmp_path: Path) -> None:
-    """Whatever its module prints."""
+    """A missing class is a mistake, whatever its module prints."""
     (tmp_path / "odd_driver.py").write_text(text)
     (line,) = told(ODD)
     assert line == f"robot.driver: odd_driver:Robot: {sentence}"
@@ -226,7 +226,7 @@ def test_the_tables_are_shown_with_reasons_and_ranges(capsys: pytest.CaptureFixt
 def test_a_driver_that_cannot_be_loaded_hides_no_other(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """`wax config` says so in its place."""
+    """`wax config` has a line for a driver that cannot be loaded, and shows the others."""
     install(tmp_path, "boat-robot", {plugin.DRIVERS: {"boat": "no_boat:Boat"}})
     assert main(["config"]) == 0
     shown = capsys.readouterr().out
@@ -239,7 +239,7 @@ OURS = [offer.name for offer in plugin.offers(plugin.DRIVERS) if offer.is_ours]
 
 @pytest.mark.parametrize("name", OURS)
 def test_every_table_of_ours_is_explained(name: str) -> None:
-    """It is called as the driver, each key says why one would change it, and the defaults load."""
+    """Each of our tables has its driver's name, a purpose for each key, and valid defaults."""
     fields = RobotSettings.model_fields
     model = driver_tables.model_of(plugin.load_class(name, plugin.DRIVERS, ""), name, fields)
     if model is None:

@@ -1,4 +1,4 @@
-"""`[[hook]]`: which receivers are refused before the server starts, and in which words."""
+"""`[[hook]]`: which webhooks are refused at the start, with which sentence."""
 
 from __future__ import annotations
 
@@ -44,19 +44,19 @@ def _problem(url: str = "https://example.org/h", **more: Any) -> str:
     ],
 )
 def test_what_is_no_address_is_refused(url: str) -> None:
-    """With what one looks like; a user's name and password would be shown in logs."""
+    """An invalid URL is refused with an example; so is a password, which logs would show."""
     assert _problem(url).startswith("hook[0].url: got ")
     assert 'allowed is an address as "https://example.org/hook"' in _problem(url)
 
 
 @pytest.mark.parametrize("url", ["http://example.org:0/", "http://example.org:70000/"])
 def test_a_port_that_is_none_is_refused(url: str) -> None:
-    """Rather than tried every minute."""
+    """An invalid port is refused at the start."""
     assert _problem(url).startswith("hook[0].url: Port ")
 
 
 def test_an_unknown_event_is_answered_with_all_that_there_are() -> None:
-    """One sentence that lists them."""
+    """An unknown event is refused with a list of all events."""
     problem = _problem(hook={"events": ["turn.began", "turn.stopped"]})
     assert problem.startswith('hook[0].events[1]: got "turn.stopped"; allowed is "server.ready", ')
     assert all(f'"{name}"' in problem for name in NAMES)
@@ -75,12 +75,12 @@ def test_an_unknown_event_is_answered_with_all_that_there_are() -> None:
     ],
 )
 def test_other_keys(keys: dict[str, Any], says: str) -> None:
-    """Each wrong one is a sentence."""
+    """Each wrong key is a sentence."""
     assert _problem(hook=keys) == says
 
 
 def test_a_secret_must_be_named() -> None:
-    """What is not signed nobody could believe."""
+    """A hook without a secret is refused, since unsigned events cannot be trusted."""
     with pytest.raises(ConfigError, match=r"hook\[0\]\.secret_file: is missing"):
         config.parse({"hook": [{"url": "https://example.org/"}]}, "robot.toml")
 
@@ -100,7 +100,7 @@ def test_a_secret_must_be_named() -> None:
     ],
 )
 def test_the_servers_own_port_is_refused(url: str) -> None:
-    """By each name and address that the configuration knows for it."""
+    """The server's own port is refused by each name and address in the configuration."""
     server: dict[str, Any] = {"host": "192.0.2.7", "public_url": "https://robot.example.org"}
     server["names"] = ["xn--mller-kva.example"]
     assert "is this server itself; name the program" in _problem(url, server=server)
@@ -126,12 +126,12 @@ def test_the_servers_own_port_is_refused(url: str) -> None:
     ],
 )
 def test_the_robots_line_is_refused(url: str, robot: dict[str, Any]) -> None:
-    """A POST there would be bytes that a robot may take for commands."""
+    """The robot's own connection is refused, since a robot may take a POST for commands."""
     assert "is the robot's own line; name the program" in _problem(url, robot=robot)
 
 
 def test_the_line_of_the_person_aboard_is_refused() -> None:
-    """An adapter may let one in at a time: who is told would take it from the hand control."""
+    """The hand control's connection is refused: its adapter may accept only one client."""
     local = {"source": "serial", "url": "socket://10.0.0.2:4000"}
     assert "is the robot's own line" in _problem("http://10.0.0.2:4000/", local=local)
 
@@ -147,7 +147,7 @@ def test_the_line_of_the_person_aboard_is_refused() -> None:
     ],
 )
 def test_anybody_else_may_be_told(url: str) -> None:
-    """A program beside this server, too, and one behind the same proxy."""
+    """Any other program is accepted, even on this machine or behind the same proxy."""
     server = {"public_url": "https://robot.example.org"}
     [hook] = _parse(url, server=server).hook
     assert (hook.events, hook.names) == ([], False)

@@ -1,4 +1,4 @@
-"""However the host writes a name or an address, it is the one that browsers send."""
+"""Host names and addresses are normalized to what browsers send."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from wax.config.host_spelling import of_host, of_url, spellings
     ],
 )
 def test_a_host(written: str, sent: str) -> None:
-    """Names in small letters and in ASCII, addresses as short as they can be."""
+    """Names become lower-case ASCII, and IP addresses their shortest form."""
     assert of_host(written) == sent
 
 
@@ -44,12 +44,12 @@ def test_a_host(written: str, sent: str) -> None:
     ],
 )
 def test_an_address(written: str, sent: str) -> None:
-    """Its scheme and host alone; what is no address waits for its key to refuse it."""
+    """Only a URL's scheme, host and default port change; an invalid URL is left to its key."""
     assert of_url(written) == sent
 
 
 def test_what_programs_may_send_that_do_not_know_it() -> None:
-    """The same in the letters of the language; what cannot be read is no other name."""
+    """A host has a second spelling in its language's letters, if it can be decoded."""
     assert spellings("xn--mller-kva.example") == {"xn--mller-kva.example", "müller.example"}
     assert spellings("robot.example") == {"robot.example"}
     assert spellings("xn--a.example") == {"xn--a.example"}
@@ -85,6 +85,6 @@ def test_what_programs_may_send_that_do_not_know_it() -> None:
 def test_the_configuration_keeps_it_so(
     tree: dict[str, dict[str, object]], key: str, kept: object
 ) -> None:
-    """In each key that names a host."""
+    """Each key that names a host is normalized."""
     table, _, name = key.partition(".")
     assert getattr(getattr(config.parse(tree, "robot.toml"), table), name) == kept

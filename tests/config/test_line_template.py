@@ -1,4 +1,4 @@
-"""Lines with numbers in them: said, understood, and refused where they mean more than that."""
+"""Lines with numbers in them: written, parsed, and refused if they are more than that."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ NAMES = ("left", "right")
     ],
 )
 def test_each_place_is_said_as_its_format_has_it(text: str, said: bytes) -> None:
-    """Whole numbers are rounded, decimals are as many as are written, braces are doubled."""
+    """Each number is written in its format: rounded, or with decimals; doubled braces are one."""
     assert LineTemplate(text, NAMES).said({"left": -12.4, "right": 2.6}) == said
 
 
 @pytest.mark.parametrize("text", ["{left}", "{left:.2f}", "{left:+.1f}"])
 def test_nothing_is_minus_nothing(text: str) -> None:
-    """What rounds to zero has the sign of zero, since a sketch may look for "-"."""
+    """A number that rounds to zero has no minus sign, which a sketch may look for."""
     assert b"-" not in LineTemplate(text, NAMES).said({"left": -0.001})
 
 
@@ -71,13 +71,13 @@ def test_its_end_is_known(text: str, ending: str) -> None:
 def test_a_line_is_understood_as_it_is_described(
     text: str, line: str, found: dict[str, float] | None
 ) -> None:
-    """Each place is a number, or lacks one, and all else is there as it is; else it is another."""
+    """A line matches if its fields are numbers or empty, and all other text is the same."""
     assert LineTemplate(text, (*NAMES, "_")).found(line) == found
 
 
 @given(st.integers(-(10**6), 10**6), st.integers(-(10**6), 10**6))
 def test_what_is_said_is_understood(left: int, right: int) -> None:
-    """A line that was said gives its numbers back."""
+    """A written line parses to its numbers."""
     template = LineTemplate("m {left} {right:.1f}\r", NAMES)
     numbers = {"left": left, "right": right}
     assert template.found(template.said(numbers).decode().strip()) == numbers
@@ -85,7 +85,7 @@ def test_what_is_said_is_understood(left: int, right: int) -> None:
 
 @pytest.mark.parametrize("between", ["", " ", "1", ".", "-"])
 def test_no_line_takes_long(between: str) -> None:
-    """Whatever a robot sends, a line is understood or not in a moment."""
+    """No line takes long to parse, whatever a robot sends."""
     template = LineTemplate(between.join(["{_}"] * 20), ("_",))
     began_s = time.thread_time()
     for letter in "1.-":
@@ -116,13 +116,13 @@ def test_no_line_takes_long(between: str) -> None:
     ],
 )
 def test_what_is_more_than_a_line_is_refused(text: str, why: str) -> None:
-    """Attributes, indices, conversions, strange formats and typing errors, with what to write."""
+    """Attributes, indices, conversions, other formats and typos are refused with what to write."""
     with pytest.raises(ValueError, match=r".") as refused:
         LineTemplate(text, NAMES)
     assert why in str(refused.value)
 
 
 def test_a_line_without_places_says_so() -> None:
-    """Where nothing can be filled in, that is what is possible."""
+    """A line that may have no fields is refused with "none" as the possible ones."""
     with pytest.raises(ValueError, match=r"there is no \{left\} here; possible are: none"):
         LineTemplate("{left}", ())

@@ -1,4 +1,4 @@
-"""`[mqtt]`: each wrong key is a sentence, at the start."""
+"""`[mqtt]`: each wrong key is a sentence at the start."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ def _problem(mqtt: dict[str, Any] | None = None, **tables: Any) -> str:
     ["http://home", "mqtt://rover:secret@home", "mqtt://", "mqtt://home/x", "home", "mqtt://a b"],
 )
 def test_an_address_is_a_brokers(url: str) -> None:
-    """A password in it would be in every log; this sentence has none either."""
+    """An invalid broker URL is refused, one with a password too, which is not quoted."""
     assert 'allowed is empty, or an address as "mqtts://broker' in _problem({"url": url})
     assert "secret" not in _problem({"url": url})
 
 
 @pytest.mark.parametrize("port", [0, 70000])
 def test_a_port_can_be(port: int) -> None:
-    """Zero is none, nor is one beyond 65535."""
+    """A port of 0 or above 65535 is refused."""
     assert "mqtt.url: Port" in _problem({"url": f"mqtt://home:{port}"})
 
 
@@ -38,7 +38,7 @@ def test_a_port_can_be(port: int) -> None:
     ["a/+/b", "home/#", "$SYS/rover", "/rover", "rover/", "a//b", "a\nb", "a\x9fb", "r" * 101],
 )
 def test_a_topic_has_no_wildcards(topic: str) -> None:
-    """Nor what brokers keep for themselves."""
+    """A topic with wildcards, or in the brokers' own namespace, is refused."""
     assert "mqtt.topic: got" in _problem({"topic": topic})
     assert config.parse({"mqtt": {"topic": 'Flur "1"/Rövér 🤖'}}, "x").mqtt.topic
 
@@ -53,7 +53,7 @@ def test_a_topic_has_no_wildcards(topic: str) -> None:
     ],
 )
 def test_other_keys(keys: dict[str, Any], says: str) -> None:
-    """What belongs together is there together."""
+    """Keys that depend on each other must be set together."""
     assert says in _problem(keys)
 
 
@@ -66,7 +66,7 @@ def test_other_keys(keys: dict[str, Any], says: str) -> None:
     ],
 )
 def test_names_are_short(tables: dict[str, Any], says: str) -> None:
-    """Those that Home Assistant shows, too."""
+    """Long names are refused, also where Home Assistant shows them."""
     assert says in _problem(**tables)
 
 
@@ -87,5 +87,5 @@ def test_names_are_short(tables: dict[str, Any], says: str) -> None:
     ],
 )
 def test_it_leads_neither_here_nor_to_the_robot(url: str, robot: dict[str, Any], says: str) -> None:
-    """Bytes there might be taken for commands."""
+    """A broker URL that leads to this server or to the robot is refused."""
     assert says in _problem({"url": url}, robot=robot)

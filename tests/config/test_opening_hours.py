@@ -1,4 +1,4 @@
-"""When the robot is open, across weeks, nights and changes of the clock."""
+"""Opening hours across weeks, nights and clock changes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def make(*texts: str) -> OpeningHours:
 
 
 def test_without_hours_it_is_always_open() -> None:
-    """And it never opens."""
+    """Without hours it is always open, and so has no next opening."""
     hours = make()
     now = at("2026-11-23 03:00")
     assert (hours.is_open(now), hours.opens_next(now)) == (True, None)
@@ -51,12 +51,12 @@ def test_a_week(now: str, is_open: bool, opens: str) -> None:
 
 
 def test_days_go_round() -> None:
-    """From Saturday to Monday is three days."""
+    """Days wrap around: from Saturday to Monday is three days."""
     assert Window.parse("sat-mon 10:00-12:00").days == {5, 6, 0}
 
 
 def test_windows_that_touch_are_one() -> None:
-    """Open day and night from Friday to Sunday, it is open at midnight too."""
+    """Windows that touch are one: open day and night means open at midnight."""
     hours = make("fri-sun 00:00-24:00")
     assert hours.is_open(at("2026-11-28 00:00"))
     assert hours.is_open(at("2026-11-29 23:59"))
@@ -73,13 +73,13 @@ def test_the_clock_is_put_forward() -> None:
 
 
 def test_the_clock_is_put_forward_over_a_window() -> None:
-    """It does not open that day."""
+    """A window that clocks skip entirely does not open that day."""
     hours = make("sun 02:30-03:00")
     assert hours.opens_next(at("2026-03-28 12:00")) == at("2026-04-05 02:30")
 
 
 def test_the_week_to_come() -> None:
-    """Each opening once, the next first, without what is open already; touching windows are one."""
+    """The coming week has each later opening once, in order, with touching windows merged."""
     hours = make("mon-fri 09:00-18:00", "fri 18:00-24:00", "sat 00:00-02:00")
     assert hours.openings(at("2026-11-26 12:00")) == [
         (at("2026-11-27 09:00"), at("2026-11-28 02:00")),
@@ -107,7 +107,7 @@ def test_the_week_to_come() -> None:
     ],
 )
 def test_what_is_no_window(text: str) -> None:
-    """A sentence that shows the form."""
+    """An invalid window is a sentence with an example."""
     with pytest.raises(ValueError, match="mon-fri"):
         Window.parse(text)
 
@@ -124,7 +124,7 @@ CLOCK = st.integers(0, 47).map(lambda half: f"{half // 2:02}:{half % 2 * 30:02}"
     ),
 )
 def test_what_is_told_comes_true(windows: list[tuple[str, str, str]], now: datetime) -> None:
-    """It is open when it is said to open, and not before."""
+    """It opens exactly at the announced next opening, and not before."""
     hours = make(*(f"{days} {opens}-{closes}" for days, opens, closes in windows))
     opens = hours.opens_next(now)
     assert opens is not None
@@ -134,6 +134,6 @@ def test_what_is_told_comes_true(windows: list[tuple[str, str, str]], now: datet
 
 
 def test_utc_needs_no_data() -> None:
-    """A machine without a time zone database has UTC all the same."""
+    """UTC works on a machine without a time zone database."""
     assert zone_of("UTC") is UTC
     assert zone_of("Europe/Berlin") == BERLIN

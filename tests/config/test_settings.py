@@ -1,4 +1,4 @@
-"""The configuration: what is refused and how it is said; the manual and the example."""
+"""The configuration: what is refused, with which sentence; the manual and the examples."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ UNITS = {
 
 
 def _keys(path: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
-    """Every key of the models that holds a value, those inside lists of tables by index 0."""
+    """Return every key of the models that holds a value; in lists of tables, that of index 0."""
     _, schema = allowed.find(SCHEMA, path)
     assert schema is not None
     if schema.get("type") == "array":
         yield path
         _, items = allowed.find(SCHEMA, (*path, 0))
-        # A list inside a list's table is explained where it stands by itself.
+        # A list within a list's table is explained where it is a key of its own.
         has_keys = items and items.get("type") == "object" and 0 not in path
         yield from _keys((*path, 0)) if has_keys else ()
     elif "properties" in schema:
@@ -68,7 +68,7 @@ def _documented(path: tuple[str | int, ...]) -> str:
 
 
 def _problems(text: str, tmp_path: Path) -> list[str]:
-    """Load a file with this text; the lines of the message without the heading."""
+    """Load a file with this text; return the message's lines without its heading."""
     file = tmp_path / "robot.toml"
     file.write_text(text, encoding="utf-8")
     with pytest.raises(ConfigError) as refused:
@@ -79,7 +79,7 @@ def _problems(text: str, tmp_path: Path) -> list[str]:
 
 
 def test_manual_equals_the_defaults() -> None:
-    """The manual writes every key that has a default, and with that default."""
+    """The manual has every key that has a default, with that default."""
     defaults = config.Settings()
     assert tomllib.loads(MANUAL) == defaults.model_dump()
     assert config.load(CONFIG / "wax.toml") == defaults
@@ -101,7 +101,7 @@ def test_a_key_alone_leaves_the_others_as_they_are(table: str, tmp_path: Path) -
 
 
 def test_manual_explains_every_key() -> None:
-    """Above each key stands why one would change it, its unit, and the words of the check."""
+    """The manual explains each key: its purpose, its unit, and the allowed values."""
     for path in _keys():
         comment = _documented(path)
         _, schema = allowed.find(SCHEMA, path)
@@ -127,13 +127,13 @@ def test_manual_explains_every_key() -> None:
     ],
 )
 def test_the_public_page_is_one_of_the_names(url: str, names: list[str]) -> None:
-    """Without its being written twice."""
+    """The public URL's host counts as one of the server's names."""
     server = config.parse({"server": {"names": ["a.example"], "public_url": url}}, "x").server
     assert server.all_names == names
 
 
 def test_sites_that_may_frame_the_page(tmp_path: Path) -> None:
-    """Whole sites, with a port or not; by http this machine only, where nobody forges anything."""
+    """Whole sites with or without a port are accepted; by http only this machine."""
     file = tmp_path / "robot.toml"
     sites = ["https://Museum.example", "https://a-b.example:8443", "http://localhost:3000"]
     sites += ["http://127.0.0.1", "http://site.localhost:80"]
@@ -151,7 +151,7 @@ def test_public_robot_is_a_valid_example() -> None:
 
 
 def test_the_wheelchair_is_a_valid_example() -> None:
-    """Somebody is aboard, who is not thrown, and the operator must answer before they drive."""
+    """The wheelchair example has a person aboard, soft braking, and operators who must answer."""
     settings = config.load(CONFIG / "nepwak.toml")
     assert settings.local.is_on
     assert settings.local.script
@@ -161,14 +161,14 @@ def test_the_wheelchair_is_a_valid_example() -> None:
 
 
 def test_a_script_must_end_before_it_begins_again(tmp_path: Path) -> None:
-    """An act that would never be done is no act."""
+    """An act after the end of the script is refused."""
     text = "[local]\nscript_s = 10.0\nscript = [{ at_s = 9.0, for_s = 1.0 }]\n"
     (problem,) = _problems(text, tmp_path)
     assert problem == ("local: the act at 9 s ends after script_s, 10 s; make script_s longer")
 
 
 def test_the_hand_control_has_a_line_of_its_own(tmp_path: Path) -> None:
-    """Two who read one port would both get halves."""
+    """The hand control and the robot may not share a port: each would get half of the bytes."""
     serial = '[robot]\ndriver = "serial"\n[robot.serial]\nurl = "/dev/ttyACM1"\n'
     (problem,) = _problems(serial + '[local]\nsource = "serial"\n', tmp_path)
     assert "both /dev/ttyACM1; the hand control needs a line of its own" in problem
@@ -186,7 +186,7 @@ def test_the_baseline_is_the_thesis() -> None:
 
 
 def test_the_built_in_player_is_known_by_its_former_name() -> None:
-    """A file from before version 0.9 is understood."""
+    """The built-in player's name of before version 0.9 is accepted."""
     role = config.parse({"sync": {"observer": {"player": "own"}}}, "shown").sync.observer
     assert role.player == "built-in"
 
@@ -506,7 +506,7 @@ def test_a_ladder_that_does_not_go_down_is_refused(text: str, problem: str, tmp_
 
 
 def test_one_size_may_have_several_rates(tmp_path: Path) -> None:
-    """A viewer chooses the size, their link the rate."""
+    """Several renditions may have one size: a viewer chooses the size, their link the bitrate."""
     size = "width = 64, height = 48, fps = 5.0"
     file = tmp_path / "robot.toml"
     file.write_text(
@@ -518,7 +518,7 @@ def test_one_size_may_have_several_rates(tmp_path: Path) -> None:
 
 
 def test_a_speed_byte_can_be_left_out(tmp_path: Path) -> None:
-    """For boards that know no speeds, "none" sends no byte."""
+    """A speed byte may be "none", for boards without speeds."""
     file = tmp_path / "robot.toml"
     file.write_text('[robot.serial.bytes]\nfine = "none"\ngross = "none"\n', encoding="utf-8")
     dialect = config.load(file).robot.serial.bytes
@@ -544,7 +544,7 @@ def test_a_speed_byte_can_be_left_out(tmp_path: Path) -> None:
 def test_a_file_that_is_none_is_refused(
     make: Callable[[Path], object], sentence: str, tmp_path: Path
 ) -> None:
-    """What cannot be read at all is refused with the file's name and the reason."""
+    """An unreadable file is refused with its name and the reason."""
     file = tmp_path / "robot.toml"
     make(file)
     with pytest.raises(ConfigError) as refused:
@@ -553,7 +553,7 @@ def test_a_file_that_is_none_is_refused(
 
 
 def test_an_editor_of_windows_is_no_problem(tmp_path: Path) -> None:
-    """A byte order mark and carriage returns are read over."""
+    """A byte order mark and carriage returns are accepted."""
     file = tmp_path / "robot.toml"
     file.write_bytes(b"\xef\xbb\xbf[server]\r\nport = 9000\r\n")
     assert config.load(file).server.port == 9000
@@ -581,7 +581,7 @@ _LEAVES: st.SearchStrategy[Any] = (
     ).filter(lambda tree: isinstance(tree, dict))
 )
 def test_no_tree_is_too_strange(tree: dict[str, Any]) -> None:
-    """Whatever a file holds, it is taken or refused with a line for each problem."""
+    """Any tree is accepted, or refused with a line for each problem."""
     try:
         config.parse(tree, "robot.toml")
     except ConfigError as error:
@@ -622,7 +622,7 @@ def test_limits_of_driving_that_contradict_each_other(tree: dict[str, float]) ->
     ],
 )
 def test_cameras_beside_the_driving_view(text: str, says: str, tmp_path: Path) -> None:
-    """Each has a name of its own, and one to be beside; the line begins with a key."""
+    """Further cameras need unique names and a driving view; each problem begins with a key."""
     (problem,) = _problems(text, tmp_path)
     assert says in problem
     assert problem[0].isalpha()

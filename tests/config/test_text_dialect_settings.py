@@ -1,4 +1,4 @@
-"""The lines of `[robot.serial.text]`: what is refused, and how it is said."""
+"""The lines of `[robot.serial.text]`: what is refused, with which sentence."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def parsed(text: dict[str, Any], **serial: Any) -> config.SerialSettings:
 
 @pytest.mark.parametrize("name", ["ros-arduino-bridge", "roboteq"])
 def test_the_examples_are_safe_ones(name: str) -> None:
-    """They load, have a known watchdog and ask for answers; nothing in them is worth a warning."""
+    """The examples load without a warning: they have a known watchdog and ask for answers."""
     robot = config.load(CONFIG / f"{name}.toml").robot
     assert robot.driver == "serial"
     assert robot.serial.dialect == "text"
@@ -31,13 +31,13 @@ def test_the_examples_are_safe_ones(name: str) -> None:
 
 
 def test_a_line_and_its_scale_are_enough() -> None:
-    """All else has a default, and the board is not taken to have a watchdog."""
+    """All other keys have defaults, and no watchdog is assumed."""
     text = parsed(GOOD).text
     assert (text.stop, text.answers, text.ttl_ms) == ("", "", 0)
 
 
 def test_every_line_may_be_written() -> None:
-    """With all keys it is as it was written."""
+    """A table with all keys loads as written."""
     text = GOOD | {
         "stop": "!EX\r",
         "begin": ["^ECHOF 1\r"],
@@ -81,7 +81,7 @@ def test_every_line_may_be_written() -> None:
     ],
 )
 def test_what_is_wrong_is_one_sentence(change: dict[str, Any], why: str) -> None:
-    """It names the key, says what is wrong and what to write."""
+    """A mistake is one sentence with the key, what is wrong, and what to write."""
     with pytest.raises(ConfigError) as refused:
         parsed(GOOD | change)
     message = str(refused.value)
@@ -96,6 +96,6 @@ def test_lines_of_another_dialect_need_not_be_whole() -> None:
 
 @pytest.mark.parametrize(("ttl_ms", "keep_alive_ms"), [(0, 1000), (200, 100), (40, 20)])
 def test_a_watchdog_has_the_time_of_two_lines(ttl_ms: int, keep_alive_ms: int) -> None:
-    """Twice the interval is enough; where there is no watchdog any interval is."""
+    """A watchdog of twice the interval is accepted; without one, any interval is."""
     text = GOOD | {"ttl_ms": ttl_ms, "keep_alive_ms": keep_alive_ms}
     assert parsed(text).text.ttl_ms == ttl_ms

@@ -1,4 +1,4 @@
-"""Names and addresses in the configuration."""
+"""Types for host names and addresses in the configuration."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ def _url(text: object) -> object:
 
 
 ONE_HOST: Final = BeforeValidator(_host)
-"""A host is kept as browsers send it, in whichever letters it was written."""
+"""Normalizes a host name to the spelling that browsers send."""
 ONE_URL: Final = BeforeValidator(_url)
-"""So is the host of an address."""
+"""Normalizes the host of a URL in the same way."""
 
 
 def _network(text: str) -> str:
@@ -38,7 +38,7 @@ def _network(text: str) -> str:
 
 
 _NAME: Final = r"[A-Za-z0-9_]([A-Za-z0-9._-]{0,251}[A-Za-z0-9_])?"
-"""An underscore is in many a container's name, if in no name of DNS for a host."""
+"""DNS allows no underscore in a host name, but many containers' names have one."""
 
 HostName = Annotated[
     str,

@@ -1,4 +1,4 @@
-"""`[[controls]]` and `[[gauges]]`: what the robot has besides wheels, and what it tells."""
+"""`[[controls]]` and `[[gauges]]`: what the robot has besides wheels, and what it measures."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ DRIVING_KEYS: Final = frozenset(
     {"ArrowUp", "ArrowDown", "ArrowLeft", "ArrowRight", "Space", "Enter", "NumpadEnter"}
     | {f"Key{letter}" for letter in "WSADFJLIKOTCMN"}
 )
-"""What the page's own keys do out of the box (`web/src/drive/keyMap.ts`)."""
+"""The keys that the page itself uses by default (`web/src/drive/keyMap.ts`)."""
 
 _TAKEN_BY_BROWSERS: Final = re.compile(
     r"Tab|Escape|CapsLock|Fn.*|F\d+|Unidentified|(Control|Alt|Meta|OS|Shift)(Left|Right)"
@@ -66,7 +66,7 @@ class _Table(BaseModel):
 class ControlSettings(_Table):
     """`[[controls]]`: a button, switch, slider or choice that the page shows.
 
-    What `moves` the robot, or a part of it, counts as driving: only while somebody holds it.
+    A control that `moves` the robot, or a part of it, counts as driving: it must be held.
     """
 
     name: Name
@@ -82,12 +82,12 @@ class ControlSettings(_Table):
 
     @property
     def is_held(self) -> bool:
-        """Whether it lasts only while somebody holds it."""
+        """Whether it acts only while somebody holds it."""
         return self.moves or self.kind == "button"
 
     @model_validator(mode="after")
     def _is_of_its_kind(self) -> Self:
-        """Refuse what this kind of control has no use for, or lacks."""
+        """Refuse keys that this kind of control does not use, or lacks."""
         fields = type(self).model_fields
         for name in ("min", "max", "step"):
             if self.kind != "slider" and getattr(self, name) != fields[name].default:
@@ -137,7 +137,7 @@ class ControlSettings(_Table):
 
 
 class GaugeSettings(_Table):
-    """`[[gauges]]`: a number that the robot tells, and beyond which value it warns or stops."""
+    """`[[gauges]]`: a number that the robot reports, with limits that warn or stop."""
 
     name: Name
     label: Label = ""
@@ -158,7 +158,7 @@ class GaugeSettings(_Table):
 
     @property
     def may_stop(self) -> bool:
-        """Whether the robot stands beyond one of its limits."""
+        """Whether one of its limits stops the robot."""
         return self.stop_below is not None or self.stop_above is not None
 
     @model_validator(mode="after")
@@ -180,7 +180,7 @@ class GaugeSettings(_Table):
 
 
 def check_names(controls: Sequence[ControlSettings], gauges: Sequence[GaugeSettings]) -> None:
-    """Raise `ValueError` where two have one name, or one key."""
+    """Raise `ValueError` if two have the same name or key."""
     own = "give each its own"
     check_apart(f"controls: two have the name {{}}; {own}", [one.name for one in controls])
     check_apart(f"controls: two have the key {{}}; {own}", [one.key for one in controls if one.key])
@@ -188,7 +188,7 @@ def check_names(controls: Sequence[ControlSettings], gauges: Sequence[GaugeSetti
 
 
 def check_apart(problem: str, names: list[str]) -> None:
-    """Raise `ValueError` with the problem of the first that is there twice."""
+    """Raise `ValueError` with `problem` and the first duplicate name."""
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise ValueError(problem.format(twice))

@@ -1,4 +1,4 @@
-"""`[door]`: the public machine through which the page is reached where no port can be opened."""
+"""`[door]`: the public machine that relays the page where no port can be forwarded."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ HostKey = Annotated[
 
 
 class DoorSettings(BaseModel):
-    """Where it is, which key it has, and by which key it knows this robot."""
+    """The door's address and host key, and this robot's key for it."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
@@ -46,7 +46,7 @@ class DoorSettings(BaseModel):
 
 
 def check_server(door: DoorSettings, server: ServerSettings) -> None:
-    """Raise `ValueError` where the page cannot be what the door hands on."""
+    """Raise `ValueError` if the server's settings do not fit the door."""
     if not door.host:
         return
     if server.https or server.certificate:

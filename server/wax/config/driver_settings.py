@@ -8,18 +8,18 @@ from pydantic import BaseModel, ConfigDict
 
 
 class DriverSettings(BaseModel):
-    """What only one driver needs to know; name the subclass `Settings` in the driver's class.
+    """Settings of one driver; name the subclass `Settings` inside the driver's class.
 
-    A field has its range in its type and its reason as description::
+    A field has its range in its type and its purpose as description::
 
         class Settings(DriverSettings):
             TABLE = "tank"
 
             bus: Annotated[int, Field(ge=0, le=7)] = Field(1, description="The number of its bus.")
 
-    The table `[robot.tank]` is checked when the configuration is loaded, `wax config` shows it, and
-    the driver gets it by `RobotSettings.own`, with its defaults where the configuration has none.
-    TOML has strings, numbers, true and false, lists and tables: other types are refused.
+    The table `[robot.tank]` is validated when the configuration is loaded, `wax config` shows it,
+    and the driver gets it from `RobotSettings.own`, with defaults for missing keys. TOML has
+    strings, numbers, true and false, lists and tables: other types are refused.
     """
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)

@@ -1,4 +1,4 @@
-"""Check and describe the tables `[robot.TABLE]` that drivers bring."""
+"""Validates and describes drivers' own tables `[robot.TABLE]`."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ _WIDTH: Final = 100
 
 
 def check_here(robot: dict[str, Any], *, ours: Collection[str]) -> list[str]:
-    """Return a sentence for each wrong key of the drivers' tables in `[robot]`, as it was written.
+    """Return a sentence for each wrong key of the drivers' tables in `[robot]`, as written.
 
-    `ours` are the keys of `[robot]` itself. The tables of WAX's own drivers may always be there,
-    another's only while it is the configured one, because nobody else knows what it means. Loads
-    the classes; one that fails while it is loaded is nobody's mistake in the table.
+    `ours` are the keys of `[robot]` itself. Tables of WAX's own drivers are always allowed, another
+    driver's only if it is the configured one, since only its class can validate it. Loads the
+    classes; a class that cannot be loaded is no mistake in the table.
     """
     lines = []
     for name, table in tables(robot, ours).items():
@@ -69,10 +69,9 @@ def model_of(driver: type[Any], name: str, ours: Collection[str]) -> type[Driver
 
 
 def describe(names: Sequence[str], *, ours: Collection[str]) -> list[str]:
-    """Return the lines of these drivers' tables, as in the manual, or of all that are installed.
+    """Return the manual's lines for these drivers' tables, or for all that are installed.
 
-    Raises `ConfigError` for a name that is no driver's; where all are asked for, one that cannot be
-    loaded is a line.
+    Raises `ConfigError` for an unknown driver; among all, one that cannot be loaded is a line.
     """
     lines = []
     for name in names or dict.fromkeys(offer.name for offer in offers(DRIVERS)):
@@ -92,7 +91,7 @@ def describe(names: Sequence[str], *, ours: Collection[str]) -> list[str]:
 
 
 def _table(model: type[DriverSettings]) -> list[str]:
-    """Return the lines of one: of each key its reason, what is allowed, and the default."""
+    """Return a table's lines: each key with its purpose, allowed values and default."""
     schema = model.model_json_schema()
     bare = _without_reasons(schema)
     lines = [f"[robot.{model.TABLE}]"]
@@ -112,7 +111,7 @@ def _driver(robot: dict[str, Any]) -> str:
 
 
 def _model(table: str, driver: str, ours: Collection[str]) -> type[DriverSettings]:
-    """Find whose table that is; raises `ConfigError`."""
+    """Find the driver's model for a table; raises `ConfigError`."""
     for offer in offers(DRIVERS):
         if offer.is_ours and offer.name == table:
             model = model_of(load_class(table, DRIVERS, _KEY), table, ours)
@@ -136,13 +135,13 @@ def _check(model: type[DriverSettings], name: str, table: dict[str, Any]) -> lis
         model.model_validate(table)
     except ValidationError as error:
         return problems.lines(error, _without_reasons(model.model_json_schema()), f"robot.{name}")
-    except Exception as error:  # a validator of the plug-in's own may raise anything
+    except Exception as error:  # a plug-in's validator may raise anything
         return [f"robot.{name}: checking it failed: {error!r}"]
     return []
 
 
 def _without_reasons(schema: allowed.Schema) -> allowed.Schema:
-    """Leave out what the fields are for, where a description else says what is allowed."""
+    """Drop the fields' descriptions, which `allowed.words` would take for the allowed values."""
     tables: list[allowed.Schema] = [schema, *schema.get("$defs", {}).values()]
     bare = [
         table

@@ -1,7 +1,7 @@
-"""Check the table of somebody else's driver, in a process that ends then.
+"""Validates the table of a foreign driver in a process of its own.
 
-The check loads the driver's class, and a class may do anything while it is loaded: print, hang, end
-the process. What cannot be loaded is not refused here: whoever drives with it is told why.
+That loads the driver's class, which may do anything while it loads: print, hang, end the process. A
+class that cannot be loaded is not refused here: building the driver reports why.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _LOAD_S: Final = 20.0
 
 
 def check(robot: dict[str, Any], ours: Collection[str]) -> list[str]:
-    """Return the sentences of `driver_tables.check_here`, none where the driver fails."""
+    """Return the sentences of `driver_tables.check_here`; empty if the class cannot be loaded."""
     asked = json.dumps({"robot": robot, "ours": sorted(ours)}, default=str)
     try:
         done = python_module.ask("wax.config.foreign_table", asked.encode(), _LOAD_S)
@@ -33,7 +33,7 @@ def check(robot: dict[str, Any], ours: Collection[str]) -> list[str]:
 
 
 def main() -> None:
-    """Read what to check, and tell; what the class prints goes to standard error."""
+    """Check the table on standard input; what the class prints goes to standard error."""
     asked = json.load(sys.stdin.buffer)
     writer = os.dup(1)
     os.dup2(2, 1)

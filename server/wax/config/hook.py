@@ -1,4 +1,4 @@
-"""`[[hook]]`: who is told what happens, and by which address."""
+"""`[[hook]]`: the webhooks, their addresses and their events."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ EventName = Annotated[
 
 
 class HookSettings(BaseModel):
-    """One receiver of events."""
+    """One webhook."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
@@ -69,17 +69,17 @@ class HookSettings(BaseModel):
 
     @property
     def host(self) -> str:
-        """The host of its address, which alone is shown: a path is often a password."""
+        """The host of its URL, the only part to show: the path is often a secret."""
         return urlsplit(self.url).netloc
 
 
 def check_targets(
     targets: Iterable[tuple[str, str]], own_port: int, own_names: Sequence[str], robot: object
 ) -> None:
-    """Raise `ValueError` for a key whose URL leads to this server, or to the robot's own line.
+    """Raise `ValueError` for a key whose URL leads to this server, or to the robot.
 
-    `targets` are such keys with their URLs; `robot` are its tables of the configuration: whatever
-    in them reads as HOST:PORT is such a line.
+    `targets` are keys with their URLs; `robot` are the robot's tables in the configuration, in
+    which any text of the form HOST:PORT is taken for a connection to the robot.
     """
     own = {(_host(name), own_port) for name in (_HERE, *own_names)}
     lines = {(_host(host), int(port)) for host, port in _endpoints(robot)}
@@ -98,7 +98,7 @@ def check_targets(
 
 
 def _host(name: str) -> str:
-    """Return what is the same for two spellings of a host, without asking anybody."""
+    """Return one spelling for each host, without a name lookup."""
     name = name.strip("[]").rstrip(".")
     try:
         name = host_spelling.of_host(name)

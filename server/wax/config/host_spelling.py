@@ -1,7 +1,7 @@
-"""One spelling for each host: that which browsers send, whatever the host of this server writes.
+"""Normalizes host names and addresses to the spelling that browsers send.
 
-Names are in small letters, international ones as IDNA has them (UTS 46), addresses as short as they
-can be.
+Names are in lower case, international ones in IDNA (UTS 46), and IP addresses in their shortest
+form.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ DEFAULT_PORTS: Final = {"http": ":80", "https": ":443"}
 
 
 def of_host(text: str) -> str:
-    """Return a name or an address as browsers send it; raises `ValueError` for what is none.
+    """Return a name or an IP address as browsers send it; raises `ValueError` if it is neither.
 
-    It can take milliseconds: it is for what the host writes, not for what strangers send.
+    This can take milliseconds, so it is for the configuration, not for what strangers send.
     """
     try:
         return str(ipaddress.ip_address(text))
@@ -42,9 +42,9 @@ def of_host(text: str) -> str:
 
 
 def of_url(text: str) -> str:
-    """Return an address with its host as browsers send it, without the port of its scheme.
+    """Return a URL with its host as browsers send it, without its scheme's default port.
 
-    What reads as none is returned as it is; raises `ValueError` for a host that is none.
+    Text that is not a URL is returned unchanged; raises `ValueError` for an invalid host.
     """
     found = _URL.fullmatch(text)
     if found is None:
@@ -59,9 +59,9 @@ def of_url(text: str) -> str:
 
 @lru_cache(maxsize=64)
 def spellings(host: str) -> frozenset[str]:
-    """Return how a host is written: by browsers, as given, and in the letters of its language.
+    """Return a host's spellings: as browsers send it, and in the letters of its language.
 
-    Those are for programs that know nothing of IDNA.
+    Programs without IDNA send the latter.
     """
     if "xn--" not in host:
         return frozenset({host})

@@ -1,9 +1,9 @@
-r"""Lines of text with numbers in them, such as ``m {left} {right}\r``: said, and understood (pure).
+r"""Writes and parses lines of text with numbers in them, such as ``m {left} {right}\r`` (pure).
 
-A template is text with named places in braces. Of Python's format strings it has the names and a
-format for the number (``{left:.2f}``) and nothing else: no attributes, no indices, no conversions.
-Read the other way round, each place is a decimal number, and all other text must stand there as it
-is; reading a line takes no longer than the line is long, whatever a robot sends.
+A template is text with named fields in braces. Of Python's format strings it has only the names and
+a number format (``{left:.2f}``): no attributes, indices or conversions. To parse a line, each field
+matches a decimal number and all other text itself; that takes time linear in the line's length,
+whatever a robot sends.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
 
 MAX_CHARS: Final = 80
 ANY: Final = "_"
-"""The place of a number that nobody needs."""
+"""The field of a number that is ignored."""
 
 _FORMAT: Final = re.compile(r"\+?(0?[1-9])?(d|(\.[0-6])?f)?")
-# Possessive: what a number has taken it never gives back, so no line can make the search long.
+# Possessive quantifiers never backtrack, so no line can make the match slow.
 _NUMBER: Final = r"((?>[+-]?+(?:[0-9]{1,12}+(?:\.[0-9]{0,12}+)?+|(?i:nan|inf|ovf|null|none))|))"
-"""Or what boards print where they know none: `Print::print` of Arduino's says nan, inf and ovf."""
+"""A number, or what boards print without one: Arduino's `Print::print` writes nan, inf and ovf."""
 _ENDS: Final = "\r\n"
 
 
 class LineTemplate:
-    """A line whose `names` are filled in, or found; raises `ValueError` with what is wrong."""
+    """A line whose `names` are filled in or parsed; raises `ValueError` with what is wrong."""
 
     def __init__(self, text: str, allowed: Collection[str]) -> None:
         _check_text(text)
@@ -38,20 +38,20 @@ class LineTemplate:
 
     @property
     def ending(self) -> str:
-        """The characters that end a line, those of carriage return and line feed at its end."""
+        """The carriage returns and line feeds at the end of the line."""
         return self.text[len(self.text.rstrip(_ENDS)) :]
 
     def said(self, values: Mapping[str, float]) -> bytes:
-        """Return the line with these numbers, rounded where its format has no decimals."""
+        """Return the line with these numbers, rounded if their format has no decimals."""
         return "".join(
             literal + (_written(values[name], form) if name else "")
             for literal, name, form in self._parts
         ).encode("ascii")
 
     def found(self, line: str) -> dict[str, float] | None:
-        """Return the numbers of a line without its end; None if it is another line.
+        """Parse the numbers in a line without its end; None if it does not match.
 
-        A place that is empty, or has a word for no number, is left out.
+        A field that is empty, or holds a word such as nan, is left out.
         """
         match = self._pattern.fullmatch(line)
         if match is None or (self.names and not any(match.groups())):
@@ -82,7 +82,7 @@ def _parse(text: str) -> list[tuple[str, str, str, str]]:
         raise ValueError(
             f"{text!r} has a brace without its other half; write {{{{ or }}}} for a brace itself"
         ) from error
-    # A place without a name is found as "", no place at all as None.
+    # The parser returns "" for a field without a name, None for no field.
     return [
         (literal, "" if name is None else name or "?", form or "", conversion or "")
         for literal, name, form, conversion in parts
@@ -111,7 +111,7 @@ def _checked(
 
 
 def _pattern(parts: list[tuple[str, str, str]]) -> str:
-    """Return the pattern of a line as it is read: without its end, and spaces at either end."""
+    """Return the pattern of a received line, without its end and spaces at either end."""
     texts = [text for text, _, _ in parts] or [""]
     texts[0] = texts[0].lstrip()
     if parts and not parts[-1][1]:

@@ -1,4 +1,4 @@
-"""`[mqtt]`: the broker by which a house's automation is told of the robot and switches it."""
+"""`[mqtt]`: the broker that connects the robot with the house's automation."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def _whole(url: str) -> str:
 
 
 class MqttSettings(BaseModel):
-    """Nothing happens without `url`."""
+    """MQTT is off without a `url`."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 

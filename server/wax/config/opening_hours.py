@@ -1,7 +1,7 @@
 """When the robot is open to people, and when it opens next.
 
-Hours are local times of the configured zone; a window that ends before it begins goes on past
-midnight. Where a clock is put forward, a time that does not exist is the one an hour later.
+Hours are local times of the configured zone; a window that ends before it begins lasts past
+midnight. When clocks go forward, a time that does not exist is the one an hour later.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ PATTERN: Final = (
 )
 _DAY_MINUTES: Final = 24 * 60
 _LOOK_AHEAD_DAYS: Final = 9
-"""A week and the days that reach into it."""
+"""A week, and the days whose windows reach into it."""
 _WEEK: Final = timedelta(days=7, hours=-2)
-"""From the first opening to before the same one of the week after, whatever the clock does."""
+"""From the first opening to before the same one a week later, even if clocks change."""
 
 
 def zone_of(name: str) -> tzinfo:
@@ -36,7 +36,7 @@ def zone_of(name: str) -> tzinfo:
 
 @dataclass(frozen=True, slots=True)
 class Window:
-    """On the `days` (0 is Monday) open from `opens` to `closes`, minutes after midnight."""
+    """Open on `days` (0 is Monday) from `opens` to `closes`, in minutes after midnight."""
 
     days: frozenset[int]
     opens: int
@@ -44,7 +44,7 @@ class Window:
 
     @property
     def closes_after(self) -> int:
-        """When it closes, in minutes after the midnight before it opens."""
+        """When it closes, in minutes after the midnight before its opening."""
         return self.closes if self.closes > self.opens else self.closes + _DAY_MINUTES
 
     @classmethod
@@ -72,13 +72,13 @@ class OpeningHours:
         return cls(tuple(Window.parse(text) for text in texts), zone)
 
     def is_open(self, now: datetime) -> bool:
-        """Whether it is open at a time (aware)."""
+        """Whether it is open at `now`, which has a time zone."""
         return not self.windows or any(opens <= now < closes for opens, closes in self._near(now))
 
     def openings(self, now: datetime) -> list[tuple[datetime, datetime]]:
-        """Return when it opens after `now`, and closes again, for a week; none if always open.
+        """Return the openings and closings of the week after `now`; empty if always open.
 
-        Windows that touch are one.
+        Windows that touch are merged.
         """
         found: list[tuple[datetime, datetime]] = []
         for opens, closes in sorted(one for one in self._near(now) if one[0] > now):
@@ -93,9 +93,9 @@ class OpeningHours:
         return next((opens for opens, _ in self.openings(now)), None)
 
     def on(self, day: date, window: Window) -> tuple[datetime, datetime] | None:
-        """Return when a window of that day opens and closes, in UTC.
+        """Return when a window opens and closes on a day, in UTC.
 
-        None where the clock is put forward over all of it.
+        None if clocks go forward over all of it.
         """
         opens = self.local(day, window.opens).astimezone(UTC)
         closes = self.local(day, window.closes_after).astimezone(UTC)
@@ -110,7 +110,7 @@ class OpeningHours:
                     yield span
 
     def local(self, day: date, minutes: int) -> datetime:
-        """Return the time that a clock there shows so many minutes after the midnight of a day."""
+        """Return the local time so many minutes after the midnight of a day."""
         extra, minutes = divmod(minutes, _DAY_MINUTES)
         shown = time(minutes // 60, minutes % 60)
         return datetime.combine(day + timedelta(days=extra), shown, tzinfo=self.zone)

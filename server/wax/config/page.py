@@ -1,4 +1,4 @@
-"""`[page]`: what makes the page the host's own."""
+"""`[page]`: the host's branding of the page."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from pydantic import BaseModel, ConfigDict, Field
 from wax.config.addresses import Site
 
 MAX_LINES = 6
-"""House rules, and links: more than six are not read."""
+"""The maximum of house rules, and of links: nobody reads more than six."""
 MAX_SITES = 16
-"""A header names them all with each embed."""
+"""A header lists all of them with each embed."""
 
 
 class LinkSettings(BaseModel):
@@ -37,7 +37,7 @@ class LinkSettings(BaseModel):
 
 
 class PageSettings(BaseModel):
-    """Everything has a default with which the page is complete."""
+    """Every key has a default, with which the page is complete."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 

@@ -1,4 +1,4 @@
-"""What is wrong with a configuration, one sentence for each key."""
+"""The problems of a configuration, one sentence for each key."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _RENAMED: Final = {
     "sync.operator.own_rendition": "sync.operator.finer_ladder",
     "sync.observer.own_rendition": "sync.observer.finer_ladder",
 }
-"""The old names of renamed keys, with the new ones."""
+"""The old names of renamed keys, each with the new one."""
 
 _REMOVED: Final = {
     "ice": "is gone, since its passwords were shown to every visitor; list STUN servers in"
@@ -31,7 +31,7 @@ _REMOVED: Final = {
         "is gone; delete it: what has failed is opened again after a second",
     ),
 }
-"""Keys that are gone, with what to write instead."""
+"""Removed keys, each with what to write instead."""
 
 
 def lines(error: ValidationError, schema: allowed.Schema, table: str = "") -> list[str]:
@@ -41,7 +41,7 @@ def lines(error: ValidationError, schema: allowed.Schema, table: str = "") -> li
 
 
 def unknown(key: str, neighbours: Iterable[str]) -> str:
-    """Say that there is no such key, and which one may be meant."""
+    """Return the sentence for an unknown key, with the one that may be meant."""
     near = get_close_matches(key.rpartition(".")[2], list(neighbours))
     return f"{key}: there is no such key" + (f"; did you mean {near[0]}?" if near else "")
 

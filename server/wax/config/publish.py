@@ -1,4 +1,4 @@
-"""`[[publish]]`: rooms of a media engine, from which observers watch when the robot is full."""
+"""`[[publish]]`: rooms at media servers, where observers watch when the robot is full."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _Http = Annotated[
 
 
 class PublishSettings(BaseModel):
-    """One room, of LiveKit, or of any server that takes WHIP (RFC 9725)."""
+    """One room at LiveKit, or at any media server with WHIP (RFC 9725)."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
@@ -52,7 +52,7 @@ class PublishSettings(BaseModel):
 
     @property
     def name(self) -> str:
-        """How the room is called in the log and on the status page."""
+        """The room's name in the log and on the status page."""
         return f"{self.livekit or self.whip} {self.room}" if self.livekit else self.whip
 
     def secret(self) -> str:

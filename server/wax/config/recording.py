@@ -1,4 +1,4 @@
-"""`[recording]`: the tape, which keeps picture, sound and driving for a while."""
+"""`[recording]`: the tape, which records picture, sound and driving for a while."""
 
 from __future__ import annotations
 

@@ -87,7 +87,7 @@ class ServerSettings(_Section):
 
 
 class AccessSettings(_Section):
-    """`[access]`: who may come in, and what strangers may do."""
+    """`[access]`: who is admitted, and what strangers may do."""
 
     strangers_watch: bool = True
     strangers_hear: bool = True
@@ -127,7 +127,7 @@ class LogSettings(_Section):
 
 
 class RecordSettings(_Section):
-    """`[records]`: what is remembered, and how long."""
+    """`[records]`: what is recorded, and for how long."""
 
     enabled: bool = True
     path: str = ""
@@ -135,7 +135,7 @@ class RecordSettings(_Section):
 
 
 class MetricSettings(_Section):
-    """`[metrics]`: where Prometheus reads them."""
+    """`[metrics]`: where Prometheus scrapes them."""
 
     port: Annotated[int, Field(ge=0, le=65535)] = 0
     host: Annotated[str, Field(min_length=1)] = "localhost"
@@ -166,7 +166,7 @@ class NetworkSettings(_Section):
 
 
 class RelaySettings(_Section):
-    """`[relay]`: a TURN server for viewers whose network lets no UDP out; none by default."""
+    """`[relay]`: a TURN server for viewers whose network blocks UDP; none by default."""
 
     urls: Annotated[list[TurnUrl], Field(max_length=4)] = []
     secret: Annotated[str, Field(repr=False)] = ""
@@ -197,23 +197,23 @@ class RenditionSettings(_Section):
 
     @property
     def size(self) -> str:
-        """The size, by which a viewer chooses."""
+        """The size, which a viewer can choose."""
         return f"{self.width}x{self.height}"
 
     @property
     def name(self) -> str:
-        """The name, which distinguishes it from others of the same size."""
+        """A name that tells it from others of the same size."""
         return f"{self.size} at {self.bitrate_bps / 1000:g} kbit/s"
 
 
 MIN_FOV_DEG: Final = 10.0
 MIN_CAMERA_HEIGHT_M: Final = 0.02
 MAX_CAPTURE_FPS: Final = 240.0
-"""Of a camera; a rendition has at most 60."""
+"""The maximum of a camera; a rendition has at most 60."""
 
 
 class VideoSettings(_Section):
-    """A camera, as `[video]` and `[[camera]]` have it."""
+    """A camera: the keys that `[video]` and `[[camera]]` share."""
 
     source: Annotated[str, Field(min_length=1)] = "robot"
     width: Annotated[int, Field(ge=32, le=3840, multiple_of=2)] = 640
@@ -240,19 +240,19 @@ class VideoSettings(_Section):
 
     @property
     def is_turned(self) -> bool:
-        """Whether the picture is another than the camera gives it."""
+        """Whether the picture is rotated or mirrored."""
         return self.rotate != 0 or self.mirror
 
     @property
     def upright_size(self) -> tuple[int, int]:
-        """Width and height of a picture once it is turned."""
+        """Width and height of a picture after rotation."""
         lies = self.rotate % 180 != 0
         return (self.height, self.width) if lies else (self.width, self.height)
 
     @model_validator(mode="before")
     @classmethod
     def _ladder_turns_too(cls, given: Any) -> Any:
-        """Turn the ladder of the defaults with a camera that lies; who writes one writes it so."""
+        """Rotate the default ladder with the camera; a configured ladder is taken as written."""
         if not isinstance(given, dict) or given.get("rotate") not in (90, 270):
             return given
         ladder = cls.model_fields["renditions"].default
@@ -292,7 +292,7 @@ class VideoSettings(_Section):
 
 
 class DrivingViewSettings(VideoSettings):
-    """`[video]`, whose camera looks where the robot drives."""
+    """`[video]`: the driving view, whose camera looks ahead."""
 
     source: Annotated[str, Field(min_length=1)] = "auto"
     camera_height_m: Annotated[float, Field(ge=0, le=5)] = 0.0
@@ -329,13 +329,13 @@ AxisName = Annotated[
 
 
 MAX_CAMERAS: Final = 4
-"""Cameras beside `[video]`: each is a section of every page's connection."""
+"""The maximum of cameras beside `[video]`: each is a media section in every page's connection."""
 
 
 class CameraSettings(VideoSettings):
     """`[[camera]]`: a camera beside the driving view, with a ladder of its own.
 
-    The lowest rendition is that of the small pictures.
+    Small pictures use the lowest rendition.
     """
 
     name: Annotated[
@@ -366,7 +366,7 @@ class CameraSettings(VideoSettings):
 
 
 class SoundEncodingSettings(_Section):
-    """One encoding of the sound, made once for all its listeners."""
+    """One encoding of the sound, encoded once for all its listeners."""
 
     mu_ms: Literal[10, 20, 40, 60, 120]
     bitrate_bps: Annotated[int, Field(ge=6_000, le=256_000)]
@@ -417,7 +417,7 @@ class VoiceSettings(_Section):
 
 
 _MOST_LEVELS: Final = 16
-"""Twice as many as there are."""
+"""Twice the levels that the configuration has."""
 
 _MediaUnitMs = Literal[10, 20, 40, 60, 120]
 _HoldbackMs = Annotated[float, Field(ge=0, le=2000)]
@@ -425,12 +425,12 @@ _SkewMs = Annotated[float, Field(ge=0, le=500)]
 
 
 def _player(value: object) -> object:
-    """Accept what the built-in player was called up to version 0.8."""
+    """Accept the built-in player's name of version 0.8 and before."""
     return "built-in" if value == "own" else value
 
 
 class SyncSettings(_Section):
-    """`[sync.operator]` and `[sync.observer]`: which stream waits for which, and how long."""
+    """`[sync.operator]` and `[sync.observer]`: which stream waits for which, and for how long."""
 
     policy: Literal["audio-master", "video-first"] = "audio-master"
     audio_mu_ms: Literal["auto", 10, 20, 40, 60, 120] = "auto"
@@ -443,7 +443,7 @@ class SyncSettings(_Section):
 
 
 class OperatorSyncSettings(SyncSettings):
-    """`[sync.operator]`: a file that sets one key leaves the others at these."""
+    """`[sync.operator]`: its own defaults, also for a file that sets only some keys."""
 
     least_audio_mu_ms: _MediaUnitMs = 10
     finer_ladder: bool = True
@@ -520,7 +520,7 @@ OptionalByte = Annotated[
 
 
 class BytesDialectSettings(_Section):
-    """`[robot.serial.bytes]`: the thesis's one byte a command; each value is that byte."""
+    """`[robot.serial.bytes]`: the thesis's protocol, with the one byte of each command."""
 
     forward: Byte = ord("F")
     back: Byte = ord("B")
@@ -575,7 +575,7 @@ OwnT = TypeVar("OwnT", bound="DriverSettings")
 
 
 class RobotSettings(_Section):
-    """`[robot]`, and beside our keys the tables that drivers bring (`DriverSettings`)."""
+    """`[robot]`: our keys, and drivers' own tables (`DriverSettings`)."""
 
     model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, dict[str, Any]] = Field(init=False)
@@ -597,12 +597,12 @@ class RobotSettings(_Section):
     serial: SerialSettings = SerialSettings()
 
     def own(self, model: type[OwnT]) -> OwnT:
-        """Return a driver's own table, with its defaults where the configuration has none."""
+        """Return a driver's own table, with defaults for missing keys."""
         return model.model_validate(self.own_tables.get(model.TABLE, {}))
 
     @property
     def own_tables(self) -> dict[str, dict[str, Any]]:
-        """The tables of drivers, by their names, as they were written."""
+        """The drivers' own tables by name, as written."""
         return self.__pydantic_extra__ or {}
 
 
@@ -610,7 +610,7 @@ Deflection = Annotated[float, Field(ge=-1, le=1)]
 
 
 class ActSettings(_Section):
-    """One act of `[local] script`: what the simulated person aboard does, and when."""
+    """One act of `[local] script`: what the simulated person aboard does at `at_s`."""
 
     at_s: Annotated[float, Field(ge=0, le=3600)]
     for_s: Annotated[float, Field(ge=0.1, le=60)] = 0.5
@@ -635,7 +635,7 @@ class LocalSettings(_Section):
 
     @property
     def is_on(self) -> bool:
-        """Whether there is a person aboard."""
+        """Whether there is a hand control, and so a person aboard."""
         return self.source != "none"
 
     @model_validator(mode="after")
@@ -744,7 +744,7 @@ class Settings(_Section):
 
 
 def load(path: Path | None) -> Settings:
-    """Read a TOML file; keys that it leaves out, or all if `path` is None, have their defaults.
+    """Load a TOML file; missing keys, or all if `path` is None, have their defaults.
 
     Raises `ConfigError` with the file's name and all its problems.
     """
@@ -764,7 +764,7 @@ def load(path: Path | None) -> Settings:
 
 
 def _is_deep(tree: object) -> bool:
-    """Whether it has more levels than ours; how many Python writes out is up to its version."""
+    """Whether it nests deeper than allowed; Python's own recursion limit varies by version."""
     level: list[Any] = [tree]
     for _ in range(_MOST_LEVELS):
         level = [
@@ -777,7 +777,7 @@ def _is_deep(tree: object) -> bool:
 
 
 def parse(tree: dict[str, Any], name: str) -> Settings:
-    """Check a parsed TOML tree; `name` is the file's name in messages.
+    """Validate a parsed TOML tree; `name` is the file's name in messages.
 
     Raises `ConfigError` with one line for each wrong key: its value and what is allowed.
     """
@@ -794,7 +794,7 @@ def parse(tree: dict[str, Any], name: str) -> Settings:
 
 
 def _own_tables(robot: object) -> list[str]:
-    """Check the tables that drivers bring."""
+    """Validate the drivers' own tables."""
     ours = RobotSettings.model_fields
     if not isinstance(robot, dict) or not driver_tables.tables(robot, ours):
         return []
@@ -804,9 +804,9 @@ def _own_tables(robot: object) -> list[str]:
 
 
 def describe_drivers(names: Sequence[str]) -> list[str]:
-    """Return the manual's lines for the tables of these drivers, or of all that are installed.
+    """Return the manual's lines for these drivers' tables, or for all that are installed.
 
-    Raises `ConfigError` for a name that is no driver's.
+    Raises `ConfigError` for an unknown driver.
     """
     return driver_tables.describe(names, ours=RobotSettings.model_fields)
 

@@ -1,4 +1,4 @@
-"""`[robot.serial.text]`: the lines that a sketch or motor controller of the host's understands."""
+"""`[robot.serial.text]`: the lines of text of the host's own sketch or motor controller."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ REPORTED: Final = (
     *TICKS,
     ANY,
 )
-"""What a line from the robot may tell; ``_dv`` is tenths of a volt."""
+"""The fields of a line from the robot; ``_dv`` is tenths of a volt."""
 
 Line = Annotated[str, Field(max_length=MAX_CHARS, description="a line in double quotes, or empty")]
 OneLine = Annotated[
@@ -41,7 +41,7 @@ class _Section(BaseModel):
 
 
 class TextAxisSettings(_Section):
-    """One of `axis`: the line of the axis that has the same place in `[robot.serial] axes`."""
+    """One of `axis`: the line of the axis with the same index in `[robot.serial] axes`."""
 
     line: OneLine
     least: Annotated[float, Field(ge=-1e6, le=1e6)] = -1.0
@@ -56,7 +56,7 @@ class TextAxisSettings(_Section):
 
 
 class TextDialectSettings(_Section):
-    """Written with `drive` left empty where the dialect is another one."""
+    """The text dialect; with another dialect, `drive` may stay empty."""
 
     drive: Line = ""
     stop: Line = ""

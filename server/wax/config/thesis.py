@@ -8,9 +8,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validat
 
 
 class ThesisSettings(BaseModel):
-    """`[thesis]`: what the algorithm of chapter 3.3 is set to. Section numbers are the thesis's.
+    """`[thesis]`: the constants of the algorithm of chapter 3.3; section numbers are the thesis's.
 
-    The last three keys are not the thesis's: it gives no number, or a TCP stream needed none.
+    The last three keys are ours: the thesis gives no number, or its TCP stream needed none.
     """
 
     model_config = ConfigDict(
@@ -18,7 +18,7 @@ class ThesisSettings(BaseModel):
     )
 
     video_mu_ms: Annotated[int, Field(ge=20, le=500)] = 100
-    """Video MU length, the camera's 10 pictures a second (3.3.3.1)."""
+    """Video MU length, for the camera's 10 pictures a second (3.3.3.1)."""
 
     audio_mu_ms: Annotated[
         int,
@@ -36,10 +36,10 @@ class ThesisSettings(BaseModel):
     """Picture size; the thesis's 166 × 129 (4.2) to the nearest even."""
 
     picture_bytes: Annotated[int, Field(ge=1000, le=40_000)] = 8000
-    """What one picture is encoded to, each on its own like a JPEG of 75 % (3.5, 4.2)."""
+    """The encoded size of one picture, each independent like a JPEG at 75 % (3.5, 4.2)."""
 
     sample_rate_hz: Literal[8000] = 8000
-    """µ-law, one byte a sample, one channel (3.4.1); the codec PCMU has no other."""
+    """µ-law, one byte a sample, one channel (3.4.1); the codec PCMU has no other rate."""
 
     fail_safe_fps: Annotated[float, Field(gt=0, le=10)] = 1.0
     """Fail-safe mode when fewer pictures a second than this get through (3.5)."""
@@ -48,13 +48,13 @@ class ThesisSettings(BaseModel):
     """A client that buffers more sound than this gets its picture rolled back further (5.3.1)."""
 
     max_extra_rollback_ms: Annotated[float, Field(ge=0, le=2000)] = 500.0
-    """The compensation of 5.3.1 goes no further; the thesis's one case was 206 ms."""
+    """The limit of the compensation of 5.3.1; the thesis's one case was 206 ms."""
 
     recover_ms: Annotated[float, Field(ge=0, le=60_000)] = 1000.0
-    """Out of fail-safe mode when for so long no reason for it was left: the second of 3.5."""
+    """Fail-safe mode ends when its cause has been gone for this long: the second of 3.5."""
 
     lost_after_ms: Annotated[float, Field(ge=1000, le=60_000)] = 5000.0
-    """An MU that nobody has acknowledged for so long is lost; TCP never lost one."""
+    """An MU unacknowledged for this long counts as lost; TCP never lost one."""
 
     @field_validator("audio_mu_ms")
     @classmethod
