@@ -1,4 +1,4 @@
-"""A network's configuration for the checks."""
+"""Network configurations for the checks."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @pytest.fixture
 def network() -> MakeNetwork:
-    """Make one that is open to all, with the fields given."""
+    """Return a function that makes a network open to all, with the given fields."""
     usual = ServedNetwork(
         host="0.0.0.0",
         tcp_port=8080,

@@ -1,4 +1,4 @@
-"""Sources of a host's own, named in a configuration as ``package.module:Class``."""
+"""A host's own sources, which a configuration names as ``package.module:Class``."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from wax.errors import SourceError
 
 
 class Muted:
-    """A microphone that gives the constant of its sound card."""
+    """A muted microphone, whose sound card delivers a constant."""
 
     def __init__(self, settings: object, clock: object) -> None: ...
 
@@ -22,7 +22,7 @@ class Muted:
 
 
 class DeafOnTheLeft(Muted):
-    """A microphone of which one capsule works."""
+    """A microphone with one dead channel."""
 
     def read(self) -> Sound:
         left = super().read().samples
@@ -31,7 +31,7 @@ class DeafOnTheLeft(Muted):
 
 
 class Undated:
-    """A camera that does not say within what its times of capture are right."""
+    """A camera without an error bound for its capture times."""
 
     def __init__(self, settings: object, clock: object) -> None: ...
 
@@ -44,7 +44,7 @@ class Undated:
 
 
 class Dark:
-    """A camera that opens and gives nothing."""
+    """A camera that opens and delivers nothing."""
 
     closed = 0
 

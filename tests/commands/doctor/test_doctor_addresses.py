@@ -1,4 +1,4 @@
-"""Addresses: local, public, shared by a provider; as a STUN server sees them; firewalls."""
+"""Addresses: local, public, carrier-grade NAT; as a STUN server sees them; firewalls."""
 
 from __future__ import annotations
 
@@ -40,33 +40,33 @@ def _own(*pairs: tuple[str, str]) -> list[tuple[str, addresses.Address]]:
 def test_the_kind_of_address_decides(
     network: MakeNetwork, own: list[tuple[str, str]], level: str, says: str
 ) -> None:
-    """Public, private, shared by the provider, a VPN's, or none at all."""
+    """The verdict depends on whether an address is public, private, shared, a VPN's or missing."""
     verdict = addresses.local_addresses(network(), _own(*own))
     assert (verdict.level, says in verdict.sentence) == (level, True), verdict
 
 
 def test_a_page_on_loopback_is_for_this_machine(network: MakeNetwork) -> None:
-    """Whatever addresses there are, nobody else gets in."""
+    """A page on loopback is reported as private, whatever addresses there are."""
     verdict = addresses.local_addresses(network(host="localhost"), _own(("eth0", "10.0.0.2")))
     assert (verdict.level, "--host" in verdict.advice) == ("warning", True)
 
 
 def test_an_interface_that_is_missing_is_told(network: MakeNetwork) -> None:
-    """The configured name is none of those that have an address."""
+    """A configured interface without an address is reported."""
     ours = network(interfaces=("wlan0", "eth0"))
     verdict = addresses.local_addresses(ours, _own(("eth0", "10.0.0.2")))
     assert (verdict.level, "no interface wlan0" in verdict.sentence) == ("bad", True)
 
 
 def test_behind_a_proxy_its_port_is_forwarded(network: MakeNetwork) -> None:
-    """Loopback is right then, and the router must lead to the proxy."""
+    """Behind a proxy, loopback is fine, and the router must forward the proxy's port."""
     ours = network(host="localhost", is_behind_proxy=True)
     verdict = addresses.local_addresses(ours, _own(("eth0", "10.0.0.2")))
     assert (verdict.level, "TCP port 443 and UDP port 8081" in verdict.sentence) == ("ok", True)
 
 
 def test_own_addresses_leave_this_machine() -> None:
-    """Neither loopback nor link-local addresses are listed."""
+    """Own addresses include neither loopback nor link-local ones."""
     assert not [a for _, a in addresses.own_addresses() if a.is_loopback or a.is_link_local]
 
 
@@ -74,7 +74,7 @@ def test_own_addresses_leave_this_machine() -> None:
 
 
 def _sees(address: str) -> Callable[[bytes], list[bytes]]:
-    """Answer a request as a server that sees this address."""
+    """Return the answer of a STUN server that sees this address."""
 
     def answer(data: bytes) -> list[bytes]:
         request = stun.parse_message(data)
@@ -129,7 +129,7 @@ def _server(answer: Callable[[bytes], list[bytes]]) -> Iterator[str]:
 def test_what_the_world_sees_is_compared(
     network: MakeNetwork, announced: tuple[str, ...], own: str, level: str, says: str
 ) -> None:
-    """It is our own address, a router's, what viewers are told, or not what they are told."""
+    """The address seen is compared with our own and with the one that viewers get."""
     with _server(_sees("93.184.215.14")) as server:
         ours = network(stun=(server,), public_addresses=announced)
         verdict = addresses.world_address(ours, _own(("eth0", own)))
@@ -140,7 +140,7 @@ def test_what_the_world_sees_is_compared(
 def test_a_second_server_stands_in_for_the_first(
     network: MakeNetwork, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """One that is silent, or says what is not an answer, is given up; if all are, it is bad."""
+    """A silent or invalid STUN server is skipped; if all are, the verdict is bad."""
     others = (b"", b"junk" * 9, _response(bytes(12), "192.0.2.1"))
     with (
         _server(lambda _: []) as silent,
@@ -149,7 +149,7 @@ def test_a_second_server_stands_in_for_the_first(
     ):
 
         def ask(server: str) -> str:
-            """Wait as long as it takes for the one that answers only."""
+            """Wait without a limit only for the server that answers."""
             tries_s = (10.0,) if server == right else (0.02, 0.02)
             monkeypatch.setattr(stun_query, "_TRIES_S", tries_s)
             return public_address(server)
@@ -162,7 +162,7 @@ def test_a_second_server_stands_in_for_the_first(
 
 
 def test_nobody_is_asked_unless_configured(network: MakeNetwork) -> None:
-    """Without a server there is no traffic, only a hint."""
+    """Without a configured STUN server there is a hint and no traffic."""
     assert "--stun" in addresses.world_address(network(), []).sentence
     told = addresses.world_address(network(public_addresses=("203.0.113.5",)), [])
     assert (told.level, "203.0.113.5" in told.sentence) == ("ok", True)
@@ -178,7 +178,7 @@ def test_nobody_is_asked_unless_configured(network: MakeNetwork) -> None:
     ],
 )
 def test_a_server_is_written_as_usual(text: str, parts: tuple[str, int]) -> None:
-    """The port may be left out, and an IPv6 address has brackets."""
+    """A STUN server's port is optional, and an IPv6 address has brackets."""
     assert split(text) == parts
 
 
@@ -186,7 +186,7 @@ def test_a_server_is_written_as_usual(text: str, parts: tuple[str, int]) -> None
     "text", [":1", "host:", "host:x", "host:0", "host:65536", "no.such.invalid"]
 )
 def test_a_server_that_is_none_is_a_sentence(text: str) -> None:
-    """Neither a wrong address nor an unknown name is a traceback."""
+    """An invalid address or an unknown name is a sentence."""
     with pytest.raises(StunError, match=r"STUN server") as refused:
         public_address(text)
     if text == "no.such.invalid":
@@ -198,19 +198,19 @@ def test_a_server_that_is_none_is_a_sentence(text: str) -> None:
 
 @pytest.fixture
 def etc(tmp_path: Path) -> dict[str, Path]:
-    """Name the files of three firewalls, none of which is there."""
+    """Return the paths of three firewalls' files, none of which exists."""
     return {name: tmp_path / name for name in ("ufw", "firewalld", "nftables")}
 
 
 def test_no_firewall_is_well(network: MakeNetwork, etc: dict[str, Path]) -> None:
-    """Where none is on there is nothing to do."""
+    """Without a firewall, the verdict is ok."""
     etc["ufw"].mkdir()
     (etc["ufw"] / "ufw.conf").write_text("ENABLED=no\n")
     assert addresses.firewall(network(), **etc).level == "ok"
 
 
 def test_ufw_is_asked_for_its_rules(network: MakeNetwork, etc: dict[str, Path]) -> None:
-    """What no rule lets in is typed out, and what all rules let in is well."""
+    """The commands for ports that ufw blocks are printed; if none is blocked, it is ok."""
     etc["ufw"].mkdir()
     (etc["ufw"] / "ufw.conf").write_text("# ufw\nENABLED=yes\n")
     rules = etc["ufw"] / "user.rules"
@@ -225,7 +225,7 @@ def test_ufw_is_asked_for_its_rules(network: MakeNetwork, etc: dict[str, Path]) 
 
 @pytest.mark.parametrize("name", ["firewalld", "nftables"])
 def test_other_firewalls_are_told(network: MakeNetwork, etc: dict[str, Path], name: str) -> None:
-    """They are on: the ports are named, as a command or in words."""
+    """Another active firewall is a warning that names the ports to open."""
     etc[name].write_text("1")
     verdict = addresses.firewall(network(), **etc)
     assert (verdict.level, "8080" in verdict.advice, "8081" in verdict.advice) == (

@@ -1,4 +1,4 @@
-"""Certificates: there or not, for whom, until when, with which key."""
+"""Certificates: missing or not, their names, validity and keys."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_its_time_is_told(
     level: str,
     says: str,
 ) -> None:
-    """Valid, nearly over, over, or not begun."""
+    """A certificate is valid, near its end, expired, or not yet valid."""
     begins, ends = (NOW + datetime.timedelta(days=day) for day in days)
     pair = write_pair(tmp_path, "robot.example.org", begins=begins, ends=ends)
     verdict = certificate(network(certificate=pair), NOW)
@@ -57,7 +57,7 @@ def test_its_time_is_told(
 def test_it_must_be_for_every_name(
     network: MakeNetwork, tmp_path: Path, has: list[str], needs: list[str], level: str
 ) -> None:
-    """Names are compared as browsers do; the one that is missing is named."""
+    """Names are compared as browsers do, and a missing one is named."""
     ours = network(certificate=write_pair(tmp_path, *has), names=tuple(needs))
     verdict = certificate(ours, NOW)
     assert verdict.level == level, verdict
@@ -66,7 +66,7 @@ def test_it_must_be_for_every_name(
 
 
 def test_a_pair_that_is_none_is_told(network: MakeNetwork, tmp_path: Path) -> None:
-    """Another certificate's key, a file that is none, and a file that is missing are bad."""
+    """A wrong key, an invalid file and a missing file are bad."""
     (tmp_path / "other").mkdir()
     pair, other = write_pair(tmp_path, "a"), write_pair(tmp_path / "other", "a")
     junk = tmp_path / "junk.pem"
@@ -80,12 +80,12 @@ def test_a_pair_that_is_none_is_told(network: MakeNetwork, tmp_path: Path) -> No
 
 @pytest.mark.parametrize(("host", "level"), [("0.0.0.0", "warning"), ("localhost", "ok")])
 def test_plain_http_is_for_this_machine(network: MakeNetwork, host: str, level: str) -> None:
-    """Without a certificate the page is not for others."""
+    """Without a certificate, only a page on loopback is ok."""
     assert certificate(network(host=host), NOW).level == level
 
 
 def test_a_certificate_of_our_own_is_told(network: MakeNetwork, tmp_path: Path) -> None:
-    """It is made at the first start; afterwards browsers warn of it, whatever its names."""
+    """A self-signed certificate is created at the first start, and is then a warning."""
     pair = Certificate(tmp_path / "chain.pem", tmp_path / "key.pem")
     ours = network(certificate=pair, is_self_signed=True, names=("robot.example.org",))
     assert "first start" in certificate(ours, NOW).sentence
@@ -98,7 +98,7 @@ def test_a_certificate_of_our_own_is_told(network: MakeNetwork, tmp_path: Path) 
 def test_whoever_has_made_it_renews_it(
     network: MakeNetwork, tmp_path: Path, is_self_signed: bool, advice: str
 ) -> None:
-    """The host theirs, without a restart; the server its own."""
+    """The advice is to renew one's own certificate; the server renews a self-signed one."""
     begins, ends = NOW - datetime.timedelta(days=9), NOW - datetime.timedelta(days=1)
     pair = write_pair(tmp_path, "robot.example.org", begins=begins, ends=ends)
     verdict = certificate(network(certificate=pair, is_self_signed=is_self_signed), NOW)
@@ -106,11 +106,11 @@ def test_whoever_has_made_it_renews_it(
 
 
 def test_a_certificate_of_our_own_needs_a_folder(network: MakeNetwork) -> None:
-    """A user without a home directory is told which key to set."""
+    """Without a home directory, the advice names the key to set."""
     verdict = certificate(network(certificate=None, is_self_signed=True), NOW)
     assert (verdict.level, "state_dir" in verdict.advice) == ("bad", True)
 
 
 def test_a_proxy_has_a_certificate_of_its_own(network: MakeNetwork) -> None:
-    """Plain HTTP to a proxy on this machine is as it should be."""
+    """Plain HTTP to a proxy on this machine is ok."""
     assert certificate(network(host="localhost", is_behind_proxy=True), NOW).level == "ok"

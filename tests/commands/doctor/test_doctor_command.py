@@ -1,4 +1,4 @@
-"""The command: every check is told, in text or JSON, and the worst is the exit status."""
+"""The command: it prints every verdict, as text or JSON, and exits with the worst."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def _levels(printed: str) -> dict[str, str]:
 
 @WHOLE
 def test_each_check_is_told_in_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """What is bad makes the status 1, and no other check is lost by it."""
+    """A bad verdict makes the status 1, and all other checks still run."""
     path = tmp_path / "wax.toml"
     path.write_text(
         '[server]\nport = 18432\n[video]\nsource = "camera:/dev/none"\n[audio]\nsource = "none"\n'
@@ -70,7 +70,7 @@ def test_each_check_is_told_in_json(tmp_path: Path, capsys: pytest.CaptureFixtur
 def test_a_wrong_configuration_is_one_of_the_verdicts(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """All its problems are told, and the rest is checked nevertheless."""
+    """A wrong configuration is a verdict with all its problems, and the other checks run."""
     path = tmp_path / "wax.toml"
     path.write_text("[turns]\nturn_s = -1\nturns = 3\n")
     assert main(["doctor", "--config", str(path)]) == 1
@@ -85,7 +85,7 @@ def test_a_wrong_configuration_is_one_of_the_verdicts(
 def test_a_check_that_fails_ends_no_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """What one of them raises is a verdict, with status 1."""
+    """A check that raises becomes a bad verdict, with status 1."""
 
     def fail() -> None:
         raise RuntimeError("bug")
@@ -98,14 +98,14 @@ def test_a_check_that_fails_ends_no_other(
 
 @pytest.mark.parametrize("url", ["http://", "https://[", "ftp://robot.example.org", "http://a:x"])
 def test_a_wrong_address_is_a_sentence(url: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """`--reach` wants an address of a page; the status of wrong use is 2."""
+    """`--reach` without a page's URL is a sentence, with status 2."""
     assert main(["doctor", "--reach", url]) == 2
     assert "--reach" in capsys.readouterr().err
 
 
 @WHOLE
 def test_its_reader_may_have_seen_enough() -> None:
-    """As `head` has: the command ends without a word, and does not claim that all is well."""
+    """A closed pipe, as by `head`, ends the command silently with a failure status."""
     command = [sys.executable, "-m", "wax", "doctor"]
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as process:

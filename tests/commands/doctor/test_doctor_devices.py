@@ -1,4 +1,4 @@
-"""Devices: what opens and delivers, what does not, and what is left alone."""
+"""Devices: those that deliver, those that do not, and those left alone."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def _microphone(source: str, *, running: bool = False) -> Verdict:
 
 
 def test_a_camera_that_gives_pictures_is_well() -> None:
-    """It is opened, and the size of a picture is told."""
+    """A camera that delivers is ok, with its picture's size."""
     verdict = _camera("testcard")
     assert (verdict.level, "640×480" in verdict.sentence) == ("ok", True)
 
@@ -48,7 +48,7 @@ def test_a_camera_that_gives_pictures_is_well() -> None:
 def test_a_camera_by_which_nobody_drives_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Its pictures can be watched; the sentence says why nobody drives, and what to do."""
+    """A camera without known picture ages is a warning that says why nobody drives by it."""
     monkeypatch.setattr(devices, "_DATED_S", 0.05)
     plugin = _camera("tests.commands.doctor.sources:Undated")
     assert (plugin.level, "within_s" in plugin.advice) == ("warning", True)
@@ -68,21 +68,21 @@ def test_a_camera_by_which_nobody_drives_is_told(
     ],
 )
 def test_a_camera_that_gives_none_is_bad(source: str, says: str) -> None:
-    """A missing device, a missing file, one that is mute, and a class that is not there."""
+    """A missing device, file or class, and a camera that delivers nothing, are bad."""
     verdict = _camera(source)
     assert (verdict.level, says in verdict.sentence) == ("bad", True), verdict
     assert "video.source" in verdict.advice
 
 
 def test_a_camera_is_closed_after_its_failure() -> None:
-    """What was opened is given back."""
+    """A camera is closed after a failure."""
     before = Dark.closed
     _camera("tests.commands.doctor.sources:Dark")
     assert Dark.closed == before + 1
 
 
 def test_a_microphone_is_heard() -> None:
-    """Sound is well, a constant is a warning, and one that cannot be had is bad."""
+    """Sound is ok, a constant is a warning, and a missing microphone is bad."""
     assert _microphone("testcard") == ok("The microphone testcard gives sound, in mono.")
     assert "in stereo" in _microphone("robot").sentence
     deaf = _microphone("tests.commands.doctor.sources:DeafOnTheLeft")
@@ -93,14 +93,14 @@ def test_a_microphone_is_heard() -> None:
 
 
 def test_what_is_not_wanted_is_well() -> None:
-    """Neither a camera nor a microphone nor a line is asked for, so none can be missing."""
+    """A device that is not configured is ok."""
     verdicts = [_camera("none"), _microphone("none")]
     verdicts.append(devices.serial_port(_settings(), running=False))
     assert {verdict.level for verdict in verdicts} == {"ok"}
 
 
 def test_a_running_server_keeps_its_devices() -> None:
-    """They are not opened a second time."""
+    """Devices of a running server are not opened."""
     settings = _settings(driver="serial", serial={"url": "/dev/none"})
     verdicts = [_camera("camera:99", running=True), _microphone("microphone:99", running=True)]
     verdicts.append(devices.serial_port(settings, running=True))
@@ -121,7 +121,7 @@ def _serial(url: str) -> Verdict:
 
 
 def test_a_serial_port_opens_without_a_word() -> None:
-    """It is opened and closed, and no byte goes to the board."""
+    """A serial port is opened and closed without sending a byte."""
     with _terminal() as (control, name):
         assert _serial(name).level == "ok"
         os.set_blocking(control, False)
@@ -130,7 +130,7 @@ def test_a_serial_port_opens_without_a_word() -> None:
 
 
 def test_a_board_without_a_known_watchdog_is_told() -> None:
-    """A port that opens is not all: what its configuration lets happen is worth a warning."""
+    """A board without a known watchdog is a warning, although its port opens."""
     with _terminal() as (_, name):
         lines = {"drive": "m {left} {right}\r", "per_mps": 1000.0}
         serial = {"url": name, "dialect": "text", "text": lines}
@@ -142,7 +142,7 @@ def test_a_board_without_a_known_watchdog_is_told() -> None:
 
 
 def test_a_port_that_may_be_another_board_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With a second board plugged in, a number is a warning that says what to write."""
+    """With two boards plugged in, a port by its number is a warning with the name to write."""
     with _terminal() as (_, name):
         boards = [
             ListedPort("/dev/serial/by-path/hub-1", name, "", is_usb=True),
@@ -155,14 +155,14 @@ def test_a_port_that_may_be_another_board_is_told(monkeypatch: pytest.MonkeyPatc
 
 
 def test_a_serial_port_that_is_used_is_told() -> None:
-    """Another program has it: it is bad, and says so."""
+    """A serial port in use by another program is bad."""
     with _terminal() as (_, name), serial.Serial(name, exclusive=True):
         verdict = _serial(name)
     assert (verdict.level, "Another program" in verdict.sentence) == ("bad", True), verdict
 
 
 def test_a_serial_port_that_is_missing_is_told(tmp_path: Path) -> None:
-    """There is none of that name, or no such kind of address."""
+    """A missing serial port or an unknown kind of URL is bad."""
     missing = _serial(str(tmp_path / "ttyACM9"))
     assert (missing.level, "There is no serial port" in missing.sentence) == ("bad", True)
     assert "Plug its cable in" in missing.advice
@@ -179,7 +179,7 @@ def test_a_serial_port_that_is_missing_is_told(tmp_path: Path) -> None:
     ],
 )
 def test_a_camera_beside_the_driving_view_is_named(source: str, level: str, says: str) -> None:
-    """Each is opened and read like the first, and its verdict names it."""
+    """Each further camera is opened and read, and its verdict names it."""
     settings = Settings.model_validate({"camera": [{"name": "Door", "source": source}]})
     verdict = devices.further_camera(settings, settings.camera[0], running=False)
     assert (verdict.level, says in verdict.sentence) == (level, True), verdict

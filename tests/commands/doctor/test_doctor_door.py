@@ -1,4 +1,4 @@
-"""The door's checks: what is told of each step; the steps themselves are tried in e2e/reach."""
+"""The door's verdicts, step by step; e2e/reach tests the steps themselves."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ TAKEN = Sentence("tunnel.taken", {"host": LINE.host, "port": "20001"})
 def test_the_tunnel_is_tried_by_both_ways(
     by_22: Sentence | None, by_443: Sentence | None, *, running: bool, level: str
 ) -> None:
-    """One is enough; a server that runs has the port already."""
+    """One way that works is enough; a running server already holds the port."""
     ways: dict[Way, Sentence | None] = {"ssh": by_22, "https": by_443}
     told = door.tunnel(DOOR, running=running, attempt=lambda _, way: ways[way])
     assert told.level == level
@@ -55,7 +55,7 @@ def test_the_tunnel_is_tried_by_both_ways(
 def test_a_tunnel_that_says_nothing_is_ended(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """By us: macOS has no command for that."""
+    """A silent ssh is ended by our own timeout, since macOS has no command for that."""
     started: list[Sequence[str]] = []
 
     def start(command: Sequence[str]) -> Ssh:
@@ -76,7 +76,7 @@ def settings(**relay: object) -> Settings:
 
 
 def test_a_page_that_has_no_server_yet_is_well(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Caddy answers for it; with a server that runs the same answer is a fault."""
+    """Caddy's 502 is ok without a running server, and bad with one."""
     nobody = Sentence("tunnel.page", {"url": "https://x", "why": says("502 Bad Gateway")})
     monkeypatch.setattr(door, "check_page", lambda *_: nobody)
     assert door.page(settings(), 0.0, running=False).level == "ok"
@@ -87,7 +87,7 @@ def test_a_page_that_has_no_server_yet_is_well(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_each_address_of_the_relay_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With one that carries people drive; with none who needs it sees nothing."""
+    """Each failing address of the relay is named: some are a warning, all are bad."""
     urls = ["turn:a:3478", "turns:a:5349?transport=tcp"]
     made = settings(urls=urls, secret="s")
     for failing, level in ((0, "ok"), (1, "warning"), (2, "bad")):
@@ -102,7 +102,7 @@ def test_each_address_of_the_relay_is_tried(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_a_door_is_what_a_shared_address_wants(network: MakeNetwork) -> None:
-    """A warning without one; with one all is as it should be."""
+    """A shared address is a warning without a door, and ok with one."""
     from ipaddress import ip_address  # noqa: PLC0415
 
     own = [("eth0", ip_address("100.64.0.7"))]
@@ -112,5 +112,5 @@ def test_a_door_is_what_a_shared_address_wants(network: MakeNetwork) -> None:
 
 
 def test_without_a_door_there_is_nothing_to_check() -> None:
-    """No outside host is contacted then."""
+    """Without a door there are no checks."""
     assert door.checks(config.load(None), 0.0, running=False) == []

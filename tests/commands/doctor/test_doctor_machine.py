@@ -28,13 +28,13 @@ def _no_clock() -> int:
     ("read", "level"), [(lambda: 0x2001, "ok"), (lambda: 0x41, "warning"), (_no_clock, "ok")]
 )
 def test_a_clock_that_nothing_keeps_right_is_told(read: Callable[[], int], level: str) -> None:
-    """The kernel's flag decides; a system that has none is not accused."""
+    """An unsynchronized clock is a warning; a system that cannot say is ok."""
     assert machine.clock(read).level == level
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="adjtimex is Linux's")
 def test_the_kernel_is_really_asked() -> None:
-    """Its status has no bit that the header does not define."""
+    """The kernel's clock status has only bits that the header defines."""
     assert 0 <= machine._clock_status() < 1 << 16
 
 
@@ -43,7 +43,7 @@ def test_the_kernel_is_really_asked() -> None:
     [(0.0001, 2, "ok"), (0.003, 2, "ok"), (0.06, 8, "bad")],
 )
 def test_the_share_of_a_core_decides(step_s: float, cores: int, level: str) -> None:
-    """An encoder that needs most of a core for one size is too much for the machine."""
+    """An encoder that needs most of a core for one rendition is too slow."""
     settings = Settings.model_validate({"video": SMALL}).video
     readings = itertools.count(0.0, step_s)
     verdict = machine.processor(settings, seconds=0.1, cpu_s=lambda: next(readings), usable=cores)
@@ -52,7 +52,7 @@ def test_the_share_of_a_core_decides(step_s: float, cores: int, level: str) -> N
 
 
 def test_many_sizes_may_be_too_much() -> None:
-    """None takes a whole core, but all together take more than half the machine."""
+    """Renditions that together need more than half the cores are too much."""
     settings = Settings().video
     readings = itertools.count(0.0, 0.01)
     verdict = machine.processor(settings, seconds=0.2, cpu_s=lambda: next(readings), usable=1)
@@ -90,14 +90,14 @@ H264 = {"codec": "h264", **SMALL}
 def test_what_encodes_is_told(
     keys: dict[str, Any], trial: Trial | None, level: str, says: str
 ) -> None:
-    """Hardware that works, hardware that does not and why, and one that was asked for by name."""
+    """The verdict names the encoder, and why hardware is not used or cannot be."""
     settings = Settings.model_validate({"video": keys}).video
     verdict = machine.encoder(settings, Encoders(settings, [trial] if trial else []))
     assert (verdict.level, says in verdict.sentence) == (level, True), verdict
 
 
 def test_a_folder_that_can_be_written_is_well(tmp_path: Path) -> None:
-    """Also where it is still to be made; how much is free is told."""
+    """A writable folder, even one to be created, is ok, with its free space."""
     verdict = machine.disk(tmp_path / "not" / "yet")
     assert (verdict.level, "GB are free" in verdict.sentence) == ("ok", True)
     assert list(tmp_path.iterdir()) == []
@@ -107,12 +107,12 @@ def test_a_folder_that_can_be_written_is_well(tmp_path: Path) -> None:
     ("free", "level"), [(5 << 30, "ok"), (500 << 20, "warning"), (50 << 20, "bad")]
 )
 def test_a_full_disk_is_told(tmp_path: Path, free: int, level: str) -> None:
-    """Little room is a warning, hardly any is bad."""
+    """Little free space is a warning, hardly any is bad."""
     assert machine.disk(tmp_path, lambda _: free).level == level
 
 
 def test_a_folder_that_cannot_be_is_bad(tmp_path: Path) -> None:
-    """A file stands where the folder would be."""
+    """A file in place of the folder is bad."""
     (tmp_path / "file").write_text("")
     verdict = machine.disk(tmp_path / "file" / "wax")
     assert (verdict.level, "writable" in verdict.advice) == ("bad", True)
@@ -122,7 +122,7 @@ def test_a_folder_that_cannot_be_is_bad(tmp_path: Path) -> None:
     ("text", "level"), [("4194304\n", "ok"), ("212992\n", "warning"), ("", "ok"), (None, "ok")]
 )
 def test_a_small_buffer_is_told(tmp_path: Path, text: str | None, level: str) -> None:
-    """Debian's default is too small for a crowd; where it is not told, nothing is claimed."""
+    """Debian's default buffer is too small for a crowd; an unknown size is ok."""
     path = tmp_path / "rmem_max"
     if text is not None:
         path.write_text(text)

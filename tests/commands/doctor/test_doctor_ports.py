@@ -1,4 +1,4 @@
-"""Ports that are free, taken, ours, or not to be had; with real sockets."""
+"""Ports that are free, taken, ours or unavailable; with real sockets."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _look(network: Any, kind: socket.SocketKind) -> Any:
 def test_a_port_is_free_until_somebody_has_it(
     network: MakeNetwork, kind: socket.SocketKind
 ) -> None:
-    """A taken port is bad and says how to find who has it; once free, it is well."""
+    """A taken port is bad, with how to find its owner; a free one is ok."""
     with socket.socket(socket.AF_INET, kind) as other:
         other.bind(("127.0.0.1", free_port(kind)))
         if kind == socket.SOCK_STREAM:
@@ -49,7 +49,7 @@ def test_a_port_is_free_until_somebody_has_it(
 def test_an_address_that_is_not_ours_is_bad(
     network: MakeNetwork, kind: socket.SocketKind, host: str
 ) -> None:
-    """The port of another machine's address, or of no address, cannot be had."""
+    """An address of another machine, or an invalid one, is bad."""
     verdict = _look(network(host=host, tcp_port=18080, udp_port=18080), kind)
     assert (verdict.level, "server.host" in verdict.advice) == ("bad", True)
 
@@ -58,7 +58,7 @@ def test_an_address_that_is_not_ours_is_bad(
 def test_one_family_of_addresses_suffices(
     network: MakeNetwork, monkeypatch: pytest.MonkeyPatch, kind: socket.SocketKind
 ) -> None:
-    """A name that also has an address which this machine lacks is served at the other one."""
+    """A name with two addresses, one of which this machine lacks, is ok."""
     here = (socket.AF_INET, kind, 0, "", ("127.0.0.1", 0))
     elsewhere = (socket.AF_INET, kind, 0, "", ("192.0.2.99", 0))
     monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: [elsewhere, here])
@@ -66,7 +66,7 @@ def test_one_family_of_addresses_suffices(
 
 
 def test_a_port_that_changes_cannot_be_forwarded(network: MakeNetwork) -> None:
-    """Random ports, of either kind, are told."""
+    """Random ports, TCP or UDP, are reported."""
     assert ports.tcp_port(network(tcp_port=0), running=False).level == "warning"
     for number in (None, 0):
         assert ports.udp_port(network(udp_port=number), running=False).level == "warning"
@@ -82,7 +82,7 @@ def test_a_port_that_changes_cannot_be_forwarded(network: MakeNetwork) -> None:
 async def test_only_our_own_server_may_have_it(
     network: MakeNetwork, body: str, *, is_ours: bool
 ) -> None:
-    """What answers as WAX does is taken for it, and nothing else."""
+    """Only a server that answers as WAX counts as running."""
 
     async def health(_: web.Request) -> web.Response:
         return web.Response(text=body)
@@ -97,7 +97,7 @@ async def test_only_our_own_server_may_have_it(
 
 
 def test_nobody_answers_where_nobody_is(network: MakeNetwork) -> None:
-    """A port without a server, and one that is not chosen yet, are not ours."""
+    """Without a server at the port, or without a fixed port, none is running."""
     assert not ports.is_running(network(host="127.0.0.1", tcp_port=free_port()))
     assert not ports.is_running(network(tcp_port=0))
 
@@ -107,7 +107,7 @@ def test_nobody_answers_where_nobody_is(network: MakeNetwork) -> None:
     [("localhost", True), ("127.0.0.1", True), ("::1", True), ("0.0.0.0", False), ("pi", False)],
 )
 def test_it_is_told_who_can_open_the_page(host: str, *, is_local: bool) -> None:
-    """Loopback is this machine only; a name or another address is not."""
+    """Only a page on loopback is local."""
     settings = Settings.model_validate({"server": {"host": host}})
     assert network_of(settings).is_local is is_local
 
@@ -125,7 +125,7 @@ def test_a_server_given_goes_before_those_configured() -> None:
 
 
 def test_the_kind_of_https_is_read(tmp_path: Path) -> None:
-    """Files, a certificate of our own in the state folder, or none, and whether a proxy is."""
+    """HTTPS by files, by a self-signed certificate, by a proxy, or none, is told apart."""
     files = network_of(_settings(certificate="/c", key="/k", https=True))
     assert (files.certificate, files.is_self_signed) == (Certificate(Path("/c"), Path("/k")), False)
     own = network_of(_settings(https=True, state_dir=str(tmp_path)))

@@ -42,7 +42,7 @@ async def _wax(folder: Path, video: str = "testcard") -> AsyncIterator[str]:
 
 @asynccontextmanager
 async def _tcp_only(url: str) -> AsyncIterator[str]:
-    """Stand before a server like a router that forwards TCP alone: nobody's UDP gets anywhere."""
+    """Act as a router that forwards only TCP to a server."""
 
     async def offer(request: web.Request) -> web.Response:
         asked: dict[str, Any] = await request.json()
@@ -63,7 +63,7 @@ async def _tcp_only(url: str) -> AsyncIterator[str]:
 async def test_a_server_is_within_reach_or_the_port_to_forward_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The page opens and a viewer gets the picture, unless no UDP comes; plain HTTP is told."""
+    """A reachable server is ok; without UDP, the port to forward is named; HTTP is a warning."""
     async with _wax(tmp_path) as url:
         page, safe, viewer = await asyncio.gather(
             *(
@@ -85,7 +85,7 @@ async def test_a_server_is_within_reach_or_the_port_to_forward_is_told(
 async def test_a_camera_without_pictures_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A viewer connects, but there is nothing to see."""
+    """A viewer that connects but gets no picture is reported."""
     monkeypatch.setattr(reach, "_PICTURE_S", 0.3)
     async with _wax(tmp_path, video="none") as url:
         verdict = await asyncio.to_thread(reach.viewer, url)
@@ -93,13 +93,13 @@ async def test_a_camera_without_pictures_is_told(
 
 
 def test_a_page_below_a_path_is_looked_for_there() -> None:
-    """A proxy may serve the robot below a path; at the name itself there is something else."""
+    """A page below a path is checked there, not at the root."""
     assert reach.checked_url("https://example.org/robot/") == "https://example.org/robot"
     assert reach.checked_url("example.org") == "https://example.org"
 
 
 async def test_what_is_no_server_of_ours_is_told() -> None:
-    """Nobody there, an unknown name, an error of a proxy, and somebody else's page."""
+    """A closed port, an unknown name, a proxy's error and a foreign page are told apart."""
     nobody = await asyncio.to_thread(reach.page, f"http://127.0.0.1:{free_port()}")
     assert (nobody.level, "Nobody listens" in nobody.sentence) == ("bad", True)
     nameless = await asyncio.to_thread(reach.page, "https://no.such.host.invalid")
@@ -123,7 +123,7 @@ async def test_what_is_no_server_of_ours_is_told() -> None:
 
 @asynccontextmanager
 async def _secure(pair: Certificate) -> AsyncIterator[str]:
-    """Serve a page of ours by HTTPS with this certificate; yields its URL."""
+    """Serve a page by HTTPS with this certificate; yield its URL."""
 
     async def page(_: web.Request) -> web.Response:
         return web.Response(text="WAX")
@@ -141,7 +141,7 @@ async def _secure(pair: Certificate) -> AsyncIterator[str]:
 async def test_a_certificate_is_seen_as_a_browser_sees_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """One that nobody vouches for is bad; a trusted one is well, or a warning near its end."""
+    """An untrusted certificate is bad; a trusted one is ok, or a warning near its end."""
     now = datetime.datetime.now(datetime.UTC)
     for days, level in ((60, "ok"), (5, "warning")):
         ends = now + datetime.timedelta(days=days)

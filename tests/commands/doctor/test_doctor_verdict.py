@@ -1,4 +1,4 @@
-"""How a check is run: nothing that it does ends the others."""
+"""How a check is run: no failure ends the others."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ def _fail(error: Exception) -> Verdict:
     ("error", "says"), [(OSError("no bus"), "no bus"), (KeyError(), "KeyError")]
 )
 def test_a_check_that_raises_is_bad(error: Exception, says: str) -> None:
-    """Whatever it raises becomes its verdict, in words."""
+    """An exception becomes a bad verdict in words."""
     verdict = examine(Check("camera", lambda: _fail(error)))
     assert (verdict.level, says in verdict.sentence) == ("bad", True)
 
 
 def test_a_sentence_of_ours_stays_one() -> None:
-    """What already says what to do is no fault to report."""
+    """An error with a sentence of ours keeps it, without advice to report a bug."""
     verdict = examine(Check("disk", lambda: _fail(StateError("no home; set state_dir"))))
     assert (verdict.level, verdict.sentence) == ("bad", "no home; set state_dir")
     assert "Report" not in verdict.advice
 
 
 def test_a_check_that_hangs_is_bad() -> None:
-    """It is given up at its limit."""
+    """A check that exceeds its limit is bad."""
     released = threading.Event()
 
     def hang() -> Verdict:
@@ -44,5 +44,5 @@ def test_a_check_that_hangs_is_bad() -> None:
 
 
 def test_a_check_that_is_well_is_believed() -> None:
-    """Its verdict is returned as it is."""
+    """A verdict is returned unchanged."""
     assert examine(Check("clock", lambda: ok("fine"))) == ok("fine")

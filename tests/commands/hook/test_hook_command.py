@@ -1,4 +1,4 @@
-"""`wax hook test`: what came back, hook by hook, and the status."""
+"""`wax hook test`: each hook's answer, and the exit status."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def settings(folder: Path, *urls: str, **keys: Any) -> config.Settings:
 
 
 async def test_each_gets_a_sample_and_is_told_of(tmp_path: Path) -> None:
-    """With its status, time and first words made legible; one that fails makes the status 1."""
+    """Each hook gets a sample, and its answer is printed escaped; a failure makes the status 1."""
     said: list[str] = []
     async with receiving() as receiver:
         receiver.status, receiver.text = 200, "thanks\x1b[31m " + "x" * 5000
@@ -43,13 +43,13 @@ async def test_each_gets_a_sample_and_is_told_of(tmp_path: Path) -> None:
 
 
 async def test_there_must_be_a_hook() -> None:
-    """Else it is wrong use."""
+    """Without a hook, `wax hook test` is wrong use."""
     with pytest.raises(ConfigError, match=r"no \[\[hook\]\] to test"):
         await hook_test(config.load(None), TurnedClock(), print)
 
 
 def test_wrong_use_is_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """On standard error, with the status of wrong use, or of what cannot be read."""
+    """Wrong use and an unreadable secret are sentences on standard error, each with its status."""
     assert main(["hook", "test"]) == 2
     path = tmp_path / "robot.toml"
     path.write_text('[[hook]]\nurl = "https://example.org/h"\nsecret_file = "/nowhere"\n')
@@ -60,7 +60,7 @@ def test_wrong_use_is_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[s
 
 
 def test_the_doctor_looks_at_each(tmp_path: Path) -> None:
-    """Nothing is sent; a secret that is gone is a sentence."""
+    """`wax doctor` checks each hook's secret without posting."""
     [one] = settings(tmp_path, "https://example.org/h").hook
     assert examine(1, one).level == "ok"
     gone = one.model_copy(update={"secret_file": str(tmp_path / "gone")})

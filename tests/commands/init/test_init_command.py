@@ -1,4 +1,4 @@
-"""`wax init` at a terminal: it writes a whole file once, or nothing."""
+"""`wax init` at a terminal: it writes one whole file, or nothing."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def no_detect() -> Found:
 
 
 def test_a_person_is_asked_until_the_answer_is_one(tmp_path: Path) -> None:
-    """A wrong answer is asked for again; Enter is the first choice."""
+    """A question is repeated until the answer is valid; Enter is the first choice."""
     path = tmp_path / "robot.toml"
     replies = iter(["", "9", "no", "3", "", "", "2"])
     told: list[str] = []
@@ -45,7 +45,7 @@ def test_a_person_is_asked_until_the_answer_is_one(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("how", ["file", "link", "folder"])
 def test_nothing_is_overwritten(tmp_path: Path, how: str) -> None:
-    """What is there already is left alone, and nobody is asked in vain."""
+    """An existing file is left alone, and nothing is asked."""
     path = tmp_path / "robot.toml"
     if how == "file":
         path.write_text("mine")
@@ -59,7 +59,7 @@ def test_nothing_is_overwritten(tmp_path: Path, how: str) -> None:
 
 
 def test_a_file_made_meanwhile_stays(tmp_path: Path) -> None:
-    """One that appears while questions are answered is not replaced either."""
+    """A file that appears during the questions is not replaced either."""
     path = tmp_path / "robot.toml"
 
     def ask(_: str) -> str:
@@ -73,13 +73,13 @@ def test_a_file_made_meanwhile_stays(tmp_path: Path) -> None:
 
 
 def test_a_folder_that_is_not_there_is_a_sentence(tmp_path: Path) -> None:
-    """It is said before anything is asked."""
+    """A missing folder is reported before anything is asked."""
     with pytest.raises(ConfigError, match="is no folder; make it first"):
         init(tmp_path / "none" / "robot.toml", ask=None, tell=print, detect=no_detect)
 
 
 def test_a_full_disk_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What cannot be written whole is not there at all."""
+    """A full disk leaves no partial file."""
 
     def full(_: int) -> None:
         raise OSError(28, "No space left on device")
@@ -91,7 +91,7 @@ def test_a_full_disk_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 
 def test_what_would_not_start_is_not_written(tmp_path: Path) -> None:
-    """A driver that refuses to be built says so, and nothing is written."""
+    """A configuration whose driver cannot be built is reported and not written."""
     with pytest.raises(ConfigError, match="got 'broken'"):
         init(
             tmp_path / "robot.toml",
@@ -105,7 +105,7 @@ def test_what_would_not_start_is_not_written(tmp_path: Path) -> None:
 def test_without_a_terminal_it_takes_yes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Nobody to ask is a sentence; with --yes nobody is asked."""
+    """Without a terminal, `wax init` asks for --yes, which asks nothing."""
     path = tmp_path / "robot.toml"
     with open(os.devnull) as nothing:  # noqa: PTH123
         monkeypatch.setattr(sys, "stdin", nothing)
@@ -121,7 +121,7 @@ def test_without_a_terminal_it_takes_yes(
 @pytest.mark.system
 @pytest.mark.parametrize("how", ["Ctrl-C", "Ctrl-D"])
 def test_breaking_off_leaves_nothing(tmp_path: Path, how: str) -> None:
-    """Ctrl-C or Ctrl-D at a question of a real terminal ends it, with no file and no traceback."""
+    """Ctrl-C or Ctrl-D at a real terminal ends it without a file or a traceback."""
     ours, theirs = pty.openpty()
     # In the background a shell has it ignored, which a child would inherit.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)

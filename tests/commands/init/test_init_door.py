@@ -1,4 +1,4 @@
-"""`wax init --door`: one line makes a robot one that people anywhere reach."""
+"""`wax init --door`: one line makes a robot reachable from anywhere."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ udp_port = 9000
 
 
 def is_through_door(settings: Settings, folder: Path) -> None:
-    """Check that people elsewhere come by the door, and that each secret is its owner's."""
+    """Check that the settings use the door, and that each secret is private."""
     assert settings.server.public_url == "https://robot.example.org"
     assert settings.server.trusted_proxies == ["127.0.0.1", "::1"]
     assert not settings.server.https
@@ -48,7 +48,7 @@ def is_through_door(settings: Settings, folder: Path) -> None:
 
 
 def test_a_new_robot_with_a_door(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """One command, and no line of it is told again."""
+    """One command configures a new robot with a door, and prints none of its line."""
     path = tmp_path / "robot.toml"
     assert main(["init", "--yes", "--door", door_line(), str(path)]) == 0
     is_through_door(config.load(path), tmp_path)
@@ -56,7 +56,7 @@ def test_a_new_robot_with_a_door(tmp_path: Path, capsys: pytest.CaptureFixture[s
 
 
 def test_a_robot_that_is_there_gets_one(tmp_path: Path) -> None:
-    """Its other keys and its comments stay; another line takes the place of the first."""
+    """An existing file keeps its other keys and comments; a new line replaces the first."""
     path = tmp_path / "robot.toml"
     path.write_text(MINE, encoding="utf-8")
     for name in ("old.example.org", "robot.example.org"):
@@ -71,7 +71,7 @@ def test_a_robot_that_is_there_gets_one(tmp_path: Path) -> None:
 
 
 def test_a_line_can_be_pasted_at_a_question(tmp_path: Path) -> None:
-    """Asked for again until it is one."""
+    """The question for a line is repeated until it is valid."""
     replies = iter(["", "", "", "", "3", door_line()[:99], door_line()])
     told: list[str] = []
     path = tmp_path / "robot.toml"
@@ -90,7 +90,7 @@ def test_a_line_can_be_pasted_at_a_question(tmp_path: Path) -> None:
     ],
 )
 def test_a_file_that_is_not_understood_stays(tmp_path: Path, text: str, why: str) -> None:
-    """Rather than half a door: what to write is told, and nothing is written."""
+    """A file that cannot be edited stays unchanged, and what to write is printed."""
     path = tmp_path / "robot.toml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ConfigError, match=why):
@@ -103,7 +103,7 @@ def test_a_file_that_is_not_understood_stays(tmp_path: Path, text: str, why: str
 def test_a_wrong_line_is_said_before_anything_is_asked(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], line: str
 ) -> None:
-    """In one sentence, as a wrong use, also where there is no terminal to ask at."""
+    """A wrong line is one sentence and wrong use, even without a terminal."""
     path = tmp_path / "robot.toml"
     assert main(["init", "--door", line, str(path)]) == 2
     said = capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""What is plugged in here."""
+"""The detection of this machine's devices."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from wax.commands.init.found import detect
 
 
 def test_it_looks_at_this_machine() -> None:
-    """Whatever is here, it is found without an exception, and our own drivers are no plug-ins."""
+    """Detection never raises, and does not list our own drivers as plug-ins."""
     found = detect()
     assert found.plugged <= len(found.ports)
     assert not {"serial", "simulated"} & set(found.drivers)

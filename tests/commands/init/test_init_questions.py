@@ -1,4 +1,4 @@
-"""What `wax init` asks, and what it writes: few questions, sensible defaults, valid TOML."""
+"""The questions of `wax init` and the file: few questions, sensible defaults, valid TOML."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ BENCH = Found(
 
 
 def defaults(found: Found, port: str | None = None) -> dict[Key, str]:
-    """Answer with Enter."""
+    """Answer every question with Enter."""
     first = questions.robot(found, port)
     given: dict[Key, str] = {"robot": first.choices[0].value}
     for question in questions.others(found, given["robot"].partition(" ")[0]):
@@ -35,7 +35,7 @@ def defaults(found: Found, port: str | None = None) -> dict[Key, str]:
 
 
 def test_what_is_plugged_in_is_the_default() -> None:
-    """A board on USB is the robot, the first camera its eye, and nobody else gets in."""
+    """By default, a USB board is the robot, and the page is for this machine only."""
     assert questions.answers(defaults(BENCH)) == Answers(
         driver="serial",
         port="/dev/serial/by-id/usb-Arduino",
@@ -47,7 +47,7 @@ def test_what_is_plugged_in_is_the_default() -> None:
 
 
 def test_with_nothing_there_it_is_the_simulated_robot() -> None:
-    """A port that nothing was plugged into is no robot, only one that can be chosen."""
+    """An empty port is not the default robot, but can be chosen."""
     bare = Found(ports=(Thing("/dev/ttyS0", ""),))
     assert questions.answers(defaults(bare)) == Answers(
         "simulated", "", "robot", "robot", "none", "localhost"
@@ -56,7 +56,7 @@ def test_with_nothing_there_it_is_the_simulated_robot() -> None:
 
 
 def test_a_port_that_was_named_is_the_robot() -> None:
-    """`--serial` comes before what is listed."""
+    """A port given by `--serial` is the default."""
     given = defaults(BENCH, "socket://10.0.0.7:4000")
     assert questions.answers(given).port == "socket://10.0.0.7:4000"
 
@@ -64,7 +64,7 @@ def test_a_port_that_was_named_is_the_robot() -> None:
 @pytest.mark.parametrize("driver", ["serial", "simulated", "ros2"])
 @pytest.mark.parametrize("found", [BENCH, Found()])
 def test_at_most_five_questions(found: Found, driver: str) -> None:
-    """Whatever is there and whatever the robot, each has a default and no answer is there twice."""
+    """There are at most five questions, each with a default and without duplicate answers."""
     asked = [questions.robot(found, None), *questions.others(found, driver)]
     assert len(asked) <= 5
     for question in asked:
@@ -74,7 +74,7 @@ def test_at_most_five_questions(found: Found, driver: str) -> None:
 
 
 def test_a_plug_in_may_have_a_camera_of_its_own() -> None:
-    """It is asked for it before another one is taken."""
+    """The default for a plug-in robot is its own camera."""
     camera = next(questions.others(BENCH, "ros2"))
     assert camera.choices[0].value == "auto"
     assert camera.choices[1].value == "/dev/v4l/by-id/usb-Acme"
@@ -82,7 +82,7 @@ def test_a_plug_in_may_have_a_camera_of_its_own() -> None:
 
 @pytest.mark.parametrize("found", [BENCH, Found()])
 def test_what_is_written_is_what_was_chosen(found: Found) -> None:
-    """It is loaded as the server does it, and says what else was found."""
+    """The file loads as the server loads it, and lists the other devices found."""
     chosen = questions.answers(defaults(found))
     text = render(chosen, found, "robot.toml", "2026-11-24")
     settings = config.parse(tomllib.loads(text), "robot.toml")
@@ -100,7 +100,7 @@ def test_what_is_written_is_what_was_chosen(found: Found) -> None:
 
 @pytest.mark.parametrize("driver", ["gpio", "mavlink", "ros2"])
 def test_a_driver_with_a_table_of_its_own_says_where_that_is(driver: str) -> None:
-    """It is loaded as it is, and names the command that shows the keys left to write."""
+    """The file loads unchanged, and names the command that lists the driver's keys."""
     chosen = Answers(driver, "", "auto", "auto", "none", "localhost")
     text = render(chosen, BENCH, "robot.toml", "today")
     settings = config.parse(tomllib.loads(text), "robot.toml")
@@ -112,7 +112,7 @@ def test_a_driver_with_a_table_of_its_own_says_where_that_is(driver: str) -> Non
 
 
 def test_a_network_gets_https() -> None:
-    """Others in the network come in by HTTPS, as their microphones need it."""
+    """A page for the network is served by HTTPS, which microphones require."""
     chosen = Answers("simulated", "", "robot", "robot", "robot", "0.0.0.0")
     settings = config.parse(tomllib.loads(render(chosen, BENCH, "r.toml", "today")), "r.toml")
     assert (settings.server.host, settings.server.https) == ("0.0.0.0", True)
@@ -124,7 +124,7 @@ NAME = st.text(max_size=120)
 @examples(200)
 @given(source=NAME.filter(bool), name=NAME, other=NAME.filter(bool))
 def test_no_device_can_write_the_configuration(source: str, name: str, other: str) -> None:
-    """Whatever a device calls itself, it changes nothing but its own value."""
+    """A device's name can change nothing in the file but its own value."""
     cameras = (Thing(source, name), Thing(other, name))
     found = Found(cameras=cameras, ports=(Thing("/dev/ttyACM0", name),), plugged=1)
     chosen = Answers("serial", "/dev/ttyACM0", source, "auto", "none", "localhost")

@@ -1,4 +1,4 @@
-"""Robots of a host's own, named in the configuration as ``tests.commands.proof.robots:Class``."""
+"""A host's own robots, which a configuration names as ``tests.commands.proof.robots:Class``."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class WheelSettings(DriverSettings):
 
 
 class Moving(SteadyRobot):
-    """Says whether it moves: from a set-point on, and `brakes_s` longer."""
+    """Reports motion from a set-point until `brakes_s` after its end."""
 
     Settings = WheelSettings
     brakes_s: ClassVar[float] = 0.05
@@ -50,7 +50,7 @@ class Moving(SteadyRobot):
         return self.reading(now_s)
 
     def disconnect(self) -> None:
-        """Write down how it is left."""
+        """Write down whether it still moves."""
         left = os.environ.get(LEFT)
         if left is not None:
             with Path(left).open("a", encoding="utf-8") as file:
@@ -64,20 +64,20 @@ class Moving(SteadyRobot):
 
 
 class Posing(Moving):
-    """Tells its pose only."""
+    """Reports only its pose."""
 
     def reading(self, now_s: float) -> Reading | None:
         return Reading(pose=Pose(self._way_m, 0.0, 0.0))
 
 
 class Late(Moving):
-    """Rolls on for a second."""
+    """Rolls on for a second after a stop."""
 
     brakes_s = 1.0
 
 
 class Blind(Moving):
-    """Drives, and tells nothing."""
+    """Drives, and reports nothing."""
 
     def reading(self, now_s: float) -> Reading | None:
         return None

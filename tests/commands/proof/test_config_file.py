@@ -49,7 +49,7 @@ def proved() -> Settings:
 
 
 def test_what_stops_the_robot_is_the_hosts_own() -> None:
-    """Everything in [drive], [stop] and [robot] is proved as it is configured, but for the port."""
+    """The proof uses [drive], [stop] and [robot] as configured, except for the port."""
     hosts, used = parse(HOSTS, "the host"), proved()
     assert used.drive == hosts.drive
     assert used.stop == hosts.stop
@@ -59,7 +59,7 @@ def test_what_stops_the_robot_is_the_hosts_own() -> None:
 
 
 def test_nothing_else_of_the_hosts_is_used() -> None:
-    """No camera, no microphone, no outside host, and no turn that ends meanwhile."""
+    """The proof uses no camera, microphone or outside host, and no turn ends during it."""
     used = proved()
     assert used.video.source == used.audio.source == "none"
     assert used.network.stun == used.relay.urls == []
@@ -70,7 +70,7 @@ def test_nothing_else_of_the_hosts_is_used() -> None:
 
 
 def test_a_robot_of_the_hosts_own_is_proved_as_it_is_configured() -> None:
-    """Its whole [robot], its own table too, is handed on; what the server needs is unchanged."""
+    """A foreign driver gets its whole [robot], its own table included."""
     own_table = {"driver": "tests.commands.proof.robots:Moving", "wheels": {"bus": 5}}
     hosts = parse(HOSTS | {"robot": HOSTS["robot"] | own_table}, "the host")
     used = parse(tomllib.loads(observed(hosts, "/tmp/log", "/tmp/state")), "the proof")
@@ -85,19 +85,19 @@ def test_a_robot_of_the_hosts_own_is_proved_as_it_is_configured() -> None:
 
 
 def test_the_simulated_robot_is_refused_in_a_sentence() -> None:
-    """Nothing is proved by a robot that is not there."""
+    """The simulated robot is refused, since it proves nothing."""
     with pytest.raises(ConfigError, match="nothing to prove"):
         check(parse({"robot": {"driver": "simulated"}}, "the host"))
 
 
 def test_a_robot_with_somebody_aboard_is_not_driven_for_a_proof() -> None:
-    """It would drive them without their control; the host reads how to prove it all the same."""
+    """A robot with a person aboard is refused, with how to prove it all the same."""
     with pytest.raises(ConfigError, match="prove the stop of the empty robot"):
         check(parse(HOSTS | {"local": {"source": "serial"}}, "the host"))
 
 
 def test_a_robot_whose_stop_is_in_force_is_not_driven_for_a_proof(tmp_path: Path) -> None:
-    """Though no server runs."""
+    """A Stop in force refuses the proof, although no server runs."""
     (tmp_path / FILE).write_text(KeptState(stop="host").model_dump_json())
     with pytest.raises(ConfigError, match="release the Stop"):
         check_stop(parse(HOSTS | {"server": {"state_dir": str(tmp_path)}}, "the host"))
@@ -105,11 +105,11 @@ def test_a_robot_whose_stop_is_in_force_is_not_driven_for_a_proof(tmp_path: Path
 
 @pytest.mark.parametrize("driver", ["serial", "mine.robots:Robot"])
 def test_a_real_robot_can_be_proved(driver: str) -> None:
-    """Whoever wrote its driver."""
+    """Any real robot's driver is accepted."""
     check(parse({"robot": {"driver": driver}}, "the host"))
 
 
 def test_what_toml_cannot_say_is_not_written() -> None:
-    """A value that is none of TOML's is an error here, not a file that cannot be read."""
+    """A value that TOML lacks raises, rather than writing an invalid file."""
     with pytest.raises(TypeError):
         write({"key": None})

@@ -1,4 +1,4 @@
-"""What a listener on the line understands."""
+"""Decoding the traffic on the serial line."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_frames_are_motion_or_standstill() -> None:
 
 
 def test_reports_are_understood_in_the_session_of_the_last_hello() -> None:
-    """What the robot tells counts in this session only, and goes on counting in the next."""
+    """Only reports in the session of the last hello are decoded."""
     language = language_of(FRAMES)
     assert language.told(report(1), at_s=1.0) == []
     language.said(words(HelloBody(SESSION)), at_s=1.0)
@@ -56,7 +56,7 @@ def test_reports_are_understood_in_the_session_of_the_last_hello() -> None:
 
 
 def test_pieces_of_frames_are_put_together() -> None:
-    """It does not matter where the line cuts the bytes into pieces."""
+    """Frames are decoded wherever their bytes are split."""
     language = language_of(FRAMES)
     whole = words(HelloBody(SESSION), DriveBody(100, 100))
     heard = [event for at, octet in enumerate(whole) for event in language.said(bytes([octet]), at)]
@@ -64,7 +64,7 @@ def test_pieces_of_frames_are_put_together() -> None:
 
 
 def test_the_last_words_stop_a_robot_of_any_session() -> None:
-    """A robot that follows another session takes the last words, and stands."""
+    """The last words stop a robot in any session."""
     robot = Decoder()
     robot.feed(words(HelloBody(SESSION), DriveBody(100, 100)))
     heard = robot.feed(language_of(FRAMES).last_words())
@@ -72,7 +72,7 @@ def test_the_last_words_stop_a_robot_of_any_session() -> None:
 
 
 def test_bytes_are_motion_until_the_stop_byte() -> None:
-    """Every direction is motion, speeds are none, and such robots tell nothing."""
+    """Every direction byte is motion, speed bytes are not, and there are no reports."""
     language = language_of(BYTES)
     assert not language.reports
     assert [event.moves for event in language.said(b"1F2LS", at_s=1.0)] == [True, True, False]

@@ -1,4 +1,4 @@
-"""Any driver, watched from its process: what it is told, and whether its robot moves."""
+"""Any driver, observed in its process: its calls, and whether its robot moves."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def at(x_m: float = 0.0, y_m: float = 0.0, heading_rad: float = 0.0) -> RobotSta
 
 
 def test_a_robot_that_says_so_is_believed() -> None:
-    """Its own word counts, whatever its pose does."""
+    """A robot that reports whether it moves is believed, whatever its pose."""
     motion = ObservedMotion()
     for moves in (True, False):
         state = RobotState(connected=True, moving=moves, pose=Pose(time.monotonic(), 0.0, 0.0))
@@ -37,7 +37,7 @@ def test_a_robot_that_says_so_is_believed() -> None:
 
 
 def test_a_pose_that_changes_is_motion() -> None:
-    """In place or in heading, across the angle's seam, and however slowly; noise is none."""
+    """A change of position or heading, even a slow one or across ±π, is motion; noise is not."""
     motion = ObservedMotion()
     assert motion.seen(at()) is False
     assert motion.seen(at(x_m=0.004)) is True
@@ -50,12 +50,12 @@ def test_a_pose_that_changes_is_motion() -> None:
 
 
 def test_a_robot_that_tells_nothing_is_not_judged() -> None:
-    """Without either there is no verdict."""
+    """Without reports of motion or pose, whether it moves is unknown."""
     assert ObservedMotion().seen(RobotState(connected=True)) is None
 
 
 class Watched:
-    """A robot of the host's, and the proof's eye on it."""
+    """A host's own robot, and the proof's observer."""
 
     def __init__(self, name: str) -> None:
         self.settings = parse(
@@ -91,7 +91,7 @@ def watched(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[str], Watched
 
 
 def drives(robot: ObservedRobot, moves: Callable[[], bool]) -> bool:
-    """Ask for motion: from standstill, again where a machine was too busy."""
+    """Request motion until the robot moves, since a machine may be too busy."""
     robot.state()
     if not moves():
         robot.apply(STANDSTILL, 1)
@@ -100,7 +100,7 @@ def drives(robot: ObservedRobot, moves: Callable[[], bool]) -> bool:
 
 
 def look(robot: ObservedRobot, for_s: float) -> None:
-    """Ask for its state as the driver's process does."""
+    """Poll the robot's state as the driver's process does."""
     end_s = time.monotonic() + for_s
     while time.monotonic() < end_s:
         robot.state()
@@ -108,7 +108,7 @@ def look(robot: ObservedRobot, for_s: float) -> None:
 
 
 def test_it_is_the_hosts_own_driver(watched: Callable[[str], Watched]) -> None:
-    """Kind and limits are the host's driver's, and building it makes no file."""
+    """Kind and limits are the host's driver's, and building it creates no file."""
     one = watched("Moving")
     robot = one.build()
     assert robot.kind == "tests.commands.proof.robots:Moving"
@@ -122,7 +122,7 @@ def test_it_is_the_hosts_own_driver(watched: Callable[[str], Watched]) -> None:
 async def test_what_it_is_told_and_how_long_it_moves_is_seen(
     watched: Callable[[str], Watched], name: str, least_ms: float
 ) -> None:
-    """A stop, and the report after which it stood, are events at their times."""
+    """A stop, and the report of standstill after it, are events at their times."""
     one = watched(name)
     robot = one.build()
     robot.open()
@@ -174,7 +174,7 @@ async def test_a_robot_is_watched_until_it_stands_before_it_is_released(
 async def test_a_robot_that_reports_no_motion_is_named_as_such(
     watched: Callable[[str], Watched],
 ) -> None:
-    """The sentence says what its driver lacks."""
+    """A robot that reports no motion gives a sentence about what its driver lacks."""
     one = watched("Blind")
     assert "has reported nothing" in str(one.observer.missing())
     robot = one.build()
@@ -187,7 +187,7 @@ async def test_a_robot_that_reports_no_motion_is_named_as_such(
 
 
 def test_what_cannot_be_cut_is_not_cut(watched: Callable[[str], Watched]) -> None:
-    """Both links on the robot's side are skipped with a reason; none is cut by mistake."""
+    """The two links on the robot's side are skipped with a reason, and never cut."""
     observer = watched("Moving").observer
     assert set(observer.skips) == {"driver", "cut"}
     for act in (observer.cut, observer.mend):
@@ -196,7 +196,7 @@ def test_what_cannot_be_cut_is_not_cut(watched: Callable[[str], Watched]) -> Non
 
 
 def test_a_line_that_is_half_written_waits(watched: Callable[[str], Watched]) -> None:
-    """What the process is still writing is read once it is whole."""
+    """An incomplete line of the log is read once it is complete."""
     observer = watched("Moving").observer
     with observer._log.open("w") as log:
         log.write('[1.0, "said", true, 0.2]\n[2.0, "said", fal')

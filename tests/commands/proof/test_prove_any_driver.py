@@ -1,4 +1,4 @@
-"""`wax prove-stop` with drivers that are not ours, whole."""
+"""`wax prove-stop` from start to end, with foreign drivers."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def begin(folder: Path, name: str) -> subprocess.Popen[str]:
 
 
 def prove(folder: Path, name: str) -> tuple[int, str, str]:
-    """Run it whole; return its status, and what it says and complains of."""
+    """Run it to its end; return its status, standard output and standard error."""
     with begin(folder, name) as process:
         said, complaint = process.communicate()
     return process.returncode, said, complaint
@@ -46,7 +46,7 @@ def prove(folder: Path, name: str) -> tuple[int, str, str]:
 @pytest.mark.alone
 @pytest.mark.parametrize("name", ["Moving", "Posing"])
 def test_what_can_be_cut_is_proved_and_the_rest_is_named(tmp_path: Path, name: str) -> None:
-    """A robot that stops in time passes where it was cut; the status says that this is not all."""
+    """A robot that stops in time passes for the links cut; the status says that some were not."""
     status, said, complaint = prove(tmp_path, name)
     record = (tmp_path / "record.html").read_text(encoding="utf-8")
     assert status == NOT_ALL, f"{said}\n{complaint}"
@@ -61,7 +61,7 @@ def test_what_can_be_cut_is_proved_and_the_rest_is_named(tmp_path: Path, name: s
 
 
 def test_a_robot_that_rolls_on_is_not_proved(tmp_path: Path) -> None:
-    """It was told in time, and its own reports tell that it went on."""
+    """A robot that is stopped in time but reports that it rolls on fails."""
     status, said, complaint = prove(tmp_path, "Late")
     record = (tmp_path / "record.html").read_text(encoding="utf-8")
     assert status == 1, f"{said}\n{complaint}"
@@ -70,7 +70,7 @@ def test_a_robot_that_rolls_on_is_not_proved(tmp_path: Path) -> None:
 
 
 def test_a_robot_that_reports_no_motion_is_refused(tmp_path: Path) -> None:
-    """The one line says what its driver lacks; nothing was moved, and there is no record."""
+    """A robot that reports no motion is refused in one line, without motion or a record."""
     status, said, complaint = prove(tmp_path, "Blind")
     assert status == 2, f"{said}\n{complaint}"
     assert complaint.count("\n") == 1
@@ -79,14 +79,14 @@ def test_a_robot_that_reports_no_motion_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_robot_that_is_not_there_is_named(tmp_path: Path) -> None:
-    """The driver's own sentence says why."""
+    """An unreachable robot is reported with its driver's own sentence."""
     status, said, complaint = prove(tmp_path, "Absent")
     assert status == 1, f"{said}\n{complaint}"
     assert "the robot is not connected. The robot cannot be reached (no route to it)" in complaint
 
 
 def test_broken_off_it_leaves_a_robot_that_stands(tmp_path: Path) -> None:
-    """A signal in the middle of driving stops the robot, whose driver lets go of it standing."""
+    """A signal while driving stops the robot before its driver releases it."""
     with begin(tmp_path, "Moving") as process:
         assert process.stdout is not None
         for line in process.stdout:

@@ -1,4 +1,4 @@
-"""The record tells what was found, all of it, in plain words."""
+"""The record: all findings in plain words."""
 
 from __future__ import annotations
 
@@ -53,14 +53,14 @@ class Reader(HTMLParser):
 
 
 def test_it_says_in_one_sentence_what_came_out() -> None:
-    """One sentence says how often links were cut and within what time the robot stood."""
+    """One sentence says how often links were cut and how fast the robot stopped."""
     assert str(sentence(findings())) == (
         "Every link was cut 2 times; the robot stood within 251 ms, its own braking included."
     )
 
 
 def test_it_names_what_was_too_late() -> None:
-    """A proof that failed says at which link, and never that the robot stood."""
+    """A failed proof names the link, and does not say that the robot stopped in time."""
     assert str(sentence(findings(GOOD, LATE))).startswith(
         "Not proved: too late, or no stop at all: "
     )
@@ -69,7 +69,7 @@ def test_it_names_what_was_too_late() -> None:
 
 
 def test_it_does_not_claim_what_was_not_measured() -> None:
-    """Where a link was not cut the sentence names it, no colour praises it, the page says why."""
+    """A link that was not cut is named with the reason, and not marked as passed."""
     some = findings(skip="cut")
     assert str(sentence(some)) == (
         "Each measurable link was cut 2 times; the robot stood within 251 ms,"
@@ -86,7 +86,7 @@ def test_it_does_not_claim_what_was_not_measured() -> None:
 
 
 def test_a_stop_that_was_seen_in_the_drivers_process_is_no_frame() -> None:
-    """Where no line was tapped the record says where a stop was seen, and names the driver."""
+    """Without a tap, the record names the driver, and says where the stop was observed."""
     seen = replace(findings(), sees="driver")
     text = Reader(page(seen, SETTINGS, HEADING)).text
     assert "stop called, ms" in text
@@ -97,7 +97,7 @@ def test_a_stop_that_was_seen_in_the_drivers_process_is_no_frame() -> None:
 
 
 def test_the_page_stands_alone() -> None:
-    """One page of whole HTML without script, image or address; what was configured is escaped."""
+    """The page is valid HTML without scripts, images or links, and escapes the configuration."""
     html = page(findings(), SETTINGS, HEADING)
     read = Reader(html)
     assert read.open == []
@@ -127,7 +127,7 @@ def test_it_tells_what_a_person_must_know(needed: str) -> None:
 
 
 def test_rows_tell_failures_apart() -> None:
-    """Late rows are marked, unfinished ones too, and a time that never came is no number."""
+    """Late and unfinished rows are marked, and a missing time is not a number."""
     never = Sample(frame_ms=None, standing_ms=None, speed_mps=0.18)
     text = Reader(page(findings(GOOD, never), SETTINGS, HEADING)).text
     assert "1 × never" in text

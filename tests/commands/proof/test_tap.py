@@ -1,4 +1,4 @@
-"""The tap on a real pseudo-terminal in the place of the robot's port."""
+"""The tap on a real pseudo-terminal in place of the robot's port."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def ends() -> Iterator[Ends]:
 
 
 def read(end: int, length: int, within_s: float = 5.0) -> bytes:
-    """Return `length` bytes, or fewer where they do not come."""
+    """Return `length` bytes, or fewer after `within_s`."""
     data = b""
     end_s = time.monotonic() + within_s
     while len(data) < length and time.monotonic() < end_s:
@@ -87,7 +87,7 @@ def becomes(ask: Callable[[], bool]) -> bool:
 
 
 def test_bytes_pass_both_ways_and_are_noted(ends: Ends) -> None:
-    """What the server says reaches the robot as it is, its reports come back, both are events."""
+    """Bytes pass unchanged in both directions, and are recorded as events."""
     server = ends.open()
     os.write(server, HELLO + DRIVE)
     assert read(ends.robot, len(HELLO + DRIVE)) == HELLO + DRIVE
@@ -104,7 +104,7 @@ def test_bytes_pass_both_ways_and_are_noted(ends: Ends) -> None:
 
 
 def test_a_cut_line_carries_nothing_but_is_still_heard(ends: Ends) -> None:
-    """Cut, no byte passes either way, though the robot's reports are noted; mended, they pass."""
+    """While cut, no byte passes, but the robot's reports are recorded; mended, they pass again."""
     server = ends.open()
     os.write(server, HELLO + DRIVE)
     read(ends.robot, len(HELLO + DRIVE))
@@ -122,7 +122,7 @@ def test_a_cut_line_carries_nothing_but_is_still_heard(ends: Ends) -> None:
 
 
 def test_closed_it_leaves_a_robot_that_was_told_to_stand(ends: Ends) -> None:
-    """The last that the robot hears is a stop that it takes, whatever the server still says."""
+    """Closing sends the robot a valid stop last, whatever the server still sends."""
     server = ends.open()
     robot = Decoder()
     os.write(server, HELLO + DRIVE)
@@ -134,7 +134,7 @@ def test_closed_it_leaves_a_robot_that_was_told_to_stand(ends: Ends) -> None:
 
 
 def test_a_robot_that_reports_standstill_does_not_move(ends: Ends) -> None:
-    """Its newest report decides, not what it was told."""
+    """The robot's newest report decides whether it moves, not its last command."""
     server = ends.open()
     os.write(server, HELLO + DRIVE)
     read(ends.robot, len(HELLO + DRIVE))
@@ -144,14 +144,14 @@ def test_a_robot_that_reports_standstill_does_not_move(ends: Ends) -> None:
 
 
 def test_a_port_that_is_in_use_is_a_sentence(ends: Ends) -> None:
-    """Two taps cannot have one robot; the second one is told what to do."""
+    """A second tap on a port is refused with a sentence that says what to do."""
     ends.open()
     with pytest.raises(DriverError, match="end the program"):
         Ends.open(_Second(ends))
 
 
 def test_a_port_that_is_lost_is_a_sentence(ends: Ends) -> None:
-    """When the robot's end is gone the next question raises, and closing goes well."""
+    """A lost port raises at the next call of `events`, and `close` still works."""
     ends.open()
     os.close(ends.robot)
     os.close(ends.port)

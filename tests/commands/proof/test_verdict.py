@@ -1,4 +1,4 @@
-"""What is good enough, and what is not."""
+"""Which findings pass."""
 
 from __future__ import annotations
 
@@ -46,28 +46,28 @@ def test_a_sample_passes_within_its_limits(fault: Fault, sample: Sample, *, pass
 
 
 def test_one_late_sample_fails_the_proof() -> None:
-    """It is the maximum that counts, not the median."""
+    """One late sample fails the proof: the maximum counts, not the median."""
     late = Sample(frame_ms=400.0, standing_ms=490.0, speed_mps=0.18)
     assert found(GOOD, GOOD, GOOD, repeats=3).all_passed
     assert not found(GOOD, late, GOOD, repeats=3).all_passed
 
 
 def test_one_late_link_fails_the_proof() -> None:
-    """What was in time after another fault is no comfort."""
+    """One late link fails the proof, even if all others pass."""
     late = Finding(BY_ROBOT, (Sample(None, None, 0.18),))
     both = Findings((Finding(BY_FRAME, (GOOD,)), late), 1, reports=True, braking_mps2=2.0)
     assert not both.all_passed
 
 
 def test_what_was_not_finished_is_not_passed() -> None:
-    """Fewer samples than wanted, an end before its time, and nothing at all prove nothing."""
+    """Missing samples, an early end and no samples at all fail."""
     assert not found(GOOD, repeats=2).all_passed
     assert not found(GOOD, broken="it was aborted.").all_passed
     assert not found(skipped="no such part").all_passed
 
 
 def test_what_was_skipped_is_no_part_of_the_verdict() -> None:
-    """It neither fails what was measured nor is counted with it, and the record can name it."""
+    """A skipped link neither passes nor fails, and stays named."""
     passed, skipped = Finding(BY_FRAME, (GOOD,)), Finding(BY_ROBOT, skipped="no such part")
     both = Findings((passed, skipped), repeats=1, reports=True, braking_mps2=2.0)
     assert both.all_passed
@@ -100,12 +100,12 @@ def test_braking_is_measured_from_the_frame() -> None:
 
 
 def test_braking_that_no_frame_began_is_not_measured() -> None:
-    """Where the robot stops by itself a late frame says nothing of its brakes."""
+    """If the robot stops by itself before a frame, its braking is not measured."""
     assert found(GOOD, fault=BY_ROBOT).measured_braking_mps2 is None
 
 
 def test_only_a_line_is_called_a_cable() -> None:
-    """Every robot has the same faults; what is cut at one without a line of ours is its link."""
+    """Every robot has the same faults, but only a link on our serial line is called a cable."""
     assert faults_of("line") == FAULTS
     others = faults_of("driver")
     assert [(one.key, one.ends) for one in others] == [(one.key, one.ends) for one in FAULTS]
@@ -113,7 +113,7 @@ def test_only_a_line_is_called_a_cable() -> None:
 
 
 def test_a_spread_counts_what_did_not_come() -> None:
-    """Median and maximum are of what came, and the rest is not hidden."""
+    """Median and maximum are of the stops that came, and missing ones are counted."""
     times = spread([30.0, None, 10.0, 20.0])
     assert (times.n, times.missing, times.median_ms, times.max_ms) == (4, 1, 20.0, 30.0)
     assert spread([None]).median_ms is None

@@ -1,4 +1,4 @@
-"""What is replayed: one part, a folder of them, and what is wrong with either."""
+"""What can be replayed: one part or a folder of parts, damaged ones included."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def record(shelf: Shelf, begin_s: float, cameras: Sequence[CameraFormat] = ()) -
 
 
 def test_all_of_a_folder_is_there(shelf: Shelf) -> None:
-    """The parts in their order; each with its length, its events and where they are."""
+    """A folder's parts are listed in order, each with its length and events."""
     library = Library(shelf.folder)
     first, second = library.listing().parts
     assert first.began_wall_ms < second.began_wall_ms
@@ -77,7 +77,7 @@ def test_all_of_a_folder_is_there(shelf: Shelf) -> None:
 
 @pytest.mark.parametrize("ending", [".webm", ".mcap"])
 def test_either_file_of_a_part_stands_for_it(shelf: Shelf, ending: str) -> None:
-    """Whatever they are called: people rename what they keep."""
+    """Either file of a part opens it, even renamed."""
     name = shelf.parts()[0].name
     for one in (".webm", ".mcap"):
         shelf.path(name, one).rename(shelf.folder / f"the fall{one}")
@@ -88,7 +88,7 @@ def test_either_file_of_a_part_stands_for_it(shelf: Shelf, ending: str) -> None:
 
 
 def test_picture_and_sound_alone_can_be_played(shelf: Shelf) -> None:
-    """A sentence says that there is nothing beside them."""
+    """Picture and sound without events play, with a sentence that says so."""
     name = shelf.parts()[0].name
     shelf.path(name, ".mcap").unlink()
     library = Library(shelf.path(name, ".webm"))
@@ -100,7 +100,7 @@ def test_picture_and_sound_alone_can_be_played(shelf: Shelf) -> None:
 
 
 def test_events_alone_can_be_played(shelf: Shelf) -> None:
-    """The page gets no picture, and is told so."""
+    """Events without picture and sound can be shown."""
     name = shelf.parts()[0].name
     shelf.path(name, ".webm").unlink()
     library = Library(shelf.path(name, ".mcap"))
@@ -111,7 +111,7 @@ def test_events_alone_can_be_played(shelf: Shelf) -> None:
 
 
 def test_a_part_that_is_cut_is_played_from_a_copy(shelf: Shelf) -> None:
-    """The tape itself is never changed, and the copy goes with the library."""
+    """A truncated part plays from a copy, which is deleted on close; the tape is unchanged."""
     name = shelf.parts()[0].name
     path = shelf.path(name, ".webm")
     before = path.read_bytes()[: path.stat().st_size * 3 // 4]
@@ -132,7 +132,7 @@ def filmed(tmp_path: Path) -> tuple[Shelf, str]:
 
 
 def test_cameras_are_shown_from_when_they_began(filmed: tuple[Shelf, str]) -> None:
-    """Each with its name, and its own file, in which a browser can seek."""
+    """Each camera has its name, its start and a seekable file."""
     shelf, name = filmed
     library = Library(shelf.folder)
     content = library.content(name)
@@ -150,7 +150,7 @@ def test_cameras_are_shown_from_when_they_began(filmed: tuple[Shelf, str]) -> No
 def test_any_file_of_a_renamed_part_finds_its_cameras(
     filmed: tuple[Shelf, str], ending: str
 ) -> None:
-    """Also where there are dots in the new name."""
+    """A renamed part finds its cameras, even with dots in its new name."""
     shelf, name = filmed
     for one in (".webm", ".mcap", ".camera-1.webm", ".camera-2.mp4"):
         shelf.path(name, one).rename(shelf.folder / f"the.fall{one}")
@@ -176,7 +176,7 @@ def _damage(path: Path) -> None:
 def test_what_is_wrong_with_one_file_leaves_the_others(
     filmed: tuple[Shelf, str], spoil: Callable[[Path], None], ending: str, said: str
 ) -> None:
-    """One sentence, and the rest is played."""
+    """A damaged file is one sentence, and the others play."""
     shelf, name = filmed
     spoil(shelf.path(name, ending))
     library = Library(shelf.folder)
@@ -190,7 +190,7 @@ def test_what_is_wrong_with_one_file_leaves_the_others(
 
 
 def test_a_camera_that_cannot_be_placed_is_left_out(filmed: tuple[Shelf, str]) -> None:
-    """Where its beginning is lost it might be shown at another time than it was."""
+    """A camera whose start is unknown is left out, since it would be out of sync."""
     shelf, name = filmed
     shelf.path(name, ".camera-2.mp4").rename(shelf.path(name, ".camera-4.mp4"))
     library = Library(shelf.folder)
@@ -203,7 +203,7 @@ def test_a_camera_that_cannot_be_placed_is_left_out(filmed: tuple[Shelf, str]) -
 
 
 def test_a_newer_tape_is_refused_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The sentence is on the terminal, not on a page without anything."""
+    """A tape of a newer version is refused at the terminal."""
     monkeypatch.setattr(event_file, "FORMAT", FORMAT + 1)
     name = record(Shelf(tmp_path), BEGIN_S)
     with pytest.raises(StateError, match="newer WAX"):
@@ -215,7 +215,7 @@ def test_a_newer_tape_is_refused_at_once(tmp_path: Path, monkeypatch: pytest.Mon
 
 @pytest.mark.parametrize("name", ["../x", "wax-20261123T140000Z", ""])
 def test_only_what_is_on_the_tape_is_served(shelf: Shelf, name: str) -> None:
-    """No name leads to another file."""
+    """No name reaches a file outside the tape."""
     library = Library(shelf.folder)
     with pytest.raises(StateError, match="not on this tape"):
         library.content(name)
@@ -225,7 +225,7 @@ def test_only_what_is_on_the_tape_is_served(shelf: Shelf, name: str) -> None:
 
 
 def test_what_is_no_tape_is_said(tmp_path: Path) -> None:
-    """One sentence for a folder without one, a file of another kind, and nothing."""
+    """A folder without a tape, a foreign file and a missing one are each a sentence."""
     with pytest.raises(StateError, match="nothing of a tape"):
         Library(tmp_path)
     (tmp_path / "film.avi").write_text("")
@@ -236,9 +236,9 @@ def test_what_is_no_tape_is_said(tmp_path: Path) -> None:
 
 
 def test_what_is_large_is_not_looked_through(shelf: Shelf) -> None:
-    """However many parts, 50 GB: neither listing nor opening one opens any other.
+    """Neither listing a folder nor opening one part opens any other.
 
-    The others are pipes: whoever opens one of them waits for ever.
+    The others are pipes: opening one would block for ever.
     """
     asked = shelf.parts()[0].name
     for number in range(300):
@@ -254,7 +254,7 @@ def test_what_is_large_is_not_looked_through(shelf: Shelf) -> None:
 def test_one_look_at_a_part_does_not_depend_on_how_many_there_are(
     shelf: Shelf, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A browser that seeks asks for it again and again."""
+    """Reading one part does not list the folder: a browser that seeks does so often."""
     name = shelf.parts()[0].name
     library = Library(shelf.folder)
     monkeypatch.setattr(Shelf, "parts", None)

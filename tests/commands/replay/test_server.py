@@ -1,4 +1,4 @@
-"""The HTTP side of `wax replay`: for this machine's browser, and nobody else."""
+"""The HTTP server of `wax replay`: for this machine's browser, and nobody else."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ async def client(tmp_path: Path, name: str) -> AsyncIterator[Client]:
 
 
 async def test_the_page_is_served_with_its_policy(client: Client) -> None:
-    """As the robot's own page: nothing inline, nothing from elsewhere."""
+    """The page has the robot page's policy: nothing inline, nothing from elsewhere."""
     response = await client.get(AT + "/")
     assert response.status == 200
     assert "tape" in await response.text()
@@ -61,7 +61,7 @@ async def test_the_page_is_served_with_its_policy(client: Client) -> None:
 
 
 async def test_the_tape_is_listed_and_read(client: Client, name: str) -> None:
-    """As JSON of the models that the page knows."""
+    """The tape is listed and read as JSON of the page's models."""
     listing = await (await client.get(AT + "/api/tape")).json()
     assert [one["name"] for one in listing["parts"]] == [name]
     response = await client.get(AT + f"/api/tape/{name}")
@@ -71,7 +71,7 @@ async def test_the_tape_is_listed_and_read(client: Client, name: str) -> None:
 
 
 async def test_a_browser_can_seek(client: Client, name: str) -> None:
-    """A range of picture and sound is answered with that range."""
+    """A range request is answered with that range."""
     whole = await client.get(AT + f"/media/{name}")
     assert whole.headers["Content-Type"] == "video/webm"
     data = await whole.read()
@@ -81,7 +81,7 @@ async def test_a_browser_can_seek(client: Client, name: str) -> None:
 
 
 async def test_a_camera_has_a_file_of_its_own(client: Client, tmp_path: Path) -> None:
-    """By its number, with the type of its codec."""
+    """A camera's file has its number, and its codec's content type."""
     name = record(Shelf(tmp_path), BEGIN_S + 20, CAMERAS)
     content = await (await client.get(AT + f"/api/tape/{name}")).json()
     assert [one["number"] for one in content["cameras"]] == [1, 2]
@@ -97,7 +97,7 @@ async def test_a_camera_has_a_file_of_its_own(client: Client, tmp_path: Path) ->
 
 @pytest.mark.parametrize("path", ["/api/tape/gone", "/media/gone", "/media/..%2Fpage"])
 async def test_what_is_not_there_is_said(client: Client, path: str) -> None:
-    """A sentence, as JSON."""
+    """A missing part is a sentence in JSON."""
     response = await client.get(AT + path)
     assert response.status == 404
     assert "error" in await response.json()
@@ -106,7 +106,7 @@ async def test_what_is_not_there_is_said(client: Client, path: str) -> None:
 async def test_a_newer_part_is_said(
     client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Others of the folder can be played all the same."""
+    """A part of a newer version is a sentence; the folder's others still play."""
     monkeypatch.setattr(event_file, "FORMAT", FORMAT + 1)
     newer = record(Shelf(tmp_path), BEGIN_S + 10)
     response = await client.get(AT + f"/api/tape/{newer}")
@@ -118,7 +118,7 @@ async def test_a_newer_part_is_said(
 async def test_a_part_that_is_cut_is_played_up_to_there(
     client: Client, tmp_path: Path, name: str
 ) -> None:
-    """What is missing is said, and what is there can be sought in."""
+    """A truncated part plays and seeks up to its end, with a sentence about the rest."""
     for ending, share in ((".mcap", 0.5), (".webm", 0.7)):
         path = tmp_path / (name + ending)
         os.truncate(path, int(path.stat().st_size * share))
@@ -132,7 +132,7 @@ async def test_a_part_that_is_cut_is_played_up_to_there(
 async def test_fifty_gigabytes_are_refused_at_once(
     client: Client, tmp_path: Path, name: str, ending: str
 ) -> None:
-    """No part is so large; the sentence says what to give instead."""
+    """A file too large for a part is refused with a sentence."""
     os.truncate(tmp_path / (name + ending), 50_000_000_000)
     response = await client.get(AT + f"/api/tape/{name}")
     assert response.status == 404
@@ -143,20 +143,20 @@ async def test_fifty_gigabytes_are_refused_at_once(
 
 @pytest.mark.parametrize("path", ["/", "/api/tape", "/index.html", "/Zk4/api/tape", "/Zk/"])
 async def test_who_does_not_know_the_address_gets_nothing(client: Client, path: str) -> None:
-    """Others with an account on this machine reach its ports, but may not see the tape."""
+    """Without the secret path there is no answer: other users of this machine reach its ports."""
     response = await client.get(path)
     assert response.status == 404
     assert await response.json() == {"error": "Not Found"}
 
 
 async def test_another_sites_page_gets_nothing(client: Client) -> None:
-    """A name that is made to lead to this machine (DNS rebinding) is refused."""
+    """A request by another host name (DNS rebinding) is refused."""
     response = await client.get(AT + "/api/tape", headers={"Host": "evil.example"})
     assert response.status == 421
 
 
 async def test_a_page_that_is_not_built_is_said(tmp_path: Path, name: str) -> None:
-    """Instead of an empty window."""
+    """A page that is not built is a sentence at the start."""
     library = Library(tmp_path / f"{name}.mcap")
     guards = Guards(ServerSettings(), TurnedClock())
     with pytest.raises(StartError, match="not built"):
